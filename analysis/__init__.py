@@ -1,0 +1,1 @@
+"""Files, engines, comparison, words and pictures around `nscd`."""

@@ -1,0 +1,1 @@
+"""The engines: each has prepare(scene, folder) and run(folder)."""

@@ -1,0 +1,86 @@
+"""The penalty law in numbers: damping for an asked restitution, the restitution really obtained, a safe time step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from analysis.scene import Scene
+
+# A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
+LARGEST_DAMPING_RATIO = 10.0
+STEP_FRACTION = 0.1
+
+
+def restitution_of(damping_ratio: float) -> float:
+    """Restitution of two bodies that repel with max(0, kδ + cδ'), at damping ratio ζ = c / (2 √(k m_eff)).
+
+    e = exp(−ζφ/s), s = √(1−ζ²), φ = atan2(2ζs, 2ζ²−1) for ζ < 1; e⁻² at ζ = 1;
+    exp(−(ζ/s) ln((ζ+s)/(ζ−s))), s = √(ζ²−1), beyond. Schwager & Pöschel, Granular Matter 9 (2007) 465.
+    """
+    z = damping_ratio
+    if abs(z - 1) < 1e-9:
+        return float(np.exp(-2.0))
+    s = np.sqrt(abs(1 - z * z))
+    angle = np.arctan2(2 * z * s, 2 * z * z - 1) if z < 1 else np.log((z + s) / (z - s))
+    return float(np.exp(-z / s * angle))
+
+
+def damping_ratio_for(restitution: float) -> float:
+    """The damping ratio whose restitution is the one asked, at most 10 (restitution 0.0024)."""
+    if restitution >= 1:
+        return 0.0
+    if restitution <= restitution_of(LARGEST_DAMPING_RATIO):
+        return LARGEST_DAMPING_RATIO
+    return float(brentq(lambda z: restitution_of(z) - restitution, 0.0, LARGEST_DAMPING_RATIO, xtol=1e-15, rtol=1e-14))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Penalty:
+    """Numbers of a scene's penalty law, the same in every engine (SI).
+
+    One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The dashpots have the asked
+    damping ratio at the heaviest disks; lighter ones are damped more: their restitution is between restitution_least and
+    restitution_most, which are what is really obtained.
+    """
+
+    stiffness: float  # N/m
+    damping: float  # N·s/m, between disks
+    wall_damping: float  # N·s/m
+    damping_ratio: float
+    restitution_least: float
+    restitution_most: float
+    tangential_stiffness: float  # N/m, 0 without friction
+    friction: float
+    time_step: float  # s
+    safe_time_step: float  # s: 0.1 √(m/k) / max(1, 2ζ) at the lightest disk
+    steps: int
+    frame_interval: int  # steps between written frames
+
+
+def penalty_of(scene: Scene) -> Penalty:
+    """The numbers of the scene's contact law and run."""
+    contact, run, mass = scene.contact, scene.run, scene.snapshot.mass
+    k = contact.stiffness_N_per_m
+    ratio = damping_ratio_for(contact.restitution)
+    lightest, heaviest = float(mass.min()), float(mass.max())
+    largest_ratio = ratio * np.sqrt(heaviest / lightest)
+    safe = float(STEP_FRACTION * np.sqrt(lightest / k) / max(1.0, 2 * largest_ratio))
+    step = run.time_step_s or safe
+    interval = max(1, round(run.duration_s / run.frames / step))
+    return Penalty(
+        stiffness=k,
+        damping=2 * ratio * float(np.sqrt(k * heaviest / 2)),
+        wall_damping=2 * ratio * float(np.sqrt(k * heaviest)),
+        damping_ratio=ratio,
+        restitution_least=restitution_of(largest_ratio),
+        restitution_most=restitution_of(ratio),
+        tangential_stiffness=contact.tangential_ratio * k if contact.friction else 0.0,
+        friction=contact.friction,
+        time_step=step,
+        safe_time_step=safe,
+        steps=interval * run.frames,
+        frame_interval=interval,
+    )

@@ -1,0 +1,159 @@
+"""Contacts of a snapshot, and the maps between disk velocities and contact velocities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
+
+from nscd.bodies import Floats, Integers, Snapshot, Walls, read_only
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Contacts:
+    """The k contacts of a snapshot, disk–disk and disk–wall.
+
+    first (k,) index of a disk; second (k,) index of the other disk, or of the wall where is_wall (k,) is true;
+    normal (k,2) unit, from first to second (into the wall); gap (k,) m, negative where they overlap;
+    point (k,2) m, where the surface of the first disk touches.
+
+    Raises ValueError naming the field for wrong shapes, non-finite numbers, normals that are not unit vectors,
+    negative indices or a disk in contact with itself.
+    """
+
+    first: Integers
+    second: Integers
+    is_wall: NDArray[np.bool_]
+    normal: Floats
+    gap: Floats
+    point: Floats
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "normal", read_only(self.normal, (-1, 2), "normal"))
+        k = len(self.normal)
+        put(self, "gap", read_only(self.gap, (k,), "gap"))
+        put(self, "point", read_only(self.point, (k, 2), "point"))
+        for name, dtype in (("first", np.int64), ("second", np.int64), ("is_wall", np.bool_)):
+            array = np.array(getattr(self, name), dtype=dtype)
+            if array.shape != (k,):
+                raise ValueError(f"{name}: shape {array.shape} where ({k},) is needed")
+            array.flags.writeable = False
+            put(self, name, array)
+        if k and min(self.first.min(), self.second.min()) < 0:
+            raise ValueError("first, second: negative index")
+        if np.any((self.first == self.second) & ~self.is_wall):
+            raise ValueError("second: a disk in contact with itself")
+        if k and np.abs(np.hypot(*self.normal.T) - 1).max() > 1e-6:
+            raise ValueError(f"normal: row {int(np.argmax(np.abs(np.hypot(*self.normal.T) - 1)))} is not a unit vector")
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+    def select(self, keep: NDArray[np.bool_] | Integers) -> Contacts:
+        """The contacts chosen by a mask or by indices, in that order."""
+        names = ("first", "second", "is_wall", "normal", "gap", "point")
+        return Contacts(**{name: getattr(self, name)[keep] for name in names})
+
+    def check_disks(self, n: int) -> None:
+        """Raise ValueError if a contact names a disk beyond the n that there are."""
+        highest = max(self.first.max(initial=-1), self.second[~self.is_wall].max(initial=-1))
+        if highest >= n:
+            raise ValueError(f"contacts: disk index {highest} where there are {n} disks")
+
+    def deformation_velocity(self, velocity: Floats) -> Floats:
+        """D(u) = u_i − u_j at each contact, walls at rest, without spins: (n,2) m/s → (k,2) m/s."""
+        difference = velocity[self.first]
+        pairs = ~self.is_wall
+        difference[pairs] -= velocity[self.second[pairs]]
+        return difference
+
+    def approach_velocity(self, velocity: Floats) -> Floats:
+        """v = n·D(u), positive where the contact closes: (n,2) m/s → (k,) m/s. Paper eq. (2): v = C u."""
+        approach: Floats = (self.normal * self.deformation_velocity(velocity)).sum(1)
+        return approach
+
+    def momentum_change(self, impulse: Floats, n: int) -> Floats:
+        """−Dᵀp: what impulses (k,2) N·s, given by first to second, change each disk's momentum by, (n,2) N·s."""
+        change = np.zeros((n, 2))
+        pairs = ~self.is_wall
+        for axis in (0, 1):
+            change[:, axis] -= np.bincount(self.first, impulse[:, axis], n)
+            change[:, axis] += np.bincount(self.second[pairs], impulse[pairs, axis], n)
+        return change
+
+    def normal_matrix(self, n: int) -> csr_array:
+        """C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n), four entries a pair, two a wall contact."""
+        k, pairs = len(self), np.flatnonzero(~self.is_wall)
+        rows = np.concatenate([np.arange(k), np.arange(k), pairs, pairs])
+        columns = np.concatenate([2 * self.first, 2 * self.first + 1, 2 * self.second[pairs], 2 * self.second[pairs] + 1])
+        values = np.concatenate([self.normal[:, 0], self.normal[:, 1], -self.normal[pairs, 0], -self.normal[pairs, 1]])
+        return csr_array((values, (rows, columns)), shape=(k, 2 * n))
+
+    def inverse_mass(self, mass: Floats) -> Floats:
+        """w = 1/m_i + 1/m_j (a wall's mass is infinite), shape (k,), 1/kg: the diagonal of the Delassus operator."""
+        w: Floats = 1.0 / mass[self.first]
+        pairs = ~self.is_wall
+        w[pairs] += 1.0 / mass[self.second[pairs]]
+        return w
+
+
+def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: float) -> Contacts:
+    """All contacts with gap ≤ tolerance (m): disk pairs by (first, second), then walls by (disk, wall).
+
+    Gap of a pair: |x_j − x_i| − r_i − r_j; of a wall: distance to the nearest point of its segment − r.
+    Raises ValueError for a negative or non-finite tolerance, and where two centres (or a centre and a wall)
+    coincide, since such a contact has no normal.
+    """
+    if not (np.isfinite(tolerance) and tolerance >= 0):
+        raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
+    position, radius = snapshot.position, snapshot.radius
+    n = len(snapshot)
+    i = j = np.empty(0, dtype=np.int64)
+    if n > 1:
+        pairs = cKDTree(position).query_pairs(2 * radius.max() + tolerance, output_type="ndarray")
+        i, j = pairs.min(1).astype(np.int64), pairs.max(1).astype(np.int64)
+    difference = position[j] - position[i]
+    distance = np.hypot(*difference.T)
+    gap = distance - radius[i] - radius[j]
+    near = gap <= tolerance
+    order = np.lexsort((j[near], i[near]))
+    i, j, difference, distance, gap = (a[near][order] for a in (i, j, difference, distance, gap))
+
+    disk, wall, to_wall, wall_distance = _wall_neighbours(snapshot, walls, tolerance)
+    if (distance == 0).any() or (wall_distance == 0).any():
+        raise ValueError("position: two disks, or a disk and a wall, coincide; their contact has no normal")
+    normal = np.concatenate([difference / distance[:, None], to_wall / wall_distance[:, None]])
+    first = np.concatenate([i, disk])
+    return Contacts(
+        first=first,
+        second=np.concatenate([j, wall]),
+        is_wall=np.arange(len(first)) >= len(i),
+        normal=normal,
+        gap=np.concatenate([gap, wall_distance - radius[disk]]),
+        point=position[first] + radius[first, None] * normal,
+    )
+
+
+def _wall_neighbours(
+    snapshot: Snapshot, walls: Walls | None, tolerance: float
+) -> tuple[Integers, Integers, Floats, Floats]:
+    disks, numbers, vectors = [], [], []
+    for number in range(len(walls) if walls is not None else 0):
+        assert walls is not None
+        every = np.full(len(snapshot), number)
+        to_wall = walls.nearest_point(snapshot.position, every) - snapshot.position
+        near = np.flatnonzero(np.hypot(*to_wall.T) - snapshot.radius <= tolerance)
+        disks.append(near)
+        numbers.append(every[near])
+        vectors.append(to_wall[near])
+    if not disks:
+        none = np.empty(0, dtype=np.int64)
+        return none, none, np.empty((0, 2)), np.empty(0)
+    disk, wall = np.concatenate(disks), np.concatenate(numbers)
+    order = np.lexsort((wall, disk))
+    to_wall = np.concatenate(vectors)[order]
+    return disk[order], wall[order], to_wall, np.hypot(*to_wall.T)

@@ -1,0 +1,107 @@
+"""`solve`: percussions of a snapshot by the method that serves, with a certificate recomputed from the answer."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nscd.bodies import Floats, Snapshot, read_only
+from nscd.contacts import Contacts
+from nscd.laws import ContactLaw
+from nscd.percussions import Percussions, Status
+from nscd.problem import ContactProblem, impact_problem
+from nscd.solvers.interior_point import interior_point
+from nscd.solvers.maintained import maintained
+
+SOLVERS = ("auto", "interior_point")
+
+
+def solve(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    *,
+    left_velocity: ArrayLike | None = None,
+    law: ContactLaw | None = None,
+    tolerance: float = 1e-8,
+    solver: str = "auto",
+    guess: Percussions | None = None,
+) -> Percussions:
+    """Percussions of the contacts for the left velocity u⁻ (n,2) m/s, the snapshot's own by default.
+
+    M(u⁺ − u⁻) + Dᵀp = 0, p = k D(u⁺ + u⁻) + λ n, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected; C u⁺ = 0 where the
+    law says `maintained`). The residual is recomputed from the answer; beyond `tolerance` the status is `inaccurate`.
+    For contact forces of a blocked crowd give the desired velocity as u⁻: f = p/τ.
+
+    Raises ValueError for a left velocity of the wrong shape or not finite, contacts that name disks which do not
+    exist, a tolerance below 1e-14 or an unknown solver.
+    """
+    started = time.perf_counter()
+    law = ContactLaw() if law is None else law
+    if not 1e-14 <= tolerance < 1:
+        raise ValueError(f"tolerance: {tolerance}; between 1e-14 (rounding) and 1 is needed")
+    if solver not in SOLVERS:
+        raise ValueError(f"solver: unknown {solver!r}; there are: {', '.join(SOLVERS)}")
+    contacts.check_disks(len(snapshot))
+    left = snapshot.velocity if left_velocity is None else read_only(left_velocity, (len(snapshot), 2), "left_velocity")
+    problem = impact_problem(snapshot, contacts, left, law)
+    if not len(contacts):
+        name, reaction, iterations = "no contacts", np.empty(0), 0
+    elif law.maintained:
+        name, (reaction, iterations) = "maintained", maintained(problem, tolerance)
+    else:
+        name, (reaction, iterations) = "interior_point", interior_point(problem, tolerance)
+    return certify(snapshot, contacts, problem, reaction, tolerance, name, iterations, started)
+
+
+def certify(
+    snapshot: Snapshot, contacts: Contacts, problem: ContactProblem, reaction: Floats, tolerance: float,
+    solver: str, iterations: int, started: float,
+) -> Percussions:
+    """The answer with its residual, momentum and energy recomputed from the reactions alone."""
+    n, k = len(snapshot), len(contacts)
+    right = problem.velocity(reaction)
+    total = right + problem.left
+    impulse = reaction[:, None] * contacts.normal
+    mass = np.repeat(snapshot.mass, 2)
+    if problem.deformation is not None:
+        mass = np.concatenate([mass, snapshot.inertia])
+        dissipative = problem.coefficients * (problem.deformation @ total)
+        tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+        impulse = impulse + dissipative[:k, None] * contacts.normal + dissipative[k:, None] * tangent
+        work = 0.5 * float(dissipative @ (problem.deformation @ total) + reaction @ (problem.normal @ total))
+    else:
+        work = 0.5 * float(reaction @ (problem.normal @ total))
+    energy = 0.5 * float(mass @ problem.left**2)
+    energy_change = 0.5 * float(mass @ ((right - problem.left) * total))
+    right_velocity = right[: 2 * n].reshape(n, 2)
+    left_velocity = problem.left[: 2 * n].reshape(n, 2)
+    momentum = snapshot.mass @ (right_velocity - left_velocity) + impulse[contacts.is_wall].sum(0)
+    momentum_scale = float(snapshot.mass @ np.hypot(*left_velocity.T)) or 1.0
+    residual = problem.residual(reaction, right)
+    status, reason = Status.SOLVED, ""
+    if not np.isfinite(residual):
+        status, reason = Status.FAILED, "the answer is not finite"
+    elif residual > tolerance:
+        status, reason = Status.INACCURATE, f"residual {residual:.1e} > tolerance {tolerance:.1e}"
+    warnings = ()
+    if energy_change > 1e-9 * energy:
+        warnings = (f"energy grew by {energy_change:.3g} J: dissipation k > 0 acts on contacts that were already opening",)
+    assert snapshot.spin is not None
+    return Percussions(
+        reaction=reaction,
+        impulse=impulse,
+        right_velocity=right_velocity,
+        right_spin=snapshot.spin if problem.deformation is None else right[2 * n :],
+        residual=residual,
+        momentum_error=float(np.hypot(*momentum)) / momentum_scale,
+        energy_change=energy_change,
+        energy_error=abs(energy_change + work) / (energy or 1.0),
+        status=status,
+        reason=reason,
+        warnings=warnings,
+        solver=solver,
+        iterations=iterations,
+        seconds=time.perf_counter() - started,
+    )
