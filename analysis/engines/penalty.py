@@ -68,8 +68,12 @@ def penalty_of(scene: Scene) -> Penalty:
     lightest, heaviest = float(mass.min()), float(mass.max())
     largest_ratio = ratio * np.sqrt(heaviest / lightest)
     safe = float(STEP_FRACTION * np.sqrt(lightest / k) / max(1.0, 2 * largest_ratio))
-    step = run.time_step_s or safe
-    interval = max(1, round(run.duration_s / run.frames / step))
+    between_frames = run.duration_s / run.frames
+    if run.time_step_s:
+        step, interval = run.time_step_s, max(1, round(between_frames / run.time_step_s))
+    else:  # shorten the step a little, so that frames fall on the same instants at every stiffness
+        interval = int(np.ceil(between_frames / safe))
+        step = between_frames / interval
     return Penalty(
         stiffness=k,
         damping=2 * ratio * float(np.sqrt(k * heaviest / 2)),
