@@ -1,0 +1,95 @@
+# Set-up, report and tests of crowd-percussions. `make` alone lists the targets.
+
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.ONESHELL:
+.DEFAULT_GOAL := help
+
+PYTHON3 ?= python3
+VENV := .venv
+PYTHON := $(VENV)/bin/python
+PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
+
+.PHONY: help install report test lint bench clean system system-test
+
+help:
+	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
+	@echo "make report    the report on the arch and on a real crowd, in report/"
+	@echo "make test      lint, types and tests"
+	@echo "make lint      ruff and mypy"
+	@echo "make bench     seconds of each engine and of the percussions"
+	@echo "make clean     removes everything that the other targets made"
+
+# Debian packages: what is missing is installed as root; otherwise the command is said. Only Python is indispensable.
+define NEEDED
+ready() {
+    case $$1 in
+        python3) $(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null ;;
+        python3-venv) $(PYTHON3) -c 'import ensurepip, venv' 2>/dev/null ;;
+        yade) command -v yade >/dev/null ;;
+        chromium) command -v chromium >/dev/null || command -v google-chrome >/dev/null ;;
+    esac
+}
+missing() { for package in "$$@"; do ready $$package || echo $$package; done; }
+need() {
+    local absent
+    absent=$$(missing "$$@" | xargs)
+    [ -n "$$absent" ] || return 0
+    if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        echo "Installing from the system's packages: $$absent"
+        export DEBIAN_FRONTEND=noninteractive
+        apt-get update -qq || true
+        for package in $$absent; do
+            apt-get install -y -qq --no-install-recommends $$package >/dev/null </dev/null \
+                || echo "apt-get could not install $$package" >&2
+        done
+        absent=$$(missing "$$@" | xargs)
+    else
+        echo "Missing: $$absent. To install: sudo apt-get install --no-install-recommends $$absent"
+    fi
+    case " $$absent " in *" python3"*)
+        echo "Python 3.11 or newer with its venv module is needed (Debian packages python3 and python3-venv)." >&2
+        exit 1 ;;
+    esac
+    case " $$absent " in *" yade "*) echo "Without YADE: every run and report is made with LAMMPS only." ;; esac
+    case " $$absent " in *" chromium "*) echo "Without Chromium: the test that opens the report in a browser is skipped." ;; esac
+}
+endef
+
+system:
+	@$(NEEDED)
+	need python3 python3-venv yade
+
+system-test:
+	@$(NEEDED)
+	need python3 python3-venv yade chromium
+
+$(VENV)/installed: pyproject.toml constraints.txt | system
+	@echo "Making the Python environment in $(VENV)"
+	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
+	$(PIP) --editable .
+	touch $@
+
+$(VENV)/installed-test: $(VENV)/installed
+	@echo "Adding what the tests need"
+	$(PIP) --editable '.[test]'
+	touch $@
+
+install: system $(VENV)/installed
+
+report: install
+	@$(VENV)/bin/percussions report arch gate --out report
+
+lint: $(VENV)/installed-test
+	@$(PYTHON) -m ruff check .
+	$(PYTHON) -m mypy
+
+test: system-test $(VENV)/installed-test lint
+	@$(PYTHON) -m pytest
+
+bench: install
+	@for script in benchmarks/*.py; do $(PYTHON) "$$script"; done
+
+clean:
+	@rm -rf $(VENV) report out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
