@@ -8,10 +8,10 @@ import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import ResultsGroup
 
-from analysis.dumps import snapshot_of
+from analysis.dumps import DumpError, snapshot_of
 from analysis.scene import Drive
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts, solve
-from nscd.bodies import Floats
+from nscd.bodies import Floats, Integers
 
 LeftVelocity = Literal["desired", "dump", "free"]
 
@@ -48,7 +48,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     universe: from `open_bodies`; walls, drive: of the scene; left_velocity, window: see `left_velocity_of`; law,
     tolerance, solver: of `nscd.solve`; contact_tolerance (m): gap up to which disks are in contact.
     After `run()` (any backend of MDAnalysis): `results.contacts`, `results.percussions`, `results.times`: lists, one
-    entry a frame. `all_solved` says whether each frame reached the tolerance.
+    entry a frame; `ids` (n,) the disks' ids. `all_solved` says whether each frame reached the tolerance.
     """
 
     _analysis_algorithm_is_parallelizable = True
@@ -73,7 +73,9 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         **kwargs: Any,
     ) -> None:
         super().__init__(universe.trajectory, **kwargs)
-        left_velocity_of(snapshot_of(universe.trajectory.ts), left_velocity, drive, window)  # fail early
+        first = snapshot_of(universe.trajectory.ts, universe.trajectory.filename)
+        left_velocity_of(first, left_velocity, drive, window)  # fail early
+        self.ids: Integers = first.ids  # type: ignore[assignment]
         self._walls, self._drive, self._kind, self._window = walls, drive, left_velocity, window
         self._law, self._tolerance, self._contact_tolerance, self._solver = law, tolerance, contact_tolerance, solver
 
@@ -84,6 +86,8 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
 
     def _single_frame(self) -> None:
         snapshot = snapshot_of(self._ts, self._trajectory.filename)
+        if not np.array_equal(snapshot.ids, self.ids):  # type: ignore[arg-type]
+            raise DumpError(f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame")
         contacts = find_contacts(snapshot, self._walls, tolerance=self._contact_tolerance)
         left, _ = left_velocity_of(snapshot, self._kind, self._drive, self._window)
         self._guess = solve(

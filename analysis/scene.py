@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from analysis.files import write_text
 from analysis.initial_state import read_data, write_data
+from analysis.reconciliation import Reconciliation
 from analysis.room import check_room
 from nscd import Snapshot, Walls
 
@@ -107,15 +108,21 @@ class Analysis(_Part):
     contact_tolerance_m: Positive = 1e-6
 
 
-class _SceneFile(_Part):
+class Room(_Part):
+    """A scene without its disks: what `percussions import` puts a crowd into."""
+
     title: str
     source: str
-    disks: dict[Literal["data"], str]
     walls: list[Wall] = []
     drive: Drive | None = None
     contact: ContactModel
     run: Run
     analysis: Analysis
+
+
+class _SceneFile(Room):
+    disks: dict[Literal["data"], str]
+    reconciliation: Reconciliation | None = None
 
 
 class Scene(_Part):
@@ -133,6 +140,7 @@ class Scene(_Part):
     contact: ContactModel
     run: Run
     analysis: Analysis
+    reconciliation: Reconciliation | None = None
 
     def wall_segments(self) -> Walls:
         """The walls as nscd takes them, in the scene's order."""
@@ -168,7 +176,7 @@ class Scene(_Part):
         content: dict[str, Any] = {"title": self.title, "source": self.source, "disks": {"data": f"{self.name}.data"}}
         if self.walls:
             content["walls"] = [wall.model_dump() for wall in self.walls]
-        for part in ("drive", "contact", "run", "analysis"):
+        for part in ("drive", "contact", "run", "analysis", "reconciliation"):
             value = getattr(self, part)
             if value is not None:
                 content[part] = value.model_dump(exclude_none=True)
@@ -223,20 +231,28 @@ def read_scene(name_or_path: str | Path) -> Scene:
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{path}: {error}") from None
     except ValidationError as error:
-        raise SceneError(f"{path}: {_first_problem(error)}") from None
+        raise SceneError(f"{path}: {first_problem(error)}") from None
     except KeyError:
         raise SceneError(f"{path}: disks.data: missing; it names the data file with the initial state") from None
     except (ValueError, UnicodeDecodeError) as error:
         raise SceneError(str(error)) from None
-    notes = "\n".join(line[1:].strip() for line in text.split("\n\n")[0].splitlines() if line.startswith("#"))
-    rest = {key: getattr(parts, key) for key in ("title", "source", "drive", "contact", "run", "analysis")}
+    notes = head_comment(text)
+    rest = {key: getattr(parts, key) for key in ("title", "source", "drive", "contact", "run", "analysis", "reconciliation")}
     scene = Scene(name=path.stem, notes=notes, snapshot=snapshot, walls=tuple(parts.walls), **rest)
     scene.check(str(path))
     return scene
 
 
-def _first_problem(error: ValidationError) -> str:
-    first = error.errors()[0]
+def head_comment(text: str) -> str:
+    """The comment in the first paragraph of a scene or room file, without its number signs."""
+    return "\n".join(line[1:].strip() for line in text.split("\n\n")[0].splitlines() if line.startswith("#"))
+
+
+def first_problem(error: ValidationError) -> str:
+    """The first thing that is wrong with a file, with the key that it stands under."""
+    problems = error.errors()
+    unknown = [problem for problem in problems if problem["type"] == "extra_forbidden"]
+    first = (unknown or problems)[0]
     where = ".".join(str(part) for part in first["loc"])
-    message = "unknown key" if first["type"] == "extra_forbidden" else first["msg"].removeprefix("Value error, ")
+    message = "unknown key" if unknown else first["msg"].removeprefix("Value error, ")
     return f"{where}: {message}"

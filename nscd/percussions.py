@@ -23,7 +23,8 @@ class Percussions:
     reaction λ (k,) N·s, normal, ≥ 0 pushes; impulse p (k,2) N·s, the whole k D(u⁺+u⁻) + λ n that the first body
     gives to the second; right_velocity u⁺ (n,2) m/s; right_spin ω⁺ (n,) rad/s.
 
-    residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: |Σm(u⁺−u⁻) + Σp_wall| / Σm|u⁻|;
+    residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: the largest |m(u⁺−u⁻) + Dᵀp| of a
+    disk, relative to the momentum that it has and receives. `solved` means that both are within the tolerance.
     energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and energy_error: its distance from −½ p·D(u⁺+u⁻), as a share
     of the kinetic energy before. status, and the reason where it is not `solved`; warnings about the answer.
     """

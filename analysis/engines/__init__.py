@@ -1,1 +1,1 @@
-"""The engines: each has prepare(scene, folder) and run(folder)."""
+"""The engines: each module has NAME, find(), version(), prepare(scene, folder) and run(folder)."""

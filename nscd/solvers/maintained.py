@@ -10,8 +10,9 @@ from nscd.bodies import Floats
 from nscd.problem import ContactProblem
 
 
-def maintained(problem: ContactProblem, tolerance: float) -> tuple[Floats, int]:
-    """Reactions λ (k,) N·s with C u = b, of least weighted norm where contacts are redundant; iterations.
+def maintained(problem: ContactProblem, tolerance: float) -> tuple[Floats, Floats, int]:
+    """Reactions λ (k,) N·s with C u = b, of least weighted norm where contacts are redundant; velocities u (d,) m/s;
+    iterations.
 
     Method of multipliers: λ ← λ + θ (C u − b) with u from (Â + Cᵀ θ C) u = Â û − Cᵀ(λ − θ b), one factorisation.
     """
@@ -19,14 +20,14 @@ def maintained(problem: ContactProblem, tolerance: float) -> tuple[Floats, int]:
     C, A = problem.normal, problem.inertia
     factor = splu(csc_array(A + C.T @ diags_array(theta) @ C))
     reaction = np.zeros(len(theta))
-    best, best_residual = reaction, np.inf
+    best, best_error = (reaction, problem.free, 0), np.inf
     for iteration in range(1, 51):
         u = factor.solve(A @ problem.free - C.T @ (reaction - theta * problem.offset))
         reaction = reaction + theta * (C @ u - problem.offset)
-        residual = problem.residual(reaction, problem.velocity(reaction))
-        if residual >= 0.5 * best_residual and iteration > 2:
+        error = max(problem.residual(reaction, u), problem.balance_error(reaction, u))
+        if error >= 0.5 * best_error and iteration > 2:
             break
-        best, best_residual = reaction, residual
-        if residual <= max(1e-3 * tolerance, 1e-15):
+        best, best_error = (reaction, u, iteration), error
+        if error <= max(1e-3 * tolerance, 1e-15):
             break
-    return best, iteration
+    return best

@@ -1,0 +1,90 @@
+"""LAMMPS' raw contact dumps (pairs.dump, wall_NAME.dump) merged into the one contact dump that every engine gives.
+
+`compute pair/local` evaluates forces with the velocities at the end of a step, where the step itself used those of its
+middle; with a dashpot this differs by the order of the time step in motion (7 % of the largest force in a crowd that is
+running together, none at rest). For the linear law the force of the step is therefore recomputed here, from the overlap and
+the velocities v - dt f/(2m), so that the contact forces on a disk sum up to the force that moved it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.dumps import CONTACT_COLUMNS, DumpIndex, index_dump
+from analysis.engines.penalty import Penalty, penalty_of
+from analysis.engines.record import EngineError
+from analysis.files import whole_file
+from analysis.scene import Scene
+from nscd.bodies import Floats, Integers
+
+_ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
+
+
+def merge_contacts(folder: Path, scene: Scene) -> None:
+    """Write contacts.dump from bodies.dump, pairs.dump and one wall_NAME.dump a wall (numbered in the scene's order),
+    frame by frame, and remove the last two. Forces are those that the first exerts on the second."""
+    bodies = index_dump(folder / "bodies.dump")
+    pairs = index_dump(folder / "pairs.dump", "ENTRIES")
+    touching = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
+    if any(other.steps != bodies.steps for other in (pairs, *touching)):
+        raise EngineError(f"{folder}: the dumps of LAMMPS hold different frames")
+    with pairs.path.open(encoding="utf-8") as file:
+        box = "".join([file.readline() for _ in range(8)][4:8])
+    law = _PairLaw(scene, penalty_of(scene), bodies)
+    with whole_file(folder / "contacts.dump") as out:
+        for frame, step in enumerate(pairs.steps):
+            tables = [law.rows(pairs.table(frame), frame)]
+            tables += [_wall_rows(wall.table(frame), number) for number, wall in enumerate(touching, start=1)]
+            rows = np.concatenate(tables)
+            rows = rows[rows[:, 5] > 0] + 0.0  # no negative zeros
+            rows = rows[np.lexsort((rows[:, 1], rows[:, 0], rows[:, 2]))]
+            out.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ENTRIES\n{len(rows)}\n{box}")
+            out.write(f"ITEM: ENTRIES {' '.join(CONTACT_COLUMNS)}\n")
+            out.writelines(_ROW % tuple(row) for row in rows.tolist())
+    for index in (pairs, *touching):
+        index.path.unlink()
+
+
+@dataclass(frozen=True, slots=True)
+class _PairLaw:
+    scene: Scene
+    penalty: Penalty
+    bodies: DumpIndex
+
+    def rows(self, table: Floats, frame: int) -> Floats:
+        """Contact rows of the raw table: ids, distance, normal and tangential force on the first, first minus second."""
+        disks = self.bodies.table(frame)
+        rank = np.searchsorted(disks[:, self.bodies.columns.index("id")], table[:, :2])
+        radius = disks[:, self.bodies.columns.index("radius")]
+        normal = -table[:, 7:9] / table[:, 2:3]
+        overlap = radius[rank].sum(1) - table[:, 2]
+        normal_force, tangential = -table[:, 3:5], -table[:, 5:7]
+        if self.scene.contact.law == "hooke":
+            approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
+            size = np.maximum(0.0, self.penalty.stiffness * overlap + self.penalty.damping * approach)
+            normal_force = size[:, None] * normal
+            limit = self.penalty.friction * size / np.maximum(np.hypot(*tangential.T), 1e-300)
+            tangential = np.minimum(1.0, limit)[:, None] * tangential
+        force = normal_force + tangential
+        turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
+        return np.column_stack([np.sort(table[:, :2], axis=1), np.zeros(len(table)), turn * normal, overlap, turn * force])
+
+    def _middle_velocity(self, disks: Floats, frame: int, rank: Integers) -> Floats:
+        """Velocity of the first relative to the second in the middle of the step that ends at this frame."""
+        get = [disks[:, self.bodies.columns.index(name)] for name in ("vx", "vy", "fx", "fy", "mass")]
+        half = 0.5 * self.penalty.time_step if self.bodies.steps[frame] else 0.0
+        velocity = np.column_stack([get[0] - half * get[2] / get[4], get[1] - half * get[3] / get[4]])
+        relative: Floats = velocity[rank[:, 0]] - velocity[rank[:, 1]]
+        return relative
+
+
+def _wall_rows(table: Floats, number: int) -> Floats:
+    """Contact rows of a raw wall table: id, x, y, radius, force on the disk, point of contact."""
+    to_wall = table[:, 6:8] - table[:, 1:3]
+    distance = np.hypot(*to_wall.T)
+    normal = to_wall / distance[:, None]
+    ones = np.ones(len(table))
+    return np.column_stack([table[:, 0], number * ones, ones, normal, table[:, 3] - distance, -table[:, 4:6]])

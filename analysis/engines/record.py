@@ -1,0 +1,74 @@
+"""What an engine run was: run.json beside its dumps."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.engines.penalty import Penalty
+from analysis.files import write_text
+from analysis.scene import Scene
+
+FILE = "run.json"
+PREPARED, FINISHED = "prepared", "finished"
+
+
+class EngineError(RuntimeError):
+    """An engine that is missing, cannot run a scene, died or gave nonsense; the message says what to do."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRecord:
+    """One run of an engine on a scene (SI; restitutions of two bodies: see Penalty)."""
+
+    engine: str
+    version: str
+    scene: str
+    scene_digest: str
+    disks: int
+    time_step_s: float
+    steps: int
+    frame_interval: int
+    damping_ratio: float
+    restitution_least: float
+    restitution_most: float
+    wall_seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    exit_state: str = PREPARED
+
+    @property
+    def particle_steps(self) -> int:
+        """Disks times steps: what the cost of a run grows with."""
+        return self.disks * self.steps
+
+    @classmethod
+    def prepared(cls, engine: str, version: str, scene: Scene, penalty: Penalty) -> RunRecord:
+        """The record of a run that is still to come."""
+        return cls(
+            engine=engine, version=version, scene=scene.name, scene_digest=scene.digest(), disks=len(scene.snapshot),
+            time_step_s=penalty.time_step, steps=penalty.steps, frame_interval=penalty.frame_interval,
+            damping_ratio=penalty.damping_ratio, restitution_least=penalty.restitution_least,
+            restitution_most=penalty.restitution_most,
+        )
+
+    def write(self, folder: Path) -> None:
+        """Write run.json into the folder, whole."""
+        content = dataclasses.asdict(self) | {"particle_steps": self.particle_steps}
+        write_text(folder / FILE, json.dumps(content, indent=2) + "\n")
+
+    @classmethod
+    def read(cls, folder: Path) -> RunRecord:
+        """Read run.json of a folder. Raises EngineError naming the file, and the key, for one that is missing or broken."""
+        path = folder / FILE
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            content.pop("particle_steps")
+            return cls(**content)
+        except FileNotFoundError:
+            raise EngineError(f"{path}: no such file; the folder holds no run") from None
+        except KeyError as error:
+            raise EngineError(f"{path}: missing key {error}") from None
+        except (TypeError, AttributeError, ValueError) as error:
+            raise EngineError(f"{path}: not the record of a run: {error}") from None

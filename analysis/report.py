@@ -1,0 +1,192 @@
+"""The report: one self-contained HTML page from studies, with CSV and JSON beside it."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis import charts
+from analysis.compare import FORCE, Comparison, statistics
+from analysis.doctor import examine
+from analysis.engines.penalty import penalty_of
+from analysis.files import whole_file, write_text
+from analysis.study import Study
+
+
+def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
+    """Write `index.html`, `numbers.json` and one CSV of contacts a run into the folder; return the page's path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    scenes = [_scene_content(study, folder) for study in studies]
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("analysis"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"number": number, "percent": percent}
+    page = environment.get_template("report.html").render(
+        scenes=scenes,
+        command=command,
+        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        version=metadata.version("crowd-percussions"),
+        findings=examine(),
+    )
+    numbers = {content["name"]: {"warnings": content["warnings"], "runs": content["runs"]} for content in scenes}
+    write_text(folder / "numbers.json", json.dumps(jsonable(numbers), indent=1, ensure_ascii=False) + "\n")
+    write_text(folder / "index.html", page)
+    return folder / "index.html"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with some significant digits, as read in a table; – where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    size = abs(value)
+    if isinstance(value, int) or (1 <= size < 1e6 and float(value).is_integer()):
+        return f"{value:,.0f}".replace(",", "\u202f")
+    if 1e-2 <= size < 1e5:
+        decimals = max(0, digits - 1 - math.floor(math.log10(size)))
+        return f"{value:,.{decimals}f}".replace(",", "\u202f")
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa}·10^{int(exponent)}"
+
+
+def percent(value: float) -> str:
+    """A share in per cent, with the digits that it deserves; – where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value and abs(value) < 1e-3:
+        return f"{number(100 * value, 2)} %"
+    return f"{100 * value:.1f} %"
+
+
+def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
+    scene, comparisons = study.scene, study.comparisons
+    best = max(comparisons, key=lambda c: c.scene.contact.stiffness_N_per_m)
+    stiffest = [c for c in comparisons if c.scene.contact.stiffness_N_per_m == best.scene.contact.stiffness_N_per_m]
+    figures = [
+        ("scene", "The scene at the start", charts.scene_picture(scene)),
+        ("networks", "Force networks on the same snapshot", charts.force_networks(stiffest)),
+        ("carried", "Who carries most", charts.carried_maps(stiffest[0])),
+        ("scatter", "Rigid against penalty, contact by contact", charts.scatter(comparisons)),
+        ("distributions", "Distribution of the normal forces", charts.distributions(stiffest)),
+    ]
+    if len({c.scene.contact.stiffness_N_per_m for c in comparisons}) > 1:
+        figures.append(("stiffness", "Do they approach each other as the stiffness grows?", charts.stiffness_study(comparisons)))
+    runs = []
+    for comparison in comparisons:
+        name = f"{scene.name}_{comparison.record.engine}_k{comparison.scene.contact.stiffness_N_per_m:.6g}.csv"
+        write_contacts(folder / name, comparison)
+        runs.append(_run_content(comparison) | {"csv": name})
+    return {
+        "name": scene.name,
+        "scene": scene,
+        "impact": comparisons[0].unit != FORCE,
+        "unit": comparisons[0].unit,
+        "disks": len(scene.snapshot),
+        "radius": (float(scene.snapshot.radius.min()), float(scene.snapshot.radius.max())),
+        "mass": (float(scene.snapshot.mass.min()), float(scene.snapshot.mass.max())),
+        "figures": [(key, title, _inline(figure)) for key, title, figure in figures],
+        "runs": runs,
+        "verdicts": _verdicts(runs),
+        "carriers": _carriers(stiffest[0]),
+        "warnings": study.warnings,
+    }
+
+
+def _run_content(comparison: Comparison) -> dict[str, Any]:
+    record, penalty = comparison.record, penalty_of(comparison.scene)
+    return {
+        "engine": record.engine,
+        "engine_name": charts.ENGINE_NAMES.get(record.engine, record.engine),
+        "stiffness": comparison.scene.contact.stiffness_N_per_m,
+        "safe_time_step_s": penalty.safe_time_step,
+        "time_s": comparison.time,
+        "record": asdict(record),
+        "statistics": statistics(comparison),
+        "status": str(comparison.answer.status),
+        "solver": comparison.answer.solver,
+        "percussion_seconds": comparison.answer.seconds,
+        "drive_sum": comparison.drive_sum.tolist(),
+        "wall_sum": comparison.wall_sum.tolist(),
+        "rigid_wall_sum": comparison.rigid_wall_sum.tolist(),
+        "walls": comparison.wall_loads(),
+        "unit": comparison.unit,
+    }
+
+
+def _verdicts(runs: list[dict[str, Any]]) -> list[str]:
+    """What the numbers say about rising stiffness, a sentence an engine."""
+    sentences = []
+    for engine in sorted({run["engine"] for run in runs}):
+        mine = sorted((run for run in runs if run["engine"] == engine), key=lambda run: float(run["stiffness"]))
+        soft, stiff = mine[0], mine[-1]
+        if soft is stiff:
+            continue
+        before, after = (float(run["statistics"]["contact_relative_difference"]) for run in (soft, stiff))
+        if not (math.isfinite(before) and math.isfinite(after)):
+            continue
+        trend = "approach each other" if after < 0.8 * before else "do not approach each other" if after > 0.95 * before else "approach each other a little"
+        sentences.append(
+            f"{stiff['engine_name']}: from k = {soft['stiffness']:.3g} to {stiff['stiffness']:.3g} N/m the relative difference per "
+            f"contact goes from {percent(before)} to {percent(after)} "
+            f"(per disk: {percent(float(soft['statistics']['disk_sum_relative_difference']))} to "
+            f"{percent(float(stiff['statistics']['disk_sum_relative_difference']))}): penalty and rigid forces {trend}."
+        )
+    return sentences
+
+
+def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, float | int]]:
+    """The disks that carry most in the rigid model, with what they carry in the penalty model and both ranks."""
+    penalty, rigid = comparison.disk_sums()
+    assert comparison.snapshot.ids is not None
+    rank_penalty = np.argsort(np.argsort(-penalty, kind="stable"), kind="stable") + 1
+    rows = []
+    for place, disk in enumerate(np.argsort(-rigid, kind="stable")[:most], start=1):
+        x, y = comparison.snapshot.position[disk]
+        rows.append(
+            {"place": place, "id": int(comparison.snapshot.ids[disk]), "x": float(x), "y": float(y), "rigid": float(rigid[disk]),
+             "penalty": float(penalty[disk]), "penalty_place": int(rank_penalty[disk])}
+        )
+    return rows
+
+
+def write_contacts(path: Path, comparison: Comparison) -> None:
+    """One row a contact, both models side by side, as CSV with the unit in the names."""
+    unit = "N" if comparison.unit == FORCE else "Ns"
+    header = f"first,second,is_wall,nx,ny,gap_m,penalty_x_{unit},penalty_y_{unit},rigid_x_{unit},rigid_y_{unit},in_penalty,in_rigid,determined"
+    flags = np.column_stack([comparison.in_penalty, comparison.in_rigid, comparison.determined]).astype(int)
+    with whole_file(path) as file:
+        file.write(header + "\n")
+        for row in range(len(comparison.first)):
+            numbers = [*comparison.normal[row], comparison.gap[row], *comparison.penalty[row], *comparison.rigid[row]]
+            keys = f"{comparison.first[row]},{comparison.second[row]},{int(comparison.is_wall[row])}"
+            file.write(",".join([keys, *(repr(float(x)) for x in numbers), *(str(f) for f in flags[row])]) + "\n")
+
+
+def _inline(figure: Figure) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130)
+    return base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def jsonable(value: Any) -> Any:
+    """NaN has no place in JSON: null."""
+    if isinstance(value, dict):
+        return {key: jsonable(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

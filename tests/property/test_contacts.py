@@ -1,0 +1,59 @@
+"""Contacts against a brute-force search, and what find_contacts refuses."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nscd import Snapshot, Walls, find_contacts, solve
+
+
+@given(st.integers(0, 10**6))
+def test_pairs_are_those_of_a_brute_force_search(seed):
+    rng = np.random.default_rng(seed)
+    n, tolerance = 40, 0.05
+    position, radius = rng.uniform(0, 3, (n, 2)), rng.uniform(0.02, 0.3, n)
+    snapshot = Snapshot(position=position, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n))
+    contacts = find_contacts(snapshot, tolerance=tolerance)
+    found = set(zip(contacts.first.tolist(), contacts.second.tolist(), strict=True))
+    expected = {
+        (i, j) for i in range(n) for j in range(i + 1, n)
+        if np.linalg.norm(position[i] - position[j]) - radius[i] - radius[j] <= tolerance
+    }
+    assert found == expected
+
+
+@given(st.floats(-2, 4), st.floats(-2, 2))
+def test_wall_gap_is_the_distance_to_the_segment(x, y):
+    """Sampled distance to the segment from (0,0) to (2,0), ends included."""
+    snapshot = Snapshot(position=[[x, y]], velocity=[[0, 0]], radius=[0.1], mass=[1])
+    samples = np.column_stack([np.linspace(0, 2, 20001), np.zeros(20001)])
+    distance = np.hypot(*(samples - [x, y]).T).min()
+    if distance < 1e-3:
+        return
+    contacts = find_contacts(snapshot, Walls(start=[[0, 0]], end=[[2, 0]]), tolerance=10.0)
+    assert contacts.gap[0] == pytest.approx(distance - 0.1, abs=1e-5)
+    np.testing.assert_allclose(np.array([x, y]) + distance * contacts.normal[0], [np.clip(x, 0, 2), 0], atol=2e-4)
+
+
+def test_what_is_refused():
+    two = Snapshot(position=[[0, 0], [0, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1])
+    with pytest.raises(ValueError, match="coincide"):
+        find_contacts(two, tolerance=0)
+    with pytest.raises(ValueError, match="tolerance"):
+        find_contacts(two, tolerance=np.nan)
+    with pytest.raises(ValueError, match="radius: 0 in row 1"):
+        Snapshot(position=[[0, 0], [3, 0]], velocity=np.zeros((2, 2)), radius=[1, 0], mass=[1, 1])
+    with pytest.raises(ValueError, match="velocity: not a finite number in row 0"):
+        Snapshot(position=[[0, 0]], velocity=[[np.nan, 0]], radius=[1], mass=[1])
+    apart = Snapshot(position=[[0, 0], [2, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1])
+    contacts = find_contacts(apart, tolerance=1e-9)
+    with pytest.raises(ValueError, match="left_velocity"):
+        solve(apart, contacts, left_velocity=np.full((2, 2), np.inf))
+    with pytest.raises(ValueError, match="tolerance"):
+        solve(apart, contacts, tolerance=1e-20)
+    with pytest.raises(ValueError, match="unknown 'magic'"):
+        solve(apart, contacts, solver="magic")
+    one = Snapshot(position=[[0, 0]], velocity=[[0, 0]], radius=[1], mass=[1])
+    with pytest.raises(ValueError, match="disk index 1 where there are 1 disks"):
+        solve(one, contacts)

@@ -1,0 +1,116 @@
+"""Scenes: files, makers, and what is refused."""
+
+import numpy as np
+import pytest
+
+from analysis.making import MAKERS, make
+from analysis.scene import SceneError, read_scene, scene_names, scenes_folder
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_committed_files_are_what_the_maker_writes(name, tmp_path):
+    make(name).write(tmp_path)
+    for suffix in (".toml", ".data"):
+        assert (tmp_path / f"{name}{suffix}").read_bytes() == (scenes_folder() / f"{name}{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_reading_gives_back_what_was_written(name, tmp_path):
+    scene = read_scene(name)
+    again = read_scene(scene.write(tmp_path))
+    assert again.digest() == scene.digest()
+    assert again.notes == scene.notes
+    np.testing.assert_array_equal(again.snapshot.mass, scene.snapshot.mass)
+
+
+def test_any_number_and_seed(tmp_path):
+    a, b, c = make("arch", 1500, 3), make("arch", 1500, 3), make("arch", 1500, 4)
+    np.testing.assert_array_equal(a.snapshot.position, b.snapshot.position)
+    assert len(a.snapshot) == 1500
+    assert not np.array_equal(a.snapshot.position, c.snapshot.position)
+    a.check("arch")
+
+
+def test_paper_scenes_are_the_paper_s():
+    arch = read_scene("arch")
+    assert len(arch.snapshot) == 594
+    assert set(arch.snapshot.mass) == {75.0}
+    assert arch.drive.speed_m_per_s == 2
+    assert np.hypot(*np.subtract(arch.drive.door_end_m, arch.drive.door_start_m)) == 1
+    corridor = read_scene("corridor").snapshot
+    assert (np.abs(corridor.velocity).sum(1) > 0).sum() == 3
+    assert len(corridor) == 56
+
+
+def test_drive_points_to_the_nearest_point_of_the_door():
+    drive = read_scene("arch").drive
+    position = np.array([[-1.0, 0.3], [-3.0, 4.5], [0.5, 0.2]])
+    desired = drive.desired_velocity(position)
+    np.testing.assert_allclose(desired, [[2, 0], [2 * 0.6, -2 * 0.8], [2, 0]], atol=1e-15)
+
+
+CHANGES = [
+    ("stiffness_N_per_m = 1000000.0", "stiffness_N_per_m = -1.0", "contact.stiffness_N_per_m"),
+    ("stiffness_N_per_m = 1000000.0", "stiffness_kN_per_m = 1000.0", "unknown key"),
+    ("duration_s = 2.0", "duration_s = nan", "run.duration_s"),
+    ("restitution = 0.1", "restitution = 2", "contact.restitution"),
+    ('law = "hooke"', 'law = "hook"', "contact.law"),
+    ("outward = [1.0, 0.0]", "outward = [1.0, 1.0]", "unit vector"),
+    ('data = "arch.data"', 'data = "absent.data"', "absent.data: no such file"),
+    ("[drive]", "[drive", "line"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), CHANGES, ids=[change[1] for change in CHANGES])
+def test_bad_scene_file(tmp_path, old, new, message):
+    path = make("arch").write(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(SceneError, match=message):
+        read_scene(path)
+
+
+def _with_data(tmp_path, change):
+    path = make("arch").write(tmp_path)
+    data = tmp_path / "arch.data"
+    data.write_text(change(data.read_text()))
+    return path
+
+
+def test_bad_initial_states(tmp_path):
+    with pytest.raises(SceneError, match=r"arch\.data: truncated"):
+        read_scene(_with_data(tmp_path, lambda text: "\n".join(text.splitlines()[:200])))
+    lines = make("arch").write(tmp_path) and (tmp_path / "arch.data").read_text().splitlines()
+    at = lines.index("Atoms # sphere") + 2
+    first = lines[at].split()
+
+    def replaced(column, value):
+        words = list(first)
+        words[column] = value
+        return lambda _: "\n".join([*lines[:at], " ".join(words), *lines[at + 1 :]]) + "\n"
+
+    for column, value, message in [
+        (2, "0.0", r"radius: 0 in row 0"),
+        (4, "nan", r"position: not a finite number in row 0"),
+        (4, "5.0", r"disk 1 at \(5, .*outside the walls"),
+        (2, "1.5", r"disk \d+ and .* overlap by"),
+        (3, "word", r"line 12: not a row of numbers"),
+    ]:
+        with pytest.raises(SceneError, match=message):
+            read_scene(_with_data(tmp_path, replaced(column, value)))
+
+
+def test_a_door_narrower_than_a_disk_is_a_warning():
+    scene = make("arch", 50)
+    narrow = scene.drive.model_copy(update={"door_start_m": (0.0, -0.1), "door_end_m": (0.0, 0.1)})
+    assert "narrower" in scene.model_copy(update={"drive": narrow}).check("x")[0]
+
+
+def test_unknown_names():
+    with pytest.raises(SceneError, match=r"unknown scene 'arc'.*arch"):
+        read_scene("arc")
+    with pytest.raises(SceneError, match="unknown scene"):
+        make("arc")
+    with pytest.raises(SceneError, match="fixed number"):
+        make("pair", 5)
