@@ -180,14 +180,13 @@ def _numbers(heads: Floats, after: Snapshot, walls: Walls, area: shapely.Polygon
         "moved_mean_x_m": mean_x,
         "moved_mean_y_m": mean_y,
         "density_before_mean_per_m2": density[0].mean(),
-        "density_before_largest_per_m2": density[0].max(),
+        "density_before_decile_per_m2": np.quantile(density[0], 0.9),
         "density_after_mean_per_m2": density[1].mean(),
-        "density_after_largest_per_m2": density[1].max(),
+        "density_after_decile_per_m2": np.quantile(density[1], 0.9),
     }
     counts = {
         "overlaps_before": len(overlap),
         "wall_overlaps_before": int((overlapping & touching.is_wall).sum()),
-        "contacts_before": int((~touching.is_wall).sum()),
         "contacts_after": int((~left.is_wall).sum()),
         "wall_contacts_after": int(left.is_wall.sum()),
     }

@@ -14,6 +14,7 @@ from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
 from nscd.solvers.interior_point import interior_point
 from nscd.solvers.maintained import maintained
+from nscd.solvers.polish import polish
 
 SOLVERS = ("auto", "interior_point")
 
@@ -52,6 +53,8 @@ def solve(
         name, (reaction, right, iterations) = "maintained", maintained(problem, tolerance)
     else:
         name, (reaction, right, iterations) = "interior_point", interior_point(problem, tolerance)
+        reaction, right, rounds = polish(problem, reaction, right, tolerance)
+        iterations += rounds
     return certify(snapshot, contacts, problem, reaction, right, tolerance, name, iterations, started)
 
 
@@ -83,7 +86,7 @@ def certify(
     elif max(residual, momentum_error) > tolerance:
         status = Status.INACCURATE
         reason = f"residual {residual:.1e}, momentum error {momentum_error:.1e}, tolerance {tolerance:.1e}"
-    warnings = ()
+    warnings: tuple[str, ...] = ()
     if energy_change > 1e-9 * energy:
         warnings = (f"energy grew by {energy_change:.3g} J: dissipation k > 0 acts on contacts that were already opening",)
     assert snapshot.spin is not None

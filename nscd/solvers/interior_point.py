@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from nscd.bodies import Floats
 from nscd.problem import ContactProblem
 
-PROXIMAL = 1e-14
+PROXIMAL = 1e-12
 MAXIMUM_ITERATIONS = 200
 TINY = 1e-300
 
@@ -45,7 +45,7 @@ def interior_point(problem: ContactProblem, tolerance: float) -> tuple[Floats, F
         primal = C @ u + slack - b
         mu = float(slack @ reaction) / len(b)
         theta = 1.0 / (slack / reaction + PROXIMAL)
-        factor = splu(csc_array(A + C.T @ diags_array(theta) @ C), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        factor = splu(csc_array(A + C.T @ diags_array(theta) @ C), permc_spec="MMD_AT_PLUS_A")
 
         def step(complementarity: Floats) -> tuple[Floats, Floats, Floats]:
             wanted = primal - complementarity / reaction  # noqa: B023

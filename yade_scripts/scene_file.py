@@ -1,0 +1,161 @@
+"""A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the command line."""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+NUMBERS = {
+    "stiffness": ("contact", "stiffness_N_per_m"), "restitution": ("contact", "restitution"),
+    "friction": ("contact", "friction"), "tangential_ratio": ("contact", "tangential_ratio"),
+    "duration": ("run", "duration_s"), "frames": ("run", "frames"), "dt": ("run", "time_step_s"),
+    "drive_interval": ("run", "drive_interval_steps"),
+}
+LARGEST_DAMPING_RATIO = 10.0
+STEP_FRACTION = 0.1
+
+
+class SceneFileError(ValueError):
+    """A scene that cannot be run; the message names the file, line or field."""
+
+
+@dataclass(frozen=True)
+class Disks:
+    """ids (n,), radius (n,) m, mass (n,) kg, position and velocity (n,2) m, m/s, spin (n,) rad/s, box: its three lines."""
+
+    ids: np.ndarray
+    radius: np.ndarray
+    mass: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    box: tuple
+
+
+def read_scene(path, given):
+    """The scene file's tables, with the numbers in `given` (name → text) in their place."""
+    try:
+        scene = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneFileError(f"{path}: {error.strerror}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise SceneFileError(f"{path}: {error}") from None
+    for name, text in given.items():
+        if name not in NUMBERS:
+            raise SceneFileError(f"{name}={text}: unknown; there are: {', '.join([*NUMBERS, 'out'])}")
+        table, key = NUMBERS[name]
+        try:
+            scene[table][key] = type(scene[table].get(key, 0.0))(float(text))
+        except ValueError:
+            raise SceneFileError(f"{name}={text}: not a number") from None
+    if scene["contact"]["law"] != "hooke":
+        raise SceneFileError(f"{path}: contact.law: {scene['contact']['law']}; YADE runs hooke only here, LAMMPS runs both")
+    return scene
+
+
+def read_disks(path):
+    """The disks of a LAMMPS data file (atom_style sphere). The density column is that of a sphere."""
+    section, rows, bounds = "", {"Atoms": [], "Velocities": []}, {}
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise SceneFileError(f"{path}: {error.strerror}") from None
+    for number, line in enumerate(lines[1:], start=2):
+        words = line.split("#")[0].split()
+        try:
+            if words and words[0] in rows:
+                section = words[0]
+            elif words and section:
+                rows[section].append([float(word) for word in words[:7]])
+            elif len(words) == 4 and words[3][1:] == "hi":
+                bounds[words[2]] = tuple(map(float, words[:2]))
+        except ValueError:
+            raise SceneFileError(f"{path}, line {number}: not a row of numbers: {line.strip()!r}") from None
+    atoms, motion = (np.array(sorted(rows[name])) for name in ("Atoms", "Velocities"))
+    if atoms.ndim != 2 or atoms.shape[1] != 7 or motion.shape != atoms.shape or (motion[:, 0] != atoms[:, 0]).any():
+        raise SceneFileError(f"{path}: not as many complete Velocities as Atoms")
+    radius = 0.5 * atoms[:, 2]
+    mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * (4.0 * np.pi / 3.0) * radius**3])
+    return Disks(
+        ids=atoms[:, 0].astype(int), radius=radius, mass=mass, position=atoms[:, 4:6], velocity=motion[:, 1:3], spin=motion[:, 6],
+        box=tuple("%.16e %.16e\n" % bounds[axis] for axis in ("xlo", "ylo", "zlo")),
+    )
+
+
+def restitution_of(ratio):
+    """Restitution of two bodies that repel with max(0, k overlap + c approach) at damping ratio c/(2 sqrt(k m_eff)).
+
+    Schwager and Poeschel, Granular Matter 9 (2007) 465; 1e-300 gives the limit exp(-2) at critical damping.
+    """
+    root = math.sqrt(abs(1 - ratio * ratio) + 1e-300)
+    below = math.atan2(2 * ratio * root, 2 * ratio * ratio - 1)
+    return math.exp(-ratio / root * (below if ratio < 1 else 2 * math.log(ratio + root)))
+
+
+def damping_ratio_for(restitution):
+    """The damping ratio whose restitution is the one asked, by bisection; at most 10 (restitution 0.0024)."""
+    if restitution >= 1:
+        return 0.0
+    low, high = 0.0, LARGEST_DAMPING_RATIO
+    if restitution <= restitution_of(high):
+        return high
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if restitution_of(middle) > restitution else (low, middle)
+    return 0.5 * (low + high)
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the heaviest disks."""
+
+    stiffness: float
+    friction: float
+    tangential_stiffness: float
+    damping_ratio: float
+    restitution: tuple
+    damping: float
+    wall_damping: float
+    safe_time_step: float
+    time_step: float
+    frame_interval: int
+    steps: int
+
+
+def penalty_of(scene, mass):
+    """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
+    contact, run = scene["contact"], scene["run"]
+    k, ratio = contact["stiffness_N_per_m"], damping_ratio_for(contact["restitution"])
+    most = ratio * math.sqrt(mass.max() / mass.min())
+    safe = STEP_FRACTION * math.sqrt(mass.min() / k) / max(1.0, 2 * most)
+    between = run["duration_s"] / run["frames"]
+    if run.get("time_step_s"):
+        step, interval = run["time_step_s"], max(1, round(between / run["time_step_s"]))
+    else:
+        interval = math.ceil(between / safe)
+        step = between / interval
+    return Penalty(
+        stiffness=k, friction=contact.get("friction", 0.0), damping_ratio=ratio,
+        tangential_stiffness=contact.get("tangential_ratio", 2 / 7) * k if contact.get("friction", 0.0) else 0.0,
+        restitution=(restitution_of(most), restitution_of(ratio)),
+        damping=2 * ratio * math.sqrt(k * mass.max() / 2), wall_damping=2 * ratio * math.sqrt(k * mass.max()),
+        safe_time_step=safe, time_step=step, frame_interval=interval, steps=interval * run["frames"],
+    )
+
+
+def drive_force(drive, mass, position, velocity):
+    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the door (or its centre), and outward beyond the door."""
+    start, end = np.array(drive["door_start_m"]), np.array(drive["door_end_m"])
+    outward = np.array(drive["outward"])
+    gone = (position - start) @ outward >= 0
+    if drive.get("aim", "nearest") == "centre":
+        start = end = 0.5 * (start + end)
+    along = end - start
+    share = np.clip((position - start) @ along / max(along @ along, 1e-30), 0.0, 1.0)
+    way = start + share[:, None] * along - position
+    distance = np.hypot(*way.T)
+    gone |= distance == 0
+    direction = np.where(gone[:, None], outward, way / np.where(distance > 0, distance, 1.0)[:, None])
+    return mass[:, None] * (drive["speed_m_per_s"] * direction - velocity) / drive["relaxation_time_s"]
