@@ -15,7 +15,7 @@ MASS_KG = 75.0
 # The restitution that stands for the inelastic limit; penalty models cannot reach e = 0 (see docs/conventions.md).
 INELASTIC = 0.01
 # Dense enough to integrate a contact whose force decays within 0.3 ms, long enough for it to let go again.
-IMPACT = Run(duration_s=0.3, frames=10000, time_step_s=1e-5)
+IMPACT = Run(duration_s=0.3, frames=10000, time_step_s=2e-6)
 
 
 def _impact(
@@ -91,7 +91,7 @@ gives no positions: this arrangement of its 56 disks is ours."""
         Wall(name="lower", start_m=(length[0], -half), end_m=(length[1], -half)),
         Wall(name="upper", start_m=(length[0], half), end_m=(length[1], half)),
     ]
-    run = Run(duration_s=0.3, frames=3000, time_step_s=2e-5)
+    run = Run(duration_s=0.3, frames=3000, time_step_s=5e-6)
     return _impact("corridor", "Push in a corridor", f"{PAPER}, Fig. 2", notes, position, velocity, MASS_KG, walls, 0.05, run)
 
 

@@ -113,7 +113,7 @@ def _run_content(comparison: Comparison) -> dict[str, Any]:
         "stiffness": comparison.scene.contact.stiffness_N_per_m,
         "safe_time_step_s": penalty.safe_time_step,
         "time_s": comparison.time,
-        "record": asdict(record),
+        "record": asdict(record) | {"particle_steps": record.particle_steps},
         "statistics": statistics(comparison),
         "status": str(comparison.answer.status),
         "solver": comparison.answer.solver,

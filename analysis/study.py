@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.compare import Comparison, compare_run
-from analysis.engines import EngineError, engine
-from analysis.engines.record import RunRecord
+from analysis.engines import engine
+from analysis.engines.record import EngineError, RunRecord
 from analysis.scene import Scene
 
 log = logging.getLogger(__name__)
@@ -38,7 +38,7 @@ def run_engine(scene: Scene, engine_name: str, folder: Path, progress: Progress 
     chosen = engine(engine_name)
     try:
         record = RunRecord.read(folder)
-    except (OSError, ValueError):
+    except EngineError:
         record = None
     if record and record.exit_state == "finished" and record.scene_digest == scene.digest() and record.version == chosen.version():
         log.info("%s: unchanged, taken from %s", scene.name, folder)

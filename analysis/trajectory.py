@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from analysis.dumps import DumpError, open_bodies
-from analysis.engines.record import RunRecord
+from analysis.engines.record import EngineError, RunRecord
 from analysis.files import whole_file
 from analysis.percussions import CSV_HEADER, LeftVelocity, PercussionAnalysis, contact_rows
 from analysis.scene import Scene, read_scene
@@ -68,5 +68,5 @@ def _time_step(dump: Path, given: float | None) -> float:
         return given
     try:
         return RunRecord.read(dump.parent).time_step_s
-    except (OSError, ValueError):
+    except EngineError:
         raise DumpError(f"{dump}: no run.json beside it; give the time step of the simulation (--time-step, s)") from None

@@ -66,11 +66,18 @@ class _PairLaw:
             approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
             size = np.maximum(0.0, self.penalty.stiffness * overlap + self.penalty.damping * approach)
             normal_force = size[:, None] * normal
-            limit = self.penalty.friction * size / np.maximum(np.hypot(*tangential.T), 1e-300)
-            tangential = np.minimum(1.0, limit)[:, None] * tangential
+            tangential = self._slide(tangential, np.hypot(*table[:, 3:5].T), size)
         force = normal_force + tangential
         turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
         return np.column_stack([np.sort(table[:, :2], axis=1), np.zeros(len(table)), turn * normal, overlap, turn * force])
+
+    def _slide(self, tangential: Floats, size_at_end: Floats, size: Floats) -> Floats:
+        """Tangential forces (k,2) N with the limit of friction at the normal force of the step, not of its end."""
+        length = np.hypot(*tangential.T)
+        friction = self.penalty.friction
+        slides = (length >= friction * size_at_end * (1 - 1e-12)) | (length > friction * size)
+        scale = np.where(slides & (length > 0), friction * size / np.maximum(length, 1e-300), 1.0)
+        return np.asarray(scale[:, None] * tangential)
 
     def _middle_velocity(self, disks: Floats, frame: int, rank: Integers) -> Floats:
         """Velocity of the first relative to the second in the middle of the step that ends at this frame."""
