@@ -26,14 +26,21 @@ ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE"}
 def engine_label(comparison: Comparison) -> str:
     """Engine and stiffness in words."""
     name = ENGINE_NAMES.get(comparison.record.engine, comparison.record.engine)
-    return f"{name}, k = {comparison.scene.contact.stiffness_N_per_m:.3g} N/m"
+    return f"{name}, k = {stiffness_label(comparison)} N/m"
+
+
+def stiffness_label(comparison: Comparison) -> str:
+    """Stiffness (N/m) as 10⁶ or 2.5·10⁶."""
+    mantissa, exponent = f"{comparison.scene.contact.stiffness_N_per_m:.2e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".")
+    return rf"$10^{{{int(exponent)}}}$" if mantissa == "1" else rf"${mantissa}\cdot 10^{{{int(exponent)}}}$"
 
 
 def scene_picture(scene: Scene) -> Figure:
     """The initial state: disks, walls, the door, and who moves or walks where."""
-    figure = Figure(figsize=(7, 4.2), layout="constrained")
-    axes = figure.add_subplot()
     snapshot = scene.snapshot
+    figure = Figure(figsize=_size(snapshot.position, float(snapshot.radius.max()), 1), layout="constrained")
+    axes = figure.add_subplot()
     _draw_disks(axes, snapshot, "#DDEAF3")
     _draw_walls(axes, scene)
     velocity = snapshot.velocity if scene.drive is None else scene.drive.desired_velocity(snapshot.position)
@@ -47,7 +54,7 @@ def scene_picture(scene: Scene) -> Figure:
         (x0, y0), (x1, y1) = scene.drive.door_start_m, scene.drive.door_end_m
         axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="best", fontsize=8)
+        figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     _frame(axes, snapshot.position, float(snapshot.radius.max()))
     return figure
 
@@ -57,7 +64,9 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
     grow with the normal force."""
     parts = [(engine_label(c), c, c.normal_parts()[0]) for c in comparisons]
     parts.append((f"Percussions on the {ENGINE_NAMES.get(comparisons[0].record.engine)} snapshot", comparisons[0], comparisons[0].normal_parts()[1]))
-    figure = Figure(figsize=(4.6 * len(parts), 4.8), layout="constrained")
+    view = _contact_lines(comparisons[0]).reshape(-1, 2)
+    size = _size(view, float(comparisons[0].snapshot.radius.max()), len(parts))
+    figure = Figure(figsize=size, layout="constrained")
     every = np.concatenate([force[force > 0] for _, _, force in parts])
     top = float(np.quantile(every, 0.99)) if len(every) else 1.0
     norm = Normalize(0.0, top)
@@ -71,7 +80,7 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
         widths = 0.2 + 4.0 * np.clip(force[order] / top, 0, 1.2)
         axes.add_collection(LineCollection(list(lines[order]), linewidths=list(widths), array=force[order], cmap="viridis_r", norm=norm))
         axes.set_title(label, fontsize=10)
-        _frame(axes, lines.reshape(-1, 2), float(snapshot.radius.max()))
+        _frame(axes, view, float(snapshot.radius.max()))
     unit = comparisons[0].unit
     quantity = "normal contact force" if unit == FORCE else "normal contact impulse"
     figure.colorbar(ScalarMappable(norm, "viridis_r"), ax=figure.axes, shrink=0.75, extend="max", label=f"{quantity} ({unit})")
@@ -81,9 +90,9 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
 def carried_maps(comparison: Comparison) -> Figure:
     """What each disk carries (sum of the magnitudes of its normal forces), penalty and rigid, one colour scale."""
     sums = comparison.disk_sums()
-    figure = Figure(figsize=(9.5, 4.6), layout="constrained")
-    norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
     lines = _contact_lines(comparison).reshape(-1, 2)
+    figure = Figure(figsize=_size(lines, float(comparison.snapshot.radius.max()), 2), layout="constrained")
+    norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
     for number, (label, values) in enumerate(zip((engine_label(comparison), "Percussions"), sums, strict=True)):
         axes = figure.add_subplot(1, 2, number + 1)
         snapshot = comparison.snapshot
@@ -128,9 +137,10 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
     axes = figure.add_subplot()
     for number, comparison in enumerate(comparisons):
         penalty, rigid = comparison.normal_parts()
-        colour = (BLUE, ORANGE, GREEN, PINK)[number % 4]
-        _exceedance(axes, penalty[comparison.in_penalty], f"{engine_label(comparison)}: penalty", colour, "-")
-        _exceedance(axes, rigid[comparison.in_rigid], f"{engine_label(comparison)}: rigid", colour, "--")
+        colour, width = (BLUE, ORANGE, GREEN, PINK)[number % 4], 3.0 / (number + 1)
+        _exceedance(axes, penalty[comparison.in_penalty], f"{engine_label(comparison)}", colour, "-", width)
+        if not number:
+            _exceedance(axes, rigid[comparison.in_rigid], "percussions on the same snapshot", BLACK, "--", 1.2)
     axes.set(yscale="log", xlabel="normal force / its mean over pressed contacts", ylabel="share of pressed contacts beyond")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=7)
@@ -159,10 +169,10 @@ def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
     return figure
 
 
-def _exceedance(axes: Axes, force: Floats, label: str, colour: str, style: str) -> None:
+def _exceedance(axes: Axes, force: Floats, label: str, colour: str, style: str, width: float) -> None:
     pressed = np.sort(force[force > 1e-9 * force.max(initial=0.0)])
     if len(pressed) > 1:
-        axes.step(pressed / pressed.mean(), 1.0 - np.arange(len(pressed)) / len(pressed), style, color=colour, lw=1.4, label=label)
+        axes.step(pressed / pressed.mean(), 1.0 - np.arange(len(pressed)) / len(pressed), style, color=colour, lw=width, label=label)
 
 
 def _contact_lines(comparison: Comparison) -> Floats:
@@ -187,6 +197,15 @@ def _draw_disks(axes: Axes, snapshot: Snapshot, colour: str) -> None:
 def _draw_walls(axes: Axes, scene: Scene) -> None:
     walls = [(w.start_m, w.end_m) for w in scene.walls]
     axes.add_collection(LineCollection(walls, colors=BLACK, linewidths=2.5, label="wall" if walls else None))
+
+
+def _size(points: Floats, margin: float, panels: int) -> tuple[float, float]:
+    """Figure size (inches) for some panels side by side that show these points at equal scale."""
+    width, height = points.max(0) - points.min(0) + 4 * margin
+    panel = min(7.0, 11.0 / panels)
+    tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)
+    wide = (tall - 1.3) * width / height + 0.7
+    return float(min(panels * max(wide, 2.6), 11.0) + 1.0), float(tall)
 
 
 def _frame(axes: Axes, points: Floats, margin: float) -> None:

@@ -161,7 +161,7 @@ def compare(
 def report(
     scenes: Annotated[list[str], typer.Argument(help="Scenes, by name or .toml file.")],
     engine: Annotated[list[str] | None, typer.Option(help="Engine; give it twice for both. Left out: all that are installed.")] = None,
-    stiffness: Annotated[list[float] | None, typer.Option(help="Stiffness in N/m; give it several times. Left out: the scene's and ten times it.")] = None,
+    stiffness: Annotated[list[float] | None, typer.Option(help="Stiffness in N/m; give it several times. Left out: the scene's and, for a driven crowd, ten times it.")] = None,
     runs: Annotated[Path, typer.Option(help="Folder for the runs; unchanged ones are used again.")] = Path("out"),
     out: Out = Path("report"),
 ) -> None:
@@ -176,14 +176,16 @@ def report(
     from analysis.study import study
 
     chosen = [read_scene(name) for name in scenes]
-    names = engine or list(ENGINES)
+    names = engine or [known.NAME for known in ENGINES]
     for name in names:
         find_engine(name)
     studies = []
     with _progress() as bars:
         for scene in chosen:
             k = scene.contact.stiffness_N_per_m
-            studies.append(study(scene, names, stiffness or [k, 10 * k], runs, bars))
+            # the stiffness changes nothing in an impact, the damping does
+            default = [k] if scene.analysis.kind == "impact" else [k, 10 * k]
+            studies.append(study(scene, names, stiffness or default, runs, bars))
         page = write_report(studies, out, shlex.join(["percussions", *sys.argv[1:]]))
     for made in studies:
         for warning in made.warnings:

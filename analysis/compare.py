@@ -218,6 +218,16 @@ def statistics(comparison: Comparison) -> dict[str, float | int]:
     return out
 
 
+def penalty_difference(a: Comparison, b: Comparison) -> float:
+    """rms difference of the penalty forces of two runs over their united contacts, relative to the rms of the first."""
+    key_a, key_b = (_key(c.first, c.second, c.is_wall) for c in (a, b))
+    keys = np.union1d(key_a, key_b)
+    forces = np.zeros((2, len(keys), 2))
+    forces[0, np.searchsorted(keys, key_a)] = a.penalty
+    forces[1, np.searchsorted(keys, key_b)] = b.penalty
+    return relative_difference(forces[0].ravel(), forces[1].ravel())
+
+
 def correlation(a: Floats, b: Floats) -> float:
     """Pearson's correlation; NaN for fewer than three pairs or no spread."""
     if len(a) < 3 or a.std() < 1e-9 * np.abs(a).max(initial=1e-300) or b.std() < 1e-9 * np.abs(b).max(initial=1e-300):

@@ -20,8 +20,8 @@ LIBRARIES = ("MDAnalysis", "numba", "numpy", "scipy", "PedPy")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One thing that was looked for. state: `ok`; `missing`: nothing works without it; `optional`: not there, and the
-    advice says what is lost and how to get it. version and path are None where it was not found."""
+    """One thing that was looked for. state: `ok`; `missing`: nothing works without it; `optional`: not there,
+    and the advice says what is lost and how to get it. version and path are None where it was not found."""
 
     name: str
     version: str | None
@@ -38,10 +38,7 @@ def examine() -> list[Finding]:
 
 
 def _python() -> Finding:
-    version, path = platform.python_version(), Path(sys.executable)
-    if sys.version_info < (3, 11):
-        return Finding(name="Python", version=version, path=path, state="missing", advice="Python 3.11 or newer is needed")
-    return Finding(name="Python", version=version, path=path, state="ok")
+    return Finding(name="Python", version=platform.python_version(), path=Path(sys.executable), state="ok")
 
 
 def _lammps() -> Finding:
@@ -81,8 +78,12 @@ def _browser() -> Finding:
     if found is None:
         return Finding(name="Chromium", version=None, path=None, state="optional", advice=advice)
     try:
-        answer = subprocess.run([found, "--version"], capture_output=True, text=True, timeout=30, check=True).stdout
+        answer = subprocess.run(
+            [found, "--version"], capture_output=True, text=True, timeout=30, check=True
+        ).stdout
     except (OSError, subprocess.SubprocessError):
         advice = f"{found} does not start; {advice}"
         return Finding(name="Chromium", version=None, path=Path(found), state="optional", advice=advice)
-    return Finding(name="Chromium", version=answer.split(maxsplit=1)[-1].strip(), path=Path(found), state="ok")
+    return Finding(
+        name="Chromium", version=answer.split(maxsplit=1)[-1].strip(), path=Path(found), state="ok"
+    )

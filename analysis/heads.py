@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
+import itertools
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,13 +12,26 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-import pedpy
+import pedpy  # type: ignore[import-untyped]
 from scipy.spatial import cKDTree
 
 from nscd.bodies import Floats, Integers
 
 Unit = Literal["m", "cm"]
-TABLE = {"id", "frame", "x", "y"}
+# PedPy's loaders of files that are always in metres, by ending and, for .csv, by the columns that they need.
+IN_METRES = {
+    "sqlite": pedpy.load_trajectory_from_jupedsim_sqlite,
+    "h5": pedpy.load_trajectory_from_ped_data_archive_hdf5,
+    "hdf5": pedpy.load_trajectory_from_ped_data_archive_hdf5,
+    "json": pedpy.load_trajectory_from_pathfinder_json,
+    "pp": pedpy.load_trajectory_from_viswalk,
+    "fzp": pedpy.load_trajectory_from_viswalk,
+}
+CSV_COLUMNS = {
+    frozenset({"pedID", "time", "posX", "posY"}): pedpy.load_trajectory_from_crowdit,
+    frozenset({"id", "t", "x", "y"}): pedpy.load_trajectory_from_pathfinder_csv,
+    frozenset({"NO", "SIMSEC", "COORDCENTX", "COORDCENTY"}): pedpy.load_trajectory_from_viswalk,
+}
 
 
 class TrajectoryError(ValueError):
@@ -24,8 +40,8 @@ class TrajectoryError(ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Heads:
-    """Heads in one frame: ids (n,), position (n,2) m, velocity (n,2) m/s (NaN for those who were not seen long enough
-    to have one)."""
+    """Heads in one frame: ids (n,), position (n,2) m, velocity (n,2) m/s (NaN for those who were not seen
+    long enough to have one)."""
 
     ids: Integers
     position: Floats
@@ -33,29 +49,40 @@ class Heads:
 
 
 def read_heads(
-    file: Path, frame: int, *, unit: Unit | None = None, frame_rate: float | None = None, window_s: float = 0.4
+    file: Path,
+    frame: int,
+    *,
+    unit: Unit | None = None,
+    frame_rate: float | None = None,
+    window_s: float = 0.4,
 ) -> Heads:
     """Heads of frame number `frame`, ordered by id.
 
-    Velocities are displacements over window_s seconds round the frame (half of it for people who appear or vanish
-    there). `unit` and `frame_rate` (1/s) are needed only where the file does not state them.
+    Velocities are displacements over window_s seconds round the frame (half of it for people who appear or
+    vanish there). `unit` and `frame_rate` (1/s) are needed only where the file does not state them.
 
-    Raises TrajectoryError naming the file, and the frame where it matters, for a file that PedPy cannot read, a missing
-    unit or frame rate, a missing frame, a position that is not a number, a person who occurs twice and two people at
-    the same place.
+    Raises TrajectoryError naming the file, and the frame where it matters, for a file that PedPy cannot read,
+    a missing unit or frame rate, a missing frame, a position that is not a number, a person who occurs twice
+    and two people at the same place.
     """
     trajectory = _load(file, unit, frame_rate)
     every = trajectory.data
     step = round(0.5 * window_s * trajectory.frame_rate)
     if step < 1:
-        raise TrajectoryError(f"{file}: a window of {window_s:g} s holds no three frames at {trajectory.frame_rate:g} frames/s")
+        raise TrajectoryError(
+            f"{file}: a window of {window_s:g} s holds no three frames at {trajectory.frame_rate:g} frames/s"
+        )
     near = every[(every.frame >= frame - step) & (every.frame <= frame + step)].sort_values(["id", "frame"])
     now = near[near.frame == frame]
     if not len(now):
-        raise TrajectoryError(f"{file}: there is no frame {frame}; the frames go from {every.frame.min()} to {every.frame.max()}")
+        first, last = every.frame.min(), every.frame.max()
+        raise TrajectoryError(f"{file}: there is no frame {frame}; the frames go from {first} to {last}")
     bad = near[~np.isfinite(near[["x", "y"]]).all(axis=1)]
     if len(bad):
-        raise TrajectoryError(f"{file}: frame {bad.frame.iloc[0]}: the position of person {bad.id.iloc[0]} is not a number")
+        person = bad.id.iloc[0]
+        raise TrajectoryError(
+            f"{file}: frame {bad.frame.iloc[0]}: the position of person {person} is not a number"
+        )
     twice = near[near.duplicated(["id", "frame"])]
     if len(twice):
         raise TrajectoryError(f"{file}: frame {twice.frame.iloc[0]}: person {twice.id.iloc[0]} occurs twice")
@@ -63,13 +90,17 @@ def read_heads(
     _check_places(f"{file}: frame {frame}", ids, position)
     try:
         moving = pedpy.compute_individual_speed(
-            traj_data=pedpy.TrajectoryData(data=near[["id", "frame", "x", "y"]], frame_rate=trajectory.frame_rate),
+            traj_data=pedpy.TrajectoryData(
+                data=near[["id", "frame", "x", "y"]], frame_rate=trajectory.frame_rate
+            ),
             frame_step=step,
             compute_velocity=True,
             speed_calculation=pedpy.SpeedCalculation.BORDER_SINGLE_SIDED,
         )
     except (pedpy.errors.PedPyError, ValueError, KeyError) as error:
-        raise TrajectoryError(f"{file}: frame {frame}: no velocities over {window_s:g} s: {_first_line(error)}") from None
+        raise TrajectoryError(
+            f"{file}: frame {frame}: no velocities over {window_s:g} s: {_first_line(error)}"
+        ) from None
     found = moving[moving.frame == frame].set_index("id")[["v_x", "v_y"]]
     return Heads(ids=ids, position=position, velocity=found.reindex(ids).to_numpy(dtype=np.float64))
 
@@ -85,7 +116,9 @@ def _check_places(origin: str, ids: Integers, position: Floats) -> None:
     # Heads of different people are never so near, and a crowd is never so far apart: it is the unit.
     typical = float(np.median(nearest))
     if not 0.05 < typical < 10:
-        raise TrajectoryError(f"{origin}: neighbours are {typical:.3g} m apart in the median; is the unit right (m, cm)?")
+        raise TrajectoryError(
+            f"{origin}: neighbours are {typical:.3g} m apart in the median; is the unit right (m, cm)?"
+        )
 
 
 def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
@@ -100,35 +133,36 @@ def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.Traj
 
 
 def _loader(file: Path, unit: Unit | None, frame_rate: float | None) -> Callable[[], pedpy.TrajectoryData]:
-    """Which of PedPy's loaders reads the file: by its ending, and for .csv by its first line."""
-    end = "".join(file.suffixes[-2:]) if file.suffix == ".gz" else file.suffix.lower()
-    if end in (".csv", ".csv.gz"):
-        head = pd.read_csv(file, nrows=0, sep=None, engine="python").columns
-        if set(head) >= TABLE:
-            return lambda: _table(file, unit, frame_rate)
-        if not ({"pedID", "t"} & set(head) or any("COORDCENTX" in column for column in _first_words(file))):
-            raise TrajectoryError(
-                f"{file}: columns {', '.join(map(str, head))}; needed: id, frame, x, y (or those of Pathfinder: id, t, x, y; "
-                "crowd:it: pedID, time, posX, posY; Viswalk: NO, SIMSEC, COORDCENTX, COORDCENTY)"
-            )
-        in_metres = pedpy.load_trajectory_from_crowdit if "pedID" in head else (
-            pedpy.load_trajectory_from_pathfinder_csv if "t" in head else pedpy.load_trajectory_from_viswalk)
-    elif end == ".traj":
+    """Which of PedPy's loaders reads the file: by its ending, and a .csv by the names of its columns."""
+    end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
+    columns = _columns(file) if end == "csv" else set()
+    if columns >= {"id", "frame", "x", "y"}:
+        return lambda: _table(file, unit, frame_rate)
+    if end == "traj":
         if frame_rate is None:
             raise TrajectoryError(f"{file}: Vadere's files state no frame rate; give one (--frame-rate)")
         return lambda: pedpy.load_trajectory_from_vadere(trajectory_file=file, frame_rate=frame_rate)
-    elif end in (".sqlite", ".h5", ".hdf5", ".json", ".pp", ".fzp"):
-        in_metres = {
-            ".sqlite": pedpy.load_trajectory_from_jupedsim_sqlite,
-            ".json": pedpy.load_trajectory_from_pathfinder_json,
-            ".pp": pedpy.load_trajectory_from_viswalk,
-            ".fzp": pedpy.load_trajectory_from_viswalk,
-        }.get(end, pedpy.load_trajectory_from_ped_data_archive_hdf5)
-    else:
+    in_metres = IN_METRES.get(end)
+    if end == "csv":
+        known = (names for names in CSV_COLUMNS if columns >= names)
+        in_metres = CSV_COLUMNS.get(next(known, frozenset()))
+        if in_metres is None:
+            needed = " or ".join(", ".join(sorted(names)) for names in CSV_COLUMNS)
+            raise TrajectoryError(
+                f"{file}: its first lines have no columns that are known: id, frame, x, y or {needed}"
+            )
+    if in_metres is None:
         return lambda: _text(file, unit, frame_rate)
     if unit == "cm":
         raise TrajectoryError(f"{file}: --unit cm: files of this format are in metres")
     return lambda: in_metres(trajectory_file=file)
+
+
+def _columns(file: Path) -> set[str]:
+    """All words between separators in the first lines: the names of the columns are among them."""
+    with gzip.open(file, "rt") if file.suffix == ".gz" else file.open() as lines:
+        top = "".join(itertools.islice(lines, 100))
+    return set(re.split(r"[,;\s]+", top.removeprefix("\ufeff").replace("$PEDESTRIAN:", "")))
 
 
 def _text(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
@@ -137,7 +171,7 @@ def _text(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.Traj
         return pedpy.load_trajectory(
             trajectory_file=file, default_unit=known[unit] if unit else None, default_frame_rate=frame_rate
         )
-    except pedpy.errors.PedPyError as error:
+    except (pedpy.errors.PedPyError, ValueError) as error:
         message = str(error)
         if message.startswith("Unit is needed"):
             raise TrajectoryError(f"{file}: states no unit; give one (--unit m or --unit cm)") from None
@@ -147,7 +181,8 @@ def _text(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.Traj
 
 
 def _table(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
-    """A table with the columns that PedPy's own data have; the frame rate follows from a column `time` (s)."""
+    """A table with the columns that PedPy's own data have; the frame rate follows from a column `time`
+    (s)."""
     data = pd.read_csv(file, sep=None, engine="python")
     if unit is None:
         raise TrajectoryError(f"{file}: states no unit; give one (--unit m or --unit cm)")
@@ -157,13 +192,8 @@ def _table(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.Tra
         moving = data.groupby("id")[["frame", "time"]].diff().dropna()
         frame_rate = float(np.round((moving.frame / moving.time).median(), 6))
     scale = 0.01 if unit == "cm" else 1.0
-    table = data[["id", "frame"]].astype("int64").assign(x=data.x.astype(float) * scale, y=data.y.astype(float) * scale)
-    return pedpy.TrajectoryData(data=table, frame_rate=frame_rate)
-
-
-def _first_words(file: Path) -> list[str]:
-    with file.open(encoding="utf-8-sig", errors="replace") as lines:
-        return [line for _, line in zip(range(100), lines, strict=False)]
+    place = data[["x", "y"]].astype(float) * scale
+    return pedpy.TrajectoryData(data=data[["id", "frame"]].astype("int64").join(place), frame_rate=frame_rate)
 
 
 def _first_line(error: Exception) -> str:

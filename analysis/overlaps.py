@@ -11,8 +11,8 @@ from nscd.bodies import Floats
 from nscd.problem import impact_problem
 from nscd.solvers.interior_point import interior_point
 
-# Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at least SPARE_M before
-# rounding and so never negative after it.
+# Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at least
+# SPARE_M before rounding and so never negative after it.
 GRID_M = 1e-8
 SPARE_M = 3e-8
 STEP_M = 1e-9
@@ -33,15 +33,20 @@ class Arrangement:
 
 
 def reconcile(
-    position: Floats, radius: Floats, walls: Walls | None = None, door: Walls | None = None, outward: Floats | None = None
+    position: Floats,
+    radius: Floats,
+    walls: Walls | None = None,
+    door: Walls | None = None,
+    outward: Floats | None = None,
 ) -> Arrangement:
     """Move disks at position (n,2) m with radius (n,) m as little as possible until none overlap.
 
-    min ½ Σ |q' − q|² subject to |q'_j − q'_i| ≥ r_i + r_j, distance to walls ≥ r, and centres on their own side of the
-    door (one segment; `outward` (2,) points out). The constraints are not convex. Each iterate solves the convex
-    problem with the normals of the one before, n·(q'_j − q'_i) ≥ r_i + r_j, for all pairs with gaps up to a diameter.
-    Its answer satisfies the true constraints too, since |x| ≥ n·x, and the one before is admissible for it: the
-    displacement falls from step to step, to a point of stationarity (a local minimum; a smaller one may exist).
+    min ½ Σ |q' − q|² subject to |q'_j − q'_i| ≥ r_i + r_j, distance to walls ≥ r, and centres on their own
+    side of the door (one segment; `outward` (2,) points out). The constraints are not convex. Each iterate
+    solves the convex problem with the normals of the one before, n·(q'_j − q'_i) ≥ r_i + r_j, for all pairs
+    with gaps up to a diameter. Its answer satisfies the true constraints too, since |x| ≥ n·x, and the one
+    before is admissible for it: the displacement falls from step to step, to a point of stationarity (a local
+    minimum; a smaller one may exist).
 
     Raises OverlapError where there is no room for the disks, or where the iteration does not settle;
     ValueError where two centres (or a centre and a wall) coincide.
@@ -55,10 +60,12 @@ def reconcile(
         overlap = float((SPARE_M - contacts.gap).max(initial=0.0))
         if not len(contacts) or (iteration == 0 and overlap == 0):
             break
-        # A contact problem of unit masses whose "velocity" is the displacement from the current iterate; lengths are
-        # measured in radii (the scale of `left`).
+        # A contact problem of unit masses whose "velocity" is the displacement from the current iterate;
+        # lengths are measured in radii (the scale of `left`).
         home = position - current
-        problem = impact_problem(snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M)
+        problem = impact_problem(
+            snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M
+        )
         problem = replace(problem, free=home.ravel())
         reaction, step, _ = interior_point(problem, SOLVER_TOLERANCE)
         if not problem.residual(reaction, step) < 1e-6:
@@ -67,14 +74,17 @@ def reconcile(
         if np.abs(step).max() < STEP_M and overlap < STEP_M:
             break
     else:
-        raise OverlapError(f"no end after {MAXIMUM_ITERATIONS} linearisations: the last moved {np.abs(step).max():.1e} m")
+        raise OverlapError(
+            f"no end after {MAXIMUM_ITERATIONS} linearisations: the last moved {np.abs(step).max():.1e} m"
+        )
     return Arrangement(position=np.round(current / GRID_M) * GRID_M, linearisations=iteration)
 
 
 def _with_door(
     contacts: Contacts, position: Floats, door: Walls | None, outward: Floats | None, reach: float
 ) -> Contacts:
-    """The contacts and, for those whose centre is within `reach` of the door, a stop of the centre at its line."""
+    """The contacts and, for those whose centre is within `reach` of the door, a stop of the centre at its
+    line."""
     if door is None or outward is None:
         return contacts
     nearest = door.nearest_point(position, np.zeros(len(position), dtype=np.int64))

@@ -7,10 +7,11 @@ import textwrap
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
-import pedpy
+import pedpy  # type: ignore[import-untyped]
 import shapely
 from pydantic import ValidationError
 
@@ -24,6 +25,7 @@ from nscd.bodies import Floats
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
 CELL_RADIUS_M = 0.8
+FREE_MARGIN_M = 10.0
 SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.05, 0.5
 
 
@@ -41,19 +43,19 @@ class ImportedCrowd:
         return self.report.statement
 
     def write(self, folder: Path) -> Path:
-        """Write the scene, and `<name>.reconciliation.json` with the report and each person's head and disk; return
-        the path of the scene file."""
-        ids = self.scene.snapshot.ids
-        assert ids is not None
-        people = [
-            {"id": i, "head_m": head, "disk_m": disk}
-            for i, head, disk in zip(
-                ids.tolist(), self.heads.tolist(), self.scene.snapshot.position.tolist(), strict=True)
-        ]
-        content = self.report.model_dump() | {"statement": self.statement, "people_moved": people}
+        """Write the scene, and `<name>.reconciliation.json` with the report and the place of each
+        person's head and disk; return the path of the scene file."""
+        snapshot = self.scene.snapshot
+        assert snapshot.ids is not None
+        content: dict[str, object] = self.report.model_dump() | {
+            "statement": self.statement,
+            "id": snapshot.ids.tolist(),
+        }
+        for kind, points in (("head", self.heads), ("disk", snapshot.position)):
+            content |= {f"{kind}_{axis}_m": points[:, i].tolist() for i, axis in enumerate("xy")}
         path = self.scene.write(folder)
-        text = json.dumps(content, indent=1, ensure_ascii=False)
-        write_text(folder / f"{self.scene.name}.reconciliation.json", text + "\n")
+        lines = [f'"{key}": {json.dumps(value, ensure_ascii=False)}' for key, value in content.items()]
+        write_text(folder / f"{self.scene.name}.reconciliation.json", "{\n" + ",\n".join(lines) + "\n}\n")
         return path
 
 
@@ -87,26 +89,29 @@ def import_crowd(
 ) -> ImportedCrowd:
     """The people of one frame as disks of the given radius (m) and mass (kg) in the room of a TOML file.
 
-    People outside the polygon of walls and door are left out. The others are moved as little as possible until no disks
-    overlap (see `reconcile`); they keep the velocities of their heads, measured over window_s seconds. The scene is
-    called `name`, or as the room's file. `unit` and `frame_rate` are needed only where the file does not state them.
+    People outside the polygon of walls and door (where there are walls) are left out. The others are moved as
+    little as possible until no disks overlap (see `reconcile`); they keep the velocities of their heads,
+    measured over window_s seconds. The scene is called `name`, or as the room's file. `unit` and `frame_rate`
+    are needed only where the file does not state them.
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or the key.
     """
     if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
-        raise SceneError(f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is needed")
+        raise SceneError(
+            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is needed"
+        )
     if not 0 < mass < 1000:
         raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
     parts, comment = read_room(room)
     origin = f"{file}: frame {frame}"
     heads = read_heads(file, frame, unit=unit, frame_rate=frame_rate, window_s=window_s)
-    area = _area(parts, room)
+    area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
     if not inside.any():
         (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
         raise TrajectoryError(
-            f"{origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) and ({x1:g}, {y1:g}) m; "
-            "is the unit right (m, cm)?"
+            f"{origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) and "
+            f"({x1:g}, {y1:g}) m; is the unit right (m, cm)?"
         )
     kept = Heads(ids=heads.ids[inside], position=heads.position[inside], velocity=heads.velocity[inside])
     if not np.isfinite(kept.velocity).all():
@@ -115,26 +120,38 @@ def import_crowd(
     walls, radii = _walls(parts), np.full(len(kept.ids), radius)
     door = outward = None
     if parts.drive is not None:
-        door = Walls(start=[parts.drive.door_start_m], end=[parts.drive.door_end_m])
+        door = Walls(start=np.array([parts.drive.door_start_m]), end=np.array([parts.drive.door_end_m]))
         outward = np.array(parts.drive.outward)
     try:
         arranged = reconcile(kept.position, radii, walls, door, outward)
     except (OverlapError, ValueError) as error:
         raise OverlapError(f"{origin}: {error}") from None
     snapshot = Snapshot(
-        position=arranged.position, velocity=kept.velocity.round(6), radius=radii,
-        mass=np.full(len(radii), mass), ids=kept.ids,
+        position=arranged.position,
+        velocity=kept.velocity.round(6),
+        radius=radii,
+        mass=np.full(len(radii), mass),
+        ids=kept.ids,
     )
     report = Reconciliation(
-        file=file.name, frame=frame, people=len(radii), left_out=int((~inside).sum()), radius_m=radius,
-        velocity_window_s=window_s, linearisations=arranged.linearisations,
+        file=file.name,
+        frame=frame,
+        people=len(radii),
+        left_out=int((~inside).sum()),
+        radius_m=radius,
+        velocity_window_s=window_s,
+        linearisations=arranged.linearisations,
         **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),
     )
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
     rest = {key: getattr(parts, key) for key in ("title", "source", "drive", "contact", "run", "analysis")}
     scene = Scene(
-        name=name or room.stem, notes=notes.strip(), snapshot=snapshot, walls=tuple(parts.walls),
-        reconciliation=report, **rest,
+        name=name or room.stem,
+        notes=notes.strip(),
+        snapshot=snapshot,
+        walls=tuple(parts.walls),
+        reconciliation=report,
+        **rest,
     )
     scene.check(origin)
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)
@@ -147,8 +164,10 @@ def _walls(parts: Room) -> Walls:
     )
 
 
-def _area(parts: Room, path: Path) -> shapely.Polygon:
-    """The polygon that walls and door bound."""
+def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
+    """The polygon that walls and door bound; without walls, a box with room for everyone."""
+    if not parts.walls:
+        return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
     lines = [shapely.LineString([wall.start_m, wall.end_m]) for wall in parts.walls]
     if parts.drive is not None:
         lines.append(shapely.LineString([parts.drive.door_start_m, parts.drive.door_end_m]))
@@ -158,8 +177,11 @@ def _area(parts: Room, path: Path) -> shapely.Polygon:
     return area
 
 
-def _numbers(heads: Floats, after: Snapshot, walls: Walls, area: shapely.Polygon, tolerance: float) -> dict[str, float]:
-    """The measured numbers of the report, rounded to a micrometre, so that every machine gives the same digits."""
+def _numbers(
+    heads: Floats, after: Snapshot, walls: Walls, area: shapely.Polygon, tolerance: float
+) -> dict[str, Any]:
+    """The measured numbers of the report, rounded to a micrometre, so that every machine gives the same
+    digits."""
     before = Snapshot(position=heads, velocity=np.zeros_like(heads), radius=after.radius, mass=after.mass)
     touching, left = (find_contacts(snapshot, walls, tolerance=tolerance) for snapshot in (before, after))
     overlapping = touching.gap < 0
@@ -194,8 +216,11 @@ def _numbers(heads: Floats, after: Snapshot, walls: Walls, area: shapely.Polygon
 
 
 def _densities(position: Floats, area: shapely.Polygon) -> Floats:
-    """1/m² of each person: one over the area of the Voronoi cell, cut at CELL_RADIUS_M and at the walls, by PedPy."""
-    table = pd.DataFrame({"id": np.arange(len(position)), "frame": 0, "x": position[:, 0], "y": position[:, 1]})
+    """1/m² of each person: one over the area of the Voronoi cell, cut at CELL_RADIUS_M and at the walls, by
+    PedPy."""
+    table = pd.DataFrame(
+        {"id": np.arange(len(position)), "frame": 0, "x": position[:, 0], "y": position[:, 1]}
+    )
     cells = pedpy.compute_individual_voronoi_polygons(
         traj_data=pedpy.TrajectoryData(data=table, frame_rate=1.0),
         walkable_area=pedpy.WalkableArea(area),

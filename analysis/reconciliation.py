@@ -1,4 +1,5 @@
-"""What was done to the heads of a real crowd to make a scene of them: the part `[reconciliation]` of a scene file."""
+"""What was done to the heads of a real crowd to make a scene of them: the part `[reconciliation]` of a scene
+file."""
 
 from __future__ import annotations
 
@@ -12,11 +13,12 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Reconciliation(BaseModel):
-    """How heads became disks that do not overlap: where they come from, what was there and how far people were moved.
+    """How heads became disks that do not overlap: where they come from, what was there and how far people
+    were moved.
 
-    Overlaps are those of pairs of disks; densities are local ones (one over the area of each person's Voronoi cell
-    within the room and within 0.8 m of the person): the mean over people, and what a tenth of the people exceed (the
-    largest is an artefact of cells that the door cuts).
+    Overlaps are those of pairs of disks; densities are local ones (one over the area of each person's Voronoi
+    cell within the room and within 0.8 m of the person): the mean over people, and what a tenth of the people
+    exceed (the largest is an artefact of cells that the door cuts).
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -50,17 +52,25 @@ class Reconciliation(BaseModel):
     @property
     def statement(self) -> str:
         """One paragraph in words: what this scene is and is not."""
+        overlap, mean = 100 * self.overlap_before_largest_m, 100 * self.overlap_before_mean_m
+        moved, most, share = (
+            100 * self.moved_mean_m,
+            100 * self.moved_largest_m,
+            100 * self.moved_share_over_1_cm,
+        )
+        before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
         return (
-            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {self.people + self.left_out} people; "
-            f"{self.left_out} outside the walls were left out. As disks of radius {self.radius_m:g} m round the heads, the "
-            f"other {self.people} overlapped {self.overlaps_before} times, by up to {100 * self.overlap_before_largest_m:.1f} cm "
-            f"({100 * self.overlap_before_mean_m:.1f} cm in the mean), and walls {self.wall_overlaps_before} times. They were moved "
-            f"until none overlap, together as little as possible (least sum of squares, a local minimum): "
-            f"{100 * self.moved_mean_m:.1f} cm in the mean, {100 * self.moved_largest_m:.1f} cm at most, "
-            f"{100 * self.moved_share_over_1_cm:.0f} % of the people more than 1 cm. The local density that a tenth of the "
-            f"people exceed went from {self.density_before_decile_per_m2:.1f} to {self.density_after_decile_per_m2:.1f} people per m². "
-            f"Afterwards {self.contacts_after} pairs touch exactly, and disks touch walls {self.wall_contacts_after} times: who touches "
-            "whom is an outcome of the stated radius and of this rule, not an observation, and so are the forces computed from it."
+            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of "
+            f"{self.people + self.left_out} people; {self.left_out} outside the walls were left out. "
+            f"As disks of radius {self.radius_m:g} m round the heads, the other {self.people} overlapped "
+            f"{self.overlaps_before} times, by up to {overlap:.1f} cm ({mean:.1f} cm in the mean), "
+            f"and walls {self.wall_overlaps_before} times. They were moved until none overlap, together as "
+            f"little as possible (least sum of squares, a local minimum): {moved:.1f} cm in the mean, "
+            f"{most:.1f} cm at most, {share:.0f} % of the people more than 1 cm. The local density that "
+            f"a tenth of the people exceed went from {before:.1f} to {after:.1f} people per m². "
+            f"Afterwards {self.contacts_after} pairs touch exactly, and disks touch walls "
+            f"{self.wall_contacts_after} times: who touches whom is an outcome of the stated radius and of "
+            "this rule, not an observation, and so are the forces computed from it."
         )
 
     def rows(self) -> list[tuple[str, float | int | str]]:

@@ -18,11 +18,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis import charts
-from analysis.compare import FORCE, Comparison, statistics
+from analysis.compare import FORCE, Comparison, penalty_difference, statistics
 from analysis.doctor import examine
 from analysis.engines.penalty import penalty_of
 from analysis.files import whole_file, write_text
 from analysis.study import Study
+
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
@@ -53,13 +56,15 @@ def number(value: float, digits: int = 3) -> str:
     if value == 0:
         return "0"
     size = abs(value)
-    if isinstance(value, int) or (1 <= size < 1e6 and float(value).is_integer()):
+    if isinstance(value, int) or (size < 1e5 and float(value).is_integer()):
         return f"{value:,.0f}".replace(",", "\u202f")
     if 1e-2 <= size < 1e5:
         decimals = max(0, digits - 1 - math.floor(math.log10(size)))
         return f"{value:,.{decimals}f}".replace(",", "\u202f")
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa}·10^{int(exponent)}"
+    mantissa = mantissa.rstrip("0").rstrip(".")
+    power = "10" + str(int(exponent)).translate(SUPERSCRIPTS)
+    return power if mantissa == "1" else f"{mantissa}·{power}"
 
 
 def percent(value: float) -> str:
@@ -88,7 +93,9 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
     for comparison in comparisons:
         name = f"{scene.name}_{comparison.record.engine}_k{comparison.scene.contact.stiffness_N_per_m:.6g}.csv"
         write_contacts(folder / name, comparison)
-        runs.append(_run_content(comparison) | {"csv": name})
+        same = [c for c in comparisons if c.scene.contact == comparison.scene.contact]
+        apart = None if same[0] is comparison else penalty_difference(same[0], comparison)
+        runs.append(_run_content(comparison) | {"csv": name, "difference_from_first_engine": apart, "first_engine": charts.ENGINE_NAMES[same[0].record.engine]})
     return {
         "name": scene.name,
         "scene": scene,
@@ -99,6 +106,7 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         "mass": (float(scene.snapshot.mass.min()), float(scene.snapshot.mass.max())),
         "figures": [(key, title, _inline(figure)) for key, title, figure in figures],
         "runs": runs,
+        "loaded": {wall for run in runs for wall, penalty, rigid in run["walls"] if abs(penalty) + abs(rigid) > 0},
         "verdicts": _verdicts(runs),
         "carriers": _carriers(stiffest[0]),
         "warnings": study.warnings,
@@ -109,7 +117,7 @@ def _run_content(comparison: Comparison) -> dict[str, Any]:
     record, penalty = comparison.record, penalty_of(comparison.scene)
     return {
         "engine": record.engine,
-        "engine_name": charts.ENGINE_NAMES.get(record.engine, record.engine),
+        "engine_name": charts.ENGINE_NAMES[record.engine],
         "stiffness": comparison.scene.contact.stiffness_N_per_m,
         "safe_time_step_s": penalty.safe_time_step,
         "time_s": comparison.time,
@@ -139,7 +147,7 @@ def _verdicts(runs: list[dict[str, Any]]) -> list[str]:
             continue
         trend = "approach each other" if after < 0.8 * before else "do not approach each other" if after > 0.95 * before else "approach each other a little"
         sentences.append(
-            f"{stiff['engine_name']}: from k = {soft['stiffness']:.3g} to {stiff['stiffness']:.3g} N/m the relative difference per "
+            f"{stiff['engine_name']}: from k = {number(soft['stiffness'])} to {number(stiff['stiffness'])} N/m the relative difference per "
             f"contact goes from {percent(before)} to {percent(after)} "
             f"(per disk: {percent(float(soft['statistics']['disk_sum_relative_difference']))} to "
             f"{percent(float(stiff['statistics']['disk_sum_relative_difference']))}): penalty and rigid forces {trend}."

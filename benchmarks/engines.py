@@ -30,7 +30,7 @@ def main() -> None:
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {arguments.disks} disks")
     print(f"{'what':<34}{'CPU s':>10}{'wall s':>10}{'steps':>9}{'particle-steps per CPU s':>27}{'worst residual':>16}")
     with tempfile.TemporaryDirectory() as folder:
-        for name in ENGINES:
+        for name in (known.NAME for known in ENGINES):
             place = Path(folder) / name
             try:
                 engine(name).prepare(scene, place)

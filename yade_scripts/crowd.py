@@ -56,11 +56,12 @@ def main(words):
     penalty = penalty_of(scene, disks.mass)
     out.mkdir(parents=True, exist_ok=True)
     print(
-        f"contact: hooke, stiffness {penalty.stiffness:g} N/m, friction {penalty.friction:g}, "
-        f"damping ratio {penalty.damping_ratio:.9g}\n"
-        f"restitution: asked {scene['contact']['restitution']:g}, obtained {penalty.restitution[0]:.6g} to "
-        f"{penalty.restitution[1]:.6g} over the masses\n"
-        f"time step: {penalty.time_step:.9g} s, safe up to {penalty.safe_time_step:.9g} s; {penalty.steps} steps, "
+        f"contact: hooke, stiffness {penalty.stiffness:g} N/m, friction {penalty.friction:g}\n"
+        f"damping ratio {penalty.damping_ratio:.15g}, dashpots {penalty.damping:.15g} N s/m between disks, "
+        f"{penalty.wall_damping:.15g} N s/m at walls\n"
+        f"restitution: asked {scene['contact']['restitution']:g}, obtained {penalty.restitution[0]:.15g} to "
+        f"{penalty.restitution[1]:.15g} over the masses\n"
+        f"time step: {penalty.time_step:.15g} s, safe up to {penalty.safe_time_step:.15g} s; {penalty.steps} steps, "
         f"a frame every {penalty.frame_interval}"
     )
     if penalty.time_step > 1.000001 * penalty.safe_time_step:
@@ -137,7 +138,7 @@ class Crowd:
         # step 0: forces at the start, with no time passing
         O.dt = 0.0
         O.step()
-        force = in_plane([O.forces.f(body) for body in range(len(self.states))])
+        force = in_plane(map(O.forces.f, range(len(self.states))))
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         self._first_half_step(force)
@@ -169,12 +170,13 @@ class Crowd:
         step = O.iter
         dt, half = self.penalty.time_step, 0.5 * self.penalty.time_step
         mass, inertia = self.disks.mass, 0.5 * self.disks.mass * self.disks.radius**2
-        force = in_plane([O.forces.f(body) for body in range(len(self.states))])
+        forces, bodies = O.forces, range(len(self.states))
+        force = in_plane(map(forces.f, bodies))
         later = in_plane([state.vel for state in self.states])
         position = in_plane([state.pos for state in self.states]) - dt * later
         velocity = later - half * force / mass[:, None]
         if step % self.penalty.frame_interval == 0:
-            torque = np.array([O.forces.t(body)[2] for body in range(len(self.states))])
+            torque = np.array([forces.t(body)[2] for body in bodies])
             spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia
             self._write(step, position, velocity, spin, force)
         if "drive" in self.scene and step % self.scene["run"]["drive_interval_steps"] == 0:
@@ -182,8 +184,9 @@ class Crowd:
 
     def _push(self, position, velocity):
         self.held = drive_force(self.scene["drive"], self.disks.mass, position, velocity)
+        set_force = O.forces.setPermF
         for body, (x, y) in enumerate(self.held.tolist()):
-            O.forces.setPermF(body, Vector3(x, y, 0.0))
+            set_force(body, (x, y, 0.0))
 
     def _write(self, step, position, velocity, spin, force):
         disks = self.disks

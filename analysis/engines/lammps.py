@@ -115,7 +115,7 @@ def scene_deck(scene: Scene) -> str:
         columns = zip(*(_wall_values(wall) for wall in scene.walls), strict=True)
         names = ("wall_name", "wall_x_low", "wall_x_high", "wall_y_low", "wall_y_high", "wall_turn")
         lines += [f"variable {name} index {' '.join(map(str, column))}" for name, column in zip(names, columns, strict=True)]
-    return f"# {scene.title}: the numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n" + "\n".join(lines) + "\n"
+    return f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n" + "\n".join(lines) + "\n"
 
 
 def _drive_values(drive: Drive) -> dict[str, object]:

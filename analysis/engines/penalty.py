@@ -43,7 +43,9 @@ class Penalty:
 
     One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The dashpots have the asked
     damping ratio at the heaviest disks; lighter ones are damped more: their restitution is between restitution_least and
-    restitution_most, which are what is really obtained.
+    restitution_most, which are what is really obtained. Hertz contacts have the tangent stiffness `stiffness` at an overlap of
+    1 % of the mean radius, and all the same damping ratio, so both restitutions are the same; the dashpot constants are then
+    those of the linear law of that stiffness.
     """
 
     stiffness: float  # N/m
@@ -66,7 +68,8 @@ def penalty_of(scene: Scene) -> Penalty:
     k = contact.stiffness_N_per_m
     ratio = damping_ratio_for(contact.restitution)
     lightest, heaviest = float(mass.min()), float(mass.max())
-    largest_ratio = ratio * np.sqrt(heaviest / lightest)
+    # the dashpot of hertz grows with the masses: every contact has the same damping ratio
+    largest_ratio = ratio * np.sqrt(heaviest / lightest) if contact.law == "hooke" else ratio
     safe = float(STEP_FRACTION * np.sqrt(lightest / k) / max(1.0, 2 * largest_ratio))
     between_frames = run.duration_s / run.frames
     if run.time_step_s:
