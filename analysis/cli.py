@@ -20,6 +20,7 @@ from analysis.study import Progress as Report
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="rich",
                   help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), side by side.")
+INTERRUPTED = 130
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 Stiffness = Annotated[float | None, typer.Option(help="Contact stiffness in N/m, instead of the scene's.")]
 
@@ -240,9 +241,10 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO if "-v" in sys.argv else logging.WARNING, format="%(message)s")
     try:
         app()
-    except KeyboardInterrupt:
-        print("percussions: interrupted; earlier results are untouched", file=sys.stderr)
-        sys.exit(130)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            print("percussions: interrupted; earlier results are untouched", file=sys.stderr)
+        raise
     except (ValueError, OSError, EngineError) as error:
         print(f"percussions: {error}", file=sys.stderr)
         sys.exit(1)

@@ -25,6 +25,8 @@ from analysis.files import whole_file, write_text
 from analysis.study import Study
 
 
+# The share of the drive that may still accelerate a crowd "at rest".
+MOVING = 0.01
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -106,6 +108,7 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         "mass": (float(scene.snapshot.mass.min()), float(scene.snapshot.mass.max())),
         "figures": [(key, title, _inline(figure)) for key, title, figure in figures],
         "runs": runs,
+        "moving": max(c.unbalanced for c in comparisons) if max(c.unbalanced for c in comparisons) > MOVING else 0.0,
         "loaded": {wall for run in runs for wall, penalty, rigid in run["walls"] if abs(penalty) + abs(rigid) > 0},
         "verdicts": _verdicts(runs),
         "carriers": _carriers(stiffest[0]),

@@ -40,7 +40,7 @@ sys.path.insert(0, str(HERE))
 from scene_file import SceneFileError, drive_force, penalty_of, read_disks, read_scene  # noqa: E402
 
 O = Omega()  # noqa: E741  (YADE's name)
-WORLD_HALF_HEIGHT_M = 1.0  # of the walls, across the plane of the disks
+WALL_HALF_HEIGHT_M = 1.0  # across the plane of the disks
 SKIN_M = 0.04  # changes the speed only
 
 
@@ -122,10 +122,11 @@ class Crowd:
 
     def _add_wall(self, wall):
         (x0, y0), (x1, y1) = wall["start_m"], wall["end_m"]
-        length = math.hypot(x1 - x0, y1 - y0)
-        turn = math.atan2(y1 - y0, x1 - x0)
+        half, turn = (0.5 * abs(x1 - x0), 0.5 * abs(y1 - y0)), 0.0
+        if half[0] and half[1]:  # slanted; the others need no turn and so no rounding
+            half, turn = (math.hypot(*half), 0.0), math.atan2(y1 - y0, x1 - x0)
         box = utils.box(
-            (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0), (0.5 * length, 0.0, WORLD_HALF_HEIGHT_M),
+            (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0), (*half, WALL_HALF_HEIGHT_M),
             orientation=Quaternion(Vector3(0, 0, 1), turn), fixed=True, material=self.wall_material,
         )
         return O.bodies.append(box)

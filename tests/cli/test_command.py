@@ -1,0 +1,124 @@
+"""The command line: main job, bad input, interruption."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from analysis.engines import yade
+from analysis.making import make
+
+
+def failed(result, *words):
+    """One line on stderr that has the words, no traceback, a status other than 0."""
+    assert result.returncode != 0
+    assert "Traceback" not in result.stderr
+    for word in words:
+        assert word in result.stderr, result.stderr
+
+
+def test_scenes_and_make(percussions, tmp_path):
+    listed = percussions("scenes")
+    assert listed.returncode == 0
+    for name in ("pair", "four_disks", "chain", "corridor", "arch", "arch_masses", "jam", "gate"):
+        assert name in listed.stdout
+    one, two = (percussions("scenes", "--make", "arch", "--disks", 700, "--seed", 3, "--out", folder) for folder in "ab")
+    assert one.returncode == two.returncode == 0
+    assert (tmp_path / "a/arch.data").read_bytes() == (tmp_path / "b/arch.data").read_bytes()
+
+
+def test_run_solve_compare(percussions, tmp_path):
+    make("jam", 40).with_run(duration_s=3.0, frames=6).write(tmp_path)
+    run = percussions("run", "jam.toml", "--engine", "lammps")
+    assert run.returncode == 0, run.stderr
+    folder = tmp_path / "out/jam/lammps_hooke_k1e+06"
+    solved = percussions("solve", folder / "bodies.dump", "--left-velocity", "desired", "--out", "contacts.csv")
+    assert solved.returncode == 0, solved.stderr
+    with (tmp_path / "contacts.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == "time_s,first,second,is_wall,nx,ny,gap_m,reaction_Ns,impulse_x_Ns,impulse_y_Ns".split(",")
+    last = [row for row in rows if float(row["time_s"]) == float(rows[-1]["time_s"])]
+    wall = sum(float(row["impulse_x_Ns"]) for row in last if row["is_wall"] == "1")
+    compared = percussions("compare", folder)
+    assert compared.returncode == 0, compared.stderr
+    numbers = json.loads((folder / "comparison.json").read_text())
+    assert numbers["unit"] == "N"
+    assert numbers["status"] == "solved"
+    # at rest the walls carry the whole drive, in both models: p/τ of the CSV against the engine
+    with (folder / "comparison.csv").open() as file:
+        engine = sum(float(row["penalty_x_N"]) for row in csv.DictReader(file) if row["is_wall"] == "1")
+    assert wall / 0.5 == pytest.approx(engine, rel=1e-3)
+
+
+def test_two_workers_give_what_one_gives(percussions, tmp_path):
+    make("jam", 30).with_run(duration_s=1.0, frames=8).write(tmp_path)
+    assert percussions("run", "jam.toml").returncode == 0
+    dump = tmp_path / "out/jam/lammps_hooke_k1e+06/bodies.dump"
+    for workers in (1, 2):
+        result = percussions("solve", dump, "--workers", workers, "--out", f"{workers}.csv")
+        assert result.returncode == 0, result.stderr
+    one, two = (np.loadtxt(tmp_path / f"{workers}.csv", delimiter=",", skiprows=1) for workers in (1, 2))
+    np.testing.assert_allclose(one, two, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("run", "nowhere"), "unknown scene 'nowhere'"),
+        (("run", "pair", "--engine", "magic"), "unknown engine 'magic'"),
+        (("run", "pair", "--stiffness", "-1"), "stiffness_N_per_m"),
+        (("run", "pair", "--time-step", "nan"), "time_step_s"),
+        (("solve", "absent.dump"), "absent.dump"),
+        (("compare", "absent"), "absent"),
+        (("report", "nowhere"), "unknown scene"),
+        (("report", "pair", "--engine", "magic"), "unknown engine"),
+        (("scenes", "--make", "arch", "--disks", "1"), "needs at least 2"),
+        (("import", "absent.txt", "--frame", "3", "--room", "absent.toml"), "absent"),
+    ],
+)
+def test_bad_words(percussions, words, message):
+    failed(percussions(*words), message)
+
+
+def test_empty_contact_set(percussions, tmp_path):
+    (tmp_path / "far.dump").write_text(
+        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\n"
+        "ITEM: ATOMS id x y radius mass\n1 0 0 0.2 75\n2 5 0 0.2 75\n"
+    )
+    (tmp_path / "contacts.csv").write_text("earlier\n")
+    failed(percussions("solve", "far.dump", "--time-step", 1), "far.dump", "no contact in any frame")
+    assert (tmp_path / "contacts.csv").read_text() == "earlier\n"
+    failed(percussions("solve", "far.dump"), "--time-step")
+    failed(percussions("solve", "far.dump", "--time-step", 1, "--left-velocity", "desired"), "needs a scene with a [drive]")
+
+
+def test_an_engine_that_dies_leaves_the_earlier_run(percussions, tmp_path):
+    make("jam", 20).with_run(duration_s=0.5, frames=2).write(tmp_path)
+    assert percussions("run", "jam.toml").returncode == 0
+    folder = tmp_path / "out/jam/lammps_hooke_k1e+06"
+    before = (folder / "bodies.dump").read_bytes()
+    failed(percussions("run", "jam.toml", "--time-step", 0.02, "--duration", 5), "lammps")
+    assert (folder / "bodies.dump").read_bytes() == before
+    assert [path.name for path in folder.parent.iterdir()] == [folder.name]
+
+
+@pytest.mark.parametrize("engine", ["lammps", pytest.param("yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed"))])
+def test_interruption_leaves_nothing_half_written(tmp_path, engine):
+    make("arch", 2000).with_run(duration_s=60.0).write(tmp_path)
+    command = [sys.executable, "-c", "from analysis.cli import main; main()", "run", "arch.toml", "--engine", engine]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.time() + 60
+    while time.time() < deadline and not any(tmp_path.glob("out/**/bodies.dump")) and not any(tmp_path.glob("out/**/.*/bodies.dump")):
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in errors
+    assert "Traceback" not in errors
+    assert not any(path.is_file() for path in (tmp_path / "out").rglob("*"))
