@@ -22,7 +22,11 @@ from analysis.compare import FORCE, Comparison, penalty_difference, statistics
 from analysis.doctor import examine
 from analysis.engines.penalty import penalty_of
 from analysis.files import whole_file, write_text
+from analysis.percussions import left_velocity_of
+from analysis.scene import Scene
 from analysis.study import Study
+from nscd import find_contacts, solve
+from nscd.indeterminacy import determinacy
 
 
 # The share of the drive that may still accelerate a crowd "at rest".
@@ -110,9 +114,24 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         "runs": runs,
         "moving": max(c.unbalanced for c in comparisons) if max(c.unbalanced for c in comparisons) > MOVING else 0.0,
         "loaded": {wall for run in runs for wall, penalty, rigid in run["walls"] if abs(penalty) + abs(rigid) > 0},
+        "frame": _real_frame(scene) if scene.reconciliation else None,
         "verdicts": _verdicts(runs),
         "carriers": _carriers(stiffest[0]),
         "warnings": study.warnings,
+    }
+
+
+def _real_frame(scene: Scene) -> dict[str, Any]:
+    """Percussions of the imported frame as forces p/τ (N)."""
+    snapshot = scene.snapshot
+    contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m)
+    left, window = left_velocity_of(snapshot, "desired", scene.drive)
+    answer = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
+    force = answer.reaction / (window or 1.0)
+    return {
+        "contacts": len(contacts), "mean": float(force.mean()) if len(force) else 0.0, "largest": float(force.max(initial=0.0)),
+        "determined": int(determinacy(contacts, len(snapshot)).determined.sum()), "status": str(answer.status),
+        "residual": answer.residual,
     }
 
 

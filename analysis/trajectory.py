@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from analysis.dumps import DumpError, open_bodies
@@ -9,7 +10,6 @@ from analysis.engines.record import EngineError, RunRecord
 from analysis.files import whole_file
 from analysis.percussions import CSV_HEADER, LeftVelocity, PercussionAnalysis, contact_rows
 from analysis.scene import Scene, read_scene
-from analysis.study import Progress
 from nscd import Walls
 
 BLOCK = 64
@@ -17,7 +17,7 @@ BLOCK = 64
 
 def solve_dump(
     dump: Path, walls: Path | None, left_velocity: LeftVelocity | None, window: float | None, time_step: float | None,
-    contact_tolerance: float, tolerance: float, workers: int, out: Path, progress: Progress | None = None,
+    contact_tolerance: float, tolerance: float, workers: int, out: Path, progress: Callable[[str, float], None] | None = None,
 ) -> list[str]:
     """Solve every frame and write `out` (one row a contact, columns CSV_HEADER); return a line a frame that is not solved.
 

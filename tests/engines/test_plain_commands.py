@@ -1,0 +1,161 @@
+"""The decks and the scripts as their READMEs say: without this project's Python, from the root of a checkout."""
+
+import os
+import re
+import shutil
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, require
+
+from analysis.dumps import index_contacts, index_dump
+from analysis.engines.lammps import scene_deck
+from analysis.engines.penalty import penalty_of
+from analysis.scene import read_scene, scene_names
+
+PAPER = ["pair", "four_disks", "chain", "chain_wall", "corridor", "arch", "arch_masses", "jam"]
+YADE = ["yade", "-L", "noserver", "-n", "-x", "yade_scripts/crowd.py"]
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory):
+    """A copy of the folders that the plain commands need, and no others."""
+    folder = tmp_path_factory.mktemp("a checkout")
+    for part in ("scenes", "lammps_inputs", "yade_scripts"):
+        shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def numbers(said):
+    """What an engine says of its law: damping ratio, two dashpots, two restitutions, time step, safe one, steps, interval."""
+    pattern = (
+        r"damping ratio (\S+), dashpots (\S+) N s/m between disks, (\S+) N s/m at walls[^\n]*\n"
+        r"restitution: asked \S+, obtained (\S+) to (\S+) over the masses\n"
+        r"time step: (\S+) s, safe up to (\S+) s; (\d+) steps, a frame every (\d+)"
+    )
+    match = re.search(pattern, said)
+    assert match, said[-2000:]
+    return [float(word) for word in match.groups()]
+
+
+def expected(scene):
+    law = penalty_of(scene)
+    return [
+        law.damping_ratio, law.damping, law.wall_damping, law.restitution_least, law.restitution_most, law.time_step,
+        law.safe_time_step, law.steps, law.frame_interval,
+    ]
+
+
+def test_the_committed_decks_are_those_of_the_scenes():
+    folder = ROOT / "lammps_inputs" / "scenes"
+    assert sorted(path.stem for path in folder.glob("*.in")) == scene_names()
+    for name in scene_names():
+        assert (folder / f"{name}.in").read_text(encoding="utf-8") == scene_deck(read_scene(name)), name
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_plain_lammps_runs_each_scene(checkout, command, name):
+    require("lammps")
+    words = ["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", name, "-var", "duration", "0.002", "-var", "frames", "2"]
+    done = command(words, checkout)
+    assert done.returncode == 0, done.stdout[-2000:]
+    out = checkout / "out" / name / "lammps"
+    bodies = index_dump(out / "bodies.dump")
+    assert bodies.counts == (len(read_scene(name).snapshot),) * 3
+    columns = "id type x y z radius mass vx vy vz omegaz fx fy" + (" drive_x drive_y" if read_scene(name).drive else "")
+    assert bodies.columns == tuple(columns.split())
+    assert len(index_dump(out / "pairs.dump", "ENTRIES").steps) == 3
+    assert numbers(done.stdout) == pytest.approx(expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12)
+    assert not list(checkout.glob("lammps_inputs/**/*.dump"))
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_plain_yade_runs_each_scene(checkout, command, name):
+    require("yade")
+    done = command([*YADE, name, "duration=0.002", "frames=2"], checkout, PYTHONPATH="yade_scripts")
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    out = checkout / "out" / name / "yade"
+    assert index_dump(out / "bodies.dump").counts == (len(read_scene(name).snapshot),) * 3
+    assert len(index_contacts(out / "contacts.dump").steps) == 3
+    assert numbers(done.stdout) == pytest.approx(expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12)
+
+
+@pytest.mark.parametrize("law", ["hooke", "hertz"])
+@pytest.mark.parametrize("restitution", [0.0, 0.05, 0.3, 0.95, 1.0])
+def test_the_deck_finds_the_damping_of_any_restitution(checkout, command, tmp_path, restitution, law):
+    require("lammps")
+    given = {
+        "scene": "chain_masses", "restitution": restitution, "law": law, "stiffness": 3e7, "friction": 0.4, "dt": 0,
+        "duration": 0.001, "frames": 3, "out": tmp_path,
+    }
+    words = [word for name, value in given.items() for word in ("-var", name, str(value))]
+    done = command(["lmp", "-in", "lammps_inputs/crowd.in", *words], checkout)
+    scene = read_scene("chain_masses").with_contact(restitution=restitution, law=law, stiffness_N_per_m=3e7, friction=0.4)
+    scene = scene.with_run(duration_s=0.001, frames=3, time_step_s=None)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert numbers(done.stdout) == pytest.approx(expected(scene), rel=1e-12)
+
+
+def test_a_deck_with_an_unknown_law_says_so(checkout, command):
+    require("lammps")
+    done = command(["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", "pair", "-var", "law", "jelly"], checkout)
+    assert done.returncode != 0
+    assert "law: jelly; there are hooke and hertz" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "which scene?"),
+        (["nowhere"], "nowhere.toml: No such file or directory"),
+        (["pair", "colour=2"], "colour=2: unknown; there are: stiffness"),
+        (["pair", "dt=fast"], "dt=fast: not a number"),
+    ],
+)
+def test_the_script_names_what_is_wrong(checkout, command, words, message):
+    require("yade")
+    done = command([*YADE, *words], checkout, PYTHONPATH="yade_scripts")
+    assert done.returncode != 0
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def listening(pid):
+    """The TCP ports on which a process listens."""
+    sockets = set()
+    for link in Path(f"/proc/{pid}/fd").glob("*"):
+        try:
+            sockets.add(os.readlink(link))
+        except OSError:
+            continue
+    rows = [line.split() for table in ("tcp", "tcp6") for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]]
+    return {int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in sockets}
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux' /proc/net/tcp")
+@pytest.mark.parametrize("started", ["as documented", "bare"])
+def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
+    """Bare, YADE itself opens two before the script runs; the script must have closed them when it starts to work."""
+    require("yade")
+    words = YADE if started == "as documented" else ["yade", "-n", "-x", "yade_scripts/crowd.py"]
+    environment = os.environ | ({"PYTHONPATH": "yade_scripts"} if started == "as documented" else {})
+    log = tmp_path / "log"
+    with log.open("w") as said:
+        process = subprocess.Popen(
+            [*words, "arch", "duration=0.3", "frames=6", f"out={tmp_path}"], cwd=checkout, env=environment, stdout=said, stderr=said
+        )
+        try:
+            looked = 0
+            while process.poll() is None:
+                working = "contact: hooke" in log.read_text()
+                if working or started == "as documented":
+                    assert listening(process.pid) == set()
+                    looked += working
+                time.sleep(0.01)
+        finally:
+            process.kill()
+            process.wait()
+    assert process.returncode == 0, log.read_text()[-2000:]
+    assert looked > 5

