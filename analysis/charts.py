@@ -49,7 +49,16 @@ def scene_picture(scene: Scene) -> Figure:
         x, v = snapshot.position[moving], velocity[moving]
         label = "velocity at the start" if scene.drive is None else "desired direction"
         size = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
-        axes.quiver(*x.T, *(size * v).T, angles="xy", scale_units="xy", scale=1, color=ORANGE, width=0.003, label=label)
+        axes.quiver(
+            *x.T,
+            *(size * v).T,
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            color=ORANGE,
+            width=0.003,
+            label=label,
+        )
     if scene.drive is not None:
         (x0, y0), (x1, y1) = scene.drive.door_start_m, scene.drive.door_end_m
         axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")
@@ -63,7 +72,13 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
     """Contact forces of each engine and of the rigid model on the same snapshot, one colour scale: width and colour
     grow with the normal force."""
     parts = [(engine_label(c), c, c.normal_parts()[0]) for c in comparisons]
-    parts.append((f"Percussions on the {ENGINE_NAMES.get(comparisons[0].record.engine)} snapshot", comparisons[0], comparisons[0].normal_parts()[1]))
+    parts.append(
+        (
+            f"Percussions on the {ENGINE_NAMES.get(comparisons[0].record.engine)} snapshot",
+            comparisons[0],
+            comparisons[0].normal_parts()[1],
+        )
+    )
     view = _contact_lines(comparisons[0]).reshape(-1, 2)
     size = _size(view, float(comparisons[0].snapshot.radius.max()), len(parts))
     figure = Figure(figsize=size, layout="constrained")
@@ -78,12 +93,22 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
         lines = _contact_lines(comparison)
         order = np.argsort(force)
         widths = 0.2 + 4.0 * np.clip(force[order] / top, 0, 1.2)
-        axes.add_collection(LineCollection(list(lines[order]), linewidths=list(widths), array=force[order], cmap="viridis_r", norm=norm))
+        axes.add_collection(
+            LineCollection(
+                list(lines[order]), linewidths=list(widths), array=force[order], cmap="viridis_r", norm=norm
+            )
+        )
         axes.set_title(label, fontsize=10)
         _frame(axes, view, float(snapshot.radius.max()))
     unit = comparisons[0].unit
     quantity = "normal contact force" if unit == FORCE else "normal contact impulse"
-    figure.colorbar(ScalarMappable(norm, "viridis_r"), ax=figure.axes, shrink=0.75, extend="max", label=f"{quantity} ({unit})")
+    figure.colorbar(
+        ScalarMappable(norm, "viridis_r"),
+        ax=figure.axes,
+        shrink=0.75,
+        extend="max",
+        label=f"{quantity} ({unit})",
+    )
     return figure
 
 
@@ -93,10 +118,14 @@ def carried_maps(comparison: Comparison) -> Figure:
     lines = _contact_lines(comparison).reshape(-1, 2)
     figure = Figure(figsize=_size(lines, float(comparison.snapshot.radius.max()), 2), layout="constrained")
     norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
-    for number, (label, values) in enumerate(zip((engine_label(comparison), "Percussions"), sums, strict=True)):
+    for number, (label, values) in enumerate(
+        zip((engine_label(comparison), "Percussions"), sums, strict=True)
+    ):
         axes = figure.add_subplot(1, 2, number + 1)
         snapshot = comparison.snapshot
-        disks = PatchCollection([Circle((x, y), r) for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)])
+        disks = PatchCollection(
+            [Circle((x, y), r) for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)]
+        )
         disks.set(array=values, cmap="viridis_r", norm=norm, edgecolor="#666666", linewidth=0.2)
         axes.add_collection(disks)
         _draw_walls(axes, comparison.scene)
@@ -119,7 +148,16 @@ def scatter(comparisons: Sequence[Comparison]) -> Figure:
         top = 1.05 * max(float(penalty.max()), float(rigid.max()), 1e-12)
         low = min(0.0, 1.05 * float(penalty.min()), 1.05 * float(rigid.min()))
         axes.plot([low, top], [low, top], color=BLACK, lw=0.8, label="equal")
-        axes.plot(penalty[~fixed], rigid[~fixed], "o", ms=4, mfc="none", mec=ORANGE, mew=0.8, label="not determined, or in one model only")
+        axes.plot(
+            penalty[~fixed],
+            rigid[~fixed],
+            "o",
+            ms=4,
+            mfc="none",
+            mec=ORANGE,
+            mew=0.8,
+            label="not determined, or in one model only",
+        )
         axes.plot(penalty[fixed], rigid[fixed], "s", ms=2.5, color=BLUE, label="determined by balance")
         unit = comparison.unit
         axes.set(xlim=(low, top), ylim=(low, top), aspect="equal", title=engine_label(comparison))
@@ -140,8 +178,14 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
         colour, width = (BLUE, ORANGE, GREEN, PINK)[number % 4], 3.0 / (number + 1)
         _exceedance(axes, penalty[comparison.in_penalty], f"{engine_label(comparison)}", colour, "-", width)
         if not number:
-            _exceedance(axes, rigid[comparison.in_rigid], "percussions on the same snapshot", BLACK, "--", 1.2)
-    axes.set(yscale="log", xlabel="normal force / its mean over pressed contacts", ylabel="share of pressed contacts beyond")
+            _exceedance(
+                axes, rigid[comparison.in_rigid], "percussions on the same snapshot", BLACK, "--", 1.2
+            )
+    axes.set(
+        yscale="log",
+        xlabel="normal force / its mean over pressed contacts",
+        ylabel="share of pressed contacts beyond",
+    )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=7)
     return figure
@@ -152,18 +196,35 @@ def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
     figure = Figure(figsize=(6.5, 4.0), layout="constrained")
     axes = figure.add_subplot()
     engines = sorted({c.record.engine for c in comparisons})
-    kinds = (("contact", "all contacts", BLUE), ("determined", "determined contacts", ORANGE), ("disk_sum", "sum at each disk", GREEN))
+    kinds = (
+        ("contact", "all contacts", BLUE),
+        ("determined", "determined contacts", ORANGE),
+        ("disk_sum", "sum at each disk", GREEN),
+    )
     stiffness = np.array(sorted({c.scene.contact.stiffness_N_per_m for c in comparisons}))
     for row, engine in enumerate(engines):
-        chosen = sorted((c for c in comparisons if c.record.engine == engine), key=lambda c: c.scene.contact.stiffness_N_per_m)
+        chosen = sorted(
+            (c for c in comparisons if c.record.engine == engine),
+            key=lambda c: c.scene.contact.stiffness_N_per_m,
+        )
         for kind, words, colour in kinds:
             values = [statistics(c)[f"{kind}_relative_difference"] for c in chosen]
             x = [c.scene.contact.stiffness_N_per_m for c in chosen]
-            axes.plot(x, values, MARKERS[row], ls=LINES[row], color=colour, mfc="none" if row else colour, label=f"{ENGINE_NAMES.get(engine, engine)}: {words}")
+            axes.plot(
+                x,
+                values,
+                MARKERS[row],
+                ls=LINES[row],
+                color=colour,
+                mfc="none" if row else colour,
+                label=f"{ENGINE_NAMES.get(engine, engine)}: {words}",
+            )
     first = [v for line in axes.lines for v in np.asarray(line.get_ydata())[:1] if np.isfinite(v) and v > 0]
     if first and len(stiffness) > 1:
         axes.plot(stiffness, max(first) * stiffness[0] / stiffness, color=GREY, lw=1, label="slope −1")
-    axes.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="rms(rigid − penalty) / rms(penalty)")
+    axes.set(
+        xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="rms(rigid − penalty) / rms(penalty)"
+    )
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=7)
     return figure
@@ -172,7 +233,14 @@ def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
 def _exceedance(axes: Axes, force: Floats, label: str, colour: str, style: str, width: float) -> None:
     pressed = np.sort(force[force > 1e-9 * force.max(initial=0.0)])
     if len(pressed) > 1:
-        axes.step(pressed / pressed.mean(), 1.0 - np.arange(len(pressed)) / len(pressed), style, color=colour, lw=width, label=label)
+        axes.step(
+            pressed / pressed.mean(),
+            1.0 - np.arange(len(pressed)) / len(pressed),
+            style,
+            color=colour,
+            lw=width,
+            label=label,
+        )
 
 
 def _contact_lines(comparison: Comparison) -> Floats:

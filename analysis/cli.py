@@ -18,8 +18,13 @@ from rich.table import Table
 
 from analysis.study import Progress as Report
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="rich",
-                  help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), side by side.")
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), side by side.",
+)
 INTERRUPTED = 130
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 Stiffness = Annotated[float | None, typer.Option(help="Contact stiffness in N/m, instead of the scene's.")]
@@ -95,17 +100,37 @@ def run(
     folder = run_folder(out, chosen, engine)
     with _progress() as report:
         record = run_engine(chosen, engine, folder, report)
-    print(f"{folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution obtained {record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s")
+    print(
+        f"{folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution obtained "
+        f"{record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
+    )
 
 
 @app.command()
 def solve(
-    dump: Annotated[Path, typer.Argument(help="LAMMPS text dump with at least id, x, y, radius and mass or density.")],
-    walls: Annotated[Path | None, typer.Option(help="Scene file (.toml) with the walls and the drive; scene.toml beside the dump if there.")] = None,
-    left_velocity: Annotated[Literal["desired", "dump", "free"] | None, typer.Option(help="desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired where there is a drive.")] = None,
+    dump: Annotated[
+        Path, typer.Argument(help="LAMMPS text dump with at least id, x, y, radius and mass or density.")
+    ],
+    walls: Annotated[
+        Path | None,
+        typer.Option(
+            help="Scene file (.toml) with the walls and the drive; scene.toml beside the dump if there."
+        ),
+    ] = None,
+    left_velocity: Annotated[
+        Literal["desired", "dump", "free"] | None,
+        typer.Option(
+            help="desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired where there is a drive."
+        ),
+    ] = None,
     window: Annotated[float | None, typer.Option(help="Δt of --left-velocity free, in s.")] = None,
-    time_step: Annotated[float | None, typer.Option(help="Time step of the simulation in s (from run.json beside the dump if there).")] = None,
-    contact_tolerance: Annotated[float, typer.Option(help="Gap in m up to which disks are in contact.")] = 1e-6,
+    time_step: Annotated[
+        float | None,
+        typer.Option(help="Time step of the simulation in s (from run.json beside the dump if there)."),
+    ] = None,
+    contact_tolerance: Annotated[
+        float, typer.Option(help="Gap in m up to which disks are in contact.")
+    ] = 1e-6,
     tolerance: Annotated[float, typer.Option(help="Residual up to which a frame counts as solved.")] = 1e-8,
     workers: Annotated[int, typer.Option(help="Processes.")] = 1,
     out: Annotated[Path, typer.Option(help="CSV file, one row a contact.")] = Path("contacts.csv"),
@@ -117,7 +142,9 @@ def solve(
     from analysis.trajectory import solve_dump
 
     with _progress() as report:
-        unsolved = solve_dump(dump, walls, left_velocity, window, time_step, contact_tolerance, tolerance, workers, out, report)
+        unsolved = solve_dump(
+            dump, walls, left_velocity, window, time_step, contact_tolerance, tolerance, workers, out, report
+        )
     if unsolved:
         for line in unsolved:
             print(line, file=sys.stderr)
@@ -146,10 +173,24 @@ def compare(
         comparison = compare_run(folder, time)
         numbers = statistics(comparison)
         write_contacts(folder / "comparison.csv", comparison)
-        content = {"status": str(comparison.answer.status), "unit": comparison.unit, "time_s": comparison.time, **numbers}
-        write_text(folder / "comparison.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n")
-        table.add_column(f"{comparison.scene.name}: {engine_label(comparison)} ({comparison.unit})", justify="right")
-        columns.append({"status": str(comparison.answer.status), **{key: number(value) for key, value in numbers.items()}})
+        content = {
+            "status": str(comparison.answer.status),
+            "unit": comparison.unit,
+            "time_s": comparison.time,
+            **numbers,
+        }
+        write_text(
+            folder / "comparison.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n"
+        )
+        table.add_column(
+            f"{comparison.scene.name}: {engine_label(comparison)} ({comparison.unit})", justify="right"
+        )
+        columns.append(
+            {
+                "status": str(comparison.answer.status),
+                **{key: number(value) for key, value in numbers.items()},
+            }
+        )
         failed = failed or comparison.answer.status != "solved"
     for key in columns[0]:
         table.add_row(key.replace("_", " "), *(column[key] for column in columns))
@@ -161,9 +202,19 @@ def compare(
 @app.command()
 def report(
     scenes: Annotated[list[str], typer.Argument(help="Scenes, by name or .toml file.")],
-    engine: Annotated[list[str] | None, typer.Option(help="Engine; give it twice for both. Left out: all that are installed.")] = None,
-    stiffness: Annotated[list[float] | None, typer.Option(help="Stiffness in N/m; give it several times. Left out: the scene's and, for a driven crowd, ten times it.")] = None,
-    runs: Annotated[Path, typer.Option(help="Folder for the runs; unchanged ones are used again.")] = Path("out"),
+    engine: Annotated[
+        list[str] | None,
+        typer.Option(help="Engine; give it twice for both. Left out: all that are installed."),
+    ] = None,
+    stiffness: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Stiffness in N/m; give it several times. Left out: the scene's and, for a driven crowd, ten times it."
+        ),
+    ] = None,
+    runs: Annotated[Path, typer.Option(help="Folder for the runs; unchanged ones are used again.")] = Path(
+        "out"
+    ),
     out: Out = Path("report"),
 ) -> None:
     """Run, solve, compare, and write one HTML page with CSV and JSON beside it.
@@ -200,21 +251,41 @@ def report(
 def import_(
     file: Annotated[Path, typer.Argument(help="Trajectory file that PedPy can load.")],
     frame: Annotated[int, typer.Option(help="Number of the frame.")],
-    room: Annotated[Path, typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene.")],
-    radius: Annotated[float, typer.Option(help="Radius of each disk in m.")] = 0.2,
+    room: Annotated[
+        Path, typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene.")
+    ],
+    radius: Annotated[float, typer.Option(help="Radius of each disk in m.")] = 0.18,
     mass: Annotated[float, typer.Option(help="Mass of each person in kg.")] = 75.0,
-    name: Annotated[str, typer.Option(help="Name of the scene.")] = "imported",
+    name: Annotated[str | None, typer.Option(help="Name of the scene; the room's by default.")] = None,
+    unit: Annotated[
+        Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
+    ] = None,
+    frame_rate: Annotated[
+        float | None, typer.Option(help="Frames per second, where the file does not say.")
+    ] = None,
+    window: Annotated[float, typer.Option(help="Time in s over which velocities are measured.")] = 0.4,
     out: Out = Path("."),
 ) -> None:
     """Turn one frame of a real trajectory into a scene: heads become disks, overlaps are reconciled and reported.
 
-    Example: percussions import scenes/gate_excerpt.txt --frame 700 --room scenes/rooms/gate.toml --radius 0.2 --name mine
+    Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml --name mine
     """
     from analysis.real_crowd import import_crowd
 
-    imported = import_crowd(file, frame=frame, radius=radius, room=room, mass=mass, name=name)
-    print(imported.scene.write(out))
-    print(imported.statement)
+    imported = import_crowd(
+        file,
+        frame=frame,
+        radius=radius,
+        room=room,
+        mass=mass,
+        name=name,
+        unit=unit,
+        frame_rate=frame_rate,
+        window_s=window,
+    )
+    print(imported.write(out))
+    assert imported.scene.reconciliation is not None
+    print(imported.scene.reconciliation.statement)
 
 
 @app.command()
@@ -225,11 +296,11 @@ def doctor() -> None:
     """
     from analysis.doctor import examine
 
-    table = Table("what", "state", "version", "where", "what to do")
     findings = examine()
     for finding in findings:
-        table.add_row(finding.name, finding.state, finding.version or "–", str(finding.path or "–"), finding.advice)
-    Console().print(table)
+        print(f"{finding.name:<12}{finding.state:<10}{finding.version or '–'}  {finding.path or ''}")
+        if finding.advice:
+            print(f"{'':<12}{finding.advice}")
     if any(finding.state == "missing" for finding in findings):
         raise typer.Exit(1)
 

@@ -8,7 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.dumps import DumpError, EngineContacts, contacts_at, frame_at, index_contacts, open_bodies, snapshot_of
+from analysis.dumps import (
+    DumpError,
+    EngineContacts,
+    contacts_at,
+    frame_at,
+    index_contacts,
+    open_bodies,
+    snapshot_of,
+)
 from analysis.engines.record import RunRecord
 from analysis.impulses import integrate_contacts
 from analysis.percussions import left_velocity_of
@@ -69,11 +77,14 @@ class Comparison:
         a, b = self._disks()
         pairs = ~self.is_wall
         n = len(self.snapshot)
-        sums = []
-        for part in self.normal_parts():
-            size = np.abs(part)
-            sums.append(np.bincount(a, size, n) + np.bincount(b[pairs], size[pairs], n))
-        return sums[0], sums[1]
+
+        def total(size: Floats) -> Floats:
+            return np.asarray(
+                np.bincount(a, size, n) + np.bincount(b[pairs], size[pairs], n), dtype=np.float64
+            )
+
+        penalty, rigid = self.normal_parts()
+        return total(np.abs(penalty)), total(np.abs(rigid))
 
     def disk_vectors(self) -> tuple[Floats, Floats]:
         """Vector sum of what each disk receives, penalty and rigid, each (n,2)."""
@@ -115,14 +126,18 @@ def compare_run(folder: Path, time: float | None = None, tolerance: float = 1e-1
     impact = scene.analysis.kind == "impact"
     wanted = (0.0 if impact else scene.analysis.time_s) if time is None else time
     frame = frame_at(np.array(index.steps) * record.time_step_s, wanted)
-    snapshot = snapshot_of(trajectory[_same_step(index.steps[frame], trajectory, folder)], folder / "bodies.dump")
+    snapshot = snapshot_of(
+        trajectory[_same_step(index.steps[frame], trajectory, folder)], folder / "bodies.dump"
+    )
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m)
     left, window = left_velocity_of(snapshot, "dump" if impact else "desired", scene.drive)
     answer = solve(snapshot, contacts, left_velocity=left, tolerance=tolerance)
     net = np.zeros(2)
     closure_error = np.nan
     if impact:
-        engine, closure_error, change = integrate_contacts(index, trajectory, record.time_step_s, contacts, snapshot)
+        engine, closure_error, change = integrate_contacts(
+            index, trajectory, record.time_step_s, contacts, snapshot
+        )
         total = change.sum(0)
     else:
         engine = contacts_at(index, frame)
@@ -143,22 +158,38 @@ def _same_step(step: int, trajectory: object, folder: Path) -> int:
 
 
 def _matched(
-    scene: Scene, record: RunRecord, snapshot: Snapshot, contacts: Contacts, answer: Percussions,
-    engine: EngineContacts, window: float | None, total: Floats, net: Floats, closure_error: float,
+    scene: Scene,
+    record: RunRecord,
+    snapshot: Snapshot,
+    contacts: Contacts,
+    answer: Percussions,
+    engine: EngineContacts,
+    window: float | None,
+    total: Floats,
+    net: Floats,
+    closure_error: float,
 ) -> Comparison:
     assert snapshot.ids is not None
     ids = snapshot.ids
-    second = np.where(contacts.is_wall, contacts.second + 1, ids[np.where(contacts.is_wall, 0, contacts.second)])
+    second = np.where(
+        contacts.is_wall, contacts.second + 1, ids[np.where(contacts.is_wall, 0, contacts.second)]
+    )
     rigid_key = _key(ids[contacts.first], second, contacts.is_wall)
     engine_key = _key(engine.first, engine.second, engine.is_wall)
     keys = np.union1d(rigid_key, engine_key)
     if not len(keys):
-        raise DumpError(f"scene {scene.name}, {record.engine}: no contact at all at {snapshot.time:g} s; nothing to compare")
+        raise DumpError(
+            f"scene {scene.name}, {record.engine}: no contact at all at {snapshot.time:g} s; nothing to compare"
+        )
     at_rigid, at_engine = np.searchsorted(keys, rigid_key), np.searchsorted(keys, engine_key)
     k = len(keys)
     normal, gap, penalty, rigid = np.zeros((k, 2)), np.zeros(k), np.zeros((k, 2)), np.zeros((k, 2))
     normal[at_engine], gap[at_engine], penalty[at_engine] = engine.normal, -engine.overlap, engine.force
-    normal[at_rigid], gap[at_rigid], rigid[at_rigid] = contacts.normal, contacts.gap, answer.impulse / (window or 1.0)
+    normal[at_rigid], gap[at_rigid], rigid[at_rigid] = (
+        contacts.normal,
+        contacts.gap,
+        answer.impulse / (window or 1.0),
+    )
     in_penalty, in_rigid, determined = (np.zeros(k, dtype=bool) for _ in range(3))
     in_penalty[at_engine] = True
     in_rigid[at_rigid] = True
@@ -166,11 +197,29 @@ def _matched(
     determined[at_rigid] = known.determined
     is_wall = (keys & 1).astype(bool)
     return Comparison(
-        scene=scene, record=record, time=snapshot.time, unit=IMPULSE if window is None else FORCE, snapshot=snapshot,
-        first=keys >> 32, second=(keys >> 1) & 0x7FFFFFFF, is_wall=is_wall, normal=normal, gap=gap, penalty=penalty,
-        rigid=rigid, in_penalty=in_penalty, in_rigid=in_rigid, determined=determined, answer=answer,
-        rank=known.rank, redundant=known.redundant, drive_sum=total, wall_sum=penalty[is_wall].sum(0),
-        rigid_wall_sum=rigid[is_wall].sum(0), net_sum=net, closure_error=closure_error,
+        scene=scene,
+        record=record,
+        time=snapshot.time,
+        unit=IMPULSE if window is None else FORCE,
+        snapshot=snapshot,
+        first=keys >> 32,
+        second=(keys >> 1) & 0x7FFFFFFF,
+        is_wall=is_wall,
+        normal=normal,
+        gap=gap,
+        penalty=penalty,
+        rigid=rigid,
+        in_penalty=in_penalty,
+        in_rigid=in_rigid,
+        determined=determined,
+        answer=answer,
+        rank=known.rank,
+        redundant=known.redundant,
+        drive_sum=total,
+        wall_sum=penalty[is_wall].sum(0),
+        rigid_wall_sum=rigid[is_wall].sum(0),
+        net_sum=net,
+        closure_error=closure_error,
         unbalanced=float(np.hypot(*net)) / (float(np.hypot(*total)) or 1.0),
     )
 
@@ -230,7 +279,11 @@ def penalty_difference(a: Comparison, b: Comparison) -> float:
 
 def correlation(a: Floats, b: Floats) -> float:
     """Pearson's correlation; NaN for fewer than three pairs or no spread."""
-    if len(a) < 3 or a.std() < 1e-9 * np.abs(a).max(initial=1e-300) or b.std() < 1e-9 * np.abs(b).max(initial=1e-300):
+    if (
+        len(a) < 3
+        or a.std() < 1e-9 * np.abs(a).max(initial=1e-300)
+        or b.std() < 1e-9 * np.abs(b).max(initial=1e-300)
+    ):
         return float("nan")
     return float(np.corrcoef(a, b)[0, 1])
 

@@ -86,23 +86,33 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
         raise DumpError(f"{path}: {error.strerror}") from None
     with file:
         while first := file.readline():
-            head = [first.decode("ascii", "replace")] + [file.readline().decode("ascii", "replace") for _ in range(8)]
+            head = [first.decode("ascii", "replace")] + [
+                file.readline().decode("ascii", "replace") for _ in range(8)
+            ]
             line, number = number + 1, number + HEADER_LINES
             if not head[-1]:
-                raise DumpError(f"{path}, line {line}: truncated: the file ends inside the head of frame {len(steps) + 1}")
+                raise DumpError(
+                    f"{path}, line {line}: truncated: the file ends inside the head of frame {len(steps) + 1}"
+                )
             names = head[8].split()
             good = (
-                head[0].strip() == "ITEM: TIMESTEP" and head[2].strip() == f"ITEM: NUMBER OF {kind}"
-                and head[4].startswith("ITEM: BOX BOUNDS") and names[:2] == ["ITEM:", kind]
+                head[0].strip() == "ITEM: TIMESTEP"
+                and head[2].strip() == f"ITEM: NUMBER OF {kind}"
+                and head[4].startswith("ITEM: BOX BOUNDS")
+                and names[:2] == ["ITEM:", kind]
             )
             try:
                 step, count = int(head[1]), int(head[3])
             except ValueError:
                 good = False
             if not good:
-                raise DumpError(f"{path}, line {line}: not the head of a frame of a LAMMPS dump with ITEM: {kind}: {head[0].strip()!r}")
+                raise DumpError(
+                    f"{path}, line {line}: not the head of a frame of a LAMMPS dump with ITEM: {kind}: {head[0].strip()!r}"
+                )
             if steps and step <= steps[-1]:
-                raise DumpError(f"{path}, line {line + 1}: step {step} follows step {steps[-1]}; frames must be in order, each once")
+                raise DumpError(
+                    f"{path}, line {line + 1}: step {step} follows step {steps[-1]}; frames must be in order, each once"
+                )
             if columns and tuple(names[2:]) != columns:
                 raise DumpError(f"{path}, line {line + 8}: the columns change at step {step}")
             columns = tuple(names[2:])
@@ -112,7 +122,9 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
                 last = file.readline()
             number += count
             if count and (not last.endswith(b"\n") or len(last.split()) != len(columns)):
-                raise DumpError(f"{path}: truncated: the file ends inside step {step}, frame {len(steps) + 1}")
+                raise DumpError(
+                    f"{path}: truncated: the file ends inside step {step}, frame {len(steps) + 1}"
+                )
             offsets.append(start)
             lengths.append(file.tell() - start)
             steps.append(step)
@@ -203,8 +215,12 @@ def snapshot_of(ts: Timestep, path: str | Path = "") -> Snapshot:
         return Snapshot(
             position=np.column_stack([data["x"], data["y"]]),
             velocity=np.column_stack([data.get("vx", none), data.get("vy", none)]),
-            radius=radius, mass=mass, ids=data["id"].astype(np.int64), spin=data.get("omegaz", none),
-            time=float(ts.time), drive=drive,
+            radius=radius,
+            mass=mass,
+            ids=data["id"].astype(np.int64),
+            spin=data.get("omegaz", none),
+            time=float(ts.time),
+            drive=drive,
         )
     except ValueError as error:
         raise DumpError(f"{path}, step {data['step']}: {error}") from None
@@ -243,8 +259,12 @@ def contacts_at(index: DumpIndex, frame: int) -> EngineContacts:
         raise DumpError(f"{index.path}, step {index.steps[frame]}: not a finite number")
     get = {name: table[:, index.columns.index(name)] for name in CONTACT_COLUMNS}
     return EngineContacts(
-        step=index.steps[frame], first=get["first"].astype(np.int64), second=get["second"].astype(np.int64),
-        is_wall=get["is_wall"] != 0, normal=np.column_stack([get["nx"], get["ny"]]), overlap=get["overlap"],
+        step=index.steps[frame],
+        first=get["first"].astype(np.int64),
+        second=get["second"].astype(np.int64),
+        is_wall=get["is_wall"] != 0,
+        normal=np.column_stack([get["nx"], get["ny"]]),
+        overlap=get["overlap"],
         force=np.column_stack([get["fx"], get["fy"]]),
     )
 

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-import pedpy  # type: ignore[import-untyped]
+import pedpy
 from scipy.spatial import cKDTree
 
 from nscd.bodies import Floats, Integers

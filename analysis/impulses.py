@@ -28,7 +28,9 @@ def integrate_contacts(
     total = np.zeros((0, 2))
     for frame in range(len(index.steps)):
         contacts = contacts_at(index, frame)
-        keys = list(zip(contacts.first.tolist(), contacts.second.tolist(), contacts.is_wall.tolist(), strict=True))
+        keys = list(
+            zip(contacts.first.tolist(), contacts.second.tolist(), contacts.is_wall.tolist(), strict=True)
+        )
         for row, key in enumerate(keys):
             if key not in numbers:
                 numbers[key] = len(numbers)
@@ -44,12 +46,18 @@ def integrate_contacts(
             total += 0.5 * interval * (before + force)
         forces = [*forces[-1:], force] if frame != 2 else [*forces, force]
         if frame == 2:
-            total += _jump_at_start(forces, numbers, touching, start, (index.steps[1] - index.steps[0]) * time_step)
+            total += _jump_at_start(
+                forces, numbers, touching, start, (index.steps[1] - index.steps[0]) * time_step
+            )
     keys = list(numbers)
     summed = EngineContacts(
-        step=index.steps[0], first=np.array([k[0] for k in keys], dtype=np.int64),
-        second=np.array([k[1] for k in keys], dtype=np.int64), is_wall=np.array([k[2] for k in keys], dtype=bool),
-        normal=np.array(normals).reshape(-1, 2), overlap=np.array(overlaps), force=total,
+        step=index.steps[0],
+        first=np.array([k[0] for k in keys], dtype=np.int64),
+        second=np.array([k[1] for k in keys], dtype=np.int64),
+        is_wall=np.array([k[2] for k in keys], dtype=bool),
+        normal=np.array(normals).reshape(-1, 2),
+        overlap=np.array(overlaps),
+        force=total,
     )
     end = snapshot_of(trajectory[-1])
     change = start.mass[:, None] * (end.velocity - start.velocity)
@@ -63,13 +71,19 @@ def integrate_contacts(
 
 
 def _jump_at_start(
-    forces: list[Floats], numbers: dict[tuple[int, int, bool], int], touching: Contacts, start: Snapshot, interval: float
+    forces: list[Floats],
+    numbers: dict[tuple[int, int, bool], int],
+    touching: Contacts,
+    start: Snapshot,
+    interval: float,
 ) -> Floats:
     """What the trapezoidal rule leaves out of the first interval for contacts that touch at t = 0."""
     first, second, third = (np.pad(f, ((0, len(numbers) - len(f)), (0, 0))) for f in forces)
     assert start.ids is not None
     jump = np.zeros((len(numbers), 2))
-    for i, j, wall in zip(touching.first.tolist(), touching.second.tolist(), touching.is_wall.tolist(), strict=True):
+    for i, j, wall in zip(
+        touching.first.tolist(), touching.second.tolist(), touching.is_wall.tolist(), strict=True
+    ):
         number = numbers.get((int(start.ids[i]), j + 1 if wall else int(start.ids[j]), wall))
         if number is not None and not first[number].any():
             jump[number] = 0.5 * interval * (2 * second[number] - third[number])

@@ -20,13 +20,25 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     and mass), x, y, z (m); then velocities (m/s, rad/s). The box leaves 200 m on each side for people who walk out."""
     low, high = snapshot.position.min(0) - MARGIN_M, snapshot.position.max(0) + MARGIN_M
     half = 2.0 * snapshot.radius.max()
-    lines = [f"{title} (SI units; density is that of the sphere, as read_data takes it)", "", f"{len(snapshot)} atoms"]
-    lines += ["1 atom types", "", f"{low[0]:.1f} {high[0]:.1f} xlo xhi", f"{low[1]:.1f} {high[1]:.1f} ylo yhi"]
+    lines = [
+        f"{title} (SI units; density is that of the sphere, as read_data takes it)",
+        "",
+        f"{len(snapshot)} atoms",
+    ]
+    lines += [
+        "1 atom types",
+        "",
+        f"{low[0]:.1f} {high[0]:.1f} xlo xhi",
+        f"{low[1]:.1f} {high[1]:.1f} ylo yhi",
+    ]
     lines += [f"{-half:.3f} {half:.3f} zlo zhi", "", "Atoms # sphere", ""]
     density = snapshot.mass / (SPHERE * snapshot.radius**3)
-    assert snapshot.ids is not None and snapshot.spin is not None
+    assert snapshot.ids is not None
+    assert snapshot.spin is not None
     ids = snapshot.ids.tolist()
-    for i, r, rho, (x, y) in zip(ids, snapshot.radius.tolist(), density.tolist(), snapshot.position.tolist(), strict=True):
+    for i, r, rho, (x, y) in zip(
+        ids, snapshot.radius.tolist(), density.tolist(), snapshot.position.tolist(), strict=True
+    ):
         lines.append(f"{i} 1 {2 * r!r} {rho!r} {x!r} {y!r} 0.0")
     lines += ["", "Velocities", ""]
     for i, (vx, vy), w in zip(ids, snapshot.velocity.tolist(), snapshot.spin.tolist(), strict=True):
@@ -59,7 +71,9 @@ def read_data(path: Path) -> Snapshot:
     rows = {name: _table(path, name, entries) for name, entries in sections.items()}
     atoms, velocities = rows["Atoms"], rows["Velocities"]
     if count is None or len(atoms) != count or len(velocities) not in (0, count):
-        raise ValueError(f"{path}: truncated: {count} atoms announced, {len(atoms)} positions, {len(velocities)} velocities")
+        raise ValueError(
+            f"{path}: truncated: {count} atoms announced, {len(atoms)} positions, {len(velocities)} velocities"
+        )
     order = np.argsort(atoms[:, 0], kind="stable")
     atoms = atoms[order]
     motion = np.zeros((len(atoms), 7))
@@ -71,14 +85,20 @@ def read_data(path: Path) -> Snapshot:
     mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * SPHERE * radius**3])
     try:
         return Snapshot(
-            position=atoms[:, 4:6], velocity=motion[:, 1:3], radius=radius, mass=mass,
-            ids=atoms[:, 0].astype(np.int64), spin=motion[:, 6],
+            position=atoms[:, 4:6],
+            velocity=motion[:, 1:3],
+            radius=radius,
+            mass=mass,
+            ids=atoms[:, 0].astype(np.int64),
+            spin=motion[:, 6],
         )
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _table(path: Path, name: str, entries: list[tuple[int, list[float]]]) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _table(
+    path: Path, name: str, entries: list[tuple[int, list[float]]]
+) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     width = 7
     for number, values in entries:
         if len(values) < width:

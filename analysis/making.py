@@ -19,36 +19,77 @@ IMPACT = Run(duration_s=0.3, frames=10000, time_step_s=2e-6)
 
 
 def _impact(
-    name: str, title: str, source: str, notes: str, position: Any, velocity: Any, mass: Any,
-    walls: Sequence[Wall] = (), restitution: float = INELASTIC, run: Run = IMPACT,
+    name: str,
+    title: str,
+    source: str,
+    notes: str,
+    position: Any,
+    velocity: Any,
+    mass: Any,
+    walls: Sequence[Wall] = (),
+    restitution: float = INELASTIC,
+    run: Run = IMPACT,
 ) -> Scene:
     position = np.asarray(position, dtype=float)
     n = len(position)
-    snapshot = Snapshot(position=position, velocity=velocity, radius=np.full(n, 0.25), mass=np.broadcast_to(mass, (n,)))
+    snapshot = Snapshot(
+        position=position, velocity=velocity, radius=np.full(n, 0.25), mass=np.broadcast_to(mass, (n,))
+    )
     contact = ContactModel(stiffness_N_per_m=1e6, restitution=restitution)
     return Scene(
-        name=name, title=title, source=source, notes=notes, snapshot=snapshot, walls=tuple(walls), contact=contact,
-        run=run, analysis=Analysis(kind="impact"),
+        name=name,
+        title=title,
+        source=source,
+        notes=notes,
+        snapshot=snapshot,
+        walls=tuple(walls),
+        contact=contact,
+        run=run,
+        analysis=Analysis(kind="impact"),
     )
 
 
 def pair(disks: int, seed: int) -> Scene:
     notes = """Two equal disks of 75 kg touch; the first moves at 2 m/s straight at the second, which is at rest.
 Closed form: p = m_eff (1+e) U = 75 (1+e) N·s with m_eff = 37.5 kg."""
-    return _impact("pair", "Two disks, head-on", "closed-form collision of two bodies", notes, [[0, 0], [0.5, 0]], [[2, 0], [0, 0]], MASS_KG)
+    return _impact(
+        "pair",
+        "Two disks, head-on",
+        "closed-form collision of two bodies",
+        notes,
+        [[0, 0], [0.5, 0]],
+        [[2, 0], [0, 0]],
+        MASS_KG,
+    )
 
 
 def pair_oblique(disks: int, seed: int) -> Scene:
     notes = """Two equal disks of 75 kg touch along (0.8, 0.6); the first moves at 2 m/s along x. Only the normal part of
 the velocity, 1.6 m/s, collides (no friction): p = 60 (1+e) N·s along (0.8, 0.6)."""
-    return _impact("pair_oblique", "Two disks, oblique", "closed-form collision of two bodies", notes, [[0, 0], [0.4, 0.3]], [[2, 0], [0, 0]], MASS_KG)
+    return _impact(
+        "pair_oblique",
+        "Two disks, oblique",
+        "closed-form collision of two bodies",
+        notes,
+        [[0, 0], [0.4, 0.3]],
+        [[2, 0], [0, 0]],
+        MASS_KG,
+    )
 
 
 def four_disks(disks: int, seed: int) -> Scene:
     notes = """Four aligned disks of 75 kg touch; the first moves at 2 m/s, the others are at rest. Inelastic: all leave at
 0.5 m/s, percussions 112.5, 75 and 37.5 N·s: each feels the ones that it does not touch."""
     x = [[0.5 * i, 0] for i in range(4)]
-    return _impact("four_disks", "Four aligned disks", f"{PAPER}, Fig. 1", notes, x, [[2, 0], [0, 0], [0, 0], [0, 0]], MASS_KG)
+    return _impact(
+        "four_disks",
+        "Four aligned disks",
+        f"{PAPER}, Fig. 1",
+        notes,
+        x,
+        [[2, 0], [0, 0], [0, 0], [0, 0]],
+        MASS_KG,
+    )
 
 
 def _chain(name: str, disks: int, seed: int, wall: bool, unequal: bool) -> Scene:
@@ -69,7 +110,9 @@ every contact closes. Closed form (5), (6): common velocity U = Σ m u / Σ m, p
     walls = [Wall(name="wall", start_m=(end, -1.0), end_m=(end, 1.0))] if wall else []
     velocity = np.column_stack([speed, np.zeros(n)])
     position = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
-    return _impact(name, f"Chain of {n}, {place}, {masses}", f"{PAPER}, Fig. 3", notes, position, velocity, mass, walls)
+    return _impact(
+        name, f"Chain of {n}, {place}, {masses}", f"{PAPER}, Fig. 3", notes, position, velocity, mass, walls
+    )
 
 
 def corridor(disks: int, seed: int) -> Scene:
@@ -92,7 +135,18 @@ gives no positions: this arrangement of its 56 disks is ours."""
         Wall(name="upper", start_m=(length[0], half), end_m=(length[1], half)),
     ]
     run = Run(duration_s=0.3, frames=3000, time_step_s=5e-6)
-    return _impact("corridor", "Push in a corridor", f"{PAPER}, Fig. 2", notes, position, velocity, MASS_KG, walls, 0.05, run)
+    return _impact(
+        "corridor",
+        "Push in a corridor",
+        f"{PAPER}, Fig. 2",
+        notes,
+        position,
+        velocity,
+        MASS_KG,
+        walls,
+        0.05,
+        run,
+    )
 
 
 def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:
@@ -109,7 +163,12 @@ def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:
     nearest = np.argsort(x * x + beside * beside, kind="stable")[:n]
     position = np.column_stack([x, y])[nearest] + jitter * rng.uniform(-1, 1, (n, 2))
     radius = mean_radius * rng.uniform(0.9, 1.1, n)
-    return Snapshot(position=position.round(9), velocity=np.zeros((n, 2)), radius=radius.round(9), mass=np.full(n, MASS_KG))
+    return Snapshot(
+        position=position.round(9),
+        velocity=np.zeros((n, 2)),
+        radius=radius.round(9),
+        mass=np.full(n, MASS_KG),
+    )
 
 
 def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
@@ -124,16 +183,33 @@ def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
         Wall(name="back", start_m=back, end_m=(back[0], -half)),
         Wall(name="lower", start_m=(back[0], -half), end_m=(0.0, -half)),
     )
-    drive = Drive(speed_m_per_s=2.0, relaxation_time_s=0.5, door_start_m=(0.0, -0.5), door_end_m=(0.0, 0.5), outward=(1.0, 0.0))
+    drive = Drive(
+        speed_m_per_s=2.0,
+        relaxation_time_s=0.5,
+        door_start_m=(0.0, -0.5),
+        door_end_m=(0.0, 0.5),
+        outward=(1.0, 0.0),
+    )
     return walls, drive
 
 
-def _driven(name: str, title: str, source: str, notes: str, snapshot: Snapshot, duration: float, time: float) -> Scene:
-    walls, drive = room_with_a_door(float(np.hypot(*snapshot.position.T).max()) + float(snapshot.radius.max()))
+def _driven(
+    name: str, title: str, source: str, notes: str, snapshot: Snapshot, duration: float, time: float
+) -> Scene:
+    walls, drive = room_with_a_door(
+        float(np.hypot(*snapshot.position.T).max()) + float(snapshot.radius.max())
+    )
     return Scene(
-        name=name, title=title, source=source, notes=notes, snapshot=snapshot, walls=walls, drive=drive,
+        name=name,
+        title=title,
+        source=source,
+        notes=notes,
+        snapshot=snapshot,
+        walls=walls,
+        drive=drive,
         contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
-        run=Run(duration_s=duration, frames=40), analysis=Analysis(kind="driven", time_s=time),
+        run=Run(duration_s=duration, frames=40),
+        analysis=Analysis(kind="driven", time_s=time),
     )
 
 
@@ -153,14 +229,30 @@ place ({n} pedestrians)."""
     base = crowd_before_a_door(n, seed, 0.17)
     mass = np.random.default_rng([seed, 1]).integers(50, 101, n).astype(float)
     snapshot = Snapshot(position=base.position, velocity=base.velocity, radius=base.radius, mass=mass)
-    return _driven("arch_masses", f"{n} people of unequal mass pressed to a 1 m exit", f"{PAPER}, Fig. 5", notes, snapshot, 2.0, 2.0)
+    return _driven(
+        "arch_masses",
+        f"{n} people of unequal mass pressed to a 1 m exit",
+        f"{PAPER}, Fig. 5",
+        notes,
+        snapshot,
+        2.0,
+        2.0,
+    )
 
 
 def jam(disks: int, seed: int) -> Scene:
     n = disks or 300
     notes = f"""{n} frictionless disks too large to pass a 1 m door (radius 0.30 m ± 10 %): they jam and come to rest. At rest
 nothing but contact forces balances the drive, so penalty and rigid forces can be compared strictly. Not a crowd: a test."""
-    return _driven("jam", f"{n} large disks jammed at a 1 m door", "made for the comparison at rest", notes, crowd_before_a_door(n, seed, 0.30), 12.0, 12.0)
+    return _driven(
+        "jam",
+        f"{n} large disks jammed at a 1 m door",
+        "made for the comparison at rest",
+        notes,
+        crowd_before_a_door(n, seed, 0.30),
+        12.0,
+        12.0,
+    )
 
 
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
@@ -170,7 +262,9 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "chain": lambda disks, seed: _chain("chain", disks, seed, wall=False, unequal=False),
     "chain_masses": lambda disks, seed: _chain("chain_masses", disks, seed, wall=False, unequal=True),
     "chain_wall": lambda disks, seed: _chain("chain_wall", disks, seed, wall=True, unequal=False),
-    "chain_wall_masses": lambda disks, seed: _chain("chain_wall_masses", disks, seed, wall=True, unequal=True),
+    "chain_wall_masses": lambda disks, seed: _chain(
+        "chain_wall_masses", disks, seed, wall=True, unequal=True
+    ),
     "corridor": corridor,
     "arch": arch,
     "arch_masses": arch_masses,
@@ -185,7 +279,10 @@ def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
     if name not in MAKERS:
         raise SceneError(f"unknown scene {name!r} to make; there are: {', '.join(MAKERS)}")
     if disks is not None and (name in OF_FIXED_SIZE or disks < 2):
-        raise SceneError(f"--disks {disks}: {name} " + ("has a fixed number of disks" if name in OF_FIXED_SIZE else "needs at least 2"))
+        raise SceneError(
+            f"--disks {disks}: {name} "
+            + ("has a fixed number of disks" if name in OF_FIXED_SIZE else "needs at least 2")
+        )
     if seed < 0:
         raise SceneError(f"--seed {seed}: a number ≥ 0 is needed")
     return MAKERS[name](disks or 0, seed)

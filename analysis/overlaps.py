@@ -9,7 +9,7 @@ import numpy as np
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.bodies import Floats
 from nscd.problem import impact_problem
-from nscd.solvers.interior_point import interior_point
+from nscd.solve import solve_problem
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at least
 # SPARE_M before rounding and so never negative after it.
@@ -66,11 +66,11 @@ def reconcile(
         problem = impact_problem(
             snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M
         )
-        problem = replace(problem, free=home.ravel())
-        reaction, step, _ = interior_point(problem, SOLVER_TOLERANCE)
+        problem = replace(problem, free=home)
+        _, _, reaction, step, _ = solve_problem(problem, SOLVER_TOLERANCE)
         if not problem.residual(reaction, step) < 1e-6:
             raise OverlapError(f"there is no room for {n} disks of radius up to {radius.max():g} m")
-        current = current + step.reshape(n, 2)
+        current = current + step
         if np.abs(step).max() < STEP_M and overlap < STEP_M:
             break
     else:

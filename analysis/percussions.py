@@ -36,7 +36,9 @@ def left_velocity_of(
         u_d = drive.desired_velocity(snapshot.position)
         force = snapshot.mass[:, None] * (u_d - snapshot.velocity) / drive.relaxation_time_s
     if force is None:
-        raise ValueError("left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive]")
+        raise ValueError(
+            "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive]"
+        )
     if window is None or not window > 0:
         raise ValueError("left velocity `free` needs a window > 0 s (--window)")
     return snapshot.velocity + window * force / snapshot.mass[:, None], window
@@ -77,7 +79,12 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         left_velocity_of(first, left_velocity, drive, window)  # fail early
         self.ids: Integers = first.ids  # type: ignore[assignment]
         self._walls, self._drive, self._kind, self._window = walls, drive, left_velocity, window
-        self._law, self._tolerance, self._contact_tolerance, self._solver = law, tolerance, contact_tolerance, solver
+        self._law, self._tolerance, self._contact_tolerance, self._solver = (
+            law,
+            tolerance,
+            contact_tolerance,
+            solver,
+        )
 
     def _prepare(self) -> None:
         self.results.contacts = []
@@ -87,11 +94,18 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     def _single_frame(self) -> None:
         snapshot = snapshot_of(self._ts, self._trajectory.filename)
         if not np.array_equal(snapshot.ids, self.ids):  # type: ignore[arg-type]
-            raise DumpError(f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame")
+            raise DumpError(
+                f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame"
+            )
         contacts = find_contacts(snapshot, self._walls, tolerance=self._contact_tolerance)
         left, _ = left_velocity_of(snapshot, self._kind, self._drive, self._window)
         self._guess = solve(
-            snapshot, contacts, left_velocity=left, law=self._law, tolerance=self._tolerance, solver=self._solver,
+            snapshot,
+            contacts,
+            left_velocity=left,
+            law=self._law,
+            tolerance=self._tolerance,
+            solver=self._solver,
             guess=self._guess,
         )
         self.results.contacts.append(contacts)
@@ -110,12 +124,22 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         return all(answer.status == "solved" for answer in self.results.percussions)
 
 
-def contact_rows(time: float, ids: np.ndarray[Any, Any], contacts: Contacts, answer: Percussions) -> list[str]:
+def contact_rows(
+    time: float, ids: np.ndarray[Any, Any], contacts: Contacts, answer: Percussions
+) -> list[str]:
     """Lines of contacts.csv for one frame (columns: CSV_HEADER); walls are numbered from 1 as in the scene."""
-    second = np.where(contacts.is_wall, contacts.second + 1, ids[np.where(contacts.is_wall, 0, contacts.second)])
+    second = np.where(
+        contacts.is_wall, contacts.second + 1, ids[np.where(contacts.is_wall, 0, contacts.second)]
+    )
     columns = zip(
-        ids[contacts.first].tolist(), second.tolist(), contacts.is_wall.astype(int).tolist(), contacts.normal.tolist(),
-        contacts.gap.tolist(), answer.reaction.tolist(), answer.impulse.tolist(), strict=True,
+        ids[contacts.first].tolist(),
+        second.tolist(),
+        contacts.is_wall.astype(int).tolist(),
+        contacts.normal.tolist(),
+        contacts.gap.tolist(),
+        answer.reaction.tolist(),
+        answer.impulse.tolist(),
+        strict=True,
     )
     return [
         f"{time!r},{i},{j},{w},{nx!r},{ny!r},{gap!r},{reaction!r},{px!r},{py!r}"

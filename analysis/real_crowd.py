@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pedpy  # type: ignore[import-untyped]
+import pedpy
 import shapely
 from pydantic import ValidationError
 

@@ -28,7 +28,6 @@ from analysis.study import Study
 from nscd import find_contacts, solve
 from nscd.indeterminacy import determinacy
 
-
 # The share of the drive that may still accelerate a crowd "at rest".
 MOVING = 0.01
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -39,7 +38,11 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     scenes = [_scene_content(study, folder) for study in studies]
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("analysis"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=jinja2.PackageLoader("analysis"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     environment.filters |= {"number": number, "percent": percent}
     page = environment.get_template("report.html").render(
@@ -49,7 +52,9 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
         version=metadata.version("crowd-percussions"),
         findings=examine(),
     )
-    numbers = {content["name"]: {"warnings": content["warnings"], "runs": content["runs"]} for content in scenes}
+    numbers = {
+        content["name"]: {"warnings": content["warnings"], "runs": content["runs"]} for content in scenes
+    }
     write_text(folder / "numbers.json", json.dumps(jsonable(numbers), indent=1, ensure_ascii=False) + "\n")
     write_text(folder / "index.html", page)
     return folder / "index.html"
@@ -85,7 +90,9 @@ def percent(value: float) -> str:
 def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
     scene, comparisons = study.scene, study.comparisons
     best = max(comparisons, key=lambda c: c.scene.contact.stiffness_N_per_m)
-    stiffest = [c for c in comparisons if c.scene.contact.stiffness_N_per_m == best.scene.contact.stiffness_N_per_m]
+    stiffest = [
+        c for c in comparisons if c.scene.contact.stiffness_N_per_m == best.scene.contact.stiffness_N_per_m
+    ]
     figures = [
         ("scene", "The scene at the start", charts.scene_picture(scene)),
         ("networks", "Force networks on the same snapshot", charts.force_networks(stiffest)),
@@ -94,14 +101,29 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         ("distributions", "Distribution of the normal forces", charts.distributions(stiffest)),
     ]
     if len({c.scene.contact.stiffness_N_per_m for c in comparisons}) > 1:
-        figures.append(("stiffness", "Do they approach each other as the stiffness grows?", charts.stiffness_study(comparisons)))
+        figures.append(
+            (
+                "stiffness",
+                "Do they approach each other as the stiffness grows?",
+                charts.stiffness_study(comparisons),
+            )
+        )
     runs = []
     for comparison in comparisons:
-        name = f"{scene.name}_{comparison.record.engine}_k{comparison.scene.contact.stiffness_N_per_m:.6g}.csv"
+        name = (
+            f"{scene.name}_{comparison.record.engine}_k{comparison.scene.contact.stiffness_N_per_m:.6g}.csv"
+        )
         write_contacts(folder / name, comparison)
         same = [c for c in comparisons if c.scene.contact == comparison.scene.contact]
         apart = None if same[0] is comparison else penalty_difference(same[0], comparison)
-        runs.append(_run_content(comparison) | {"csv": name, "difference_from_first_engine": apart, "first_engine": charts.ENGINE_NAMES[same[0].record.engine]})
+        runs.append(
+            _run_content(comparison)
+            | {
+                "csv": name,
+                "difference_from_first_engine": apart,
+                "first_engine": charts.ENGINE_NAMES[same[0].record.engine],
+            }
+        )
     return {
         "name": scene.name,
         "scene": scene,
@@ -112,8 +134,12 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         "mass": (float(scene.snapshot.mass.min()), float(scene.snapshot.mass.max())),
         "figures": [(key, title, _inline(figure)) for key, title, figure in figures],
         "runs": runs,
-        "moving": max(c.unbalanced for c in comparisons) if max(c.unbalanced for c in comparisons) > MOVING else 0.0,
-        "loaded": {wall for run in runs for wall, penalty, rigid in run["walls"] if abs(penalty) + abs(rigid) > 0},
+        "moving": max(c.unbalanced for c in comparisons)
+        if max(c.unbalanced for c in comparisons) > MOVING
+        else 0.0,
+        "loaded": {
+            wall for run in runs for wall, penalty, rigid in run["walls"] if abs(penalty) + abs(rigid) > 0
+        },
         "frame": _real_frame(scene) if scene.reconciliation else None,
         "verdicts": _verdicts(runs),
         "carriers": _carriers(stiffest[0]),
@@ -129,8 +155,11 @@ def _real_frame(scene: Scene) -> dict[str, Any]:
     answer = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
     force = answer.reaction / (window or 1.0)
     return {
-        "contacts": len(contacts), "mean": float(force.mean()) if len(force) else 0.0, "largest": float(force.max(initial=0.0)),
-        "determined": int(determinacy(contacts, len(snapshot)).determined.sum()), "status": str(answer.status),
+        "contacts": len(contacts),
+        "mean": float(force.mean()) if len(force) else 0.0,
+        "largest": float(force.max(initial=0.0)),
+        "determined": int(determinacy(contacts, len(snapshot)).determined.sum()),
+        "status": str(answer.status),
         "residual": answer.residual,
     }
 
@@ -160,17 +189,25 @@ def _verdicts(runs: list[dict[str, Any]]) -> list[str]:
     """What the numbers say about rising stiffness, a sentence an engine."""
     sentences = []
     for engine in sorted({run["engine"] for run in runs}):
-        mine = sorted((run for run in runs if run["engine"] == engine), key=lambda run: float(run["stiffness"]))
+        mine = sorted(
+            (run for run in runs if run["engine"] == engine), key=lambda run: float(run["stiffness"])
+        )
         soft, stiff = mine[0], mine[-1]
         if soft is stiff:
             continue
         before, after = (float(run["statistics"]["contact_relative_difference"]) for run in (soft, stiff))
         if not (math.isfinite(before) and math.isfinite(after)):
             continue
-        trend = "approach each other" if after < 0.8 * before else "do not approach each other" if after > 0.95 * before else "approach each other a little"
+        trend = (
+            "approach each other"
+            if after < 0.8 * before
+            else "do not approach each other"
+            if after > 0.95 * before
+            else "approach each other a little"
+        )
         sentences.append(
-            f"{stiff['engine_name']}: from k = {number(soft['stiffness'])} to {number(stiff['stiffness'])} N/m the relative difference per "
-            f"contact goes from {percent(before)} to {percent(after)} "
+            f"{stiff['engine_name']}: from k = {number(soft['stiffness'])} to {number(stiff['stiffness'])} N/m "
+            f"the relative difference per contact goes from {percent(before)} to {percent(after)} "
             f"(per disk: {percent(float(soft['statistics']['disk_sum_relative_difference']))} to "
             f"{percent(float(stiff['statistics']['disk_sum_relative_difference']))}): penalty and rigid forces {trend}."
         )
@@ -186,8 +223,15 @@ def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, float | i
     for place, disk in enumerate(np.argsort(-rigid, kind="stable")[:most], start=1):
         x, y = comparison.snapshot.position[disk]
         rows.append(
-            {"place": place, "id": int(comparison.snapshot.ids[disk]), "x": float(x), "y": float(y), "rigid": float(rigid[disk]),
-             "penalty": float(penalty[disk]), "penalty_place": int(rank_penalty[disk])}
+            {
+                "place": place,
+                "id": int(comparison.snapshot.ids[disk]),
+                "x": float(x),
+                "y": float(y),
+                "rigid": float(rigid[disk]),
+                "penalty": float(penalty[disk]),
+                "penalty_place": int(rank_penalty[disk]),
+            }
         )
     return rows
 
@@ -195,14 +239,22 @@ def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, float | i
 def write_contacts(path: Path, comparison: Comparison) -> None:
     """One row a contact, both models side by side, as CSV with the unit in the names."""
     unit = "N" if comparison.unit == FORCE else "Ns"
-    header = f"first,second,is_wall,nx,ny,gap_m,penalty_x_{unit},penalty_y_{unit},rigid_x_{unit},rigid_y_{unit},in_penalty,in_rigid,determined"
+    forces = ",".join(f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy")
+    header = f"first,second,is_wall,nx,ny,gap_m,{forces},in_penalty,in_rigid,determined"
     flags = np.column_stack([comparison.in_penalty, comparison.in_rigid, comparison.determined]).astype(int)
     with whole_file(path) as file:
         file.write(header + "\n")
         for row in range(len(comparison.first)):
-            numbers = [*comparison.normal[row], comparison.gap[row], *comparison.penalty[row], *comparison.rigid[row]]
+            numbers = [
+                *comparison.normal[row],
+                comparison.gap[row],
+                *comparison.penalty[row],
+                *comparison.rigid[row],
+            ]
             keys = f"{comparison.first[row]},{comparison.second[row]},{int(comparison.is_wall[row])}"
-            file.write(",".join([keys, *(repr(float(x)) for x in numbers), *(str(f) for f in flags[row])]) + "\n")
+            file.write(
+                ",".join([keys, *(repr(float(x)) for x in numbers), *(str(f) for f in flags[row])]) + "\n"
+            )
 
 
 def _inline(figure: Figure) -> str:

@@ -84,7 +84,7 @@ class ContactModel(_Part):
     and Coulomb friction with a tangential spring of stiffness tangential_ratio·k."""
 
     law: Literal["hooke", "hertz"] = "hooke"
-    stiffness_N_per_m: Positive
+    stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
     restitution: Annotated[float, Field(ge=0, le=1)]
     friction: Annotated[float, Field(ge=0)] = 0.0
     tangential_ratio: Positive = 2 / 7
@@ -173,7 +173,11 @@ class Scene(_Part):
 
     def to_toml(self) -> str:
         """The text of the scene file; its disks are in `<name>.data` beside it."""
-        content: dict[str, Any] = {"title": self.title, "source": self.source, "disks": {"data": f"{self.name}.data"}}
+        content: dict[str, Any] = {
+            "title": self.title,
+            "source": self.source,
+            "disks": {"data": f"{self.name}.data"},
+        }
         if self.walls:
             content["walls"] = [wall.model_dump() for wall in self.walls]
         for part in ("drive", "contact", "run", "analysis", "reconciliation"):
@@ -182,7 +186,11 @@ class Scene(_Part):
                 content[part] = value.model_dump(exclude_none=True)
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
         # points read better on one line
-        text = re.sub(r"\[\n\s+([^\[\]]+?),\n\]", lambda m: "[" + re.sub(r",\s+", ", ", m[1]) + "]", tomli_w.dumps(content))
+        text = re.sub(
+            r"\[\n\s+([^\[\]]+?),\n\]",
+            lambda m: "[" + re.sub(r",\s+", ", ", m[1]) + "]",
+            tomli_w.dumps(content),
+        )
         return comment + "\n" + text
 
     def write(self, folder: Path) -> Path:
@@ -195,7 +203,12 @@ class Scene(_Part):
     def digest(self) -> str:
         """SHA-256 of everything that the simulation depends on."""
         state = hashlib.sha256(self.to_toml().encode())
-        for array in (self.snapshot.position, self.snapshot.velocity, self.snapshot.radius, self.snapshot.mass):
+        for array in (
+            self.snapshot.position,
+            self.snapshot.velocity,
+            self.snapshot.radius,
+            self.snapshot.mass,
+        ):
             state.update(array.tobytes())
         return state.hexdigest()
 
@@ -221,7 +234,9 @@ def read_scene(name_or_path: str | Path) -> Scene:
     if path.suffix != ".toml":
         path = scenes_folder() / f"{name_or_path}.toml"
         if not path.exists():
-            raise SceneError(f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a .toml file")
+            raise SceneError(
+                f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a .toml file"
+            )
     try:
         text = path.read_text(encoding="utf-8")
         parts = _SceneFile.model_validate(tomllib.loads(text))
@@ -233,11 +248,16 @@ def read_scene(name_or_path: str | Path) -> Scene:
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
     except KeyError:
-        raise SceneError(f"{path}: disks.data: missing; it names the data file with the initial state") from None
+        raise SceneError(
+            f"{path}: disks.data: missing; it names the data file with the initial state"
+        ) from None
     except (ValueError, UnicodeDecodeError) as error:
         raise SceneError(str(error)) from None
     notes = head_comment(text)
-    rest = {key: getattr(parts, key) for key in ("title", "source", "drive", "contact", "run", "analysis", "reconciliation")}
+    rest = {
+        key: getattr(parts, key)
+        for key in ("title", "source", "drive", "contact", "run", "analysis", "reconciliation")
+    }
     scene = Scene(name=path.stem, notes=notes, snapshot=snapshot, walls=tuple(parts.walls), **rest)
     scene.check(str(path))
     return scene

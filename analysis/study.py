@@ -40,7 +40,12 @@ def run_engine(scene: Scene, engine_name: str, folder: Path, progress: Progress 
         record = RunRecord.read(folder)
     except EngineError:
         record = None
-    if record and record.exit_state == "finished" and record.scene_digest == scene.digest() and record.version == chosen.version():
+    if (
+        record
+        and record.exit_state == "finished"
+        and record.scene_digest == scene.digest()
+        and record.version == chosen.version()
+    ):
         log.info("%s: unchanged, taken from %s", scene.name, folder)
         return record
     label = f"{scene.name}: {engine_name}, k = {scene.contact.stiffness_N_per_m:.3g} N/m"
@@ -48,7 +53,13 @@ def run_engine(scene: Scene, engine_name: str, folder: Path, progress: Progress 
     return chosen.run(folder, progress=(lambda share: progress(label, share)) if progress else None)
 
 
-def study(scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], out: Path, progress: Progress | None = None) -> Study:
+def study(
+    scene: Scene,
+    engines: Sequence[str],
+    stiffnesses: Sequence[float],
+    out: Path,
+    progress: Progress | None = None,
+) -> Study:
     """Run and compare. An engine that is missing or fails becomes a warning; the rest goes on.
 
     Raises EngineError if no run succeeded.
@@ -69,6 +80,8 @@ def study(scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], ou
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
     for comparison in comparisons:
         if comparison.answer.status != "solved":
-            warnings.append(f"percussions of {comparison.record.engine}'s snapshot: {comparison.answer.status}: {comparison.answer.reason}")
+            warnings.append(
+                f"percussions of {comparison.record.engine}'s snapshot: {comparison.answer.status}: {comparison.answer.reason}"
+            )
         warnings.extend(comparison.answer.warnings)
     return Study(scene=scene, comparisons=comparisons, warnings=warnings)

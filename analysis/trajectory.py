@@ -16,8 +16,16 @@ BLOCK = 64
 
 
 def solve_dump(
-    dump: Path, walls: Path | None, left_velocity: LeftVelocity | None, window: float | None, time_step: float | None,
-    contact_tolerance: float, tolerance: float, workers: int, out: Path, progress: Callable[[str, float], None] | None = None,
+    dump: Path,
+    walls: Path | None,
+    left_velocity: LeftVelocity | None,
+    window: float | None,
+    time_step: float | None,
+    contact_tolerance: float,
+    tolerance: float,
+    workers: int,
+    out: Path,
+    progress: Callable[[str, float], None] | None = None,
 ) -> list[str]:
     """Solve every frame and write `out` (one row a contact, columns CSV_HEADER); return a line a frame that is not solved.
 
@@ -37,12 +45,19 @@ def solve_dump(
         for start in range(0, frames, BLOCK):
             stop = min(start + BLOCK, frames)
             analysis = PercussionAnalysis(
-                universe, walls=segments, drive=drive, left_velocity=kind, window=window, tolerance=tolerance,
+                universe,
+                walls=segments,
+                drive=drive,
+                left_velocity=kind,
+                window=window,
+                tolerance=tolerance,
                 contact_tolerance=contact_tolerance,
             )
             backend = {"backend": "multiprocessing", "n_workers": workers} if workers > 1 else {}
             analysis.run(start=start, stop=stop, **backend)
-            for frame, contacts, answer in zip(range(start, stop), analysis.results.contacts, analysis.results.percussions, strict=True):
+            for frame, contacts, answer in zip(
+                range(start, stop), analysis.results.contacts, analysis.results.percussions, strict=True
+            ):
                 time = float(analysis.times[frame - start])
                 if answer.status != "solved":
                     unsolved.append(f"{dump}, frame {frame} ({time:g} s): {answer.status}: {answer.reason}")
@@ -52,7 +67,9 @@ def solve_dump(
             if progress:
                 progress(f"percussions of {dump}", stop / frames)
         if not rows:
-            raise DumpError(f"{dump}: no contact in any frame (gap ≤ {contact_tolerance:g} m); nothing was written")
+            raise DumpError(
+                f"{dump}: no contact in any frame (gap ≤ {contact_tolerance:g} m); nothing was written"
+            )
     return unsolved
 
 
@@ -69,4 +86,6 @@ def _time_step(dump: Path, given: float | None) -> float:
     try:
         return RunRecord.read(dump.parent).time_step_s
     except EngineError:
-        raise DumpError(f"{dump}: no run.json beside it; give the time step of the simulation (--time-step, s)") from None
+        raise DumpError(
+            f"{dump}: no run.json beside it; give the time step of the simulation (--time-step, s)"
+        ) from None

@@ -27,8 +27,12 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=2.0, help="simulated seconds")
     arguments = parser.parse_args()
     scene = make("arch", arguments.disks).with_run(duration_s=arguments.duration)
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {arguments.disks} disks")
-    print(f"{'what':<34}{'CPU s':>10}{'wall s':>10}{'steps':>9}{'particle-steps per CPU s':>27}{'worst residual':>16}")
+    print(
+        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {arguments.disks} disks"
+    )
+    print(
+        f"{'what':<34}{'CPU s':>10}{'wall s':>10}{'steps':>9}{'particle-steps per CPU s':>27}{'worst residual':>16}"
+    )
     with tempfile.TemporaryDirectory() as folder:
         for name in (known.NAME for known in ENGINES):
             place = Path(folder) / name
@@ -39,7 +43,9 @@ def main() -> None:
                 print(f"{name:<34}{error}")
                 continue
             rate = record.particle_steps / record.cpu_seconds
-            print(f"{name:<34}{record.cpu_seconds:>10.3f}{record.wall_seconds:>10.3f}{record.steps:>9}{rate:>27.3g}{'–':>16}")
+            print(
+                f"{name:<34}{record.cpu_seconds:>10.3f}{record.wall_seconds:>10.3f}{record.steps:>9}{rate:>27.3g}{'–':>16}"
+            )
             percussions(place, scene, record.time_step_s, name)
 
 
@@ -57,7 +63,12 @@ def percussions(place: Path, scene, time_step: float, name: str) -> None:
             read = time.process_time()
             contacts = find_contacts(snapshot, walls, tolerance=1e-6)
             found = time.process_time()
-            answer = solve(snapshot, contacts, left_velocity=scene.drive.desired_velocity(snapshot.position), tolerance=1e-10)
+            answer = solve(
+                snapshot,
+                contacts,
+                left_velocity=scene.drive.desired_velocity(snapshot.position),
+                tolerance=1e-10,
+            )
             seconds += np.array([read - started, found - read, time.process_time() - found])
             residuals.append(answer.residual)
         if repeat:

@@ -48,7 +48,9 @@ class Contacts:
         if np.any((self.first == self.second) & ~self.is_wall):
             raise ValueError("second: a disk in contact with itself")
         if k and np.abs(np.hypot(*self.normal.T) - 1).max() > 1e-6:
-            raise ValueError(f"normal: row {int(np.argmax(np.abs(np.hypot(*self.normal.T) - 1)))} is not a unit vector")
+            raise ValueError(
+                f"normal: row {int(np.argmax(np.abs(np.hypot(*self.normal.T) - 1)))} is not a unit vector"
+            )
 
     def __len__(self) -> int:
         return len(self.gap)
@@ -89,8 +91,12 @@ class Contacts:
         """C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n), four entries a pair, two a wall contact."""
         k, pairs = len(self), np.flatnonzero(~self.is_wall)
         rows = np.concatenate([np.arange(k), np.arange(k), pairs, pairs])
-        columns = np.concatenate([2 * self.first, 2 * self.first + 1, 2 * self.second[pairs], 2 * self.second[pairs] + 1])
-        values = np.concatenate([self.normal[:, 0], self.normal[:, 1], -self.normal[pairs, 0], -self.normal[pairs, 1]])
+        columns = np.concatenate(
+            [2 * self.first, 2 * self.first + 1, 2 * self.second[pairs], 2 * self.second[pairs] + 1]
+        )
+        values = np.concatenate(
+            [self.normal[:, 0], self.normal[:, 1], -self.normal[pairs, 0], -self.normal[pairs, 1]]
+        )
         return csr_array((values, (rows, columns)), shape=(k, 2 * n))
 
     def inverse_mass(self, mass: Floats) -> Floats:

@@ -10,7 +10,6 @@ from scipy.linalg import qr, solve_triangular
 
 from nscd.contacts import Contacts
 
-
 # A pivot or a row below these, relative to 1, is rounding.
 RANK_TOLERANCE = 1e-9
 ZERO_ROW = 1e-7

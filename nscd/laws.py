@@ -40,7 +40,9 @@ class ContactLaw:
             if self.dissipation:
                 raise ValueError("restitution: give either dissipation or restitution")
         if self.friction:
-            raise ValueError("friction: percussions are frictionless or have tangential_dissipation; Coulomb friction is not modelled")
+            raise ValueError(
+                "friction: percussions are frictionless or have tangential_dissipation; Coulomb friction is not modelled"
+            )
 
     def coefficients(self, inverse_mass: Floats) -> tuple[Floats, Floats]:
         """k_n and k_t of contacts with inverse effective mass w (k,) 1/kg; each (k,), kg."""

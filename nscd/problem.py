@@ -5,92 +5,160 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, csr_array, diags_array, vstack
-from scipy.sparse.linalg import splu
+from numpy.typing import NDArray
 
 from nscd.bodies import Floats, Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
+
+Places = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactProblem:
     """min ½ (u − û)·Â (u − û) subject to C u ≤ b (or C u = b where `maintained`).
 
-    With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: physics of eq. (1) with u = u⁺. Degrees of
-    freedom: 2 a disk, and the n spins after them only where tangential dissipation needs them. λ is the multiplier:
-    Â (u − û) + Cᵀλ = 0. offset b is 0 for an impact, a gap rate (m/s) otherwise.
+    With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) with u = u⁺. Each disk has d unknowns: its
+    velocity, and its spin only where tangential dissipation needs it (d = 3). λ is the multiplier: Â (u − û) + Cᵀλ = 0.
 
-    inertia Â sparse (d,d); free û (d,); normal C sparse (k,d); offset b (k,) m/s; inverse_mass w (k,) 1/kg;
-    deformation D sparse (2k,d) and its coefficients (2k,) kg, None without dissipation; left (d,) u⁻.
+    first, second (k,) disks, second −1 for a wall; normal_first, normal_second, tangent_first, tangent_second (k,d): rows of
+    C and of the tangential part of D; normal_weight, tangent_weight (k,) kg: k_n, k_t; mass (n,d) kg, kg m²; left u⁻,
+    free û (n,d); offset b (k,) m/s, 0 for an impact; inverse_mass w (k,) 1/kg; position (n,2) m.
     """
 
-    inertia: csc_array
+    first: Places
+    second: Places
+    normal_first: Floats
+    normal_second: Floats
+    tangent_first: Floats
+    tangent_second: Floats
+    normal_weight: Floats
+    tangent_weight: Floats
+    mass: Floats
+    left: Floats
     free: Floats
-    normal: csr_array
     offset: Floats
     inverse_mass: Floats
-    left: Floats
-    deformation: csr_array | None
-    coefficients: Floats
+    position: Floats
     maintained: bool
 
     @property
     def scale(self) -> float:
         """‖u⁻‖∞ (m/s), the velocity that residuals are measured in; tiny where nothing moves."""
-        n = 2 * (len(self.left) // 2 if self.deformation is None else len(self.left) // 3)
-        return max(float(np.abs(self.left[:n]).max(initial=0.0)), float(np.finfo(float).tiny))
+        return max(float(np.abs(self.left[:, :2]).max(initial=0.0)), float(np.finfo(float).tiny))
+
+    @property
+    def dissipative(self) -> bool:
+        """Whether any contact has k_n or k_t."""
+        return bool(self.normal_weight.any() or self.tangent_weight.any())
+
+    def approach(self, velocity: Floats) -> Floats:
+        """C u, (k,) m/s, of velocities (n,d)."""
+        return self._rows(self.normal_first, self.normal_second, velocity)
+
+    def sliding(self, velocity: Floats) -> Floats:
+        """The tangential part of D u, (k,) m/s, spins included, of velocities (n,d)."""
+        return self._rows(self.tangent_first, self.tangent_second, velocity)
+
+    def momentum(self, reaction: Floats, across: Floats | None = None) -> Floats:
+        """Cᵀλ (n,d) N·s of reactions (k,), plus the same of tangential ones."""
+        first = self.normal_first * reaction[:, None]
+        second = self.normal_second * reaction[:, None]
+        if across is not None:
+            first = first + self.tangent_first * across[:, None]
+            second = second + self.tangent_second * across[:, None]
+        pairs = self.second >= 0
+        n, d = self.mass.shape
+        total = np.empty((n, d))
+        for axis in range(d):
+            total[:, axis] = np.bincount(self.first, first[:, axis], n)
+            total[:, axis] += np.bincount(self.second[pairs], second[pairs, axis], n)
+        return total
+
+    def inertia(self, velocity: Floats) -> Floats:
+        """Â u, (n,d)."""
+        momentum = self.mass * velocity
+        if self.dissipative:
+            along, across = (
+                self.normal_weight * self.approach(velocity),
+                self.tangent_weight * self.sliding(velocity),
+            )
+            momentum = momentum + self.momentum(along, across)
+        return momentum
 
     def residual(self, reaction: Floats, velocity: Floats) -> float:
         """max |min(wλ, b − Cu)| / ‖u⁻‖∞ (|Cu − b| where maintained): dimensionless, 0 for an exact answer."""
-        slack = self.offset - self.normal @ velocity
+        slack = self.offset - self.approach(velocity)
         error = slack if self.maintained else np.minimum(self.inverse_mass * reaction, slack)
         return float(np.abs(error).max(initial=0.0)) / self.scale
 
     def balance_error(self, reaction: Floats, velocity: Floats) -> float:
-        """max |Â(u − û) + Cᵀλ| / (Âᵢᵢ ‖u⁻‖∞ + |C|ᵀ|λ|): how far the momentum of any disk is from balance, relative to
-        what it has and receives; rounding alone leaves about 1e-16."""
-        balance = self.inertia @ (velocity - self.free) + self.normal.T @ reaction
-        size = self.inertia.diagonal() * self.scale + abs(self.normal).T @ np.abs(reaction)
-        return float((np.abs(balance) / size).max(initial=0.0))
+        """max |Â(u − û) + Cᵀλ| / (m ‖u⁻‖∞ + Σ|λ|) over disks, spins by inertia over radius: how far the momentum of any
+        disk is from balance, relative to what it has and receives; rounding alone leaves about 1e-16."""
+        n = len(self.mass)
+        balance = self.inertia(velocity - self.free) + self.momentum(reaction)
+        size = np.abs(reaction)
+        if self.dissipative:
+            moved = np.abs(velocity - self.free).max(1)
+            weight = self.normal_weight + self.tangent_weight
+            pair = np.where(self.second >= 0, moved[self.second], 0.0)
+            size = size + weight * (moved[self.first] + pair)
+        pairs = self.second >= 0
+        received = np.bincount(self.first, size, n) + np.bincount(self.second[pairs], size[pairs], n)
+        error = np.abs(balance[:, :2]).max(1)
+        return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
+
+    def _rows(self, first: Floats, second: Floats, velocity: Floats) -> Floats:
+        rows = (first * velocity[self.first]).sum(1)
+        pairs = self.second >= 0
+        rows[pairs] += (second[pairs] * velocity[self.second[pairs]]).sum(1)
+        return np.asarray(rows)
 
 
 def impact_problem(
-    snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw, offset: Floats | None = None
+    snapshot: Snapshot,
+    contacts: Contacts,
+    left_velocity: Floats,
+    law: ContactLaw,
+    offset: Floats | None = None,
 ) -> ContactProblem:
-    """The collision problem of a snapshot with the given left velocity (n,2) m/s and law."""
-    n, k = len(snapshot), len(contacts)
+    """The collision problem of a snapshot with the given left velocity (n,2) m/s and law.
+
+    `free` is û = u⁻ without dissipation; with it the caller has to solve Â û = (M − DᵀKD) u⁻ (see `solve`).
+    """
+    k = len(contacts)
     inverse_mass = contacts.inverse_mass(snapshot.mass)
     k_normal, k_tangential = law.coefficients(inverse_mass)
-    normal = contacts.normal_matrix(n)
-    mass = np.repeat(snapshot.mass, 2)
-    left = left_velocity.ravel()
-    deformation = None
-    coefficients = np.concatenate([k_normal, k_tangential])
-    inertia, free = csc_array(diags_array(mass)), left
-    if coefficients.any():
+    normal = np.array(contacts.normal)
+    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    mass = np.repeat(snapshot.mass[:, None], 2, axis=1)
+    left = left_velocity
+    rows = [normal, -normal, tangent, -tangent]
+    if k_tangential.any():
         assert snapshot.spin is not None
-        left = np.concatenate([left, snapshot.spin])
-        normal = csr_array((normal.data, normal.indices, normal.indptr), shape=(k, 3 * n))
-        deformation = _deformation(snapshot, contacts, normal)
-        dissipative = deformation.T @ diags_array(coefficients) @ deformation
-        mass_matrix = diags_array(np.concatenate([mass, snapshot.inertia]))
-        inertia = csc_array(mass_matrix + dissipative)
-        free = splu(inertia).solve((mass_matrix - dissipative) @ left)
+        none = np.zeros(k)
+        lever_first = snapshot.radius[contacts.first]
+        lever_second = np.where(
+            contacts.is_wall, 0.0, snapshot.radius[np.where(contacts.is_wall, 0, contacts.second)]
+        )
+        levers = (none, none, lever_first, lever_second)
+        rows = [np.column_stack([row, lever]) for row, lever in zip(rows, levers, strict=True)]
+        mass = np.column_stack([mass, snapshot.inertia])
+        left = np.column_stack([left, snapshot.spin])
     return ContactProblem(
-        inertia=inertia, free=free, normal=normal, offset=np.zeros(k) if offset is None else offset,
-        inverse_mass=inverse_mass, left=left, deformation=deformation, coefficients=coefficients,
+        first=contacts.first.astype(np.int32),
+        second=np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
+        normal_first=rows[0],
+        normal_second=rows[1],
+        tangent_first=rows[2],
+        tangent_second=rows[3],
+        normal_weight=k_normal,
+        tangent_weight=k_tangential,
+        mass=mass,
+        left=left,
+        free=left,
+        offset=np.zeros(k) if offset is None else offset,
+        inverse_mass=inverse_mass,
+        position=snapshot.position,
         maintained=law.maintained,
     )
-
-
-def _deformation(snapshot: Snapshot, contacts: Contacts, normal: csr_array) -> csr_array:
-    """D: normal components first, then tangential ones t·(u_i − u_j) + r_i ω_i + r_j ω_j with t = (−n_y, n_x)."""
-    n, k = len(snapshot), len(contacts)
-    i, j, pairs = contacts.first, contacts.second, np.flatnonzero(~contacts.is_wall)
-    tx, ty = -contacts.normal[:, 1], contacts.normal[:, 0]
-    every = np.arange(k)
-    rows = np.concatenate([every, every, every, pairs, pairs, pairs])
-    columns = np.concatenate([2 * i, 2 * i + 1, 2 * n + i, 2 * j[pairs], 2 * j[pairs] + 1, 2 * n + j[pairs]])
-    values = np.concatenate([tx, ty, snapshot.radius[i], -tx[pairs], -ty[pairs], snapshot.radius[j[pairs]]])
-    return csr_array(vstack([normal, coo_array((values, (rows, columns)), shape=(k, 3 * n))]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,9 +13,9 @@ from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
+from nscd.solvers.cholesky import system_of
+from nscd.solvers.closure import free_velocity, maintained, polish
 from nscd.solvers.interior_point import interior_point
-from nscd.solvers.maintained import maintained
-from nscd.solvers.polish import polish
 
 SOLVERS = ("auto", "interior_point")
 
@@ -45,40 +46,71 @@ def solve(
     if solver not in SOLVERS:
         raise ValueError(f"solver: unknown {solver!r}; there are: {', '.join(SOLVERS)}")
     contacts.check_disks(len(snapshot))
-    left = snapshot.velocity if left_velocity is None else read_only(left_velocity, (len(snapshot), 2), "left_velocity")
+    left = (
+        snapshot.velocity
+        if left_velocity is None
+        else read_only(left_velocity, (len(snapshot), 2), "left_velocity")
+    )
     problem = impact_problem(snapshot, contacts, left, law)
     if not len(contacts):
-        name, (reaction, right, iterations) = "no contacts", (np.empty(0), problem.free, 0)
-    elif law.maintained:
-        name, (reaction, right, iterations) = "maintained", maintained(problem, tolerance)
+        name, reaction, right, iterations = "no contacts", np.empty(0), problem.free, 0
     else:
-        name, (reaction, right, iterations) = "interior_point", interior_point(problem, tolerance)
-        reaction, right, rounds = polish(problem, reaction, right, tolerance)
-        iterations += rounds
+        problem, name, reaction, right, iterations = solve_problem(problem, tolerance)
     return certify(snapshot, contacts, problem, reaction, right, tolerance, name, iterations, started)
 
 
-def certify(
-    snapshot: Snapshot, contacts: Contacts, problem: ContactProblem, reaction: Floats, right: Floats,
-    tolerance: float, solver: str, iterations: int, started: float,
-) -> Percussions:
-    """The answer with its residual, momentum and energy recomputed from reactions (k,) N·s and velocities (d,) m/s."""
-    n, k = len(snapshot), len(contacts)
-    total = right + problem.left
-    impulse = reaction[:, None] * contacts.normal
-    mass = np.repeat(snapshot.mass, 2)
-    if problem.deformation is not None:
-        mass = np.concatenate([mass, snapshot.inertia])
-        dissipative = problem.coefficients * (problem.deformation @ total)
-        tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
-        impulse = impulse + dissipative[:k, None] * contacts.normal + dissipative[k:, None] * tangent
-        work = 0.5 * float(dissipative @ (problem.deformation @ total) + reaction @ (problem.normal @ total))
+def solve_problem(
+    problem: ContactProblem, tolerance: float
+) -> tuple[ContactProblem, str, Floats, Floats, int]:
+    """The problem with its free velocity û, the solver's name, reactions (k,) N·s, velocities (n,d) m/s, iterations."""
+    system, elimination, factor = system_of(problem)
+    order = elimination.order
+    if problem.dissipative:
+        kinetic = problem.mass * problem.left
+        momentum = 2 * kinetic - problem.inertia(problem.left)  # (M − DᵀKD) u⁻
+        free = np.empty_like(problem.left)
+        free[order] = free_velocity(system, elimination, factor, momentum[order])
+        problem = replace(problem, free=free)
+        system = system._replace(free=free[order])
+    if problem.maintained:
+        name, (reaction, velocity, iterations) = (
+            "maintained",
+            maintained(system, elimination, factor, tolerance),
+        )
     else:
-        work = 0.5 * float(reaction @ (problem.normal @ total))
-    energy = 0.5 * float(mass @ problem.left**2)
-    energy_change = 0.5 * float(mass @ ((right - problem.left) * total))
-    right_velocity = right[: 2 * n].reshape(n, 2)
-    left_velocity = problem.left[: 2 * n].reshape(n, 2)
+        name = "interior_point"
+        reaction, velocity, iterations = interior_point(system, elimination, factor, 0.5 * tolerance)
+        right = np.empty_like(velocity)
+        right[order] = velocity
+        if problem.residual(reaction, right) > tolerance:
+            reaction, velocity, rounds = polish(system, elimination, factor, reaction, velocity, tolerance)
+            iterations += rounds
+    right = np.empty_like(velocity)
+    right[order] = velocity
+    return problem, name, reaction, right, iterations
+
+
+def certify(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    problem: ContactProblem,
+    reaction: Floats,
+    right: Floats,
+    tolerance: float,
+    solver: str,
+    iterations: int,
+    started: float,
+) -> Percussions:
+    """The answer with its residual, momentum and energy recomputed from reactions (k,) N·s and velocities (n,d)."""
+    total = right + problem.left
+    along, across = problem.approach(total), problem.sliding(total)
+    normal = problem.normal_weight * along + reaction
+    tangential = problem.tangent_weight * across
+    tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+    impulse = normal[:, None] * contacts.normal + tangential[:, None] * tangent
+    energy = 0.5 * float((problem.mass * problem.left**2).sum())
+    energy_change = 0.5 * float((problem.mass * (right - problem.left) * total).sum())
+    work = 0.5 * float(normal @ along + tangential @ across)
     residual, momentum_error = problem.residual(reaction, right), problem.balance_error(reaction, right)
     status, reason = Status.SOLVED, ""
     if not np.isfinite(residual + momentum_error):
@@ -88,13 +120,15 @@ def certify(
         reason = f"residual {residual:.1e}, momentum error {momentum_error:.1e}, tolerance {tolerance:.1e}"
     warnings: tuple[str, ...] = ()
     if energy_change > 1e-9 * energy:
-        warnings = (f"energy grew by {energy_change:.3g} J: dissipation k > 0 acts on contacts that were already opening",)
+        warnings = (
+            f"energy grew by {energy_change:.3g} J: dissipation k > 0 acts on contacts that were already opening",
+        )
     assert snapshot.spin is not None
     return Percussions(
         reaction=reaction,
         impulse=impulse,
-        right_velocity=right_velocity,
-        right_spin=snapshot.spin if problem.deformation is None else right[2 * n :],
+        right_velocity=np.ascontiguousarray(right[:, :2]),
+        right_spin=right[:, 2].copy() if right.shape[1] == 3 else snapshot.spin,
         residual=residual,
         momentum_error=momentum_error,
         energy_change=energy_change,

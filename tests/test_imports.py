@@ -4,7 +4,20 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-ORDER = ["cli", "report", "study", "charts", "compare", "trajectory", "impulses", "percussions", "engines", "dumps", "making", "scene"]
+ORDER = [
+    "cli",
+    "report",
+    "study",
+    "charts",
+    "compare",
+    "trajectory",
+    "impulses",
+    "percussions",
+    "engines",
+    "dumps",
+    "making",
+    "scene",
+]
 
 
 def imports(path):
@@ -18,7 +31,14 @@ def imports(path):
 def test_nscd_imports_no_files_and_no_engines():
     for path in (ROOT / "nscd").rglob("*.py"):
         for module in imports(path):
-            assert module.split(".")[0] not in ("analysis", "MDAnalysis", "lammps", "yade", "matplotlib", "pedpy"), path
+            assert module.split(".")[0] not in (
+                "analysis",
+                "MDAnalysis",
+                "lammps",
+                "yade",
+                "matplotlib",
+                "pedpy",
+            ), path
 
 
 def test_analysis_imports_downwards():

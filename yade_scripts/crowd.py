@@ -41,6 +41,7 @@ from scene_file import SceneFileError, drive_force, penalty_of, read_disks, read
 
 O = Omega()  # noqa: E741  (YADE's name)
 WALL_HALF_HEIGHT_M = 1.0  # across the plane of the disks
+CONTACT_ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
 SKIN_M = 0.04  # changes the speed only
 
 
@@ -61,8 +62,8 @@ def main(words):
         f"{penalty.wall_damping:.15g} N s/m at walls\n"
         f"restitution: asked {scene['contact']['restitution']:g}, obtained {penalty.restitution[0]:.15g} to "
         f"{penalty.restitution[1]:.15g} over the masses\n"
-        f"time step: {penalty.time_step:.15g} s, safe up to {penalty.safe_time_step:.15g} s; {penalty.steps} steps, "
-        f"a frame every {penalty.frame_interval}"
+        f"time step: {penalty.time_step:.15g} s, safe up to {penalty.safe_time_step:.15g} s; "
+        f"{penalty.steps} steps, a frame every {penalty.frame_interval}"
     )
     if penalty.time_step > 1.000001 * penalty.safe_time_step:
         print("WARNING: the time step is longer than the safe one")
@@ -80,20 +81,29 @@ def in_plane(vectors):
 class Crowd:
     """YADE's bodies for a scene, and what happens between its steps.
 
-    YADE keeps velocities half a step behind positions. The dumps hold those at the same instant, v + dt f/(2m), as LAMMPS
-    does, and the first step is half a one, so that both engines compute the same numbers.
+    YADE keeps velocities half a step behind positions. The dumps hold those at the same instant, v + dt
+    f/(2m), as LAMMPS does, and the first step is half a one, so that both engines compute the same numbers.
     """
 
     def __init__(self, scene, disks, penalty):
         self.scene, self.disks, self.penalty = scene, disks, penalty
-        k, c, wall_c, kt = penalty.stiffness, penalty.damping, penalty.wall_damping, penalty.tangential_stiffness
-        # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and this give wall_c
+        k, c, wall_c, kt = (
+            penalty.stiffness,
+            penalty.damping,
+            penalty.wall_damping,
+            penalty.tangential_stiffness,
+        )
+        # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and this give
+        # wall_c
         wall_cn = 2 * c * wall_c / (2 * c - wall_c) if c else 0.0
         angle = math.atan(penalty.friction)
         common = {"kn": 2 * k, "ks": 2 * kt, "cs": 0.0, "frictionAngle": angle, "density": 1.0}
         self.material = O.materials.append(ViscElMat(cn=2 * c, **common))
         self.wall_material = O.materials.append(ViscElMat(cn=wall_cn, **common))
-        self.states = [self._add_disk(*row) for row in zip(disks.radius, disks.mass, disks.position, disks.velocity, disks.spin)]
+        self.states = [
+            self._add_disk(*row)
+            for row in zip(disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True)
+        ]
         walls = scene.get("walls", [])
         self.wall_numbers = {self._add_wall(wall): number for number, wall in enumerate(walls, start=1)}
         self.held = np.zeros((len(disks.ids), 2))
@@ -126,8 +136,11 @@ class Crowd:
         if half[0] and half[1]:  # slanted; the others need no turn and so no rounding
             half, turn = (math.hypot(*half), 0.0), math.atan2(y1 - y0, x1 - x0)
         box = utils.box(
-            (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0), (*half, WALL_HALF_HEIGHT_M),
-            orientation=Quaternion(Vector3(0, 0, 1), turn), fixed=True, material=self.wall_material,
+            (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
+            (*half, WALL_HALF_HEIGHT_M),
+            orientation=Quaternion(Vector3(0, 0, 1), turn),
+            fixed=True,
+            material=self.wall_material,
         )
         return O.bodies.append(box)
 
@@ -144,7 +157,9 @@ class Crowd:
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         self._first_half_step(force)
         O.dt = self.penalty.time_step
-        every = [self.penalty.frame_interval] + ([self.scene["run"]["drive_interval_steps"]] if "drive" in self.scene else [])
+        every = [self.penalty.frame_interval] + (
+            [self.scene["run"]["drive_interval_steps"]] if "drive" in self.scene else []
+        )
         self.observer.iterPeriod = self.observer.firstIterRun = math.gcd(*every)
         self.observer.dead = False
         O.run(self.penalty.steps, True)
@@ -152,7 +167,8 @@ class Crowd:
             raise RuntimeError(f"stopped after step {self.last_written} of {self.penalty.steps}")
 
     def _let_go_of_touching(self, force):
-        """Take away the damping of disks that touch without overlap: a contact begins with an overlap, as in LAMMPS."""
+        """Take away the damping of disks that touch without overlap: a contact begins with an overlap, as in
+        LAMMPS."""
         for interaction in O.interactions:
             if interaction.isReal and interaction.geom.penetrationDepth <= 0:
                 for body, sign in ((interaction.id1, 1.0), (interaction.id2, -1.0)):
@@ -191,7 +207,14 @@ class Crowd:
 
     def _write(self, step, position, velocity, spin, force):
         disks = self.disks
-        columns = [disks.ids, np.ones(len(disks.ids)), position, np.zeros(len(disks.ids)), disks.radius, disks.mass]
+        columns = [
+            disks.ids,
+            np.ones(len(disks.ids)),
+            position,
+            np.zeros(len(disks.ids)),
+            disks.radius,
+            disks.mass,
+        ]
         columns += [velocity, np.zeros(len(disks.ids)), spin, force]
         names = "id type x y z radius mass vx vy vz omegaz fx fy"
         if "drive" in self.scene:
@@ -200,20 +223,25 @@ class Crowd:
         row = "%d %d" + " %.17g" * (table.shape[1] - 2) + "\n"
         self._head(self.bodies, step, len(table), "ATOMS", names)
         self.bodies.writelines(row % tuple(values) for values in table.tolist())
-        rows = sorted(filter(None, map(self._contact, O.interactions)), key=lambda values: (values[2], *values[:2]))
+        rows = sorted(
+            filter(None, map(self._contact, O.interactions)), key=lambda values: (values[2], *values[:2])
+        )
         self._head(self.contacts, step, len(rows), "ENTRIES", "first second is_wall nx ny overlap fx fy")
-        self.contacts.writelines("%d %d %d %.17g %.17g %.17g %.17g %.17g\n" % values for values in rows)
+        self.contacts.writelines(CONTACT_ROW % values for values in rows)
         self.last_written = step
         energy = 0.5 * float(disks.mass @ (velocity**2).sum(1))
         print(f"{step:10d} {step * self.penalty.time_step:.6g} {len(table)} {energy:.8g}", flush=True)
 
     def _head(self, file, step, count, kind, names):
         box = "".join(self.disks.box)
-        file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{count}\nITEM: BOX BOUNDS ff ff pp\n{box}")
+        file.write(
+            f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{count}\nITEM: BOX BOUNDS ff ff pp\n{box}"
+        )
         file.write(f"ITEM: {kind} {names}\n")
 
     def _contact(self, interaction):
-        """A row of the contact dump: the first disk, the second disk or the wall, and what the first does to it."""
+        """A row of the contact dump: the first disk, the second disk or the wall, and what the first does to
+        it."""
         overlap = interaction.geom.penetrationDepth
         if not interaction.isReal or overlap <= 0:
             return None
@@ -224,7 +252,16 @@ class Crowd:
             first, second, normal, force = second, first, -normal, -force
         other = self.wall_numbers[second] if wall else self.disks.ids[second]
         # + 0.0: no negative zeros
-        return self.disks.ids[first], other, wall, normal[0] + 0.0, normal[1] + 0.0, overlap, force[0] + 0.0, force[1] + 0.0
+        return (
+            self.disks.ids[first],
+            other,
+            wall,
+            normal[0] + 0.0,
+            normal[1] + 0.0,
+            overlap,
+            force[0] + 0.0,
+            force[1] + 0.0,
+        )
 
 
 try:

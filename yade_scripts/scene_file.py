@@ -1,4 +1,5 @@
-"""A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the command line."""
+"""A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the command
+line."""
 
 import math
 import tomllib
@@ -8,9 +9,13 @@ from pathlib import Path
 import numpy as np
 
 NUMBERS = {
-    "stiffness": ("contact", "stiffness_N_per_m"), "restitution": ("contact", "restitution"),
-    "friction": ("contact", "friction"), "tangential_ratio": ("contact", "tangential_ratio"),
-    "duration": ("run", "duration_s"), "frames": ("run", "frames"), "dt": ("run", "time_step_s"),
+    "stiffness": ("contact", "stiffness_N_per_m"),
+    "restitution": ("contact", "restitution"),
+    "friction": ("contact", "friction"),
+    "tangential_ratio": ("contact", "tangential_ratio"),
+    "duration": ("run", "duration_s"),
+    "frames": ("run", "frames"),
+    "dt": ("run", "time_step_s"),
     "drive_interval": ("run", "drive_interval_steps"),
 }
 LARGEST_DAMPING_RATIO = 10.0
@@ -23,7 +28,8 @@ class SceneFileError(ValueError):
 
 @dataclass(frozen=True)
 class Disks:
-    """ids (n,), radius (n,) m, mass (n,) kg, position and velocity (n,2) m, m/s, spin (n,) rad/s, box: its three lines."""
+    """ids (n,), radius (n,) m, mass (n,) kg, position and velocity (n,2) m, m/s, spin (n,) rad/s, box: its
+    three lines."""
 
     ids: np.ndarray
     radius: np.ndarray
@@ -51,7 +57,9 @@ def read_scene(path, given):
         except ValueError:
             raise SceneFileError(f"{name}={text}: not a number") from None
     if scene["contact"]["law"] != "hooke":
-        raise SceneFileError(f"{path}: contact.law: {scene['contact']['law']}; YADE runs hooke only here, LAMMPS runs both")
+        raise SceneFileError(
+            f"{path}: contact.law: {scene['contact']['law']}; YADE runs hooke only here, LAMMPS runs both"
+        )
     return scene
 
 
@@ -74,18 +82,29 @@ def read_disks(path):
         except ValueError:
             raise SceneFileError(f"{path}, line {number}: not a row of numbers: {line.strip()!r}") from None
     atoms, motion = (np.array(sorted(rows[name])) for name in ("Atoms", "Velocities"))
-    if atoms.ndim != 2 or atoms.shape[1] != 7 or motion.shape != atoms.shape or (motion[:, 0] != atoms[:, 0]).any():
+    if (
+        atoms.ndim != 2
+        or atoms.shape[1] != 7
+        or motion.shape != atoms.shape
+        or (motion[:, 0] != atoms[:, 0]).any()
+    ):
         raise SceneFileError(f"{path}: not as many complete Velocities as Atoms")
     radius = 0.5 * atoms[:, 2]
     mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * (4.0 * np.pi / 3.0) * radius**3])
     return Disks(
-        ids=atoms[:, 0].astype(int), radius=radius, mass=mass, position=atoms[:, 4:6], velocity=motion[:, 1:3], spin=motion[:, 6],
-        box=tuple("%.16e %.16e\n" % bounds[axis] for axis in ("xlo", "ylo", "zlo")),
+        ids=atoms[:, 0].astype(int),
+        radius=radius,
+        mass=mass,
+        position=atoms[:, 4:6],
+        velocity=motion[:, 1:3],
+        spin=motion[:, 6],
+        box=tuple("{:.16e} {:.16e}\n".format(*bounds[axis]) for axis in ("xlo", "ylo", "zlo")),
     )
 
 
 def restitution_of(ratio):
-    """Restitution of two bodies that repel with max(0, k overlap + c approach) at damping ratio c/(2 sqrt(k m_eff)).
+    """Restitution of two bodies that repel with max(0, k overlap + c approach) at damping ratio c/(2 sqrt(k
+    m_eff)).
 
     Schwager and Poeschel, Granular Matter 9 (2007) 465; 1e-300 gives the limit exp(-2) at critical damping.
     """
@@ -109,7 +128,8 @@ def damping_ratio_for(restitution):
 
 @dataclass(frozen=True)
 class Penalty:
-    """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the heaviest disks."""
+    """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the heaviest
+    disks."""
 
     stiffness: float
     friction: float
@@ -137,16 +157,25 @@ def penalty_of(scene, mass):
         interval = math.ceil(between / safe)
         step = between / interval
     return Penalty(
-        stiffness=k, friction=contact.get("friction", 0.0), damping_ratio=ratio,
-        tangential_stiffness=contact.get("tangential_ratio", 2 / 7) * k if contact.get("friction", 0.0) else 0.0,
+        stiffness=k,
+        friction=contact.get("friction", 0.0),
+        damping_ratio=ratio,
+        tangential_stiffness=contact.get("tangential_ratio", 2 / 7) * k
+        if contact.get("friction", 0.0)
+        else 0.0,
         restitution=(restitution_of(most), restitution_of(ratio)),
-        damping=2 * ratio * math.sqrt(k * mass.max() / 2), wall_damping=2 * ratio * math.sqrt(k * mass.max()),
-        safe_time_step=safe, time_step=step, frame_interval=interval, steps=interval * run["frames"],
+        damping=2 * ratio * math.sqrt(k * mass.max() / 2),
+        wall_damping=2 * ratio * math.sqrt(k * mass.max()),
+        safe_time_step=safe,
+        time_step=step,
+        frame_interval=interval,
+        steps=interval * run["frames"],
     )
 
 
 def drive_force(drive, mass, position, velocity):
-    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the door (or its centre), and outward beyond the door."""
+    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the door (or its centre), and outward beyond
+    the door."""
     start, end = np.array(drive["door_start_m"]), np.array(drive["door_end_m"])
     outward = np.array(drive["outward"])
     gone = (position - start) @ outward >= 0

@@ -37,6 +37,6 @@ ENGINES: tuple[Engine, ...] = (lammps, yade)
 def engine(name: str) -> Engine:
     """The engine of that name. Raises EngineError listing those there are."""
     for known in ENGINES:
-        if known.NAME == name:
+        if name == known.NAME:
             return known
     raise EngineError(f"unknown engine {name!r}; there are: {', '.join(known.NAME for known in ENGINES)}")

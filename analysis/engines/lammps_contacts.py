@@ -1,9 +1,11 @@
-"""LAMMPS' raw contact dumps (pairs.dump, wall_NAME.dump) merged into the one contact dump that every engine gives.
+"""LAMMPS' raw contact dumps (pairs.dump, wall_NAME.dump) merged into the one contact dump that every engine
+gives.
 
-`compute pair/local` evaluates forces with the velocities at the end of a step, where the step itself used those of its
-middle; with a dashpot this differs by the order of the time step in motion (7 % of the largest force in a crowd that is
-running together, none at rest). For the linear law the force of the step is therefore recomputed here, from the overlap and
-the velocities v - dt f/(2m), so that the contact forces on a disk sum up to the force that moved it.
+`compute pair/local` evaluates forces with the velocities at the end of a step, where the step itself used
+those of its middle; with a dashpot this differs by the order of the time step in motion (7 % of the largest
+force in a crowd that is running together, none at rest). For the linear law the force of the step is
+therefore recomputed here, from the overlap and the velocities v - dt f/(2m), so that the contact forces on a
+disk sum up to the force that moved it.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ _ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
 
 
 def merge_contacts(folder: Path, scene: Scene) -> None:
-    """Write contacts.dump from bodies.dump, pairs.dump and one wall_NAME.dump a wall (numbered in the scene's order),
-    frame by frame, and remove the last two. Forces are those that the first exerts on the second."""
+    """Write contacts.dump from bodies.dump, pairs.dump and one wall_NAME.dump a wall (numbered in the scene's
+    order), frame by frame, and remove the last two. Forces are those that the first exerts on the second."""
     bodies = index_dump(folder / "bodies.dump")
     pairs = index_dump(folder / "pairs.dump", "ENTRIES")
     touching = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
@@ -55,7 +57,8 @@ class _PairLaw:
     bodies: DumpIndex
 
     def rows(self, table: Floats, frame: int) -> Floats:
-        """Contact rows of the raw table: ids, distance, normal and tangential force on the first, first minus second."""
+        """Contact rows of the raw table: ids, distance, normal and tangential force on the first, first minus
+        second."""
         disks = self.bodies.table(frame)
         rank = np.searchsorted(disks[:, self.bodies.columns.index("id")], table[:, :2])
         radius = disks[:, self.bodies.columns.index("radius")]
@@ -69,10 +72,13 @@ class _PairLaw:
             tangential = self._slide(tangential, np.hypot(*table[:, 3:5].T), size)
         force = normal_force + tangential
         turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
-        return np.column_stack([np.sort(table[:, :2], axis=1), np.zeros(len(table)), turn * normal, overlap, turn * force])
+        return np.column_stack(
+            [np.sort(table[:, :2], axis=1), np.zeros(len(table)), turn * normal, overlap, turn * force]
+        )
 
     def _slide(self, tangential: Floats, size_at_end: Floats, size: Floats) -> Floats:
-        """Tangential forces (k,2) N with the limit of friction at the normal force of the step, not of its end."""
+        """Tangential forces (k,2) N with the limit of friction at the normal force of the step, not of its
+        end."""
         length = np.hypot(*tangential.T)
         friction = self.penalty.friction
         slides = (length >= friction * size_at_end * (1 - 1e-12)) | (length > friction * size)

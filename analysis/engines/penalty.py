@@ -1,4 +1,5 @@
-"""The penalty law in numbers: damping for an asked restitution, the restitution really obtained, a safe time step."""
+"""The penalty law in numbers: damping for an asked restitution, the restitution really obtained, a safe time
+step."""
 
 from __future__ import annotations
 
@@ -34,18 +35,20 @@ def damping_ratio_for(restitution: float) -> float:
         return 0.0
     if restitution <= restitution_of(LARGEST_DAMPING_RATIO):
         return LARGEST_DAMPING_RATIO
-    return float(brentq(lambda z: restitution_of(z) - restitution, 0.0, LARGEST_DAMPING_RATIO, xtol=1e-15, rtol=1e-14))
+    return float(
+        brentq(lambda z: restitution_of(z) - restitution, 0.0, LARGEST_DAMPING_RATIO, xtol=1e-15, rtol=1e-14)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Penalty:
     """Numbers of a scene's penalty law, the same in every engine (SI).
 
-    One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The dashpots have the asked
-    damping ratio at the heaviest disks; lighter ones are damped more: their restitution is between restitution_least and
-    restitution_most, which are what is really obtained. Hertz contacts have the tangent stiffness `stiffness` at an overlap of
-    1 % of the mean radius, and all the same damping ratio, so both restitutions are the same; the dashpot constants are then
-    those of the linear law of that stiffness.
+    One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The dashpots
+    have the asked damping ratio at the heaviest disks; lighter ones are damped more: their restitution is
+    between restitution_least and restitution_most, which are what is really obtained. Hertz contacts have the
+    tangent stiffness `stiffness` at an overlap of 1 % of the mean radius, and all the same damping ratio, so
+    both restitutions are the same; the dashpot constants are then those of the linear law of that stiffness.
     """
 
     stiffness: float  # N/m

@@ -47,9 +47,16 @@ class RunRecord:
     def prepared(cls, engine: str, version: str, scene: Scene, penalty: Penalty) -> RunRecord:
         """The record of a run that is still to come."""
         return cls(
-            engine=engine, version=version, scene=scene.name, scene_digest=scene.digest(), disks=len(scene.snapshot),
-            time_step_s=penalty.time_step, steps=penalty.steps, frame_interval=penalty.frame_interval,
-            damping_ratio=penalty.damping_ratio, restitution_least=penalty.restitution_least,
+            engine=engine,
+            version=version,
+            scene=scene.name,
+            scene_digest=scene.digest(),
+            disks=len(scene.snapshot),
+            time_step_s=penalty.time_step,
+            steps=penalty.steps,
+            frame_interval=penalty.frame_interval,
+            damping_ratio=penalty.damping_ratio,
+            restitution_least=penalty.restitution_least,
             restitution_most=penalty.restitution_most,
         )
 
@@ -60,7 +67,8 @@ class RunRecord:
 
     @classmethod
     def read(cls, folder: Path) -> RunRecord:
-        """Read run.json of a folder. Raises EngineError naming the file, and the key, for one that is missing or broken."""
+        """Read run.json of a folder. Raises EngineError naming the file, and the key, for one that is missing
+        or broken."""
         path = folder / FILE
         try:
             content = json.loads(path.read_text(encoding="utf-8"))

@@ -8,8 +8,9 @@ import subprocess
 from importlib import resources
 from pathlib import Path
 
+from analysis.engines.outcome import check_bodies
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import SCENE_FILE, Progress, check_bodies, run_process, stage, staged
+from analysis.engines.staging import SCENE_FILE, Progress, run_process, stage, staged
 from analysis.scene import Scene
 
 NAME = "yade"
@@ -28,7 +29,9 @@ def version() -> str | None:
     if command is None:
         return None
     try:
-        said = subprocess.run([command, "--version"], capture_output=True, text=True, timeout=60, check=False).stdout
+        said = subprocess.run(
+            [command, "--version"], capture_output=True, text=True, timeout=60, check=False
+        ).stdout
     except (OSError, subprocess.TimeoutExpired):
         return None
     match = re.search(r"Yade version: (\S+)", said)
@@ -42,23 +45,29 @@ def scripts_folder() -> Path:
 
 
 def prepare(scene: Scene, folder: Path) -> None:
-    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is whole.
+    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is
+    whole.
 
     Raises EngineError if YADE is missing or cannot run the scene's contact law (it runs hooke only here).
     """
     command, known = find(), version()
     if command is None or known is None:
-        raise EngineError(INSTALL if command is None else f"{command} does not start; reinstall it: apt-get install yade")
+        raise EngineError(
+            INSTALL if command is None else f"{command} does not start; reinstall it: apt-get install yade"
+        )
     if scene.contact.law != "hooke":
-        raise EngineError(f"{scene.name}: contact.law: {scene.contact.law}; YADE runs hooke only here, LAMMPS runs both")
+        raise EngineError(
+            f"{scene.name}: contact.law: {scene.contact.law}; YADE runs hooke only here, LAMMPS runs both"
+        )
     stage(scene, folder, NAME, known)
 
 
 def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
-    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump, contacts.dump, a log and run.json.
+    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump, contacts.dump, a log
+    and run.json.
 
-    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost disks, an explosion);
-    then, and when interrupted, `folder` stays as it was.
+    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost disks, an
+    explosion); then, and when interrupted, `folder` stays as it was.
     """
     with staged(folder, NAME) as (staging, record, scene):
         command = find()
@@ -68,7 +77,15 @@ def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
         # the virtual environment's Python path is not for YADE, which brings its own Python
         environment = {"PYTHONPATH": str(scripts), "PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1"}
         words = [
-            str(command), "-L", "noserver", "-j1", "-n", "-x", str(scripts / "crowd.py"), SCENE_FILE, "out=.",
+            str(command),
+            "-L",
+            "noserver",
+            "-j1",
+            "-n",
+            "-x",
+            str(scripts / "crowd.py"),
+            SCENE_FILE,
+            "out=.",
             f"dt={record.time_step_s!r}",
         ]
         record = run_process(words, staging, record, progress, environment)

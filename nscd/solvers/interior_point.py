@@ -1,67 +1,157 @@
-"""Primal–dual interior point (Mehrotra) for the complementarity form; lives with redundant contacts."""
+"""Primal–dual interior point with a block Cholesky factor; lives with redundant, jammed and unequal crowds."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import splu
+from numba import njit
 
-from nscd.bodies import Floats
-from nscd.problem import ContactProblem
+from nscd.solvers.cholesky import (
+    Factor,
+    System,
+    add_reactions,
+    approach,
+    factorise,
+    inertia,
+    solve_factorised,
+)
+from nscd.solvers.elimination import Elimination
 
-PROXIMAL = 1e-12
 MAXIMUM_ITERATIONS = 200
+# Dual proximal term, relative to the Delassus diagonal: keeps redundant contacts definite; 1e-10 would stall jammed ones.
+PROXIMAL = 1e-14
 TINY = 1e-300
 
 
-def interior_point(problem: ContactProblem, tolerance: float) -> tuple[Floats, Floats, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities u (d,) m/s and iterations, to natural-map residual ≤ tolerance or the best
-    that rounding allows.
+def interior_point(
+    system: System, elimination: Elimination, factor: Factor, tolerance: float
+) -> tuple[Any, Any, int]:
+    """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
 
     Follows the central path of min ½(u−û)·Â(u−û), C u + s = b, s ≥ 0 with one factorisation of Â + CᵀΘC an iteration,
-    Θ = λ/s. Rows are scaled by 1/√w and columns by 1/√Âᵢᵢ, so that unequal masses do not spoil the conditioning, and
-    velocities by ‖u⁻‖∞. Mehrotra, SIAM J. Optim. 2 (1992) 575.
+    Θ = λ/s, until the natural map max|min(wλ, b − Cu)| and the imbalance are below tolerance · ‖u⁻‖∞, or rounding
+    stops it. The start s = √w, λ = 1/√w (times one constant) makes unequal masses harmless. Mehrotra, SIAM J. Optim. 2
+    (1992) 575, with one of Gondzio's correctors, Comput. Optim. Appl. 6 (1996) 137.
     """
-    root, scale = np.sqrt(problem.inverse_mass), problem.scale
-    weight = np.sqrt(problem.inertia.diagonal())
-    C = csc_array(diags_array(1.0 / root) @ problem.normal @ diags_array(1.0 / weight))
-    A = csc_array(diags_array(1.0 / weight) @ problem.inertia @ diags_array(1.0 / weight))
-    b, free = problem.offset / root / scale, problem.free * weight / scale
-    u = free.copy()
-    start = 1.0 / root.min()
-    slack, reaction = np.full(len(b), start), np.full(len(b), start)
-    best = (np.zeros(len(b)), problem.free, 0)
-    best_error, stalled, iteration = np.inf, 0, 0
-    while iteration < MAXIMUM_ITERATIONS:
-        physical, velocity = reaction / root * scale, u / weight * scale
-        error = max(problem.residual(physical, velocity), problem.balance_error(physical, velocity))
-        stalled = 0 if error < 0.9 * best_error else stalled + 1
-        if error < best_error:
-            best, best_error = (physical, velocity, iteration), error
-        if best_error <= max(0.1 * tolerance, 1e-15) or stalled > (5 if best_error < 1e-6 else 60):
+    reaction, velocity, iterations = _follow(system, elimination, factor, tolerance, MAXIMUM_ITERATIONS)
+    return reaction, velocity, int(iterations)
+
+
+@njit(cache=True, fastmath=True)
+def _to_boundary(slack: Any, slack_step: Any, reaction: Any, reaction_step: Any) -> float:
+    length = 1.0
+    for c in range(len(slack)):
+        if slack_step[c] < 0.0:
+            length = min(length, -slack[c] / slack_step[c])
+        if reaction_step[c] < 0.0:
+            length = min(length, -reaction[c] / reaction_step[c])
+    return length
+
+
+@njit(cache=True)
+def _imbalance(system: Any, u: Any, reaction: Any, moved: Any, dual: Any, size: Any) -> float:
+    """dual ← Â(u − û) + Cᵀλ; its largest entry relative to m ‖u⁻‖∞ + Σ|λ| of the disk."""
+    n = len(u)
+    moved[:] = u - system.free
+    inertia(system, moved, dual)
+    add_reactions(system, reaction, 1.0, dual)
+    for i in range(n):
+        size[i] = system.mass[i, 0] * system.scale
+    for c in range(len(reaction)):
+        size[system.first[c]] += reaction[c]
+        if system.second[c] >= 0:
+            size[system.second[c]] += reaction[c]
+    worst = 0.0
+    for i in range(n):
+        for a in range(2):
+            worst = max(worst, abs(dual[i, a]) / size[i])
+    return worst
+
+
+@njit(cache=True)
+def _follow(system: Any, elimination: Any, factor: Any, tolerance: float, most: int) -> Any:
+    n, d = system.mass.shape
+    k = len(system.first)
+    w, b, scale = system.inverse_mass, system.offset, system.scale
+    u = system.free.copy()
+    slack, reaction = np.empty(k), np.empty(k)
+    for c in range(k):
+        slack[c] = scale * np.sqrt(w[c] / w.min())
+        reaction[c] = scale / np.sqrt(w[c] * w.min())
+    best_reaction, best_u, best, best_at = reaction.copy(), u.copy(), np.inf, 0
+    v, wanted, push, theta = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    complementarity, slack_step, reaction_step, primal = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    plain_slack, plain_reaction, plain_step = np.empty(k), np.empty(k), np.empty((n, d))
+    dual, step, moved, size = np.empty((n, d)), np.empty((n, d)), np.empty((n, d)), np.empty(n)
+    stalled = iteration = 0
+    while iteration < most:
+        approach(system, u, v)
+        error = _imbalance(system, u, reaction, moved, dual, size)
+        mu = 0.0
+        for c in range(k):
+            error = max(error, abs(min(w[c] * reaction[c], b[c] - v[c])) / scale)
+            primal[c] = v[c] + slack[c] - b[c]
+            mu += slack[c] * reaction[c] / k
+        stalled = 0 if error < 0.9 * best else stalled + 1
+        if error < best:
+            best, best_at = error, iteration
+            best_reaction[:], best_u[:] = reaction, u
+        if best <= tolerance or stalled > (4 if best < 1e-6 else 60):
             break
         iteration += 1
-        dual = A @ (u - free) + C.T @ reaction
-        primal = C @ u + slack - b
-        mu = float(slack @ reaction) / len(b)
-        theta = 1.0 / (slack / reaction + PROXIMAL)
-        factor = splu(csc_array(A + C.T @ diags_array(theta) @ C), permc_spec="MMD_AT_PLUS_A")
-
-        def step(complementarity: Floats) -> tuple[Floats, Floats, Floats]:
-            wanted = primal - complementarity / reaction  # noqa: B023
-            du = factor.solve(-dual - C.T @ (theta * wanted))  # noqa: B023
-            return du, -primal - C @ du, theta * (C @ du + wanted)  # noqa: B023
-
-        _, ds, dr = step(slack * reaction)
-        length = min(_to_boundary(slack, ds), _to_boundary(reaction, dr))
-        centred = float((slack + length * ds) @ (reaction + length * dr)) / len(b)
-        du, ds, dr = step(slack * reaction + ds * dr - (centred / mu) ** 3 * mu)
-        length = 0.995 * min(_to_boundary(slack, ds), _to_boundary(reaction, dr))
-        u = u + length * du
-        slack, reaction = np.maximum(slack + length * ds, TINY), np.maximum(reaction + length * dr, TINY)
-    return best
-
-
-def _to_boundary(values: Floats, change: Floats) -> float:
-    falling = change < 0
-    return float(min(1.0, (-values[falling] / change[falling]).min(initial=1.0)))
+        for c in range(k):
+            theta[c] = 1.0 / (slack[c] / reaction[c] + PROXIMAL * w[c])
+            complementarity[c] = slack[c] * reaction[c]
+        if not factorise(system, elimination, factor, theta):
+            break
+        target = length = plain = 0.0
+        for stage in range(3):  # predictor, corrector, and Gondzio's where the step is short
+            for c in range(k):
+                wanted[c] = primal[c] - complementarity[c] / reaction[c]
+                push[c] = theta[c] * wanted[c]
+            step[:] = -dual
+            add_reactions(system, push, -1.0, step)
+            solve_factorised(elimination, factor, step)
+            approach(system, step, v)
+            for c in range(k):
+                reaction_step[c] = theta[c] * (v[c] + wanted[c])
+                slack_step[c] = -(complementarity[c] + slack[c] * reaction_step[c]) / reaction[c]
+            length = _to_boundary(slack, slack_step, reaction, reaction_step)
+            if stage == 0:
+                after = 0.0
+                for c in range(k):
+                    after += (
+                        (slack[c] + length * slack_step[c]) * (reaction[c] + length * reaction_step[c]) / k
+                    )
+                centring = (after / mu) ** 3
+                if length < 0.1:
+                    centring = max(centring, 0.3)
+                target = centring * mu
+                for c in range(k):
+                    complementarity[c] = slack[c] * reaction[c] + slack_step[c] * reaction_step[c] - target
+            elif stage == 1:
+                if length > 0.9:
+                    break
+                plain = length
+                plain_step[:], plain_slack[:], plain_reaction[:] = step, slack_step, reaction_step
+                further = min(1.0, 1.08 * length + 0.08)
+                for c in range(k):
+                    product = (slack[c] + further * slack_step[c]) * (
+                        reaction[c] + further * reaction_step[c]
+                    )
+                    if product < 0.1 * target:
+                        complementarity[c] -= 0.1 * target - product
+                    elif product > 10.0 * target:
+                        complementarity[c] -= max(10.0 * target - product, -10.0 * target)
+            elif length < plain:  # the corrector can do harm far from the path
+                length = plain
+                step[:], slack_step[:], reaction_step[:] = plain_step, plain_slack, plain_reaction
+        length *= min(max(0.995, 1.0 - 10.0 * error), 0.99999)
+        for i in range(n):
+            for a in range(d):
+                u[i, a] += length * step[i, a]
+        for c in range(k):
+            slack[c] = max(slack[c] + length * slack_step[c], TINY)
+            reaction[c] = max(reaction[c] + length * reaction_step[c], TINY)
+    return best_reaction, best_u, best_at

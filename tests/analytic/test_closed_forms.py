@@ -66,7 +66,9 @@ def test_pair_restitution(ratio, restitution):
 
 
 def test_oblique_pair_only_collides_along_the_normal():
-    snapshot = Snapshot(position=[[0, 0], [0.4, 0.3]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75] * 2)
+    snapshot = Snapshot(
+        position=[[0, 0], [0.4, 0.3]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75] * 2
+    )
     found = answer(snapshot)
     np.testing.assert_allclose(found.impulse, [[60 * 0.8, 60 * 0.6]], rtol=1e-10)
 
@@ -107,7 +109,12 @@ def test_maintained_contact_can_pull_and_complementarity_cannot():
 def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_right():
     """Hexagonal block pressed to a wall: λ is not unique, but it is admissible and stops every disk."""
     rows = [(0.5 * i + 0.25 * (j % 2), 0.5 * np.sqrt(0.75) * j) for j in range(4) for i in range(5)]
-    snapshot = Snapshot(position=rows, velocity=np.tile([0.0, -2.0], (20, 1)), radius=np.full(20, 0.25), mass=np.full(20, 75.0))
+    snapshot = Snapshot(
+        position=rows,
+        velocity=np.tile([0.0, -2.0], (20, 1)),
+        radius=np.full(20, 0.25),
+        mass=np.full(20, 75.0),
+    )
     walls = Walls(start=[[-2, -0.25], [-0.25, -1], [2.5, -1]], end=[[5, -0.25], [-0.25, 3], [2.5, 3]])
     found = answer(snapshot, walls)
     np.testing.assert_allclose(found.right_velocity, 0, atol=1e-9)
@@ -119,7 +126,9 @@ def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_righ
 
 def test_tangential_dissipation_turns_disks_and_keeps_angular_momentum():
     """k_t > 0: the spins take up what the tangential percussion takes from the orbital motion."""
-    snapshot = Snapshot(position=[[0, 0], [0.4, 0.3]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75, 60])
+    snapshot = Snapshot(
+        position=[[0, 0], [0.4, 0.3]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75, 60]
+    )
     found = answer(snapshot, dissipation=0.0, tangential_dissipation=20.0)
     x, m = snapshot.position, snapshot.mass
 
@@ -136,7 +145,9 @@ def test_energy_gain_is_warned_of():
     """k > 0 on a contact that is already opening, with λ > 0 beside it, can gain energy; the answer says so."""
     rng = np.random.default_rng(4)
     for _ in range(200):
-        found = answer(line(rng.uniform(1, 100, 5), rng.normal(size=5)), dissipation=float(rng.uniform(20, 300)))
+        found = answer(
+            line(rng.uniform(1, 100, 5), rng.normal(size=5)), dissipation=float(rng.uniform(20, 300))
+        )
         assert found.energy_error < 1e-9
         assert bool(found.warnings) == (found.energy_change > 1e-6)
         if found.warnings:

@@ -12,6 +12,8 @@ def percussions(tmp_path):
 
     def call(*words, timeout=120):
         command = [sys.executable, "-c", "from analysis.cli import main; main()", *map(str, words)]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False)
+        return subprocess.run(
+            command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False
+        )
 
     return call

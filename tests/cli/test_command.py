@@ -28,7 +28,10 @@ def test_scenes_and_make(percussions, tmp_path):
     assert listed.returncode == 0
     for name in ("pair", "four_disks", "chain", "corridor", "arch", "arch_masses", "jam", "gate"):
         assert name in listed.stdout
-    one, two = (percussions("scenes", "--make", "arch", "--disks", 700, "--seed", 3, "--out", folder) for folder in "ab")
+    one, two = (
+        percussions("scenes", "--make", "arch", "--disks", 700, "--seed", 3, "--out", folder)
+        for folder in "ab"
+    )
     assert one.returncode == two.returncode == 0
     assert (tmp_path / "a/arch.data").read_bytes() == (tmp_path / "b/arch.data").read_bytes()
 
@@ -38,11 +41,15 @@ def test_run_solve_compare(percussions, tmp_path):
     run = percussions("run", "jam.toml", "--engine", "lammps")
     assert run.returncode == 0, run.stderr
     folder = tmp_path / "out/jam/lammps_hooke_k1e+06"
-    solved = percussions("solve", folder / "bodies.dump", "--left-velocity", "desired", "--out", "contacts.csv")
+    solved = percussions(
+        "solve", folder / "bodies.dump", "--left-velocity", "desired", "--out", "contacts.csv"
+    )
     assert solved.returncode == 0, solved.stderr
     with (tmp_path / "contacts.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == "time_s,first,second,is_wall,nx,ny,gap_m,reaction_Ns,impulse_x_Ns,impulse_y_Ns".split(",")
+    assert list(
+        rows[0]
+    ) == ["time_s", "first", "second", "is_wall", "nx", "ny", "gap_m", "reaction_Ns", "impulse_x_Ns", "impulse_y_Ns"]
     last = [row for row in rows if float(row["time_s"]) == float(rows[-1]["time_s"])]
     wall = sum(float(row["impulse_x_Ns"]) for row in last if row["is_wall"] == "1")
     compared = percussions("compare", folder)
@@ -95,7 +102,10 @@ def test_empty_contact_set(percussions, tmp_path):
     failed(percussions("solve", "far.dump", "--time-step", 1), "far.dump", "no contact in any frame")
     assert (tmp_path / "contacts.csv").read_text() == "earlier\n"
     failed(percussions("solve", "far.dump"), "--time-step")
-    failed(percussions("solve", "far.dump", "--time-step", 1, "--left-velocity", "desired"), "needs a scene with a [drive]")
+    failed(
+        percussions("solve", "far.dump", "--time-step", 1, "--left-velocity", "desired"),
+        "needs a scene with a [drive]",
+    )
 
 
 def test_an_engine_that_dies_leaves_the_earlier_run(percussions, tmp_path):
@@ -108,13 +118,33 @@ def test_an_engine_that_dies_leaves_the_earlier_run(percussions, tmp_path):
     assert [path.name for path in folder.parent.iterdir()] == [folder.name]
 
 
-@pytest.mark.parametrize("engine", ["lammps", pytest.param("yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed"))])
+@pytest.mark.parametrize(
+    "engine",
+    [
+        "lammps",
+        pytest.param("yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed")),
+    ],
+)
 def test_interruption_leaves_nothing_half_written(tmp_path, engine):
     make("arch", 2000).with_run(duration_s=60.0).write(tmp_path)
-    command = [sys.executable, "-c", "from analysis.cli import main; main()", "run", "arch.toml", "--engine", engine]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    command = [
+        sys.executable,
+        "-c",
+        "from analysis.cli import main; main()",
+        "run",
+        "arch.toml",
+        "--engine",
+        engine,
+    ]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
     deadline = time.time() + 60
-    while time.time() < deadline and not any(tmp_path.glob("out/**/bodies.dump")) and not any(tmp_path.glob("out/**/.*/bodies.dump")):
+    while (
+        time.time() < deadline
+        and not any(tmp_path.glob("out/**/bodies.dump"))
+        and not any(tmp_path.glob("out/**/.*/bodies.dump"))
+    ):
         time.sleep(0.1)
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)

@@ -20,9 +20,10 @@ def test_finds_what_runs_here():
     found = findings()
     assert found["Python"].version == ".".join(map(str, sys.version_info[:3]))
     assert found["LAMMPS"].state == "ok"
-    assert found["LAMMPS"].version in subprocess.run(
-        [found["LAMMPS"].path, "-h"], capture_output=True, text=True, check=True
-    ).stdout
+    assert (
+        found["LAMMPS"].version
+        in subprocess.run([found["LAMMPS"].path, "-h"], capture_output=True, text=True, check=True).stdout
+    )
     for name in ("MDAnalysis", "numba", "PedPy"):
         assert found[name].state == "ok"
         assert found[name].version == importlib.metadata.version(name)

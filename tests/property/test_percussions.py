@@ -15,7 +15,9 @@ def crowd(seed, n=25, spread=6.0):
     sites = [(0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(6) for i in range(6)]
     chosen = rng.permutation(len(sites))[:n]
     return Snapshot(
-        position=np.array(sites)[chosen], velocity=rng.normal(size=(n, 2)), radius=np.full(n, 0.25),
+        position=np.array(sites)[chosen],
+        velocity=rng.normal(size=(n, 2)),
+        radius=np.full(n, 0.25),
         mass=10.0 ** rng.uniform(-2, 2, n),
     )
 
@@ -33,7 +35,9 @@ def test_balance_energy_and_complementarity(seed):
     contacts, answer = solved(snapshot)
     momentum = snapshot.mass[:, None] * (answer.right_velocity - snapshot.velocity)
     size = snapshot.mass * np.abs(snapshot.velocity).max() + np.abs(answer.reaction).sum()
-    assert (np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot))).max(1) < 1e-9 * size).all()
+    assert (
+        np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot))).max(1) < 1e-9 * size
+    ).all()
     assert answer.energy_change <= 1e-12
     assert answer.reaction.min() >= 0
     approach = contacts.approach_velocity(answer.right_velocity)
@@ -46,7 +50,10 @@ def test_rotation_turns_the_answer(seed, angle):
     snapshot = crowd(seed)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     turned = Snapshot(
-        position=snapshot.position @ turn.T, velocity=snapshot.velocity @ turn.T, radius=snapshot.radius, mass=snapshot.mass
+        position=snapshot.position @ turn.T,
+        velocity=snapshot.velocity @ turn.T,
+        radius=snapshot.radius,
+        mass=snapshot.mass,
     )
     walls = Walls(start=WALLS.start @ turn.T, end=WALLS.end @ turn.T)
     (one, a), (two, b) = solved(snapshot), solved(turned, walls)
@@ -59,28 +66,36 @@ def test_order_of_disks_does_not_matter(seed):
     snapshot = crowd(seed)
     order = np.random.default_rng(seed + 1).permutation(len(snapshot))
     shuffled = Snapshot(
-        position=snapshot.position[order], velocity=snapshot.velocity[order], radius=snapshot.radius[order],
+        position=snapshot.position[order],
+        velocity=snapshot.velocity[order],
+        radius=snapshot.radius[order],
         mass=snapshot.mass[order],
     )
-    np.testing.assert_allclose(solved(shuffled)[1].right_velocity, solved(snapshot)[1].right_velocity[order], atol=1e-8)
+    np.testing.assert_allclose(
+        solved(shuffled)[1].right_velocity, solved(snapshot)[1].right_velocity[order], atol=1e-8
+    )
 
 
 @given(st.integers(0, 10**6), st.sampled_from([1e-3, 1e3]), st.sampled_from([1e-2, 1e2]))
 def test_units_scale_the_answer(seed, mass_scale, velocity_scale):
     snapshot = crowd(seed)
     scaled = Snapshot(
-        position=snapshot.position, velocity=velocity_scale * snapshot.velocity, radius=snapshot.radius,
+        position=snapshot.position,
+        velocity=velocity_scale * snapshot.velocity,
+        radius=snapshot.radius,
         mass=mass_scale * snapshot.mass,
     )
     a, b = solved(snapshot)[1], solved(scaled)[1]
-    np.testing.assert_allclose(b.right_velocity, velocity_scale * a.right_velocity, atol=1e-8 * velocity_scale)
+    np.testing.assert_allclose(
+        b.right_velocity, velocity_scale * a.right_velocity, atol=1e-8 * velocity_scale
+    )
 
 
 @given(st.integers(0, 10**6), st.floats(0.01, 100), st.floats(0, 100))
 def test_energy_balance_with_dissipation(seed, normal, tangential):
     """ΔE = −½ p·D(u⁺+u⁻) to rounding; angular and linear momentum without walls."""
     snapshot = crowd(seed)
-    contacts, answer = solved(snapshot, None, dissipation=normal, tangential_dissipation=tangential)
+    _, answer = solved(snapshot, None, dissipation=normal, tangential_dissipation=tangential)
     assert answer.energy_error < 1e-9
     momentum = snapshot.mass @ (answer.right_velocity - snapshot.velocity)
     assert np.abs(momentum).max() < 1e-9 * (snapshot.mass.sum() * np.abs(snapshot.velocity).max())

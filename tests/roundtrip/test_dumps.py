@@ -18,7 +18,10 @@ def frame(step, rows, columns=COLUMNS, kind="ATOMS"):
 
 def rows(n=4, seed=0):
     rng = np.random.default_rng(seed)
-    return [[i + 1, 1, *rng.normal(size=2).tolist(), 0, 0.2, 75.0 + i, *rng.normal(size=2).tolist(), 0, 0.5, 1, 2] for i in range(n)]
+    return [
+        [i + 1, 1, *rng.normal(size=2).tolist(), 0, 0.2, 75.0 + i, *rng.normal(size=2).tolist(), 0, 0.5, 1, 2]
+        for i in range(n)
+    ]
 
 
 def test_float64_and_id_order(tmp_path):
@@ -37,7 +40,9 @@ def test_float64_and_id_order(tmp_path):
 
 def test_foreign_dump_with_the_least_columns(tmp_path):
     path = tmp_path / "foreign.lammpstrj"
-    path.write_text(frame(5, [[2, 0.5, 0.0, 0.5, 1000.0], [1, 0.0, 0.0, 0.5, 1000.0]], "id x y diameter density"))
+    path.write_text(
+        frame(5, [[2, 0.5, 0.0, 0.5, 1000.0], [1, 0.0, 0.0, 0.5, 1000.0]], "id x y diameter density")
+    )
     snapshot = snapshot_of(open_bodies(path).trajectory.ts)
     np.testing.assert_allclose(snapshot.mass, 1000 * 4 / 3 * np.pi * 0.25**3)
     np.testing.assert_array_equal(snapshot.radius, 0.25)
@@ -52,7 +57,10 @@ def test_foreign_dump_with_the_least_columns(tmp_path):
         (frame(0, rows()) + frame(10, rows())[:70], "truncated"),
         (frame(10, rows()) + frame(10, rows()), "step 10 follows step 10"),
         (frame(0, rows()) + frame(1, rows(3)), "3 disks at step 1"),
-        (frame(0, [row[:-1] for row in rows()], COLUMNS[:-3].replace(" mass", "").replace(" radius", "")), "truncated"),
+        (
+            frame(0, [row[:-1] for row in rows()], COLUMNS[:-3].replace(" mass", "").replace(" radius", "")),
+            "truncated",
+        ),
         (frame(0, [[1, 0.0, 0.0]], "id x y"), "missing columns: radius, mass"),
         (frame(0, [[1, 0.0, "abc", 0.1, 1.0]], "id x y radius mass"), "row 1"),
         (frame(0, [[1, 0.0, 0.0, 0.1, 1.0]] * 2, "id x y radius mass"), "an id occurs twice"),

@@ -11,7 +11,9 @@ from analysis.scene import SceneError, read_scene, scene_names, scenes_folder
 def test_committed_files_are_what_the_maker_writes(name, tmp_path):
     make(name).write(tmp_path)
     for suffix in (".toml", ".data"):
-        assert (tmp_path / f"{name}{suffix}").read_bytes() == (scenes_folder() / f"{name}{suffix}").read_bytes()
+        assert (tmp_path / f"{name}{suffix}").read_bytes() == (
+            scenes_folder() / f"{name}{suffix}"
+        ).read_bytes()
 
 
 @pytest.mark.parametrize("name", scene_names())
