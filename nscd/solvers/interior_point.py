@@ -75,10 +75,7 @@ def _follow(system: Any, elimination: Any, factor: Any, tolerance: float, most: 
     k = len(system.first)
     w, b, scale = system.inverse_mass, system.offset, system.scale
     u = system.free.copy()
-    slack, reaction = np.empty(k), np.empty(k)
-    for c in range(k):
-        slack[c] = scale * np.sqrt(w[c] / w.min())
-        reaction[c] = scale / np.sqrt(w[c] * w.min())
+    slack, reaction = scale * np.sqrt(w / w.min()), scale / np.sqrt(w * w.min())
     best_reaction, best_u, best, best_at = reaction.copy(), u.copy(), np.inf, 0
     v, wanted, push, theta = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     complementarity, slack_step, reaction_step, primal = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
