@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 import tomllib
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,6 +16,7 @@ from analysis.files import write_text
 from analysis.initial_state import read_data, write_data
 from analysis.reconciliation import Reconciliation
 from analysis.room import check_room
+from analysis.shipped import shipped
 from nscd import Snapshot, Walls
 
 Point = tuple[float, float]
@@ -213,15 +213,9 @@ class Scene(_Part):
         return state.hexdigest()
 
 
-def scenes_folder() -> Path:
-    """Where the scenes of the product are: `scenes/` of a checkout, or the installed package data."""
-    beside = Path(__file__).resolve().parent.parent / "scenes"
-    return beside if beside.is_dir() else Path(str(resources.files("analysis") / "data" / "scenes"))
-
-
 def scene_names() -> list[str]:
     """The names of the product's own scenes."""
-    return sorted(path.stem for path in scenes_folder().glob("*.toml"))
+    return sorted(path.stem for path in shipped("scenes").glob("*.toml"))
 
 
 def read_scene(name_or_path: str | Path) -> Scene:
@@ -232,7 +226,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        path = scenes_folder() / f"{name_or_path}.toml"
+        path = shipped("scenes") / f"{name_or_path}.toml"
         if not path.exists():
             raise SceneError(
                 f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a .toml file"

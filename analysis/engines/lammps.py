@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.staging import Progress, run_process, stage, staged
 from analysis.files import write_text
 from analysis.scene import Drive, Scene, Wall
+from analysis.shipped import shipped
 
 NAME = "lammps"
 DECKS = "decks"
@@ -47,8 +47,7 @@ def version() -> str | None:
 
 def decks_folder() -> Path:
     """Where the decks are: `lammps_inputs/` of a checkout, or the installed package data."""
-    beside = Path(__file__).resolve().parents[2] / "lammps_inputs"
-    return beside if beside.is_dir() else Path(str(resources.files("analysis") / "data" / "lammps_inputs"))
+    return shipped("lammps_inputs")
 
 
 def prepare(scene: Scene, folder: Path) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from importlib import resources
 from pathlib import Path
 
 from analysis.engines.outcome import check_bodies
 from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.staging import SCENE_FILE, Progress, run_process, stage, staged
 from analysis.scene import Scene
+from analysis.shipped import shipped
 
 NAME = "yade"
 INSTALL = "YADE (the command yade) is not found; install it from the system's packages: apt-get install yade"
@@ -40,8 +40,7 @@ def version() -> str | None:
 
 def scripts_folder() -> Path:
     """Where the scripts are: `yade_scripts/` of a checkout, or the installed package data."""
-    beside = Path(__file__).resolve().parents[2] / "yade_scripts"
-    return beside if beside.is_dir() else Path(str(resources.files("analysis") / "data" / "yade_scripts"))
+    return shipped("yade_scripts")
 
 
 def prepare(scene: Scene, folder: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.making import MAKERS, make
-from analysis.scene import SceneError, read_scene, scene_names, scenes_folder
+from analysis.scene import SceneError, read_scene, scene_names
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -12,7 +12,7 @@ def test_committed_files_are_what_the_maker_writes(name, tmp_path):
     make(name).write(tmp_path)
     for suffix in (".toml", ".data"):
         assert (tmp_path / f"{name}{suffix}").read_bytes() == (
-            scenes_folder() / f"{name}{suffix}"
+            shipped("scenes") / f"{name}{suffix}"
         ).read_bytes()
 
 
