@@ -5,6 +5,7 @@ import pytest
 
 from analysis.making import MAKERS, make
 from analysis.scene import SceneError, read_scene, scene_names
+from analysis.shipped import shipped
 
 
 @pytest.mark.parametrize("name", MAKERS)
