@@ -1,0 +1,80 @@
+"""Walls in every direction, their ends included, against the distance to a segment: 1,600 disks laid over 12 walls."""
+
+import numpy as np
+import pytest
+from at_hand import ROOT, require
+
+from analysis.dumps import index_contacts, index_dump
+from analysis.engines.lammps import scene_deck
+from analysis.scene import Analysis, ContactModel, Run, Scene, Wall
+from nscd import Snapshot
+
+STIFFNESS = 1e6
+
+
+@pytest.fixture(scope="module")
+def laid_over():
+    """Disks at rest that overlap walls, which no scene file may have; so the commands run it, not the adapters."""
+    rng = np.random.default_rng(0)
+    grid = np.arange(-20.0, 20.0)
+    position = np.column_stack([x.ravel() for x in np.meshgrid(grid, grid)]) + rng.uniform(-0.2, 0.2, (1600, 2))
+    disks = Snapshot(
+        position=position, velocity=np.zeros((1600, 2)), radius=np.full(1600, 0.25), mass=np.full(1600, 75.0)
+    )
+    ends = rng.uniform(-18, 18, (12, 2, 2))
+    walls = [Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b)) for i, (a, b) in enumerate(ends.tolist())]
+    return Scene(
+        name="laid", title="disks over walls", source="made", snapshot=disks, walls=tuple(walls),
+        contact=ContactModel(stiffness_N_per_m=STIFFNESS, restitution=0.1),
+        run=Run(duration_s=1e-6, frames=1), analysis=Analysis(kind="impact"),
+    )  # fmt: skip
+
+
+def touching(scene):
+    """(disk's id, wall's number) → overlap and normal, by the nearest point of each segment."""
+    walls, position = scene.wall_segments(), scene.snapshot.position
+    found = {}
+    for wall in range(len(walls)):
+        way = walls.nearest_point(position, np.full(len(position), wall)) - position
+        distance = np.hypot(*way.T)
+        for disk in np.flatnonzero(distance < 0.25):
+            found[disk + 1, wall + 1] = (0.25 - distance[disk], *(way[disk] / distance[disk]))
+    return found
+
+
+def assert_those(found, scene):
+    expected = touching(scene)
+    assert len(expected) > 80
+    assert set(found) == set(expected)
+    for key, (overlap, nx, ny, force) in found.items():
+        np.testing.assert_allclose((overlap, nx, ny), expected[key], rtol=0, atol=1e-11)
+        assert force == pytest.approx(STIFFNESS * expected[key][0], rel=1e-9, abs=1e-6)
+
+
+def test_lammps(laid_over, command, tmp_path):
+    require("lammps")
+    laid_over.write(tmp_path)
+    (tmp_path / "laid.in").write_text(scene_deck(laid_over))
+    given = {"deck": tmp_path / "laid.in", "data": tmp_path / "laid.data", "out": tmp_path}
+    words = [word for name, value in given.items() for word in ("-var", name, str(value))]
+    done = command(["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none", *words], ROOT)
+    assert done.returncode == 0, done.stdout[-2000:]
+    found = {}
+    for number in range(1, 13):
+        for disk, x, y, radius, fx, fy, at_x, at_y in index_dump(tmp_path / f"wall_wall{number - 1}.dump").table(0):
+            distance = np.hypot(at_x - x, at_y - y)
+            normal = (at_x - x) / distance, (at_y - y) / distance
+            found[int(disk), number] = (radius - distance, *normal, -(fx * normal[0] + fy * normal[1]))
+    assert_those(found, laid_over)
+
+
+def test_yade(laid_over, command, tmp_path):
+    require("yade")
+    words = ["yade", "-L", "noserver", "-n", "-x", "yade_scripts/crowd.py", str(laid_over.write(tmp_path))]
+    done = command([*words, f"out={tmp_path}"], ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = {}
+    for disk, wall, is_wall, nx, ny, overlap, fx, fy in index_contacts(tmp_path / "contacts.dump").table(0):
+        if is_wall:
+            found[int(disk), int(wall)] = (overlap, nx, ny, fx * nx + fy * ny)
+    assert_those(found, laid_over)
