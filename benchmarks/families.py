@@ -74,7 +74,7 @@ FAMILIES = {"heap": heap, "jammed": jammed, "hexagonal": hexagonal, "chain": cha
 
 
 def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, closed: bool) -> Case:
-    x, y = position.T
+    y = position[:, 1]
     target = np.column_stack([np.zeros(len(y)), np.clip(y, -DOOR, DOOR)])
     towards = target - position
     velocity = 2.0 * towards / np.hypot(*towards.T)[:, None]
