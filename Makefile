@@ -68,6 +68,7 @@ $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
 	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
 	$(PIP) --editable .
+	$(PYTHON) -m nscd
 	touch $@
 
 $(VENV)/installed-test: $(VENV)/installed
