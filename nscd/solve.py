@@ -63,27 +63,27 @@ def solve_problem(
     problem: ContactProblem, tolerance: float
 ) -> tuple[ContactProblem, str, Floats, Floats, int]:
     """The problem with its free velocity û, the solver's name, reactions (k,) N·s, velocities (n,d) m/s, iterations."""
-    system, elimination, factor = system_of(problem)
-    order = elimination.order
+    system, factor = system_of(problem)
+    order = factor.order
     if problem.dissipative:
         kinetic = problem.mass * problem.left
         momentum = 2 * kinetic - problem.inertia(problem.left)  # (M − DᵀKD) u⁻
         free = np.empty_like(problem.left)
-        free[order] = free_velocity(system, elimination, factor, momentum[order])
+        free[order] = free_velocity(system, factor, momentum[order])
         problem = replace(problem, free=free)
         system = system._replace(free=free[order])
     if problem.maintained:
         name, (reaction, velocity, iterations) = (
             "maintained",
-            maintained(system, elimination, factor, tolerance),
+            maintained(system, factor, tolerance),
         )
     else:
         name = "interior_point"
-        reaction, velocity, iterations = interior_point(system, elimination, factor, 0.5 * tolerance)
+        reaction, velocity, iterations = interior_point(system, factor, 0.5 * tolerance)
         right = np.empty_like(velocity)
         right[order] = velocity
         if problem.residual(reaction, right) > tolerance:
-            reaction, velocity, rounds = polish(system, elimination, factor, reaction, velocity, tolerance)
+            reaction, velocity, rounds = polish(system, factor, reaction, velocity, tolerance)
             iterations += rounds
     right = np.empty_like(velocity)
     right[order] = velocity

@@ -16,38 +16,37 @@ from nscd.solvers.cholesky import (
     inertia,
     solve_factorised,
 )
-from nscd.solvers.elimination import Elimination
 
 ROUNDS = 8
 # Weight of the equalities against 1/w: large for speed, small enough to keep half of the digits.
 PENALTY = 1e6
 
 
-def free_velocity(system: System, elimination: Elimination, factor: Factor, momentum: Any) -> Any:
+def free_velocity(system: System, factor: Factor, momentum: Any) -> Any:
     """û from Â û = momentum (n,d), with one refinement; all in elimination order."""
-    factorise(system, elimination, factor, np.zeros(len(system.first)))
+    factorise(system, factor, np.zeros(len(system.first)))
     velocity = momentum.copy()
-    solve_factorised(elimination, factor, velocity)
+    solve_factorised(factor, velocity)
     rest = np.empty_like(velocity)
     inertia(system, velocity, rest)
     rest = momentum - rest
-    solve_factorised(elimination, factor, rest)
+    solve_factorised(factor, rest)
     return velocity + rest
 
 
 def maintained(
-    system: System, elimination: Elimination, factor: Factor, tolerance: float
+    system: System, factor: Factor, tolerance: float
 ) -> tuple[Any, Any, int]:
     """The equality form (paper eqs. (2) and (8)): every contact stays closed and may pull. Reactions λ (k,) N·s, of least
     weighted norm where contacts are redundant; velocities (n,d); iterations."""
     k = len(system.first)
     reaction = np.zeros(k)
-    velocity, iterations = _close(system, elimination, factor, np.ones(k, dtype=np.bool_), reaction, 50)
+    velocity, iterations = _close(system, factor, np.ones(k, dtype=np.bool_), reaction, 50)
     return reaction, velocity, int(iterations)
 
 
 def polish(
-    system: System, elimination: Elimination, factor: Factor, reaction: Any, velocity: Any, tolerance: float
+    system: System, factor: Factor, reaction: Any, velocity: Any, tolerance: float
 ) -> tuple[Any, Any, int]:
     """Improve an answer whose closed contacts are nearly known; reaction (k,), velocity (n,d), rounds used.
 
@@ -65,7 +64,7 @@ def polish(
             best_error = float(np.abs(np.minimum(system.inverse_mass * reaction, gap)).max()) / system.scale
         closed = system.inverse_mass * reaction > gap
         reaction = np.where(closed, reaction, 0.0)
-        velocity, _ = _close(system, elimination, factor, closed, reaction, 8)
+        velocity, _ = _close(system, factor, closed, reaction, 8)
         approach(system, velocity, v)
         admissible = np.maximum(reaction, 0.0)
         error = (
@@ -81,7 +80,7 @@ def polish(
 
 
 @njit(cache=True)
-def _close(system: Any, elimination: Any, factor: Any, closed: Any, reaction: Any, most: int) -> Any:
+def _close(system: Any, factor: Any, closed: Any, reaction: Any, most: int) -> Any:
     """Method of multipliers: λ ← λ + θ(C u − b) with (Â + CᵀθC) u = Â û − Cᵀ(λ − θ b), θ = 0 off the set.
 
     One factorisation; λ (k,), changed in place, moves as little as it can where contacts are redundant.
@@ -93,7 +92,7 @@ def _close(system: Any, elimination: Any, factor: Any, closed: Any, reaction: An
         if closed[c]:
             theta[c] = PENALTY / system.inverse_mass[c]
     momentum, u = np.empty((n, d)), system.free.copy()
-    if not factorise(system, elimination, factor, theta):
+    if not factorise(system, factor, theta):
         return u, 0
     inertia(system, system.free, momentum)
     before = np.inf
@@ -104,7 +103,7 @@ def _close(system: Any, elimination: Any, factor: Any, closed: Any, reaction: An
             push[c] = reaction[c] - theta[c] * system.offset[c]
         u[:] = momentum
         add_reactions(system, push, -1.0, u)
-        solve_factorised(elimination, factor, u)
+        solve_factorised(factor, u)
         approach(system, u, v)
         change = 0.0
         for c in range(k):

@@ -16,7 +16,6 @@ from nscd.solvers.cholesky import (
     inertia,
     solve_factorised,
 )
-from nscd.solvers.elimination import Elimination
 
 MAXIMUM_ITERATIONS = 200
 # Dual proximal term, relative to the Delassus diagonal: keeps redundant contacts definite; 1e-10 would stall jammed ones.
@@ -25,7 +24,7 @@ TINY = 1e-300
 
 
 def interior_point(
-    system: System, elimination: Elimination, factor: Factor, tolerance: float
+    system: System, factor: Factor, tolerance: float
 ) -> tuple[Any, Any, int]:
     """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
 
@@ -34,7 +33,7 @@ def interior_point(
     stops it. The start s = √w, λ = 1/√w (times one constant) makes unequal masses harmless. Mehrotra, SIAM J. Optim. 2
     (1992) 575, with one of Gondzio's correctors, Comput. Optim. Appl. 6 (1996) 137.
     """
-    reaction, velocity, iterations = _follow(system, elimination, factor, tolerance, MAXIMUM_ITERATIONS)
+    reaction, velocity, iterations = _follow(system, factor, tolerance, MAXIMUM_ITERATIONS)
     return reaction, velocity, int(iterations)
 
 
@@ -70,7 +69,7 @@ def _imbalance(system: Any, u: Any, reaction: Any, moved: Any, dual: Any, size: 
 
 
 @njit(cache=True)
-def _follow(system: Any, elimination: Any, factor: Any, tolerance: float, most: int) -> Any:
+def _follow(system: Any, factor: Any, tolerance: float, most: int) -> Any:
     n, d = system.mass.shape
     k = len(system.first)
     w, b, scale = system.inverse_mass, system.offset, system.scale
@@ -100,7 +99,7 @@ def _follow(system: Any, elimination: Any, factor: Any, tolerance: float, most: 
         for c in range(k):
             theta[c] = 1.0 / (slack[c] / reaction[c] + PROXIMAL * w[c])
             complementarity[c] = slack[c] * reaction[c]
-        if not factorise(system, elimination, factor, theta):
+        if not factorise(system, factor, theta):
             break
         target = length = plain = 0.0
         for stage in range(3):  # predictor, corrector, and Gondzio's where the step is short
@@ -109,7 +108,7 @@ def _follow(system: Any, elimination: Any, factor: Any, tolerance: float, most: 
                 push[c] = theta[c] * wanted[c]
             step[:] = -dual
             add_reactions(system, push, -1.0, step)
-            solve_factorised(elimination, factor, step)
+            solve_factorised(factor, step)
             approach(system, step, v)
             for c in range(k):
                 reaction_step[c] = theta[c] * (v[c] + wanted[c])
