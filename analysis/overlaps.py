@@ -9,7 +9,7 @@ import numpy as np
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.bodies import Floats
 from nscd.problem import impact_problem
-from nscd.solve import solve_problem
+from nscd.ladder import climb
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at least
 # SPARE_M before rounding and so never negative after it.
@@ -67,7 +67,8 @@ def reconcile(
             snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M
         )
         problem = replace(problem, free=home)
-        _, _, reaction, step, _ = solve_problem(problem, SOLVER_TOLERANCE)
+        outcome = climb(problem, SOLVER_TOLERANCE)
+        reaction, step = outcome.reaction, outcome.velocity
         if not problem.residual(reaction, step) < 1e-6:
             raise OverlapError(f"there is no room for {n} disks of radius up to {radius.max():g} m")
         current = current + step

@@ -1,4 +1,4 @@
-"""Which contact forces the mechanics determines."""
+"""Which contact forces the mechanics determines: by balance alone, and by balance of forces that only push."""
 
 from __future__ import annotations
 
@@ -6,19 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr, solve_triangular
 
+from nscd.admissible import Admissible
 from nscd.contacts import Contacts
-
-# A pivot or a row below these, relative to 1, is rounding.
-RANK_TOLERANCE = 1e-9
-ZERO_ROW = 1e-7
+from nscd.orthogonal import factorise, undetermined_rows
+from nscd.percussions import Percussions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Determinacy:
-    """rank of C (contacts × velocities), redundant = contacts − rank, and determined (k,): whether a contact's force
-    follows from the balance of the disks alone (its unit vector is orthogonal to the null space of Cᵀ)."""
+    """rank of C (contacts × velocities), redundant = contacts − rank: the dimension of the set of reactions that agree
+    with the balance, and determined (k,): whether a contact's reaction is the same in all of them."""
 
     rank: int
     redundant: int
@@ -26,19 +24,31 @@ class Determinacy:
 
 
 def determinacy(contacts: Contacts, n: int) -> Determinacy:
-    """Rank and determined contacts of n disks, by a pivoted QR factorisation Cᵀ P = Q [R₁ R₂] (dense).
+    """What the balance of n disks alone, Cᵀλ given, says of the reactions λ (k,), whatever their sign.
 
-    The null space of Cᵀ is spanned by P [−R₁⁻¹R₂; I]; a contact with a zero row in it is determined.
+    λ is known up to a self-stress: a vector of the null space of Cᵀ. A contact is determined if it is zero in all of
+    them. Reads only the normals, so it holds for forces of any frictionless model on these contacts.
+    Raises ValueError for contacts that name disks beyond n.
     """
-    if not len(contacts):
-        return Determinacy(rank=0, redundant=0, determined=np.empty(0, dtype=bool))
-    touched = np.unique(np.concatenate([contacts.first, contacts.second[~contacts.is_wall]]))
-    columns = np.repeat(2 * touched, 2) + np.tile([0, 1], len(touched))
-    matrix = contacts.normal_matrix(n)[:, columns].toarray().T
-    triangle, order = qr(matrix, mode="r", pivoting=True, overwrite_a=True, check_finite=False)
-    diagonal = np.abs(np.diagonal(triangle))
-    rank = int((diagonal > RANK_TOLERANCE * diagonal[0]).sum())
-    dependent = solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:], check_finite=False)
-    determined = np.zeros(len(contacts), dtype=bool)
-    determined[order[:rank]] = np.abs(dependent).max(1, initial=0.0) < ZERO_ROW
-    return Determinacy(rank=rank, redundant=len(contacts) - rank, determined=determined)
+    contacts.check_disks(n)
+    factor = factorise(contacts, n)
+    return Determinacy(
+        rank=factor.rank, redundant=len(contacts) - factor.rank, determined=~undetermined_rows(factor)
+    )
+
+
+def admissible_determinacy(contacts: Contacts, answer: Percussions) -> Determinacy:
+    """What balance and λ ≥ 0 together say: over {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact opens}, a polytope.
+
+    determined (k,): the contact's interval [λ_min, λ_max] is a point. This is more than `determinacy` finds: contacts
+    that open carry nothing, and some self-stresses would make a contact pull that carries nothing in any admissible
+    percussion. redundant: the dimension of the polytope; rank: contacts that can carry something, less that dimension.
+    Raises ValueError as `Admissible.of` does.
+    """
+    admissible = Admissible.of(contacts, answer)
+    carrying = admissible.carrying()
+    determined = np.ones(len(contacts), dtype=bool)
+    chosen = np.flatnonzero(carrying)
+    factor = factorise(contacts.select(chosen), len(answer.right_velocity))
+    determined[chosen] = ~undetermined_rows(factor)
+    return Determinacy(rank=factor.rank, redundant=len(chosen) - factor.rank, determined=determined)

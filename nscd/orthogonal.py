@@ -18,6 +18,9 @@ Places = NDArray[np.intp]
 
 # A pivot below this, relative to the longest row of C (unit vectors), is rounding.
 RANK_TOLERANCE = 1e-9
+# An entry of a self-stress (of unit size) below this is rounding.
+ZERO_ROW = 1e-7
+PROBES = 8
 LEAF_DISKS = 12
 LAPACK_BLOCK = 32
 
@@ -140,6 +143,18 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
             up = front.slots[front.rank : front.rank + len(passed)]
             waiting[int(node_of[later // 2].min())].append((up, later, passed))
     return OrthogonalFactor(int((~null).sum()), null, tuple(fronts), 2 * n)
+
+
+def undetermined_rows(factor: OrthogonalFactor) -> NDArray[np.bool_]:
+    """(k,): contacts that some self-stress loads.
+
+    Eight random self-stresses tell them: where all eight vanish, so do all (the chance that they do so at a contact
+    which an orthonormal basis of the null space loads by 10⁻³ is below 10⁻³⁰).
+    """
+    if factor.null.any():
+        probes = np.random.default_rng(0).normal(size=(len(factor.null), PROBES))
+        return np.asarray(np.abs(factor.self_stress(probes)).max(1) > ZERO_ROW)
+    return np.zeros(len(factor.null), dtype=bool)
 
 
 def _eliminate(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +107,22 @@ class ContactProblem:
         received = np.bincount(self.first, size, n) + np.bincount(self.second[pairs], size[pairs], n)
         error = np.abs(balance[:, :2]).max(1)
         return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
+
+    def restricted(self, contacts: NDArray[np.bool_], disks: NDArray[np.bool_]) -> ContactProblem:
+        """The problem of some contacts (k,) and of the disks (n,) that they are between."""
+        number = np.cumsum(disks, dtype=np.int32) - np.int32(1)
+        second = self.second[contacts]
+        by_contact = (
+            "normal_first", "normal_second", "tangent_first", "tangent_second", "normal_weight", "tangent_weight",
+            "offset", "inverse_mass",
+        )  # fmt: skip
+        return replace(
+            self,
+            first=number[self.first[contacts]],
+            second=np.where(second >= 0, number[second], np.int32(-1)),
+            **{name: getattr(self, name)[contacts] for name in by_contact},
+            **{name: getattr(self, name)[disks] for name in ("mass", "left", "free", "position")},
+        )
 
     def _rows(self, first: Floats, second: Floats, velocity: Floats) -> Floats:
         rows = (first * velocity[self.first]).sum(1)

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, Snapshot, read_only
+from nscd.bodies import Snapshot, read_only
 from nscd.contacts import Contacts
+from nscd.ladder import SOLVERS, Outcome, climb, with_free_velocity
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
-from nscd.solvers.cholesky import system_of
-from nscd.solvers.closure import free_velocity, maintained, polish
-from nscd.solvers.interior_point import interior_point
-
-SOLVERS = ("auto", "interior_point")
 
 
 def solve(
@@ -53,55 +48,24 @@ def solve(
     )
     problem = impact_problem(snapshot, contacts, left, law)
     if not len(contacts):
-        name, reaction, right, iterations = "no contacts", np.empty(0), problem.free, 0
+        outcome = Outcome("none", "no contacts", np.empty(0), problem.free, 0)
     else:
-        problem, name, reaction, right, iterations = solve_problem(problem, tolerance)
-    return certify(snapshot, contacts, problem, reaction, right, tolerance, name, iterations, started)
-
-
-def solve_problem(
-    problem: ContactProblem, tolerance: float
-) -> tuple[ContactProblem, str, Floats, Floats, int]:
-    """The problem with its free velocity û, the solver's name, reactions (k,) N·s, velocities (n,d) m/s, iterations."""
-    system, factor = system_of(problem)
-    order = factor.order
-    if problem.dissipative:
-        kinetic = problem.mass * problem.left
-        momentum = 2 * kinetic - problem.inertia(problem.left)  # (M − DᵀKD) u⁻
-        free = np.empty_like(problem.left)
-        free[order] = free_velocity(system, factor, momentum[order])
-        problem = replace(problem, free=free)
-        system = system._replace(free=free[order])
-    if problem.maintained:
-        name, (reaction, velocity, iterations) = (
-            "maintained",
-            maintained(system, factor, tolerance),
-        )
-    else:
-        name = "interior_point"
-        reaction, velocity, iterations = interior_point(system, factor, 0.5 * tolerance)
-        right = np.empty_like(velocity)
-        right[order] = velocity
-        if problem.residual(reaction, right) > tolerance:
-            reaction, velocity, rounds = polish(system, factor, reaction, velocity, tolerance)
-            iterations += rounds
-    right = np.empty_like(velocity)
-    right[order] = velocity
-    return problem, name, reaction, right, iterations
+        problem = with_free_velocity(problem)
+        start = guess.reaction if guess is not None and len(guess.reaction) == len(contacts) else None
+        outcome = climb(problem, tolerance, solver, start)
+    return certify(snapshot, contacts, problem, outcome, tolerance, started)
 
 
 def certify(
     snapshot: Snapshot,
     contacts: Contacts,
     problem: ContactProblem,
-    reaction: Floats,
-    right: Floats,
+    outcome: Outcome,
     tolerance: float,
-    solver: str,
-    iterations: int,
     started: float,
 ) -> Percussions:
-    """The answer with its residual, momentum and energy recomputed from reactions (k,) N·s and velocities (n,d)."""
+    """The answer with its residual, momentum and energy recomputed from the outcome's reactions and velocities."""
+    reaction, right = outcome.reaction, outcome.velocity
     total = right + problem.left
     along, across = problem.approach(total), problem.sliding(total)
     normal = problem.normal_weight * along + reaction
@@ -136,7 +100,8 @@ def certify(
         status=status,
         reason=reason,
         warnings=warnings,
-        solver=solver,
-        iterations=iterations,
+        choice=outcome.choice,
+        solver=outcome.solver,
+        iterations=outcome.iterations,
         seconds=time.perf_counter() - started,
     )

@@ -42,9 +42,11 @@ class System(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """order (n,): the disk at each place; the factor of Â + CᵀΘC, by rows or (many) by fronts: the other one is empty."""
+    """order (n,): the disk at each place; contact (k,): the contact at each row; the factor of Â + CᵀΘC, by rows or
+    (many) by fronts: the other one is empty."""
 
     order: Ints
+    contact: Any
     many: bool
     rows: Rows
     fronts: Fronts
@@ -56,26 +58,28 @@ def system_of(problem: ContactProblem) -> tuple[System, Factor]:
     many = bool(n >= MANY or d == 3)
     ordering = dissect(problem.position, problem.first, problem.second, LEAF[many])
     order, place = ordering.order, ordering.place
+    contact = np.argsort(place[problem.first], kind="stable")  # neighbours in memory as in the crowd
+    first, second = problem.first[contact], problem.second[contact]
     system = System(
-        first=place[problem.first],
-        second=np.where(problem.second >= 0, place[problem.second], np.int32(-1)),
-        normal_first=problem.normal_first,
-        normal_second=problem.normal_second,
-        tangent_first=problem.tangent_first,
-        tangent_second=problem.tangent_second,
-        normal_weight=problem.normal_weight,
-        tangent_weight=problem.tangent_weight,
+        first=place[first],
+        second=np.where(second >= 0, place[second], np.int32(-1)),
+        normal_first=problem.normal_first[contact],
+        normal_second=problem.normal_second[contact],
+        tangent_first=problem.tangent_first[contact],
+        tangent_second=problem.tangent_second[contact],
+        normal_weight=problem.normal_weight[contact],
+        tangent_weight=problem.tangent_weight[contact],
         mass=problem.mass[order],
         free=problem.free[order],
-        offset=problem.offset,
-        inverse_mass=problem.inverse_mass,
+        offset=problem.offset[contact],
+        inverse_mass=problem.inverse_mass[contact],
         scale=problem.scale,
     )
     none = np.empty(0, dtype=np.int32)
     empty = dissect(np.empty((0, 2)), none, none, 1)
-    if many:
-        return system, Factor(order, True, rows_of(empty, none, none), fronts_of(ordering, problem.first, problem.second, d))
-    return system, Factor(order, False, rows_of(ordering, problem.first, problem.second), fronts_of(empty, none, none, d))
+    rows = rows_of(empty, none, none) if many else rows_of(ordering, first, second)
+    fronts = fronts_of(ordering, first, second, d) if many else fronts_of(empty, none, none, d)
+    return system, Factor(order, contact, many, rows, fronts)
 
 
 @njit(cache=True)

@@ -34,9 +34,7 @@ def free_velocity(system: System, factor: Factor, momentum: Any) -> Any:
     return velocity + rest
 
 
-def maintained(
-    system: System, factor: Factor, tolerance: float
-) -> tuple[Any, Any, int]:
+def maintained(system: System, factor: Factor, tolerance: float) -> tuple[Any, Any, int]:
     """The equality form (paper eqs. (2) and (8)): every contact stays closed and may pull. Reactions λ (k,) N·s, of least
     weighted norm where contacts are redundant; velocities (n,d); iterations."""
     k = len(system.first)
@@ -45,45 +43,56 @@ def maintained(
     return reaction, velocity, int(iterations)
 
 
-def polish(
-    system: System, factor: Factor, reaction: Any, velocity: Any, tolerance: float
-) -> tuple[Any, Any, int]:
-    """Improve an answer whose closed contacts are nearly known; reaction (k,), velocity (n,d), rounds used.
+def active_set(
+    system: System,
+    factor: Factor,
+    reaction: Any,
+    velocity: Any,
+    tolerance: float,
+    rounds: int = ROUNDS,
+    steps: int = 8,
+    closed: Any = None,
+) -> tuple[Any, Any, int, float]:
+    """Improve an answer whose closed contacts are nearly known: reaction (k,), velocity (n,d), rounds, and the error.
 
-    Contacts with wλ > b − Cu are taken as closed, the others as free; then closed ones that pull are opened and free ones
-    that would overlap are closed, a few times. Interior-point answers need this where contacts are degenerate (neither
-    pressed nor open): there they are accurate to the root of their tolerance only.
+    Contacts with wλ > b − Cu (or those of `closed` (k,) at first) are taken as closed, the others as free; then closed ones
+    that pull are opened and free ones that would overlap are closed, and so on: the primal–dual active set method, one
+    factorisation a round. It ends when the error, max|min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had to be cut, is within
+    the tolerance, when the set no longer changes, or when it changes more than before. At most `steps` multiplier steps a
+    round.
     """
     v = np.empty(len(reaction))
-    best = (reaction, velocity, 0)
-    best_error = np.inf
-    for round_ in range(1, ROUNDS + 1):
+    w, scale = system.inverse_mass, system.scale
+    if closed is None:
+        approach(system, velocity, v)
+        closed = w * reaction > system.offset - v
+    best, best_error, changes = (reaction, velocity), np.inf, [len(reaction)]
+    done = 0
+    while done < rounds:
+        done += 1
+        reaction = np.where(closed, reaction, 0.0)
+        velocity, _ = _close(system, factor, closed, reaction, steps)
         approach(system, velocity, v)
         gap = system.offset - v
-        if round_ == 1:
-            best_error = float(np.abs(np.minimum(system.inverse_mass * reaction, gap)).max()) / system.scale
-        closed = system.inverse_mass * reaction > gap
-        reaction = np.where(closed, reaction, 0.0)
-        velocity, _ = _close(system, factor, closed, reaction, 8)
-        approach(system, velocity, v)
         admissible = np.maximum(reaction, 0.0)
         error = (
-            float(np.abs(np.minimum(system.inverse_mass * admissible, system.offset - v)).max())
-            / system.scale
+            max(np.abs(np.minimum(w * admissible, gap)).max(), (w * (admissible - reaction)).max()) / scale
         )
-        error = max(error, float((system.inverse_mass * (admissible - reaction)).max()) / system.scale)
         if error < best_error:
-            best, best_error = (admissible, velocity, round_), error
-        if best_error <= tolerance:
+            best, best_error = (admissible, velocity), float(error)
+        before, closed = closed, w * reaction > gap
+        changes.append(int((closed != before).sum()))
+        if best_error <= tolerance or not changes[-1] or min(changes[-3:]) >= changes[-4:][0]:
             break
-    return best
+    return *best, done, best_error
 
 
 @njit(cache=True)
 def _close(system: Any, factor: Any, closed: Any, reaction: Any, most: int) -> Any:
     """Method of multipliers: λ ← λ + θ(C u − b) with (Â + CᵀθC) u = Â û − Cᵀ(λ − θ b), θ = 0 off the set.
 
-    One factorisation; λ (k,), changed in place, moves as little as it can where contacts are redundant.
+    One factorisation; u is corrected by the momentum that is still out of balance, so that rounding does not grow with θ.
+    λ (k,), changed in place, moves as little as it can where contacts are redundant.
     """
     n, d = system.mass.shape
     k = len(closed)
@@ -91,19 +100,21 @@ def _close(system: Any, factor: Any, closed: Any, reaction: Any, most: int) -> A
     for c in range(k):
         if closed[c]:
             theta[c] = PENALTY / system.inverse_mass[c]
-    momentum, u = np.empty((n, d)), system.free.copy()
+    u, moved, rest = system.free.copy(), np.empty((n, d)), np.empty((n, d))
     if not factorise(system, factor, theta):
         return u, 0
-    inertia(system, system.free, momentum)
     before = np.inf
     iteration = 0
     while iteration < most:
         iteration += 1
+        approach(system, u, v)
         for c in range(k):
-            push[c] = reaction[c] - theta[c] * system.offset[c]
-        u[:] = momentum
-        add_reactions(system, push, -1.0, u)
-        solve_factorised(factor, u)
+            push[c] = reaction[c] + theta[c] * (v[c] - system.offset[c])
+        moved[:] = system.free - u
+        inertia(system, moved, rest)
+        add_reactions(system, push, -1.0, rest)
+        solve_factorised(factor, rest)
+        u += rest
         approach(system, u, v)
         change = 0.0
         for c in range(k):

@@ -23,9 +23,7 @@ PROXIMAL = 1e-14
 TINY = 1e-300
 
 
-def interior_point(
-    system: System, factor: Factor, tolerance: float
-) -> tuple[Any, Any, int]:
+def interior_point(system: System, factor: Factor, tolerance: float) -> tuple[Any, Any, int]:
     """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
 
     Follows the central path of min ½(u−û)·Â(u−û), C u + s = b, s ≥ 0 with one factorisation of Â + CᵀΘC an iteration,

@@ -23,9 +23,19 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
         for e in range(fronts.element_start[s], fronts.element_start[s + 1]):
             c = fronts.element[e]
             i, j = fronts.left[e] * d, fronts.right[e] * d
-            _add(F, size, i, j, theta[c] + system.normal_weight[c], system.normal_first[c], system.normal_second[c])
+            _add(
+                F,
+                size,
+                i,
+                j,
+                theta[c] + system.normal_weight[c],
+                system.normal_first[c],
+                system.normal_second[c],
+            )
             if system.tangent_weight[c] != 0.0:
-                _add(F, size, i, j, system.tangent_weight[c], system.tangent_first[c], system.tangent_second[c])
+                _add(
+                    F, size, i, j, system.tangent_weight[c], system.tangent_first[c], system.tangent_second[c]
+                )
         c = fronts.child[s]
         while c >= 0:
             q0 = fronts.border_start[c]
@@ -125,7 +135,12 @@ def _update_by_eight(F: Any, U: Any, start: int, m: int) -> None:
         F[t * m + t] -= a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3 + a4 * a4 + a5 * a5 + a6 * a6 + a7 * a7
         one, two = F[t * m + s : t * m + m], F[s * m + s : s * m + m]
         u0, u1, u2, u3 = U[s:m], U[m + s : 2 * m], U[2 * m + s : 3 * m], U[3 * m + s : 4 * m]
-        u4, u5, u6, u7 = U[4 * m + s : 5 * m], U[5 * m + s : 6 * m], U[6 * m + s : 7 * m], U[7 * m + s : 8 * m]
+        u4, u5, u6, u7 = (
+            U[4 * m + s : 5 * m],
+            U[5 * m + s : 6 * m],
+            U[6 * m + s : 7 * m],
+            U[7 * m + s : 8 * m],
+        )
         for j in range(m - s):
             x0, x1, x2, x3, x4, x5, x6, x7 = u0[j], u1[j], u2[j], u3[j], u4[j], u5[j], u6[j], u7[j]
             one[j] -= (a0 * x0 + a1 * x1 + a2 * x2 + a3 * x3) + (a4 * x4 + a5 * x5 + a6 * x6 + a7 * x7)

@@ -110,7 +110,11 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
     side = np.zeros(n, np.int32)
     part = np.empty(n, np.int32)
     most = 2 * n + 2
-    node_first, node_end, node_parent = np.empty(most, np.int32), np.empty(most, np.int32), np.empty(most, np.int32)
+    node_first, node_end, node_parent = (
+        np.empty(most, np.int32),
+        np.empty(most, np.int32),
+        np.empty(most, np.int32),
+    )
     count = 0
     stack = [(0, n, -1)]
     stamp = 0

@@ -40,7 +40,9 @@ def rows_of(ordering: Ordering, first: Ints, second: Ints) -> Rows:
     """The structure for contacts first (k,), second (k,; −1 for a wall), as disks."""
     n = len(ordering.order)
     place = ordering.place
-    start, row, row_start, column, slot = _structure(ordering.start, ordering.neighbour, ordering.order, place)
+    start, row, row_start, column, slot = _structure(
+        ordering.start, ordering.neighbour, ordering.order, place
+    )
     pairs = np.flatnonzero(second >= 0)
     a, b = place[first[pairs]], place[second[pairs]]
     blocks, which = np.unique(np.maximum(a, b).astype(np.int64) * n + np.minimum(a, b), return_inverse=True)

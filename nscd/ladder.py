@@ -1,0 +1,168 @@
+"""The ladder of solvers: the cheapest that serves, and why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from nscd.bodies import Floats
+from nscd.islands import find_islands
+from nscd.problem import ContactProblem
+from nscd.solvers.cholesky import Factor, System, approach, system_of
+from nscd.solvers.closure import active_set, free_velocity, maintained
+from nscd.solvers.gauss_seidel import gauss_seidel
+from nscd.solvers.interior_point import interior_point
+from nscd.solvers.projected_gradient import descend, projected_gradient
+
+SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
+# Below, the interior point takes a few milliseconds and nothing needs to be tried before it.
+LARGE = 2000
+# Beyond this ratio of masses first-order methods stall.
+EVEN = 100.0
+# Sweeps before the active set is tried, and the share of contacts that may still change within 25 of them.
+SWEEPS, STEADY = 800, 2e-3
+# A reaction above this share of the largest is one of a closed contact.
+PRESSED = 1e-9
+
+
+class Outcome(NamedTuple):
+    """Which solver and why; reactions (k,) N·s, velocities (n,d) m/s and iterations."""
+
+    solver: str
+    choice: str
+    reaction: Floats
+    velocity: Floats
+    iterations: int
+
+
+def with_free_velocity(problem: ContactProblem) -> ContactProblem:
+    """The problem with û from Â û = (M − DᵀKD) u⁻, which is u⁻ without dissipation."""
+    if not problem.dissipative:
+        return problem
+    system, factor = system_of(problem)
+    momentum = 2 * problem.mass * problem.left - problem.inertia(problem.left)
+    free = np.empty_like(problem.left)
+    free[factor.order] = free_velocity(system, factor, momentum[factor.order])
+    return replace(problem, free=free)
+
+
+def climb(
+    problem: ContactProblem, tolerance: float, solver: str = "auto", guess: Floats | None = None
+) -> Outcome:
+    """Solve a problem with k ≥ 1 contacts by the named solver, or by the cheapest one that serves.
+
+    Islands that nothing presses and single contacts are answered at once; trees by closing all their contacts; a crowd
+    with a `guess` of its reactions (k,) by correcting it; the rest by descent and an active set (large and of even
+    masses) or by the interior point.
+    """
+    if solver != "auto" or problem.maintained:
+        return _whole(problem, tolerance, "maintained" if problem.maintained else solver, "asked for", guess)
+    islands = find_islands(problem)
+    island = islands.label[problem.first]
+    reaction, velocity = np.zeros(len(island)), problem.free.copy()
+    single = islands.pressed & (islands.contacts == 1) & (not problem.dissipative)
+    if single.any():
+        at = single[island]
+        reaction[at] = np.maximum(
+            (problem.approach(problem.free)[at] - problem.offset[at]) / problem.inverse_mass[at], 0.0
+        )
+        velocity -= problem.momentum(reaction) / problem.mass
+    many = islands.pressed & ~single
+    if not many.any():
+        why = "nothing presses" if not single.any() else "each pressed contact is alone: closed form"
+        return Outcome("closed_form", why, reaction, velocity, 0)
+    at, disks = many[island], many[islands.label]
+    part = problem.restricted(at, disks)
+    some = None if guess is None else guess[at]
+    outcome = _choose(part, tolerance, bool(islands.forest[many].all()), some)
+    reaction[at], velocity[disks] = outcome.reaction, outcome.velocity
+    return outcome._replace(reaction=reaction, velocity=velocity)
+
+
+def _choose(problem: ContactProblem, tolerance: float, forest: bool, guess: Floats | None) -> Outcome:
+    n = len(problem.mass)
+    if guess is not None:
+        found = _whole(problem, tolerance, "active_set", "corrects the guess", guess)
+        if _error(problem, found) <= tolerance:
+            return found
+    if forest:
+        found = _whole(
+            problem, tolerance, "tree", f"the contacts of {n} disks are trees: all closed, without fill", None
+        )
+        if _error(problem, found) <= tolerance:
+            return found
+    heaviest, lightest = problem.mass[:, 0].max(), problem.mass[:, 0].min()
+    if n >= LARGE and not problem.dissipative and heaviest <= EVEN * lightest:
+        found = _whole(
+            problem,
+            tolerance,
+            "active_set",
+            f"{n} disks of even masses: descent finds the closed contacts",
+            None,
+        )
+        if _error(problem, found) <= tolerance:
+            return found
+    return _whole(problem, tolerance, "interior_point", f"{n} disks, any masses, redundant or not", None)
+
+
+def _error(problem: ContactProblem, outcome: Outcome) -> float:
+    residual = problem.residual(outcome.reaction, outcome.velocity)
+    return max(residual, problem.balance_error(outcome.reaction, outcome.velocity))
+
+
+def _whole(problem: ContactProblem, tolerance: float, solver: str, why: str, guess: Floats | None) -> Outcome:
+    system, factor = system_of(problem)
+    if solver in ("projected_gradient", "gauss_seidel") and problem.dissipative:
+        raise ValueError(f"solver: {solver} is for contacts without dissipation")
+    if solver == "maintained":
+        reaction, velocity, iterations = maintained(system, factor, tolerance)
+    elif solver == "tree":
+        every = np.ones(len(system.first), dtype=np.bool_)
+        none = np.zeros(len(every))
+        reaction, velocity, iterations, _ = active_set(
+            system, factor, none, system.free, tolerance, 10, 40, every
+        )
+    elif solver == "active_set":
+        reaction, velocity, iterations = _active_set(
+            system, factor, tolerance, None if guess is None else guess[factor.contact]
+        )
+    elif solver == "projected_gradient":
+        reaction, velocity, iterations = projected_gradient(system, 0.9 * tolerance)
+    elif solver == "gauss_seidel":
+        reaction, velocity, iterations = gauss_seidel(system, 0.9 * tolerance)
+    else:
+        reaction, velocity, iterations = _interior_point(system, factor, tolerance)
+    right = np.empty_like(velocity)
+    right[factor.order] = velocity
+    unordered = np.empty_like(reaction)
+    unordered[factor.contact] = reaction
+    return Outcome(solver, why, unordered, right, iterations)
+
+
+def _active_set(
+    system: System, factor: Factor, tolerance: float, guess: Floats | None
+) -> tuple[Floats, Floats, int]:
+    """From a guess of the reactions, or from a descent until the closed contacts settle."""
+    if guess is None:
+        reaction, velocity, sweeps, _ = descend(system, tolerance, SWEEPS, STEADY)
+        closed = None
+    else:
+        reaction, velocity, sweeps = np.maximum(guess, 0.0), system.free, 0
+        closed = reaction > PRESSED * reaction.max(initial=0.0)
+    reaction, velocity, rounds, _ = active_set(system, factor, reaction, velocity, tolerance, closed=closed)
+    return reaction, velocity, sweeps + rounds
+
+
+def _interior_point(system: System, factor: Factor, tolerance: float) -> tuple[Floats, Floats, int]:
+    """The interior point, finished on its active set where degenerate contacts keep it from rounding."""
+    reaction, velocity, iterations = interior_point(system, factor, 0.5 * tolerance)
+    v = np.empty(len(reaction))
+    approach(system, velocity, v)
+    error = float(np.abs(np.minimum(system.inverse_mass * reaction, system.offset - v)).max()) / system.scale
+    if error > tolerance:
+        better, right, rounds, polished = active_set(system, factor, reaction, velocity, tolerance)
+        if polished < error:
+            return better, right, iterations + rounds
+    return reaction, velocity, iterations
