@@ -23,7 +23,7 @@ FEASIBILITY = 1e-10  # the sharpest that HiGHS takes; everything it returns is c
 
 
 class ProgramError(RuntimeError):
-    """A linear program that HiGHS did not solve; the message gives its reason."""
+    """A linear program without a finite optimum, or one that HiGHS did not solve; the message gives its reason."""
 
 
 class Optimum(NamedTuple):
@@ -40,9 +40,9 @@ class Admissible:
     The right velocity u⁺ is the same for all of them, whatever the (dissipative) law: only λ is open.
 
     contacts (k of them); disks n; reaction λ (k,) N·s, with 0 at contacts that open; closed (k,): −v⁺ ≤ tolerance;
-    core (c,): indices of the closed contacts that balance alone leaves open, all others being known; factor: that of
-    C on the core; balance (r, c): Cᵀ on the core, in its touched components `rows` (r,) of (u₁x, u₁y, u₂x, …); scale
-    N·s: the largest reaction.
+    core (c,): indices of the closed contacts that balance alone leaves open, all others being known; factor and
+    core_factor: those of C on the closed contacts and on the core; balance (2n, c): Cᵀ on the core; scale N·s: the
+    largest reaction.
     """
 
     contacts: Contacts
@@ -51,8 +51,8 @@ class Admissible:
     closed: NDArray[np.bool_]
     core: Places
     factor: OrthogonalFactor
+    core_factor: OrthogonalFactor
     balance: csc_array
-    rows: Places
     scale: float
 
     @classmethod
@@ -84,19 +84,18 @@ class Admissible:
         closed = contacts.approach_velocity(answer.right_velocity) >= -threshold
         known = np.where(closed, np.maximum(reaction, 0.0), 0.0)
         places = np.flatnonzero(closed)
-        core = places[undetermined_rows(factorise(contacts.select(places), n))]
+        factor = factorise(contacts.select(places), n)
+        core = places[undetermined_rows(factor)]
         chosen = contacts.select(core)
-        matrix = chosen.normal_matrix(n)
-        rows = np.unique(matrix.indices)
         return cls(
             contacts=contacts,
             disks=n,
             reaction=known,
             closed=closed,
             core=core,
-            factor=factorise(chosen, n),
-            balance=csc_array(matrix[:, rows].T),
-            rows=rows,
+            factor=factor,
+            core_factor=factorise(chosen, n),
+            balance=csc_array(chosen.normal_matrix(n).T),
             scale=largest or 1.0,
         )
 

@@ -15,9 +15,11 @@ from nscd.solvers.closure import active_set, free_velocity, maintained
 from nscd.solvers.gauss_seidel import gauss_seidel
 from nscd.solvers.interior_point import interior_point
 from nscd.solvers.projected_gradient import descend, projected_gradient
+from nscd.solvers.tree import tree
 
 SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
-# Below, the interior point takes a few milliseconds and nothing needs to be tried before it.
+# Below, the interior point takes a few milliseconds and nothing needs to be tried before it; soft-packed snapshots of
+# an engine, where the active set often cycles, are of this size.
 LARGE = 2000
 # Beyond this ratio of masses first-order methods stall.
 EVEN = 100.0
@@ -54,8 +56,8 @@ def climb(
     """Solve a problem with k ≥ 1 contacts by the named solver, or by the cheapest one that serves.
 
     Islands that nothing presses and single contacts are answered at once; trees by closing all their contacts; a crowd
-    with a `guess` of its reactions (k,) by correcting it; the rest by descent and an active set (large and of even
-    masses) or by the interior point.
+    with a `guess` of its reactions (k,) by correcting it; the rest by descent and an active set (large and
+    of even masses) or by the interior point.
     """
     if solver != "auto" or problem.maintained:
         return _whole(problem, tolerance, "maintained" if problem.maintained else solver, "asked for", guess)
@@ -83,14 +85,12 @@ def climb(
 
 def _choose(problem: ContactProblem, tolerance: float, forest: bool, guess: Floats | None) -> Outcome:
     n = len(problem.mass)
-    if guess is not None:
-        found = _whole(problem, tolerance, "active_set", "corrects the guess", guess)
+    if forest and not problem.dissipative:
+        found = Outcome("tree", f"the contacts of {n} disks form trees: linear time", *tree(problem))
         if _error(problem, found) <= tolerance:
             return found
-    if forest:
-        found = _whole(
-            problem, tolerance, "tree", f"the contacts of {n} disks are trees: all closed, without fill", None
-        )
+    if guess is not None:
+        found = _whole(problem, tolerance, "active_set", "corrects the guess", guess)
         if _error(problem, found) <= tolerance:
             return found
     heaviest, lightest = problem.mass[:, 0].max(), problem.mass[:, 0].min()
@@ -118,12 +118,6 @@ def _whole(problem: ContactProblem, tolerance: float, solver: str, why: str, gue
         raise ValueError(f"solver: {solver} is for contacts without dissipation")
     if solver == "maintained":
         reaction, velocity, iterations = maintained(system, factor, tolerance)
-    elif solver == "tree":
-        every = np.ones(len(system.first), dtype=np.bool_)
-        none = np.zeros(len(every))
-        reaction, velocity, iterations, _ = active_set(
-            system, factor, none, system.free, tolerance, 10, 40, every
-        )
     elif solver == "active_set":
         reaction, velocity, iterations = _active_set(
             system, factor, tolerance, None if guess is None else guess[factor.contact]

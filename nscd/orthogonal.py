@@ -65,7 +65,7 @@ class OrthogonalFactor:
     def self_stress(self, reaction: Floats) -> Floats:
         """The part of reactions (k,) or (k,v) that loads no disk: the orthogonal projection onto the null space of
         (S C)ᵀ, by reflections only and so exact to rounding."""
-        values = np.array(reaction.reshape(len(reaction), -1), dtype=np.float64)
+        values = np.array(reaction if reaction.ndim == 2 else reaction[:, None], dtype=np.float64)
         for front in self.fronts:
             front.turn(values, transpose=True)
         values[~self.null] = 0.0
@@ -204,7 +204,7 @@ def _nested_dissection(contacts: Contacts, n: int) -> list[Places]:
     at = np.concatenate([contacts.first, j])
     points = np.concatenate([contacts.point, contacts.point[pair]])
     count = np.bincount(at, minlength=n)
-    position = np.column_stack([np.bincount(at, points[:, axis], n) for axis in (0, 1)])
+    position = np.column_stack([np.bincount(at, points[:, axis], n) for axis in (0, 1)]).astype(float)
     position /= np.maximum(count, 1)[:, None]
     ones = np.ones(len(i))
     graph = csr_array(

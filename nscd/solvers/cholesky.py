@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,11 +76,16 @@ def system_of(problem: ContactProblem) -> tuple[System, Factor]:
         inverse_mass=problem.inverse_mass[contact],
         scale=problem.scale,
     )
+    rows = _nothing()[0] if many else rows_of(ordering, first, second)
+    fronts = fronts_of(ordering, first, second, d) if many else _nothing()[1]
+    return system, Factor(order, contact, many, rows, fronts)
+
+
+@cache
+def _nothing() -> tuple[Rows, Fronts]:
     none = np.empty(0, dtype=np.int32)
     empty = dissect(np.empty((0, 2)), none, none, 1)
-    rows = rows_of(empty, none, none) if many else rows_of(ordering, first, second)
-    fronts = fronts_of(ordering, first, second, d) if many else fronts_of(empty, none, none, d)
-    return system, Factor(order, contact, many, rows, fronts)
+    return rows_of(empty, none, none), fronts_of(empty, none, none, 2)
 
 
 @njit(cache=True)

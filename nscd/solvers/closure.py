@@ -19,7 +19,7 @@ from nscd.solvers.cholesky import (
 
 ROUNDS = 8
 # Weight of the equalities against 1/w: large for speed, small enough to keep half of the digits.
-PENALTY = 1e6
+PENALTY = 1e4
 
 
 def free_velocity(system: System, factor: Factor, momentum: Any) -> Any:

@@ -19,12 +19,12 @@ def projected_gradient(system: System, tolerance: float, most: int = 200_000) ->
     min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit diagonal), by Nesterov's
     method with the gradient restart of O'Donoghue & Candès, Found. Comput. Math. 15 (2015) 715.
     """
-    reaction, velocity, sweeps, _ = descend(system, tolerance, most, 0.0)
+    reaction, velocity, sweeps, _ = descend(system, tolerance, most, -1.0)
     return reaction, velocity, sweeps
 
 
 def descend(system: System, tolerance: float, most: int, steady: float) -> tuple[Any, Any, int, bool]:
-    """The same, ended early once the set of closed contacts changes by no more than the share `steady` (0: never) within
+    """The same, ended early once the set of closed contacts changes by no more than the share `steady` (negative: never) within
     25 sweeps; the last value says whether one of both was reached."""
     root = np.sqrt(system.inverse_mass)
     x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root

@@ -1,0 +1,145 @@
+"""Contacts that form trees (pairs, chains, branches; the walls as one body): exact, in linear time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from nscd.bodies import Floats
+from nscd.problem import ContactProblem
+
+ROUNDS = 50
+
+
+def tree(problem: ContactProblem) -> tuple[Floats, Floats, int]:
+    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s and rounds, for contacts without dissipation that form trees.
+
+    With its contacts closed, everything behind a disk acts on it as a mass along one normal: m_c = 1/(n·A_c⁻¹n) with
+    A_a = m_a I + Σ m_c n nᵀ over the branches behind. One pass from the leaves gives these, one pass back the
+    reactions (paper eqs. (5), (6) for a straight chain). Contacts that pull are then opened and open ones that would
+    overlap closed, until none is left.
+    """
+    n, k = len(problem.mass), len(problem.first)
+    order, parent, link = _branches(n, problem.first, problem.second)
+    closed = np.ones(k, dtype=np.bool_)
+    reaction, u = np.zeros(k), problem.free.copy()
+    done = 0
+    while done < ROUNDS:
+        done += 1
+        reaction, u = _pass(
+            order, parent, link, closed, problem.first, problem.second, problem.normal_first, problem.mass[:, 0],
+            problem.free, problem.offset,
+        )  # fmt: skip
+        new = problem.inverse_mass * reaction > problem.offset - problem.approach(u)
+        # a closed contact stays so unless it pulls: its own velocity is rounding
+        new = np.where(closed, reaction >= 0.0, new)
+        if (new == closed).all():
+            break
+        closed = new
+    return np.maximum(reaction, 0.0), u, done
+
+
+@njit(cache=True)
+def _branches(n: int, first: Any, second: Any) -> Any:
+    """Disks from the roots outward, the parent of each (−1: a root, or the wall) and the contact that links them (−1: none)."""
+    start = np.zeros(n + 1, np.int64)
+    for c in range(len(first)):
+        if second[c] >= 0:
+            start[first[c] + 1] += 1
+            start[second[c] + 1] += 1
+    for a in range(n):
+        start[a + 1] += start[a]
+    contact = np.empty(start[n], np.int64)
+    at = start[:-1].copy()
+    order, parent, link = np.empty(n, np.int64), np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    seen = np.zeros(n, np.bool_)
+    for c in range(len(first)):
+        if second[c] >= 0:
+            contact[at[first[c]]] = c
+            contact[at[second[c]]] = c
+            at[first[c]] += 1
+            at[second[c]] += 1
+        else:
+            link[first[c]] = c
+    count = 0
+    for walls in (True, False):  # a tree with a wall contact grows from there
+        for root in range(n):
+            if seen[root] or (walls and link[root] < 0):
+                continue
+            seen[root] = True
+            order[count] = root
+            head = count
+            count += 1
+            while head < count:
+                a = order[head]
+                head += 1
+                for e in range(start[a], start[a + 1]):
+                    c = contact[e]
+                    b = second[c] if first[c] == a else first[c]
+                    if not seen[b]:
+                        seen[b] = True
+                        parent[b], link[b] = a, c
+                        order[count] = b
+                        count += 1
+    return order, parent, link
+
+
+@njit(cache=True)
+def _pass(
+    order: Any,
+    parent: Any,
+    link: Any,
+    closed: Any,
+    first: Any,
+    second: Any,
+    normal: Any,
+    mass: Any,
+    free: Any,
+    offset: Any,
+) -> Any:
+    n = len(order)
+    A, r = np.empty((n, 3)), np.empty((n, 2))
+    for a in range(n):
+        A[a, 0], A[a, 1], A[a, 2] = mass[a], 0.0, mass[a]
+        r[a, 0], r[a, 1] = mass[a] * free[a, 0], mass[a] * free[a, 1]
+    along, own, back = np.zeros(n), np.empty((n, 2)), np.empty((n, 2))
+    for q in range(n - 1, -1, -1):
+        a = order[q]
+        determinant = A[a, 0] * A[a, 2] - A[a, 1] * A[a, 1]
+        own[a, 0] = (A[a, 2] * r[a, 0] - A[a, 1] * r[a, 1]) / determinant
+        own[a, 1] = (A[a, 0] * r[a, 1] - A[a, 1] * r[a, 0]) / determinant
+        c = link[a]
+        if c < 0 or not closed[c]:
+            continue
+        x, y = normal[c, 0], normal[c, 1]
+        back[a, 0] = (A[a, 2] * x - A[a, 1] * y) / determinant
+        back[a, 1] = (A[a, 0] * y - A[a, 1] * x) / determinant
+        along[a] = 1.0 / (x * back[a, 0] + y * back[a, 1])
+        p = parent[a]
+        if p >= 0:
+            sign = 1.0 if first[c] == a else -1.0
+            pull = along[a] * (x * own[a, 0] + y * own[a, 1] - sign * offset[c])
+            A[p, 0] += along[a] * x * x
+            A[p, 1] += along[a] * x * y
+            A[p, 2] += along[a] * y * y
+            r[p, 0] += pull * x
+            r[p, 1] += pull * y
+    u, reaction = np.empty((n, 2)), np.zeros(len(first))
+    for q in range(n):
+        a = order[q]
+        u[a, 0], u[a, 1] = own[a, 0], own[a, 1]
+        c = link[a]
+        if c < 0 or not closed[c]:
+            continue
+        x, y = normal[c, 0], normal[c, 1]
+        sign = 1.0 if first[c] == a else -1.0
+        wanted = sign * offset[c]
+        p = parent[a]
+        if p >= 0:
+            wanted += x * u[p, 0] + y * u[p, 1]
+        reaction[c] = sign * along[a] * (x * own[a, 0] + y * own[a, 1] - wanted)
+        u[a, 0] -= sign * reaction[c] * back[a, 0]
+        u[a, 1] -= sign * reaction[c] * back[a, 1]
+    return reaction, u

@@ -1,0 +1,136 @@
+"""Every rung of the ladder gives the same velocities; islands, guesses and trees change the cost, not the answer."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from nscd.ladder import SOLVERS
+
+WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -0.6], [2.6, 3.0]]))
+
+
+def lattice(seed, n=25, decades=0.0):
+    """Touching disks on a triangular lattice with vacancies; masses over some decades."""
+    rng = np.random.default_rng(seed)
+    sites = np.array([(0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(6) for i in range(6)])
+    chosen = rng.permutation(len(sites))[:n]
+    return Snapshot(
+        position=sites[chosen], velocity=rng.normal(size=(n, 2)), radius=np.full(n, 0.25),
+        mass=10.0 ** rng.uniform(-decades / 2, decades / 2, n),
+    )  # fmt: skip
+
+
+def answer(snapshot, walls=WALLS, **keywords):
+    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
+    return contacts, solve(snapshot, contacts, tolerance=1e-9, **keywords)
+
+
+@given(st.integers(0, 10**6))
+def test_every_solver_gives_the_same_velocities(seed):
+    snapshot = lattice(seed)
+    _, reference = answer(snapshot, solver="interior_point")
+    assert reference.status == "solved"
+    for solver in SOLVERS:
+        _, found = answer(snapshot, solver=solver)
+        if solver == "active_set" and found.status != "solved":
+            continue  # it may cycle where contacts are redundant; it then says so
+        assert found.status == "solved", (solver, found.reason)
+        np.testing.assert_allclose(found.right_velocity, reference.right_velocity, atol=1e-6)
+
+
+@given(st.integers(0, 10**6))
+def test_islands_equal_the_whole(seed):
+    """Two crowds far apart, solved together, are solved as each alone."""
+    one, two = lattice(seed), lattice(seed + 1)
+    both = Snapshot(
+        position=np.concatenate([one.position, two.position + [100.0, 0.0]]),
+        velocity=np.concatenate([one.velocity, two.velocity]),
+        radius=np.concatenate([one.radius, two.radius]),
+        mass=np.concatenate([one.mass, two.mass]),
+    )
+    _, whole = answer(both, None)
+    alone = np.concatenate([answer(part, None)[1].right_velocity for part in (one, two)])
+    np.testing.assert_allclose(whole.right_velocity, alone, atol=1e-7)
+
+
+@given(st.integers(0, 10**6), st.floats(0, 0.1))
+def test_warm_equals_cold(seed, change):
+    snapshot = lattice(seed, decades=1.0)
+    rng = np.random.default_rng(seed)
+    contacts, before = answer(snapshot)
+    left = snapshot.velocity + change * rng.normal(size=snapshot.velocity.shape)
+    cold = solve(snapshot, contacts, left_velocity=left, tolerance=1e-9)
+    warm = solve(snapshot, contacts, left_velocity=left, tolerance=1e-9, guess=before)
+    assert warm.status == cold.status == "solved"
+    np.testing.assert_allclose(warm.right_velocity, cold.right_velocity, atol=1e-6)
+
+
+@given(st.integers(0, 10**6), st.integers(2, 40), st.booleans())
+def test_trees_equal_the_interior_point(seed, n, wall):
+    """A random branching tree of touching disks, each touching its parent only."""
+    rng = np.random.default_rng(seed)
+    position = [np.zeros(2)]
+    while len(position) < n:
+        angle = rng.uniform(0, 2 * np.pi)
+        site = position[rng.integers(len(position))] + 0.5 * np.array([np.cos(angle), np.sin(angle)])
+        if min(np.hypot(*(site - other)) for other in position) > 0.5 - 1e-12:
+            position.append(site)
+    position = np.array(position)
+    snapshot = Snapshot(position=position, velocity=rng.normal(size=(n, 2)), radius=np.full(n, 0.25), mass=rng.uniform(1, 100, n))
+    lowest = position[:, 1].min() - 0.25
+    walls = Walls(start=[[-50, lowest]], end=[[50, lowest]]) if wall else None
+    contacts, found = answer(snapshot, walls)
+    if len(contacts) == 0:
+        return
+    assert found.status == "solved", found.reason
+    assert found.solver in ("tree", "closed_form", "interior_point")
+    _, reference = answer(snapshot, walls, solver="interior_point")
+    np.testing.assert_allclose(found.right_velocity, reference.right_velocity, atol=1e-6)
+    np.testing.assert_allclose(found.reaction, reference.reaction, atol=1e-5 * max(reference.reaction.max(), 1.0))
+
+
+def test_crowds_that_nothing_presses_need_no_solver():
+    snapshot = lattice(1)
+    away = Snapshot(position=snapshot.position, velocity=snapshot.position, radius=snapshot.radius, mass=snapshot.mass)
+    _, found = answer(away, None)
+    assert found.solver == "closed_form"
+    assert found.iterations == 0
+    np.testing.assert_array_equal(found.right_velocity, away.velocity)
+
+
+@pytest.mark.parametrize("n", [5, 12])
+def test_gauss_seidel_contracts_as_known(n):
+    """On a chain against a wall the error falls by cos²(π/(2n+1)) a sweep."""
+    x = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
+    snapshot = Snapshot(position=x, velocity=np.tile([2.0, 0.0], (n, 1)), radius=np.full(n, 0.25), mass=np.full(n, 75.0))
+    end = 0.5 * n - 0.25
+    contacts = find_contacts(snapshot, Walls(start=[[end, -1]], end=[[end, 1]]), tolerance=1e-9)
+    sweeps = [solve(snapshot, contacts, tolerance=t, solver="gauss_seidel").iterations for t in (1e-4, 1e-9)]
+    measured = (1e-9 / 1e-4) ** (1 / (sweeps[1] - sweeps[0]))
+    assert measured == pytest.approx(np.cos(np.pi / (2 * n + 1)) ** 2, rel=0.02)
+
+
+def test_first_order_solvers_refuse_dissipation():
+    snapshot = lattice(3)
+    contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
+    with pytest.raises(ValueError, match="without dissipation"):
+        solve(snapshot, contacts, law=ContactLaw(dissipation=1.0), solver="projected_gradient")
+
+
+@given(st.integers(0, 10**6), st.floats(0.1, 10), st.floats(0, 10))
+def test_large_and_small_factorisations_agree(seed, normal, tangential):
+    """The multifrontal factorisation (forced) and the row factorisation solve the same problem."""
+    from nscd.solvers import cholesky
+
+    snapshot = lattice(seed, decades=2.0)
+    law = ContactLaw(dissipation=normal, tangential_dissipation=tangential if tangential > 1 else 0.0)
+    contacts, by_rows = answer(snapshot, law=law, solver="interior_point")
+    many, cholesky.MANY = cholesky.MANY, 0
+    try:
+        _, by_fronts = answer(snapshot, law=law, solver="interior_point")
+    finally:
+        cholesky.MANY = many
+    assert by_rows.status == by_fronts.status == "solved"
+    np.testing.assert_allclose(by_fronts.right_velocity, by_rows.right_velocity, atol=1e-7)
