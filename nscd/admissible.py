@@ -126,14 +126,13 @@ class Admissible:
 
 def maximise(weights: Floats, matrix: csc_array, right: Floats, upper: Floats | float = np.inf) -> Optimum:
     """max weights·x subject to matrix x = right and 0 ≤ x ≤ upper. Raises ProgramError naming the reason."""
-    found = linprog(
-        -weights,
-        A_eq=matrix,
-        b_eq=right,
-        bounds=np.column_stack([np.zeros(len(weights)), np.broadcast_to(upper, len(weights))]),
-        method="highs-ds",
-        options={"primal_feasibility_tolerance": FEASIBILITY, "dual_feasibility_tolerance": FEASIBILITY},
-    )
-    if found.status != 0:
+    bounds = np.column_stack([np.zeros(len(weights)), np.broadcast_to(upper, len(weights))])
+    options = {"primal_feasibility_tolerance": FEASIBILITY, "dual_feasibility_tolerance": FEASIBILITY}
+    # the interior point with crossover is several times faster on large packings, the simplex more robust
+    for method in ("highs-ipm", "highs-ds"):
+        found = linprog(-weights, A_eq=matrix, b_eq=right, bounds=bounds, method=method, options=options)
+        if found.status == 0:
+            break
+    else:
         raise ProgramError(f"linear program of {matrix.shape[1]} reactions: {found.message}")
     return Optimum(np.asarray(found.x), -np.asarray(found.eqlin.marginals))

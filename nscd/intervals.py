@@ -134,7 +134,7 @@ class Intervals:
         on_core = weights[held.core]
         velocity = np.zeros(2 * held.disks)
         attained = held.reaction.copy()
-        total = float(held.reaction.sum())
+        total = 0.0
         for number in np.unique(self._part_of[on_core != 0]).tolist():
             part = self._part(number)
             wanted = on_core[part.columns]
@@ -144,21 +144,19 @@ class Intervals:
             velocity[part.rows] = found.multiplier
             attained[held.core[part.columns]] = found.point * held.scale
             total += part.total * held.scale
-        # the contacts that balance determines are matched exactly; they move no other contact
+        # on the core Σ w λ ≤ velocity·Cᵀλ + excess Σ λ; the other reactions are known
+        pressing = held.balance.T @ velocity
+        start = held.reaction[held.core]
+        excess = float((on_core - pressing).max(initial=0.0))
+        bound = float(weights @ held.reaction) + float((pressing - on_core) @ start) + excess * total
+        point = start + held.core_factor.self_stress(attained[held.core] - start)  # balanced to rounding
+        gap = bound - float(weights @ held.reaction) - float(on_core @ (point - start))
+        gap = max(gap, 0.0) + max(-float(point.min(initial=0.0)), 0.0)
+        # known reactions follow the impulses too: the velocity that closes them, and no contact of the core
         matrix = held.contacts.select(held.closed).normal_matrix(held.disks)
-        missing = weights[held.closed] - matrix @ velocity
-        determined = np.setdiff1d(np.flatnonzero(held.closed), held.core)
-        known = np.zeros(len(weights), dtype=bool)
-        known[determined] = True
-        velocity += held.factor.least_squares(np.where(known[held.closed], missing, 0.0))
-        # Σ w λ ≤ velocity·Cᵀλ + excess Σ λ
-        excess = float((weights[held.closed] - matrix @ velocity).max(initial=0.0))
-        bound = float((matrix @ velocity) @ held.reaction[held.closed]) + excess * total
-        # what HiGHS found, balanced to rounding
-        point = held.reaction[held.core]
-        point = point + held.core_factor.self_stress(attained[held.core] - point)
-        attained[held.core] = point
-        gap = max(bound - float(weights @ attained), 0.0) + max(-float(point.min(initial=0.0)), 0.0)
+        missing = weights - _spread(matrix @ velocity, held.closed)
+        missing[held.core] = 0.0
+        velocity += held.factor.least_squares(missing[held.closed])
         return bound, gap, velocity.reshape(-1, 2)
 
     def _part(self, number: int) -> _Part:
@@ -192,6 +190,12 @@ class Intervals:
         stress[part.columns] = found.point
         stress = self.admissible.core_factor.self_stress(stress)[part.columns]
         return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
+
+
+def _spread(values: Floats, mask: NDArray[np.bool_]) -> Floats:
+    out = np.zeros(len(mask))
+    out[mask] = values
+    return out
 
 
 def _wedged(balance: csc_array) -> NDArray[np.bool_]:

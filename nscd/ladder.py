@@ -14,6 +14,7 @@ from nscd.solvers.cholesky import Factor, System, approach, system_of
 from nscd.solvers.closure import active_set, free_velocity, maintained
 from nscd.solvers.gauss_seidel import gauss_seidel
 from nscd.solvers.interior_point import interior_point
+from nscd.solvers.least_energy import least_energy
 from nscd.solvers.projected_gradient import descend, projected_gradient
 from nscd.solvers.tree import tree
 
@@ -24,19 +25,21 @@ LARGE = 2000
 # Beyond this ratio of masses first-order methods stall.
 EVEN = 100.0
 # Sweeps before the active set is tried, and the share of contacts that may still change within 25 of them.
-SWEEPS, STEADY = 800, 2e-3
+SWEEPS, STEADY = 1600, 1e-4
 # A reaction above this share of the largest is one of a closed contact.
 PRESSED = 1e-9
 
 
 class Outcome(NamedTuple):
-    """Which solver and why; reactions (k,) N·s, velocities (n,d) m/s and iterations."""
+    """Which solver and why; reactions (k,) N·s, velocities (n,d) m/s and iterations; canonical: whether the reactions are
+    those of least energy (unique ones are)."""
 
     solver: str
     choice: str
     reaction: Floats
     velocity: Floats
     iterations: int
+    canonical: bool
 
 
 def with_free_velocity(problem: ContactProblem) -> ContactProblem:
@@ -51,16 +54,24 @@ def with_free_velocity(problem: ContactProblem) -> ContactProblem:
 
 
 def climb(
-    problem: ContactProblem, tolerance: float, solver: str = "auto", guess: Floats | None = None
+    problem: ContactProblem,
+    tolerance: float,
+    solver: str = "auto",
+    guess: Floats | None = None,
+    canonical: bool = True,
 ) -> Outcome:
     """Solve a problem with k ≥ 1 contacts by the named solver, or by the cheapest one that serves.
 
     Islands that nothing presses and single contacts are answered at once; trees by closing all their contacts; a crowd
     with a `guess` of its reactions (k,) by correcting it; the rest by descent and an active set (large and
     of even masses) or by the interior point.
+
+    Where reactions are not unique, `canonical` ones have the least elastic energy (see `least_energy`).
     """
     if solver != "auto" or problem.maintained:
-        return _whole(problem, tolerance, "maintained" if problem.maintained else solver, "asked for", guess)
+        return _whole(
+            problem, tolerance, "maintained" if problem.maintained else solver, "asked for", guess, canonical
+        )
     islands = find_islands(problem)
     island = islands.label[problem.first]
     reaction, velocity = np.zeros(len(island)), problem.free.copy()
@@ -74,23 +85,25 @@ def climb(
     many = islands.pressed & ~single
     if not many.any():
         why = "nothing presses" if not single.any() else "each pressed contact is alone: closed form"
-        return Outcome("closed_form", why, reaction, velocity, 0)
+        return Outcome("closed_form", why, reaction, velocity, 0, True)
     at, disks = many[island], many[islands.label]
     part = problem.restricted(at, disks)
     some = None if guess is None else guess[at]
-    outcome = _choose(part, tolerance, bool(islands.forest[many].all()), some)
+    outcome = _choose(part, tolerance, bool(islands.forest[many].all()), some, canonical)
     reaction[at], velocity[disks] = outcome.reaction, outcome.velocity
     return outcome._replace(reaction=reaction, velocity=velocity)
 
 
-def _choose(problem: ContactProblem, tolerance: float, forest: bool, guess: Floats | None) -> Outcome:
+def _choose(
+    problem: ContactProblem, tolerance: float, forest: bool, guess: Floats | None, canonical: bool
+) -> Outcome:
     n = len(problem.mass)
     if forest and not problem.dissipative:
-        found = Outcome("tree", f"the contacts of {n} disks form trees: linear time", *tree(problem))
+        found = Outcome("tree", f"the contacts of {n} disks form trees: linear time", *tree(problem), True)
         if _error(problem, found) <= tolerance:
             return found
     if guess is not None:
-        found = _whole(problem, tolerance, "active_set", "corrects the guess", guess)
+        found = _whole(problem, tolerance, "active_set", "corrects the guess", guess, canonical)
         if _error(problem, found) <= tolerance:
             return found
     heaviest, lightest = problem.mass[:, 0].max(), problem.mass[:, 0].min()
@@ -101,10 +114,13 @@ def _choose(problem: ContactProblem, tolerance: float, forest: bool, guess: Floa
             "active_set",
             f"{n} disks of even masses: descent finds the closed contacts",
             None,
+            canonical,
         )
         if _error(problem, found) <= tolerance:
             return found
-    return _whole(problem, tolerance, "interior_point", f"{n} disks, any masses, redundant or not", None)
+    return _whole(
+        problem, tolerance, "interior_point", f"{n} disks, any masses, redundant or not", None, canonical
+    )
 
 
 def _error(problem: ContactProblem, outcome: Outcome) -> float:
@@ -112,12 +128,14 @@ def _error(problem: ContactProblem, outcome: Outcome) -> float:
     return max(residual, problem.balance_error(outcome.reaction, outcome.velocity))
 
 
-def _whole(problem: ContactProblem, tolerance: float, solver: str, why: str, guess: Floats | None) -> Outcome:
+def _whole(
+    problem: ContactProblem, tolerance: float, solver: str, why: str, guess: Floats | None, canonical: bool
+) -> Outcome:
     system, factor = system_of(problem)
     if solver in ("projected_gradient", "gauss_seidel") and problem.dissipative:
         raise ValueError(f"solver: {solver} is for contacts without dissipation")
     if solver == "maintained":
-        reaction, velocity, iterations = maintained(system, factor, tolerance)
+        reaction, velocity, iterations = maintained(system, factor)
     elif solver == "active_set":
         reaction, velocity, iterations = _active_set(
             system, factor, tolerance, None if guess is None else guess[factor.contact]
@@ -132,7 +150,29 @@ def _whole(problem: ContactProblem, tolerance: float, solver: str, why: str, gue
     right[factor.order] = velocity
     unordered = np.empty_like(reaction)
     unordered[factor.contact] = reaction
-    return Outcome(solver, why, unordered, right, iterations)
+    outcome = Outcome(solver, why, unordered, right, iterations, solver == "maintained")
+    if canonical and not outcome.canonical:
+        outcome = _canonical(problem, system, factor, outcome, velocity, tolerance)
+    return outcome
+
+
+def _canonical(
+    problem: ContactProblem,
+    system: System,
+    factor: Factor,
+    outcome: Outcome,
+    velocity: Floats,
+    tolerance: float,
+) -> Outcome:
+    """The outcome with the reactions of least energy, unless it is no answer or its accuracy would suffer."""
+    if not _error(problem, outcome) <= tolerance:
+        return outcome
+    least = np.empty_like(outcome.reaction)
+    least[factor.contact] = least_energy(
+        system, factor, outcome.reaction[factor.contact], velocity, tolerance
+    )[0]
+    better = outcome._replace(reaction=least, canonical=True)
+    return better if _error(problem, better) <= tolerance else outcome
 
 
 def _active_set(

@@ -18,8 +18,8 @@ from nscd.percussions import Percussions
 MOST_STEPS = 200
 # Added to the stiffness of the packing, relative to a contact's, so that what nothing holds does not move without bound.
 SOFTENING = 1e-10
-# A step of this length, but for as much, to where the same contacts touch, has arrived.
-FULL_STEP = 1e-3
+# After as many steps between which no contact opens or closes only rounding is left.
+STEADY_STEPS = 3
 ACCURATE = 1e-7
 _log = logging.getLogger(__name__)
 
@@ -84,6 +84,7 @@ def _equilibrium(matrix: csc_array, stiff: Floats, impulse: Floats) -> tuple[Flo
     y = np.zeros(matrix.shape[1])
     overlap = np.zeros(matrix.shape[0])
     active = np.ones(len(overlap), dtype=bool)
+    steady = 0
     small = SOFTENING * eye_array(len(y), format="csc")
     for step in range(MOST_STEPS):
         force = impulse - matrix.T @ (stiff * np.maximum(overlap, 0))
@@ -97,7 +98,8 @@ def _equilibrium(matrix: csc_array, stiff: Floats, impulse: Floats) -> tuple[Flo
         y = y + length * direction
         overlap = matrix @ y
         before, active = active, overlap > 0
-        if abs(length - 1) < FULL_STEP and np.array_equal(active, before):
+        steady = steady + 1 if np.array_equal(active, before) else 0
+        if steady == STEADY_STEPS:
             return y, step + 1
     return y, MOST_STEPS
 

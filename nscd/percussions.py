@@ -26,8 +26,8 @@ class Percussions:
     residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: the largest |m(u⁺−u⁻) + Dᵀp| of a
     disk, relative to the momentum that it has and receives. `solved` means that both are within the tolerance.
     energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and energy_error: its distance from −½ p·D(u⁺+u⁻), as a share
-    of the kinetic energy before. status, and the reason where it is not `solved`; choice: why this solver; warnings
-    about the answer.
+    of the kinetic energy before. status, and the reason where it is not `solved`; choice: why this solver; canonical:
+    whether λ is the one of least elastic energy (which a unique λ is); warnings about the answer.
     """
 
     reaction: Floats
@@ -41,6 +41,7 @@ class Percussions:
     status: Status
     reason: str
     choice: str
+    canonical: bool
     warnings: tuple[str, ...]
     solver: str
     iterations: int

@@ -24,12 +24,17 @@ def solve(
     tolerance: float = 1e-8,
     solver: str = "auto",
     guess: Percussions | None = None,
+    canonical: bool = True,
 ) -> Percussions:
     """Percussions of the contacts for the left velocity u⁻ (n,2) m/s, the snapshot's own by default.
 
     M(u⁺ − u⁻) + Dᵀp = 0, p = k D(u⁺ + u⁻) + λ n, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected; C u⁺ = 0 where the
     law says `maintained`). The residual is recomputed from the answer; beyond `tolerance` the status is `inaccurate`.
     For contact forces of a blocked crowd give the desired velocity as u⁻: f = p/τ.
+
+    u⁺ is unique, λ is not where contacts are redundant: `canonical` takes the λ of least elastic energy (least Σλ², the
+    stiff limit of a packing of equal stiffness loaded from rest), and the answer says whether it is. A `guess`, the answer
+    of a similar problem with the same contacts, makes the solution cheaper.
 
     Raises ValueError for a left velocity of the wrong shape or not finite, contacts that name disks which do not
     exist, a tolerance below 1e-14 or an unknown solver.
@@ -48,11 +53,11 @@ def solve(
     )
     problem = impact_problem(snapshot, contacts, left, law)
     if not len(contacts):
-        outcome = Outcome("none", "no contacts", np.empty(0), problem.free, 0)
+        outcome = Outcome("none", "no contacts", np.empty(0), problem.free, 0, True)
     else:
         problem = with_free_velocity(problem)
         start = guess.reaction if guess is not None and len(guess.reaction) == len(contacts) else None
-        outcome = climb(problem, tolerance, solver, start)
+        outcome = climb(problem, tolerance, solver, start, canonical)
     return certify(snapshot, contacts, problem, outcome, tolerance, started)
 
 
@@ -101,6 +106,7 @@ def certify(
         reason=reason,
         warnings=warnings,
         choice=outcome.choice,
+        canonical=outcome.canonical,
         solver=outcome.solver,
         iterations=outcome.iterations,
         seconds=time.perf_counter() - started,

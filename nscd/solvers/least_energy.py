@@ -1,0 +1,101 @@
+"""Among all percussions that give the same velocities, the one of least elastic energy (equal stiffness: least norm)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from nscd.solvers.cholesky import Factor, System, add_reactions, approach, factorise, solve_factorised
+
+# Weight of the contacts against the inertia that keeps the Newton matrix definite.
+STIFF = 1e8
+STEPS = 60
+
+
+def least_energy(
+    system: System, factor: Factor, reaction: Any, velocity: Any, tolerance: float
+) -> tuple[Any, float, int]:
+    """Reactions λ (k,) N·s of least Σλ² with the same momentum Cᵀλ as `reaction`, λ ≥ 0, and λ = 0 where the contact opens at
+    `velocity` (n,d) by more than tolerance · ‖u⁻‖∞; the momentum error left (relative to the largest), and Newton steps.
+
+    The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth Newton method with
+    line search. It is the limit of a penalty packing of equal stiffness, loaded from rest, as the stiffness grows.
+    """
+    gap = np.empty(len(reaction))
+    approach(system, velocity, gap)
+    may = system.offset - gap <= tolerance * system.scale
+    bare = system._replace(normal_weight=np.zeros(len(reaction)), tangent_weight=np.zeros(len(reaction)))
+    found, error, steps = _newton(bare, factor, np.where(may, reaction, 0.0), may)
+    return found, float(error), int(steps)
+
+
+@njit(cache=True)
+def _value(system: Any, may: Any, y: Any, v: Any, momentum: Any) -> float:
+    """½ Σ max(0, C y)² − y·momentum; v ← C y."""
+    approach(system, y, v)
+    value = 0.0
+    for c in range(len(v)):
+        if may[c] and v[c] > 0.0:
+            value += 0.5 * v[c] * v[c]
+    for i in range(len(y)):
+        value -= y[i, 0] * momentum[i, 0] + y[i, 1] * momentum[i, 1]
+    return value
+
+
+@njit(cache=True)
+def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
+    n, d = system.mass.shape
+    k = len(start)
+    momentum = np.zeros((n, d))
+    add_reactions(system, start, 1.0, momentum)
+    size = max(np.abs(momentum).max(), 1e-300)
+    stiff = STIFF * system.mass[:, 0].max()
+    y, rest, trial = np.zeros((n, d)), np.empty((n, d)), np.empty((n, d))
+    theta, v, reaction = np.empty(k), np.zeros(k), start.copy()
+    pressed, before = may.copy(), np.zeros(k, np.bool_)
+    best, best_error = start.copy(), np.inf
+    value = 0.0
+    for step in range(STEPS):
+        if step:
+            for c in range(k):
+                pressed[c] = may[c] and v[c] > 0.0
+                reaction[c] = v[c] if pressed[c] else 0.0
+        else:
+            reaction[:] = 0.0
+        rest[:] = momentum
+        add_reactions(system, reaction, -1.0, rest)
+        error = np.abs(rest).max() / size
+        if step and error < best_error:
+            best[:], best_error = reaction, error
+        if step and (
+            error < 1e-13 or (error < 1e-10 and error > 0.5 * best_error and (pressed == before).all())
+        ):
+            return best, best_error, step
+        if step == 0 or not (pressed == before).all():
+            for c in range(k):
+                theta[c] = stiff if pressed[c] else 0.0
+            if not factorise(system, factor, theta):
+                return best, best_error, step
+        before[:] = pressed
+        rest *= stiff
+        solve_factorised(factor, rest)
+        slope = 0.0
+        for i in range(n):
+            slope += rest[i, 0] * momentum[i, 0] + rest[i, 1] * momentum[i, 1]
+        trial[:] = rest
+        approach(system, trial, theta)
+        for c in range(k):
+            if may[c] and v[c] > 0.0:
+                slope -= v[c] * theta[c]
+        length = 1.0
+        while True:
+            trial[:] = y + length * rest
+            new = _value(system, may, trial, v, momentum)
+            if new <= value - 1e-4 * length * slope or length < 1e-6:
+                break
+            length *= 0.5
+        y[:] = trial
+        value = new
+    return best, best_error, STEPS
