@@ -28,6 +28,8 @@ EVEN = 100.0
 SWEEPS, STEADY = 1600, 1e-4
 # A reaction above this share of the largest is one of a closed contact.
 PRESSED = 1e-9
+# Reactions that differ by less than this share of the largest are the same.
+UNIQUE = 1e-8
 
 
 class Outcome(NamedTuple):
@@ -172,7 +174,11 @@ def _canonical(
         system, factor, outcome.reaction[factor.contact], velocity, tolerance
     )[0]
     better = outcome._replace(reaction=least, canonical=True)
-    return better if _error(problem, better) <= tolerance else outcome
+    if _error(problem, better) <= tolerance:
+        return better
+    # the given ones serve where they are the same but for rounding
+    same = float(np.abs(least - outcome.reaction).max()) <= UNIQUE * float(least.max())
+    return outcome._replace(canonical=same)
 
 
 def _active_set(

@@ -12,6 +12,8 @@ from nscd.solvers.cholesky import Factor, System, add_reactions, approach, facto
 # Weight of the contacts against the inertia that keeps the Newton matrix definite.
 STIFF = 1e8
 STEPS = 60
+# Differences of the dual value below this share of it are rounding.
+ROUNDING = 1e-14
 
 
 def least_energy(
@@ -93,7 +95,7 @@ def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
         while True:
             trial[:] = y + length * rest
             new = _value(system, may, trial, v, momentum)
-            if new <= value - 1e-4 * length * slope or length < 1e-6:
+            if new <= value - 1e-4 * length * slope + ROUNDING * abs(value) or length < 1e-6:
                 break
             length *= 0.5
         y[:] = trial
