@@ -8,8 +8,8 @@ import numpy as np
 
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.bodies import Floats
-from nscd.problem import impact_problem
 from nscd.ladder import climb
+from nscd.problem import impact_problem
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at least
 # SPARE_M before rounding and so never negative after it.

@@ -89,7 +89,6 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     def _prepare(self) -> None:
         self.results.contacts = []
         self.results.percussions = []
-        self._guess: Percussions | None = None
 
     def _single_frame(self) -> None:
         snapshot = snapshot_of(self._ts, self._trajectory.filename)
@@ -99,17 +98,16 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
             )
         contacts = find_contacts(snapshot, self._walls, tolerance=self._contact_tolerance)
         left, _ = left_velocity_of(snapshot, self._kind, self._drive, self._window)
-        self._guess = solve(
+        answer = solve(
             snapshot,
             contacts,
             left_velocity=left,
             law=self._law,
             tolerance=self._tolerance,
             solver=self._solver,
-            guess=self._guess,
         )
         self.results.contacts.append(contacts)
-        self.results.percussions.append(self._guess)
+        self.results.percussions.append(answer)
 
     def _get_aggregator(self) -> ResultsGroup:
         join = ResultsGroup.flatten_sequence

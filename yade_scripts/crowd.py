@@ -5,6 +5,8 @@
 README.md beside this file lists what may be given after the scene, and what the dumps hold. SI units.
 """
 
+import atexit
+import contextlib
 import math
 import os
 import sys
@@ -30,12 +32,22 @@ from yade.wrapper import (
 )
 
 HERE = Path(sys.argv[0]).resolve().parent
+
+
+def remove_temporary_folder():
+    """YADE makes a folder for temporary files at its start and leaves it behind."""
+    with contextlib.suppress(OSError):
+        os.rmdir(os.path.dirname(Omega().tmpFilename()))
+
+
 if not str(getattr(yade.remote, "__file__", "")).startswith(str(HERE)):
     # started without `-L noserver`: start again with it, so that no port stays open
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
     sys.stdout.flush()
+    remove_temporary_folder()
     os.execv(sys.yade_argv[0], [sys.yade_argv[0], "-L", "noserver", *sys.yade_argv[1:]])
 
+atexit.register(remove_temporary_folder)
 sys.path.insert(0, str(HERE))
 from scene_file import SceneFileError, drive_force, penalty_of, read_disks, read_scene  # noqa: E402
 
