@@ -16,7 +16,7 @@ from nscd.contacts import Contacts
 from nscd.percussions import Percussions
 
 # An interval is proven if certificates and attained values agree to this share of the largest reaction.
-PROVEN = 1e-8
+PROVEN = 1e-7
 # A wedge carries any amount; ends are proven for percussions that load it up to this multiple of the answer's sum.
 WEDGE_MULTIPLE = 1e3
 
@@ -76,12 +76,13 @@ def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
 
 def weights_of_disk(contacts: Contacts, disk: int) -> Floats:
     """Weights (k,) of a disk's total: the sum of the reactions of all its contacts."""
-    return ((contacts.first == disk) | (~contacts.is_wall & (contacts.second == disk))).astype(float)
+    touching = (contacts.first == disk) | (~contacts.is_wall & (contacts.second == disk))
+    return np.asarray(touching, dtype=np.float64)
 
 
 def weights_of_wall(contacts: Contacts, wall: int) -> Floats:
     """Weights (k,) of a wall's load: the sum of the reactions of all its contacts."""
-    return (contacts.is_wall & (contacts.second == wall)).astype(float)
+    return np.asarray(contacts.is_wall & (contacts.second == wall), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

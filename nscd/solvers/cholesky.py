@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from nscd.problem import ContactProblem
+from nscd.solvers.degree import minimum_degree
 from nscd.solvers.fronts import Fronts, fronts_of
 from nscd.solvers.multifrontal import factorise_fronts, solve_fronts
 from nscd.solvers.ordering import Ints, dissect
@@ -16,7 +17,7 @@ from nscd.solvers.rows import Rows, factorise_rows, rows_of, solve_rows
 
 # From this many disks the multifrontal factorisation is the faster one (see benchmarks).
 MANY = 3000
-LEAF = {False: 6, True: 8}
+LEAF = 8
 
 
 class System(NamedTuple):
@@ -57,7 +58,10 @@ def system_of(problem: ContactProblem) -> tuple[System, Factor]:
     """The kernels' form of a problem, and storage for its factors in a good order."""
     n, d = problem.mass.shape
     many = bool(n >= MANY or d == 3)
-    ordering = dissect(problem.position, problem.first, problem.second, LEAF[many])
+    if many:
+        ordering = dissect(problem.position, problem.first, problem.second, LEAF)
+    else:
+        ordering = minimum_degree(n, problem.first, problem.second)
     order, place = ordering.order, ordering.place
     contact = np.argsort(place[problem.first], kind="stable")  # neighbours in memory as in the crowd
     first, second = problem.first[contact], problem.second[contact]

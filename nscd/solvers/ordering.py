@@ -36,7 +36,7 @@ def dissect(position: Floats, first: Ints, second: Ints, leaf: int) -> Ordering:
     """Order disks at position (n,2) m that touch: contacts first (k,), second (k,), −1 for a wall. Parts of up to `leaf`
     disks are not cut further."""
     n = len(position)
-    start, neighbour = _graph(n, first, second)
+    start, neighbour = contact_graph(n, first, second)
     x, y = np.ascontiguousarray(position[:, 0]), np.ascontiguousarray(position[:, 1])
     order, node_first, node_end, node_parent = _dissect(x, y, start, neighbour, leaf)
     # children first: by the last place, and where a separator is empty the inner part first
@@ -51,7 +51,8 @@ def dissect(position: Floats, first: Ints, second: Ints, leaf: int) -> Ordering:
 
 
 @njit(cache=True)
-def _graph(n: int, first: Any, second: Any) -> Any:
+def contact_graph(n: int, first: Any, second: Any) -> Any:
+    """Neighbours of disk a: neighbour[start[a] : start[a + 1]]."""
     start = np.zeros(n + 1, np.int64)
     for c in range(len(first)):
         if second[c] >= 0:

@@ -45,11 +45,12 @@ def rows_of(ordering: Ordering, first: Ints, second: Ints) -> Rows:
     )
     pairs = np.flatnonzero(second >= 0)
     a, b = place[first[pairs]], place[second[pairs]]
-    blocks, which = np.unique(np.maximum(a, b).astype(np.int64) * n + np.minimum(a, b), return_inverse=True)
+    later = np.maximum(a, b)
+    by_row = np.argsort(later, kind="stable")
     pair_block = np.full(len(first), -1, dtype=np.int64)
-    pair_block[pairs] = which
-    a_start = np.concatenate([[0], np.cumsum(np.bincount(blocks // n, minlength=n))]).astype(np.int64)
-    a_column = (blocks % n).astype(np.int32)
+    pair_block[pairs[by_row]] = np.arange(len(pairs))
+    a_start = np.concatenate([[0], np.cumsum(np.bincount(later, minlength=n))]).astype(np.int64)
+    a_column = np.minimum(a, b)[by_row]
     return Rows(
         a_start, a_column, pair_block, start, row, row_start, column, slot,
         matrix=np.empty((len(a_column), 4)), matrix_diagonal=np.empty((n, 4)), block=np.empty((len(row), 4)),
@@ -142,7 +143,10 @@ def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
     for k in range(n):
         for p in range(rows.a_start[k], rows.a_start[k + 1]):
             i = rows.a_column[p]
-            x[i, 0], x[i, 1], x[i, 2], x[i, 3] = A[p, 0], A[p, 1], A[p, 2], A[p, 3]
+            x[i, 0] += A[p, 0]
+            x[i, 1] += A[p, 1]
+            x[i, 2] += A[p, 2]
+            x[i, 3] += A[p, 3]
         d0, d1, d2 = B[k, 0], B[k, 1], B[k, 3]
         for q in range(rows.row_start[k], rows.row_start[k + 1]):
             i = rows.column[q]
