@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
 from nscd.ladder import SOLVERS
+from nscd.least_energy import least_energy
 
 WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -0.6], [2.6, 3.0]]))
 
@@ -134,3 +135,16 @@ def test_large_and_small_factorisations_agree(seed, normal, tangential):
         cholesky.MANY = many
     assert by_rows.status == by_fronts.status == "solved"
     np.testing.assert_allclose(by_fronts.right_velocity, by_rows.right_velocity, atol=1e-7)
+
+
+@given(st.integers(0, 10**6))
+def test_reactions_are_those_of_least_energy(seed):
+    """The default λ is the least-norm one of all admissible percussions (an independent method: orthogonal factors)."""
+    snapshot = lattice(seed, decades=1.0)
+    contacts, found = answer(snapshot)
+    assert found.canonical
+    reference = least_energy(contacts, found)
+    np.testing.assert_allclose(found.reaction, reference, atol=1e-6 * max(reference.max(initial=0.0), 1e-9))
+    _, other = answer(snapshot, canonical=False)
+    np.testing.assert_allclose(other.right_velocity, found.right_velocity, atol=1e-7)
+    assert (found.reaction**2).sum() <= (other.reaction**2).sum() * (1 + 1e-9)
