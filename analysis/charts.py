@@ -158,7 +158,7 @@ def scatter(comparisons: Sequence[Comparison]) -> Figure:
             mew=0.8,
             label="not determined, or in one model only",
         )
-        axes.plot(penalty[fixed], rigid[fixed], "s", ms=2.5, color=BLUE, label="determined by balance")
+        axes.plot(penalty[fixed], rigid[fixed], "s", ms=2.5, color=BLUE, label="determined")
         unit = comparison.unit
         axes.set(xlim=(low, top), ylim=(low, top), aspect="equal", title=engine_label(comparison))
         axes.set_xlabel(f"penalty ({'contact force' if unit == FORCE else '∫f dt'}, {unit})")

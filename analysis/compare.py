@@ -23,7 +23,7 @@ from analysis.percussions import left_velocity_of
 from analysis.scene import Scene, read_scene
 from nscd import Contacts, Percussions, Snapshot, find_contacts, solve
 from nscd.bodies import Floats, Integers
-from nscd.indeterminacy import determinacy
+from nscd.indeterminacy import admissible_determinacy, determinacy
 
 FORCE, IMPULSE = "N", "N·s"
 
@@ -35,7 +35,8 @@ class Comparison:
     unit: "N" (driven: contact force against p/τ) or "N·s" (impact: ∫f dt over the run against p). Contacts are the union of
     both models', matched by ids: first, second (k,) ids (second: number of the wall from 1 where is_wall),
     normal (k,2), gap (k,) m; penalty, rigid (k,2): what the first body gives to the second; in_penalty, in_rigid:
-    which model has the contact (force 0 in the other); determined: the balance of the disks fixes its rigid force.
+    which model has the contact (force 0 in the other); determined: the balance of the
+    disks and that no contact pulls fix its rigid force (determined_by_balance: for how many the balance alone does).
     answer: the percussions with their certificate; rank, redundant: of the rigid contact problem.
     drive_sum, wall_sum, rigid_wall_sum, net_sum (2,): Σ drive, Σ penalty force on the walls, the same of the rigid model,
     and Σ m a of the engine (N); for an impact Σ m Δu in place of the drive, and net_sum 0.
@@ -61,6 +62,7 @@ class Comparison:
     answer: Percussions
     rank: int
     redundant: int
+    determined_by_balance: int
     drive_sum: Floats
     wall_sum: Floats
     rigid_wall_sum: Floats
@@ -194,7 +196,8 @@ def _matched(
     in_penalty[at_engine] = True
     in_rigid[at_rigid] = True
     known = determinacy(contacts, len(snapshot))
-    determined[at_rigid] = known.determined
+    sharper = known if answer.status == "failed" else admissible_determinacy(contacts, answer)
+    determined[at_rigid] = sharper.determined
     is_wall = (keys & 1).astype(bool)
     return Comparison(
         scene=scene,
@@ -215,6 +218,7 @@ def _matched(
         answer=answer,
         rank=known.rank,
         redundant=known.redundant,
+        determined_by_balance=int(known.determined.sum()),
         drive_sum=total,
         wall_sum=penalty[is_wall].sum(0),
         rigid_wall_sum=rigid[is_wall].sum(0),
@@ -247,6 +251,7 @@ def statistics(comparison: Comparison) -> dict[str, float | int]:
         "rank": comparison.rank,
         "redundant": comparison.redundant,
         "determined_contacts": int(comparison.determined.sum()),
+        "determined_by_balance_alone": comparison.determined_by_balance,
         "penalty_mean": float(penalty[comparison.in_penalty].mean()) if comparison.in_penalty.any() else 0.0,
         "rigid_mean": float(rigid[comparison.in_rigid].mean()) if comparison.in_rigid.any() else 0.0,
         "penalty_max": float(penalty.max()),

@@ -46,7 +46,7 @@ def test_islands_equal_the_whole(seed):
     """Two crowds far apart, solved together, are solved as each alone."""
     one, two = lattice(seed), lattice(seed + 1)
     both = Snapshot(
-        position=np.concatenate([one.position, two.position + [100.0, 0.0]]),
+        position=np.concatenate([one.position, two.position + np.array([100.0, 0.0])]),
         velocity=np.concatenate([one.velocity, two.velocity]),
         radius=np.concatenate([one.radius, two.radius]),
         mass=np.concatenate([one.mass, two.mass]),
@@ -127,7 +127,7 @@ def test_large_and_small_factorisations_agree(seed, normal, tangential):
 
     snapshot = lattice(seed, decades=2.0)
     law = ContactLaw(dissipation=normal, tangential_dissipation=tangential if tangential > 1 else 0.0)
-    contacts, by_rows = answer(snapshot, law=law, solver="interior_point")
+    _, by_rows = answer(snapshot, law=law, solver="interior_point")
     many, cholesky.MANY = cholesky.MANY, 0
     try:
         _, by_fronts = answer(snapshot, law=law, solver="interior_point")
