@@ -89,7 +89,8 @@ test: system-test $(VENV)/installed-test lint
 	@$(PYTHON) -m pytest
 
 bench: install
-	@for script in benchmarks/*.py; do $(PYTHON) "$$script"; done
+	@$(PIP) --editable '.[bench]'
+	for script in engines percussions trajectory; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
 	@rm -rf $(VENV) report out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

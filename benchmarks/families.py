@@ -2,20 +2,24 @@
 
 heap: disks (0.18–0.25 m) grown round an arch at a 1 m exit, each touching two others or the wall: nearly isostatic;
 jammed: the same relaxed as soft disks with the door closed; contacts are overlaps, redundant and ill-conditioned;
-hexagonal: equal disks on a lattice, redundant; chain: a line against a wall; masses: the heap with masses 1:10⁶.
-The left velocity is 2 m/s toward the nearest point of the exit (along the chain).
+hexagonal: equal disks on a lattice, redundant; chain: a line against a wall; masses: the heap with masses 1:10⁶;
+gate: one frame of a real crowd before a gate, the scene `gate`, in its one size.
+The left velocity is 2 m/s toward the nearest point of the exit (along the chain; in `gate` the scene's own).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
+from analysis.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
 
 DOOR = 0.5  # half width, m
+REST = 1e-3  # unbalanced force of a jammed disk, of the mean contact force
 
 
 class Case(NamedTuple):
@@ -42,10 +46,13 @@ def masses(n: int, seed: int = 1) -> Case:
 
 
 def jammed(n: int, seed: int = 1) -> Case:
-    """The heap pressed to a closed door until its soft disks rest."""
+    """The heap pressed to a closed door until its soft disks rest: no force is off balance by more than a thousandth
+    of the mean contact force."""
     position, radius = _heap(n, seed)
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
-    _relax(position, radius, 75.0 * 2.0 / 0.5, 1e6 * np.sqrt(n / 594), 3000, 1e-3)
+    # stiffness waves cross a larger crowd more slowly, hence the steps
+    if not _relax(position, radius, 75.0 * 2.0 / 0.5, 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n)), REST):
+        raise RuntimeError(f"{n} jammed disks did not come to rest")
     return _case("jammed", position, radius, np.full(n, 75.0), 0.0, closed=True)
 
 
@@ -70,7 +77,24 @@ def chain(n: int, seed: int = 1) -> Case:
     return Case("chain", snapshot, walls, find_contacts(snapshot, walls, tolerance=1e-9), velocity)
 
 
-FAMILIES = {"heap": heap, "jammed": jammed, "hexagonal": hexagonal, "chain": chain, "masses": masses}
+def gate(n: int = 0, seed: int = 1) -> Case:
+    """The people of the scene `gate`, however many are asked for; contacts are those that touch to 1e-6 m."""
+    del n, seed
+    scene = read_scene("gate")
+    snapshot, walls = scene.snapshot, scene.wall_segments()
+    assert scene.drive is not None
+    contacts = find_contacts(snapshot, walls, tolerance=scene.analysis.contact_tolerance_m)
+    return Case("gate", snapshot, walls, contacts, scene.drive.desired_velocity(snapshot.position))
+
+
+FAMILIES: dict[str, Callable[[int], Case]] = {
+    "heap": heap,
+    "jammed": jammed,
+    "hexagonal": hexagonal,
+    "chain": chain,
+    "masses": masses,
+    "gate": gate,
+}
 
 
 def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, closed: bool) -> Case:
@@ -208,8 +232,9 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
 
 
 @njit(cache=True)
-def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int, enough: float) -> None:
-    """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed wall x = 0."""
+def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int, enough: float) -> bool:
+    """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed wall x = 0: whether
+    `most` steps were enough."""
     n = len(radius)
     velocity = np.zeros((n, 2))
     force = np.zeros((n, 2))
@@ -226,7 +251,8 @@ def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int,
         if count < 0 or moved > skin / 2:
             listed[:] = position
             count = _pairs(position, radius, skin, pairs)
-        worst = 0.0
+        worst = pressed = 0.0
+        overlaps = 0
         for a in range(n):
             x, y = position[a, 0], position[a, 1]
             ty = min(max(y, -DOOR), DOOR) - y
@@ -237,10 +263,13 @@ def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int,
         for p in range(count):
             a, b = pairs[p, 0], pairs[p, 1]
             dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
-            d = np.sqrt(dx * dx + dy * dy)
-            overlap = radius[a] + radius[b] - d
-            if overlap > 0:
-                f = stiffness * overlap / d
+            d2 = dx * dx + dy * dy
+            if d2 < (radius[a] + radius[b]) ** 2:
+                d = np.sqrt(d2)
+                f = stiffness * (radius[a] + radius[b] - d)
+                pressed += f
+                overlaps += 1
+                f /= d
                 force[a, 0] -= f * dx
                 force[a, 1] -= f * dy
                 force[b, 0] += f * dx
@@ -252,19 +281,20 @@ def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int,
                 speed += velocity[a, c] ** 2
                 size += force[a, c] ** 2
                 worst = max(worst, abs(force[a, c]))
-        if worst < enough * push:
-            return
+        if worst * overlaps < enough * pressed:
+            return True
         if power > 0:
             steps += 1
             mix = alpha * np.sqrt(speed / size)
             if steps > 5:
-                dt, alpha = min(dt * 1.1, 0.25), alpha * 0.99
+                dt, alpha = min(dt * 1.1, 0.5), alpha * 0.99
             velocity[:] = (1 - alpha) * velocity + mix * force
         else:
             velocity[:] = 0.0
             dt, alpha, steps = dt * 0.5, 0.1, 0
         velocity += dt * scale * force
         position += dt * scale * velocity
+    return False
 
 
 @njit(cache=True)

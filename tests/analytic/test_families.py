@@ -10,7 +10,7 @@ import pytest
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
 from accuracy import accuracy
-from families import DOOR, FAMILIES, chain, gate, heap, hexagonal, jammed, masses
+from families import DOOR, FAMILIES, REST, chain, gate, heap, hexagonal, jammed, masses
 
 SIZE = 300
 
@@ -31,12 +31,13 @@ def test_every_family_is_what_was_asked_for():
 
 
 def test_heap_touches_without_overlap_and_is_nearly_isostatic(grown):
-    assert grown.contacts.gap.min() > -1e-9
-    assert abs(len(grown.contacts) - 2 * SIZE) < 0.05 * 2 * SIZE
-    # all but the ends of the arch, which touch one disk less, rest on two others or on the wall
+    # where the arch meets the wall, its last disk may lie in another
+    assert np.sort(grown.contacts.gap)[1] > -1e-12
+    assert 0 <= 2 * SIZE - len(grown.contacts) < 0.02 * 2 * SIZE
+    # each rests on two others, or on one and the wall
     pairs = ~grown.contacts.is_wall
     ends = np.concatenate([grown.contacts.first, grown.contacts.second[pairs]])
-    assert (np.bincount(ends, minlength=SIZE) >= 2).mean() > 0.98
+    assert (np.bincount(ends, minlength=SIZE) >= 2).all()
 
 
 def test_left_velocity_is_two_metres_a_second_to_the_door(grown):
@@ -51,10 +52,10 @@ def test_jammed_disks_rest_under_their_overlaps():
     contacts, push = case.contacts, 75.0 * 2.0 / 0.5
     assert contacts.gap.max() <= 0
     assert -contacts.gap.min() < 0.1 * case.snapshot.radius.min()
-    force = 1e6 * np.sqrt(SIZE / 594) * -contacts.gap[:, None] * contacts.normal
+    force = 1e6 * np.sqrt(SIZE / 594) * -contacts.gap
     drive = push * case.left_velocity / 2.0
-    balance = drive + contacts.momentum_change(force, SIZE)
-    assert np.abs(balance).max() < 1e-3 * push
+    balance = drive + contacts.momentum_change(force[:, None] * contacts.normal, SIZE)
+    assert np.abs(balance).max() < 1.01 * REST * force.mean()
 
 
 def test_hexagonal_sites_touch_up_to_six_others():
@@ -91,8 +92,8 @@ def test_accuracy_of_a_closed_form():
     reaction[order] = 75.0 * 2.0 * np.arange(1, 51)
     assert accuracy(case, reaction, None).residual < 1e-12
     wrong = reaction.copy()
-    wrong[order[10]] += 1.5  # two disks get 0.02 m/s more or less: C u of the contact changes by 0.04
-    assert accuracy(case, wrong, None).residual == pytest.approx(0.01, rel=1e-9)
+    wrong[order[10]] += 1.5  # two disks get 0.02 m/s more or less: this contact opens by 0.04
+    assert accuracy(case, wrong, None).residual == pytest.approx(0.02, rel=1e-9)
 
 
 def test_own_velocity_must_keep_momentum():

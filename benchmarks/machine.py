@@ -1,0 +1,59 @@
+"""The machine that a benchmark ran on, in words, and its memory bandwidth."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+
+PACKAGES = ("numpy", "scipy", "numba", "piqp", "clarabel", "osqp", "qoco", "cvxopt", "qpalm", "proxsuite")
+
+
+def describe() -> str:
+    """Processor, cores, memory, system and versions, in two lines."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1024**3
+    found = [f"{name} {number}" for name in PACKAGES if (number := _version(name))]
+    return (
+        f"{_processor()}, {os.cpu_count()} cores, {memory:.0f} GiB, {platform.system()} {platform.machine()}.\n"
+        f"Python {platform.python_version()}, {', '.join(found)}."
+    )
+
+
+def bandwidth() -> float:
+    """Bytes per second that one core moves in a += b·c over arrays beyond any cache, best of five."""
+    size = 1 << 25
+    a, b, c = np.zeros(size), np.ones(size), np.ones(size)
+    _triad(a[:8], b[:8], c[:8])
+    best = np.inf
+    for _ in range(5):
+        started = time.perf_counter()
+        _triad(a, b, c)
+        best = min(best, time.perf_counter() - started)
+    return 4 * 8 * size / best
+
+
+@njit
+def _triad(a, b, c):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        a[i] += b[i] * c[i]
+
+
+def _processor() -> str:
+    try:
+        names = re.findall(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    except OSError:
+        names = []
+    return names[0] if names else platform.processor() or "unknown processor"
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None

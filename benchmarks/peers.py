@@ -1,0 +1,283 @@
+"""Other solvers for the frictionless percussions, each in the formulation and with the settings that served it best.
+
+Every peer is a function that brings the problem (see `scaled`) into its own matrices and returns the function that is timed,
+so that conversions are not counted against it.
+
+That function takes the accuracy to ask for. Interior points are asked for a number of iterations instead, and for more until
+our residual is reached: what they stop at themselves bounds ours badly, and beyond it some go on for hundreds in vain.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sparse
+from scaled import Answer, Scaled, Solver
+
+SYSTEM_PYTHON = Path("/usr/bin/python3")  # python3-siconos lives with the system's own interpreter
+SICONOS = Path(__file__).parent / "processes" / "siconos_pgs.py"
+TINY = 1e-15
+ITERATIONS = (6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 33, 36, 40, 45, 50, 60, 80, 120)
+TIGHT = (1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)
+LOOSE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10)  # for a method that polishes what it found
+NEAR = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # for methods that stop at a residual much like ours
+
+
+class Peer(NamedTuple):
+    """Variants by name, what to ask for (loosest first: tolerances, or iterations) and the command that installs it."""
+
+    name: str
+    variants: dict[str, Callable[[Scaled], Solver]]
+    asked: tuple[float, ...]
+    install: str
+
+    @property
+    def by_iterations(self) -> bool:
+        """Whether it is asked for a number of iterations rather than for a tolerance."""
+        return self.asked[0] >= 1
+
+
+def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
+    """PIQP on the primal with the inequalities eliminated from its KKT matrix (I + GᵀΘG), or on the dual. `step` is the
+    share of the way to the boundary that an iteration goes."""
+    import piqp as package
+
+    k = problem.rows.shape[0]
+    zero, infinity = np.zeros(k), np.full(k, np.inf)
+    identity, delassus, approach = problem.identity, problem.delassus, problem.approach
+
+    def solve(iterations: float) -> Answer:
+        solver = package.SparseSolver()
+        settings = solver.settings
+        settings.eps_abs, settings.eps_rel, settings.max_iter = TINY, 0.0, int(iterations)
+        settings.check_duality_gap, settings.tau = False, step
+        if dual:
+            solver.setup(delassus, -approach, None, None, None, None, None, zero, infinity)
+            solver.solve()
+            return Answer(solver.result.x)
+        settings.kkt_solver = package.KKTSolver.sparse_ldlt_ineq_cond
+        solver.setup(identity, -problem.left, None, None, problem.rows, None, zero)
+        solver.solve()
+        return Answer(solver.result.z_u, solver.result.x)
+
+    return solve
+
+
+def clarabel(problem: Scaled, regularisation: float | None = None, step: float = 0.99) -> Solver:
+    """Clarabel on the primal; `step` as for PIQP."""
+    import clarabel as package
+
+    k = problem.rows.shape[0]
+    identity, bound, cones = problem.identity, np.zeros(k), [package.NonnegativeConeT(k)]
+
+    def solve(iterations: float) -> Answer:
+        settings = package.DefaultSettings()
+        settings.verbose, settings.presolve_enable, settings.max_threads = False, False, 1
+        settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = TINY
+        settings.max_iter, settings.max_step_fraction = int(iterations), step
+        if regularisation is not None:
+            settings.static_regularization_constant = regularisation
+            settings.static_regularization_proportional = 0.0
+        solver = package.DefaultSolver(identity, -problem.left, problem.rows, bound, cones, settings)
+        found = solver.solve()
+        return Answer(np.array(found.z), np.array(found.x))
+
+    return solve
+
+
+def osqp(problem: Scaled, step: float, dual: bool) -> Solver:
+    """OSQP with polishing: the identified active set is solved for at the end, so that a loose tolerance may do."""
+    import osqp as package
+
+    k = problem.rows.shape[0]
+    zero, infinity = np.zeros(k), np.full(k, np.inf)
+    if dual:
+        matrices = (
+            sparse.triu(problem.delassus, format="csc"),
+            -problem.approach,
+            sparse.identity(k, format="csc"),
+        )
+        bounds = (zero, infinity)
+    else:
+        matrices, bounds = (problem.identity, -problem.left, problem.rows), (-infinity, zero)
+
+    def solve(tolerance: float) -> Answer:
+        solver = package.OSQP()
+        solver.setup(
+            *matrices,
+            *bounds,
+            eps_abs=tolerance,
+            eps_rel=0.0,
+            rho=step,
+            polishing=True,
+            polish_refine_iter=10,
+            max_iter=200_000,
+            verbose=False,
+        )
+        found = solver.solve(raise_error=False)
+        return Answer(found.x) if dual else Answer(found.y, found.x)
+
+    return solve
+
+
+def cvxopt(problem: Scaled, dual: bool) -> Solver:
+    """cvxopt's coneqp with its own choice of KKT solver."""
+    import cvxopt as package
+    from cvxopt import solvers
+
+    def own(matrix: Any) -> Any:
+        a = sparse.coo_array(matrix)
+        return package.spmatrix(a.data, a.coords[0].astype(int), a.coords[1].astype(int), a.shape)
+
+    k = problem.rows.shape[0]
+    if dual:
+        matrices = own(problem.delassus), package.matrix(-problem.approach), own(-sparse.identity(k))
+    else:
+        matrices = own(problem.identity), package.matrix(-problem.left), own(problem.rows)
+    bound = package.matrix(0.0, (k, 1))
+
+    def solve(iterations: float) -> Answer:
+        solvers.options.update(
+            show_progress=False, abstol=TINY, reltol=TINY, feastol=TINY, maxiters=int(iterations)
+        )
+        found = solvers.qp(*matrices, bound)
+        x = np.array(found["x"]).ravel()
+        return Answer(x) if dual else Answer(np.array(found["z"]).ravel(), x)
+
+    return solve
+
+
+def qpalm(problem: Scaled, penalty: float) -> Solver:
+    """QPALM on the primal."""
+    import qpalm as package
+
+    k, n = problem.rows.shape
+    data = package.Data(n, k)
+    data.Q, data.q, data.A = problem.identity, -problem.left, problem.rows
+    data.bmin, data.bmax = np.full(k, -np.inf), np.zeros(k)
+
+    def solve(tolerance: float) -> Answer:
+        settings = package.Settings()
+        settings.eps_abs, settings.eps_rel = tolerance, 0.0
+        settings.sigma_init = penalty
+        settings.max_iter, settings.verbose, settings.nonconvex = 20_000, False, False
+        solver = package.Solver(data, settings)
+        solver.solve()
+        return Answer(np.array(solver.solution.y), np.array(solver.solution.x))
+
+    return solve
+
+
+def qoco(problem: Scaled) -> Solver:
+    """QOCO on the primal; by tolerance, since it has no answer when it runs out of iterations."""
+    import qoco as package
+
+    k, n = problem.rows.shape
+    identity, bound, none = problem.identity, np.zeros(k), np.zeros(0, dtype=np.int32)
+
+    def solve(tolerance: float) -> Answer:
+        solver = package.QOCO()
+        solver.setup(
+            *(n, k, 0, identity, -problem.left, None, None, problem.rows, bound, k, 0, none),
+            abstol=tolerance,
+            reltol=tolerance,
+            verbose=0,
+        )
+        found = solver.solve()
+        return Answer(np.array(found.z), np.array(found.x))
+
+    return solve
+
+
+def proxqp(problem: Scaled) -> Solver:
+    """ProxQP on the dual with its sparse factorisation, faster here than on the primal or without matrices."""
+    from proxsuite import proxqp as package
+
+    k = problem.rows.shape[0]
+    delassus, identity = problem.delassus, sparse.identity(k, format="csc")
+
+    def solve(tolerance: float) -> Answer:
+        solver = package.sparse.QP(k, 0, k)
+        solver.settings.eps_abs, solver.settings.eps_rel = tolerance, 0.0
+        solver.settings.sparse_backend = package.SparseBackend.SparseCholesky
+        solver.init(delassus, -problem.approach, None, None, identity, np.zeros(k), np.full(k, 1e20))
+        solver.solve()
+        return Answer(np.array(solver.results.x))
+
+    return solve
+
+
+def siconos(problem: Scaled) -> Solver:
+    """Siconos' projected Gauss–Seidel on the complementarity problem with a sparse matrix, in the system's Python."""
+    probe = [str(SYSTEM_PYTHON), "-c", "import siconos.numerics"]
+    if not SYSTEM_PYTHON.exists() or subprocess.run(probe, capture_output=True, check=False).returncode:
+        raise ImportError("siconos")
+    folder = tempfile.TemporaryDirectory()
+    delassus = problem.delassus
+    matrix = {name: getattr(delassus, name) for name in ("data", "indices", "indptr")}
+    np.savez(Path(folder.name) / "given.npz", approach=problem.approach, **matrix)
+
+    def solve(tolerance: float) -> Answer:
+        given, found = Path(folder.name) / "given.npz", Path(folder.name) / "found.npy"
+        words = [str(SYSTEM_PYTHON), str(SICONOS), str(given), repr(tolerance), str(found)]
+        said = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout
+        return Answer(np.load(found), None, float(json.loads(said.splitlines()[-1])["seconds"]))
+
+    return solve
+
+
+PEERS = (
+    Peer(
+        "piqp",
+        {
+            "primal": partial(piqp, step=0.99, dual=False),
+            "primal, step 0.999": partial(piqp, step=0.999, dual=False),
+            "dual": partial(piqp, step=0.99, dual=True),
+            "dual, step 0.999": partial(piqp, step=0.999, dual=True),
+        },
+        ITERATIONS,
+        "pip install piqp",
+    ),
+    Peer(
+        "clarabel",
+        {
+            "default": clarabel,
+            "regularisation 1e-13": partial(clarabel, regularisation=1e-13),
+            "regularisation 1e-13, step 0.999": partial(clarabel, regularisation=1e-13, step=0.999),
+        },
+        ITERATIONS,
+        "pip install clarabel",
+    ),
+    Peer(
+        "osqp",
+        {
+            "dual, rho 0.3": partial(osqp, step=0.3, dual=True),
+            "primal, rho 100": partial(osqp, step=100.0, dual=False),
+            "primal, rho 10": partial(osqp, step=10.0, dual=False),
+        },
+        LOOSE,
+        "pip install osqp",
+    ),
+    Peer("qoco", {"default": qoco}, TIGHT, "pip install qoco"),
+    Peer(
+        "cvxopt",
+        {"primal": partial(cvxopt, dual=False), "dual": partial(cvxopt, dual=True)},
+        ITERATIONS,
+        "pip install cvxopt",
+    ),
+    Peer(
+        "qpalm",
+        {"sigma 20": partial(qpalm, penalty=20.0), "sigma 200": partial(qpalm, penalty=200.0)},
+        NEAR,
+        "pip install qpalm",
+    ),
+    Peer("proxqp", {"dual": proxqp}, NEAR, "pip install proxsuite"),
+    Peer("siconos", {"projected Gauss–Seidel": siconos}, NEAR, "apt-get install python3-siconos"),
+)

@@ -1,0 +1,146 @@
+"""Outcomes of the contest as rows, Markdown and CSV, with ratios and cost exponents."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from contest import NEAR, TARGET, Outcome
+from families import Case
+
+
+class Row(NamedTuple):
+    """One solver on one case. error: max|u⁺ − u*| / ‖u⁻‖∞ with u* the most exact answer of all solvers; times_faster:
+    CPU seconds of the best peer at 1e-10 over this solver's (best_peer_at 1e-8: no peer reached 1e-10); NaN where this
+    solver did not reach 1e-10, or no peer even 1e-8."""
+
+    family: str
+    disks: int
+    contacts: int
+    solver: str
+    setting: str
+    cpu_s: float
+    residual: float
+    own_velocity: bool
+    error: float
+    times_faster: float
+    best_peer_at: float
+    iterations: int
+    peak_MB: float  # noqa: N815  (megabyte)
+    note: str
+
+
+def rows_of(case: Case, outcomes: Sequence[Outcome], peers: Sequence[str]) -> list[Row]:
+    """The rows of a case, products first, as the outcomes come."""
+    scale = float(np.abs(case.left_velocity).max())
+    bests = [outcome.best for outcome in outcomes]
+    exact = min((best for best in bests if best), key=lambda best: best.residual, default=None)
+    at, fastest = np.nan, np.nan
+    for level in (TARGET, NEAR):
+        times = [
+            best.seconds
+            for best, outcome in zip(bests, outcomes, strict=True)
+            if best and outcome.solver in peers and best.residual <= level
+        ]
+        if times:
+            at, fastest = level, min(times)
+            break
+    rows = []
+    for best, outcome in zip(bests, outcomes, strict=True):
+        head = (case.name, len(case.snapshot), len(case.contacts), outcome.solver)
+        if best is None or exact is None:
+            rows.append(Row(*head, "", np.nan, np.nan, False, np.nan, np.nan, at, 0, np.nan, outcome.ended))
+            continue
+        asked = f"{best.asked:.0f} iterations" if best.asked >= 1 else f"asked {best.asked:.0e}"
+        setting = ", ".join(part for part in (best.variant, asked) if part)
+        reached = best.residual <= TARGET
+        rows.append(
+            Row(
+                *head,
+                setting,
+                best.seconds,
+                best.residual,
+                best.own,
+                float(np.abs(best.velocity - exact.velocity).max()) / scale,
+                fastest / best.seconds if reached else np.nan,
+                at,
+                best.iterations,
+                best.peak_MB,
+                "" if reached else outcome.ended or "its tightest",
+            )
+        )
+    return rows
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """The table in Markdown."""
+    columns: dict[str, Callable[[Row], str]] = {
+        "family": lambda row: row.family,
+        "disks": lambda row: str(row.disks),
+        "contacts": lambda row: str(row.contacts),
+        "solver": lambda row: row.solver,
+        "CPU s": lambda row: _seconds(row.cpu_s),
+        "residual": lambda row: _power(row.residual) + ("*" if row.own_velocity else ""),
+        "error of u⁺": lambda row: _power(row.error),
+        "× best peer": lambda row: _ratio(row),
+        "memory, MB": lambda row: f"{row.peak_MB:.0f}" if row.peak_MB >= 1 else "",
+        "setting": lambda row: "; ".join(part for part in (row.setting, row.note) if part),
+    }
+    cells = [list(columns), *([show(row) for show in columns.values()] for row in rows)]
+    widths = [max(len(line[c]) for line in cells) for c in range(len(columns))]
+    text = [_line(line, widths) for line in cells]
+    return "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]]) + "\n"
+
+
+def comma_separated(rows: Sequence[Row]) -> str:
+    """The rows as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(Row._fields)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def exponents(rows: Sequence[Row]) -> str:
+    """Cost ∝ Nˣ, fitted to the sizes from 500 disks at which a solver reached 1e-10, by family and solver."""
+    solvers = list(dict.fromkeys(row.solver for row in rows))
+    families = list(dict.fromkeys(row.family for row in rows))
+    cells = [["solver", *families]]
+    for solver in solvers:
+        line = [solver]
+        for family in families:
+            good = [
+                (row.disks, row.cpu_s)
+                for row in rows
+                if (row.solver, row.family) == (solver, family)
+                and row.residual <= TARGET
+                and row.disks >= 500
+            ]
+            sizes, seconds = np.array(good).reshape(-1, 2).T
+            fit = f"{np.polyfit(np.log(sizes), np.log(seconds), 1)[0]:.2f}" if len(good) > 1 else "–"
+            line.append(f"{fit} ({len(good)})" if len(good) > 1 else fit)
+        cells.append(line)
+    widths = [max(len(line[c]) for line in cells) for c in range(len(cells[0]))]
+    text = [_line(line, widths) for line in cells]
+    return "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]]) + "\n"
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+    return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+
+
+def _seconds(value: float) -> str:
+    return "–" if np.isnan(value) else f"{value:.5f}" if value < 0.1 else f"{value:.3f}"
+
+
+def _power(value: float) -> str:
+    return "–" if np.isnan(value) else f"{value:.1e}"
+
+
+def _ratio(row: Row) -> str:
+    if np.isnan(row.times_faster):
+        return "–"
+    return f"{row.times_faster:.2f}" + ("†" if row.best_peer_at > TARGET else "")
