@@ -15,7 +15,7 @@ from pathlib import Path
 
 import families
 from cases import read_case, write_case
-from contest import TARGET, MissingError, Outcome, compete, first_solve
+from contest import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
 from families import FAMILIES, Case
 from machine import bandwidth, describe
 from peers import PEERS
@@ -55,7 +55,7 @@ def main() -> None:
     words = [describe(), f"Memory bandwidth of one core: {bytes_per_second / 1e9:.1f} GB/s.", ""]
     rows: list[Row] = []
     lines: list[str] = []
-    contestants = [*given.solvers, *given.peers]
+    contestants = [*given.solvers, *((CANONICAL,) if "auto" in given.solvers else ()), *given.peers]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         small = folder / "small.npz"

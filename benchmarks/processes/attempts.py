@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 from accuracy import accuracy
 from cases import read_case
+from contest import CANONICAL
 from families import Case, heap
 from peers import PEERS
 from scaled import Scaled, Solver, scaled
@@ -121,15 +122,21 @@ def run_peer(problem: Scaled, solver: Solver, asked: float) -> tuple[object, obj
 
 def own_variants(case: Case, name: str) -> Iterator[tuple[str, tuple[float, ...], Run]]:
     """This product's solver of that name, with its kernels loaded; none if there is no such solver."""
-    if name in SOLVERS:
+    if name in (*SOLVERS, CANONICAL):
         run_own(name, heap(100), 1e-8)
         yield "", (1e-10, 1e-11, 1e-12), partial(run_own, name, case)
 
 
 def run_own(name: str, case: Case, tolerance: float) -> tuple[object, object, int, float | None]:
     """λ, u, iterations of `nscd.solve`, everything from the snapshot and its contacts counted."""
+    canonical = name == CANONICAL
     found = solve(
-        case.snapshot, case.contacts, left_velocity=case.left_velocity, tolerance=tolerance, solver=name
+        case.snapshot,
+        case.contacts,
+        left_velocity=case.left_velocity,
+        tolerance=tolerance,
+        solver="auto" if canonical else name,
+        canonical=canonical,
     )
     return found.reaction, found.right_velocity.ravel(), found.iterations, None
 
