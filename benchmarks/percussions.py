@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import signal
 import sys
 import tempfile
 import time
@@ -50,6 +51,8 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=Path("out/benchmark"))
     given = parser.parse_args()
+    # ended from outside, it still ends the process that it waits for
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     given.out.mkdir(parents=True, exist_ok=True)
     bytes_per_second = bandwidth()
     words = [describe(), f"Memory bandwidth of one core: {bytes_per_second / 1e9:.1f} GB/s.", ""]

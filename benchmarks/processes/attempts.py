@@ -90,7 +90,7 @@ Run = Callable[[float], tuple[object, object, int, float | None]]
 
 def repeats(seconds: float) -> int:
     """How often to time once more, for the best."""
-    return 4 if seconds < 0.5 else 1 if seconds < 10 else 0
+    return 20 if seconds < 0.05 else 4 if seconds < 0.5 else 1 if seconds < 10 else 0
 
 
 def timed(run: Run, asked: float) -> tuple[float, object]:
