@@ -91,7 +91,7 @@ def compete(
         raise MissingError(solver)
     attempts, ended = [], _reason(code, errors, limit)
     for line in said:
-        if not line.startswith("{"):
+        if not (line.startswith("{") and line.endswith("}")):
             continue  # what the solver prints
         told = json.loads(line)
         if "error" in told:
