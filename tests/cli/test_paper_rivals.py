@@ -1,0 +1,92 @@
+"""The page's section on the rivals: its numbers against closed forms, and verdicts that follow the numbers."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.paper import rivals
+from analysis.paper.rivals_arch import PRINTED, TEXT
+from analysis.paper.rivals_chain import chain_forces, gap_that_carries
+from analysis.paper.rivals_claims import chain_claims, loehner_claims, mass_claim, surface_claim
+from analysis.scene import read_scene
+from nscd.rivals import SocialForceLaw
+
+TAU = 0.5
+
+
+@pytest.fixture(scope="module")
+def chains():
+    return [chain_forces(read_scene(name), TAU) for name in ("chain_wall", "chain_wall_masses")]
+
+
+def test_chain_against_closed_forms(chains):
+    """p/τ = Σ_{j≤i} m_j u/τ; (4) sees i people; A at touch; Löhner f_max/5 between equals and f_max/2 at the wall."""
+    for chain in chains:
+        load = np.cumsum(chain.mass) * 2.0 / TAU
+        np.testing.assert_allclose(chain.percussion, load, rtol=1e-10)
+        np.testing.assert_allclose(
+            chain.first_order, chain.mass.mean() * np.arange(1, 11) * 2.0 / TAU, rtol=1e-10
+        )
+        np.testing.assert_allclose(chain.social, 2000.0, rtol=1e-12)
+        # gaps at rest: what neighbours do not carry, pairs further apart do
+        assert (chain.social_at_rest < load).all()
+        np.testing.assert_allclose(chain.social_at_rest, load, rtol=0.005)
+        np.testing.assert_allclose(chain.loehner_text, 2 * chain.loehner_printed, rtol=1e-12)
+        assert not chain.warnings
+    np.testing.assert_allclose(chains[0].loehner_printed, [60.0] * 9 + [150.0], rtol=1e-12)
+
+
+def test_a_gap_that_carries():
+    law = SocialForceLaw()
+    assert gap_that_carries(2000.0, law) == pytest.approx(0.0, abs=1e-12)
+    assert gap_that_carries(2000.0 / np.e, law) == pytest.approx(0.08)
+    assert gap_that_carries(2000 * np.exp(0.125) + 1200, law) == pytest.approx(-0.01)
+
+
+def test_verdicts_follow_the_numbers(chains):
+    equal, unequal = chains
+    assert [claim.verdict.value for claim in chain_claims(equal, unequal)] == ["holds", "holds in part"]
+    assert mass_claim(unequal, []).verdict == "holds in part"
+    assert mass_claim(equal, []).verdict == "does not hold"
+    far_off = replace(unequal, first_order=2 * unequal.first_order)
+    assert mass_claim(far_off, []).verdict == "holds"
+    assert chain_claims(far_off, far_off)[0].verdict == "does not hold"
+    varying = replace(equal, social=equal.percussion)
+    assert chain_claims(varying, unequal)[1].verdict == "does not hold"
+    resting = replace(equal, social_at_rest=equal.social)
+    assert chain_claims(resting, unequal)[1].verdict == "holds"
+    assert surface_claim(0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
+    silent = dict.fromkeys((PRINTED, TEXT), (0.0, 1.0, 0.0))
+    assert loehner_claims(silent, 2.0, 2.0)[0].verdict == "does not hold"
+
+
+def test_without_an_engine_the_chains_remain(monkeypatch, tmp_path):
+    monkeypatch.setattr(rivals, "ENGINES", ())
+    section = rivals.build(tmp_path)
+    assert any("no engine" in warning for warning in section.warnings)
+    assert [picture.name for picture in section.pictures] == ["fig_6_laws", "fig_6_chain"]
+    assert len(section.claims) == 4
+    for table in section.tables:
+        assert all(len(row) == len(table.head) for row in table.rows)
+
+
+@pytest.mark.skipif(not shutil.which("lmp"), reason="LAMMPS is not at hand")
+def test_the_whole_section_and_its_second_build(tmp_path):
+    """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are taken again."""
+    told = []
+    section = rivals.build(tmp_path, lambda label, share: told.append(label))
+    assert section.warnings == []
+    assert any("k = 1e+06" in label for label in told)
+    misjudged = {row[0]: row[1:] for row in section.tables[-1].rows}
+    assert misjudged["arch"][0] < 1e-8 < 0.01 < misjudged["arch_masses"][0]
+    assert misjudged["arch_masses"][3] > 0.05
+    laws = {(row[0], row[1]): row[2:] for row in section.tables[-2].rows}
+    assert laws["arch", "social force"][1] > 2000  # overlaps: every contact gives more than A
+    assert len(section.pictures) == 3
+    assert len(section.claims) == 8
+    told.clear()
+    again = rivals.build(tmp_path, lambda label, share: told.append(label))
+    assert not any("k = 1e+06" in label for label in told)
+    assert [claim.verdict for claim in again.claims] == [claim.verdict for claim in section.claims]

@@ -1,0 +1,139 @@
+"""The paper's four disks and corridor with the real engines, against an integration of the springs, long waves and limits."""
+
+import io
+
+import numpy as np
+import pytest
+from at_hand import require
+from scipy.integrate import solve_ivp
+
+from analysis.compare import statistics
+from analysis.engines import lammps, yade
+from analysis.paper import corridor, four_disks
+from analysis.paper.cradle import cradle_scene, velocities_after
+from analysis.paper.push import exponent, first_arrivals, long_wave_speed, push_scene, run_push
+from analysis.paper.section import Verdict
+from analysis.scene import read_scene
+from nscd import find_contacts
+
+
+def springs(disks, mass, stiffness, speed, power):
+    """Velocities after a line of disks with contact forces k δ^power has come apart, by an adaptive integrator."""
+
+    def slope(_, state):
+        x, v = state[:disks], state[disks:]
+        force = stiffness * np.maximum(x[:-1] - x[1:], 0.0) ** power
+        total = np.zeros(disks)
+        total[:-1] -= force
+        total[1:] += force
+        return np.concatenate([v, total / mass])
+
+    start = np.zeros(2 * disks)
+    start[disks] = speed
+    end = 12 * np.sqrt(mass / stiffness)
+    return solve_ivp(slope, (0, end), start, rtol=1e-9, atol=1e-12, method="DOP853").y[disks:, -1]
+
+
+@pytest.mark.parametrize("disks", [3, 4])
+@pytest.mark.parametrize("engine", ["lammps", "yade"])
+def test_the_cradle_of_soft_disks(engine, disks, tmp_path):
+    require(engine)
+    scene = cradle_scene(read_scene("four_disks"), disks)
+    found = velocities_after(scene, engine, tmp_path)[:, 0]
+    np.testing.assert_allclose(found, springs(disks, 75.0, 1e6, 2.0, 1.0), atol=2e-4)
+    assert found[-1] > 1.9
+
+
+@pytest.fixture(scope="module")
+def first_figure(tmp_path_factory):
+    require("lammps")
+    require("yade")
+    runs = tmp_path_factory.mktemp("figure 1")
+    seen = []
+    return four_disks.build(runs, lambda label, share: seen.append((label, share))), runs, seen
+
+
+def test_figure_1_holds_every_law_and_judges_the_claims(first_figure):
+    section, _, seen = first_figure
+    assert not section.warnings
+    assert seen
+    laws = {row[0]: np.array(row[2:6], dtype=float) for row in section.tables[0].rows}
+    assert len(laws) == 12
+    np.testing.assert_allclose(laws["percussions, k = 0"], 0.5, atol=1e-9)
+    np.testing.assert_allclose(laws["percussions, k = 10 kg"], 0.5, atol=1e-9)
+    np.testing.assert_allclose(laws["percussions, k = 10⁶ m (k → ∞)"], laws["Newton, e = 1"], atol=1e-5)
+    np.testing.assert_allclose(laws["LAMMPS, e = 1, hooke"], laws["YADE, e = 1, hooke"], atol=1e-9)
+    assert abs(laws["LAMMPS, e = 1, hooke"] - laws["Newton, e = 1"]).max() > 0.5
+    # momentum, whoever computes it
+    for velocity in laws.values():
+        assert velocity.sum() == pytest.approx(2.0, abs=1e-6)
+    verdicts = {claim.where: claim.verdict for claim in section.claims}
+    assert verdicts["Fig. 1c"] is Verdict.FAILS
+    assert verdicts["text after (1)"] is Verdict.PARTLY
+    assert verdicts["text after (3)"] is Verdict.HOLDS
+    energy = section.tables[4].rows
+    assert energy[-1][3] > energy[-1][2]
+    assert "energy grew" in energy[-1][5]
+    assert "energy grew" not in energy[0][5]
+    for picture in section.pictures:
+        picture.figure.savefig(io.BytesIO(), format="png")
+
+
+def test_a_second_build_of_figure_1_runs_no_engine(first_figure):
+    section, runs, _ = first_figure
+    before = {path: path.stat().st_mtime_ns for path in runs.rglob("run.json")}
+    assert len(before) == 10
+    again = four_disks.build(runs)
+    assert {path: path.stat().st_mtime_ns for path in runs.rglob("run.json")} == before
+    assert again.tables[0].rows == section.tables[0].rows
+
+
+def test_figures_without_engines_warn_and_go_on(monkeypatch, tmp_path):
+    for module in (lammps, yade):
+        monkeypatch.setattr(module, "find", lambda: None)
+        monkeypatch.setattr(module, "version", lambda: None)
+    for module, runs in ((four_disks, 10), (corridor, 15)):
+        section = module.build(tmp_path)
+        assert len(section.warnings) == runs
+        assert section.claims
+        for picture in section.pictures:
+            picture.figure.savefig(io.BytesIO(), format="png")
+
+
+@pytest.fixture(scope="module")
+def pushes(tmp_path_factory):
+    require("lammps")
+    runs = tmp_path_factory.mktemp("pushes")
+    scene = read_scene("corridor")
+    return {
+        (k, e): run_push(push_scene(scene, k, e, periods, frames), "lammps", runs)
+        for k, e, periods, frames in (
+            (1e5, 1.0, 14, 420),
+            (1e7, 1.0, 14, 420),
+            (1e6, 0.1353, 24, 400),
+            (1e6, 0.01, 24, 1200),
+        )
+    }
+
+
+def test_the_front_runs_as_the_root_of_the_stiffness(pushes):
+    elastic = [pushes[k, 1.0] for k in (1e5, 1e7)]
+    power = exponent(np.array([p.stiffness for p in elastic]), np.array([p.speed for p in elastic]))
+    assert power == pytest.approx(0.5, abs=0.02)
+    scene = elastic[1].comparison.scene
+    contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=1e-6)
+    assert elastic[1].speed == pytest.approx(long_wave_speed(scene, contacts), rel=0.06)
+
+
+def test_the_front_reaches_the_columns_in_order(pushes):
+    for push in pushes.values():
+        _, first = first_arrivals(push.comparison.snapshot.position[:, 0], push.arrival)
+        assert first[0] == 0
+        assert (np.diff(first) > 0).all()
+
+
+def test_damping_leads_to_the_percussions(pushes):
+    soft, damped = (statistics(pushes[1e6, e].comparison) for e in (0.1353, 0.01))
+    assert damped["contact_relative_difference"] < 0.5 * soft["contact_relative_difference"]
+    assert damped["contact_correlation"] > 0.99
+    assert pushes[1e6, 0.01].comparison.unit == "N·s"

@@ -1,0 +1,236 @@
+"""Errata of section 2 of the paper, disks: the corrected form holds and the printed one fails."""
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+
+
+def line(mass, velocity, radius=0.25):
+    """Touching disks along x."""
+    n = len(mass)
+    return Snapshot(
+        position=np.column_stack([2 * radius * np.arange(n), np.zeros(n)]),
+        velocity=np.column_stack([velocity, np.zeros(n)]),
+        radius=np.full(n, radius),
+        mass=mass,
+    )
+
+
+def wall_after(snapshot):
+    end = snapshot.position[-1, 0] + snapshot.radius[-1]
+    return Walls(start=[[end, -1]], end=[[end, 1]])
+
+
+def triangle(velocity):
+    """Three disks that touch each other: as many contacts as disks."""
+    return Snapshot(
+        position=[[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]],
+        velocity=velocity,
+        radius=[0.25] * 3,
+        mass=[50.0, 75.0, 100.0],
+    )
+
+
+def block_on_floor():
+    """Twelve touching disks of unequal masses, in hexagonal rows, that fall askew on a floor."""
+    rows = [(0.5 * i + 0.25 * (j % 2), 0.25 + 0.25 * np.sqrt(3) * j) for j in range(3) for i in range(4)]
+    masses = np.array([50.0, 93, 61, 75, 88, 52, 99, 70, 64, 81, 58, 77])
+    velocity = np.tile([0.6, -2.0], (12, 1))
+    snapshot = Snapshot(position=rows, velocity=velocity, radius=np.full(12, 0.25), mass=masses)
+    return snapshot, Walls(start=[[-2, 0]], end=[[4, 0]])
+
+
+def answer(snapshot, walls=None, left_velocity=None, **law):
+    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
+    found = solve(snapshot, contacts, left_velocity=left_velocity, law=ContactLaw(**law), tolerance=1e-10)
+    assert found.status == "solved"
+    return contacts, found
+
+
+def dense_normal_matrix(contacts, n):
+    """C of v = C u, written out row by row: the oracle for the sparse maps of the product."""
+    C = np.zeros((len(contacts), n, 2))
+    for row, (i, j, wall, normal) in enumerate(
+        zip(contacts.first, contacts.second, contacts.is_wall, contacts.normal, strict=True)
+    ):
+        C[row, i] += normal
+        if not wall:
+            C[row, j] -= normal
+    return C.reshape(len(contacts), 2 * n)
+
+
+def projection(snapshot, contacts):
+    """λ and u⁺ of 0 ≤ λ ⟂ Wλ − Cu⁻ ≥ 0 by non-negative least squares, independent of the product's solvers."""
+    C = dense_normal_matrix(contacts, len(snapshot))
+    root = np.repeat(np.sqrt(snapshot.mass), 2)
+    reaction, _ = nnls(C.T / root[:, None], root * snapshot.velocity.ravel())
+    return reaction, (snapshot.velocity.ravel() - C.T @ reaction / root**2).reshape(-1, 2)
+
+
+def test_dissipation_acts_on_the_disks_through_the_transpose():
+    """(1): Dᵀ∂φ(D·) conserves momentum; ∂φ(D·) has a row a contact, and loses momentum even where the shapes agree."""
+    chain = line([75.0] * 4, [2.0, 0, 0, 0])
+    contacts, found = answer(chain, dissipation=20.0)
+    printed = 20.0 * contacts.deformation_velocity(found.right_velocity + chain.velocity)
+    change = chain.mass[:, None] * (found.right_velocity - chain.velocity)
+    assert printed.shape == (3, 2)
+    assert change.shape == (4, 2)
+
+    k, ring = 300.0, triangle([[1.0, 0.6], [-1.2, 0.5], [0.1, -1.5]])
+    mass = ring.mass[:, None]
+    before = (mass * ring.velocity).sum(0)
+    contacts, found = answer(ring, dissipation=k, tangential_dissipation=0.0)
+    np.testing.assert_allclose((mass * found.right_velocity).sum(0), before, atol=1e-11)
+    # the same collision by dense algebra with the transpose; k is large enough that every contact opens
+    C = dense_normal_matrix(contacts, 3)
+    M = np.diag(np.repeat(ring.mass, 2))
+    right = np.linalg.solve(M + k * C.T @ C, (M - k * C.T @ C) @ ring.velocity.ravel())
+    assert (C @ right).max() < 0
+    np.testing.assert_allclose(found.right_velocity.ravel(), right, atol=1e-9)
+
+    D = np.zeros((3, 3))  # contacts × disks, for each component
+    D[np.arange(3), contacts.first], D[np.arange(3), contacts.second] = 1, -1
+    m = np.diag(ring.mass)
+    printed = np.linalg.solve(m + k * D, (m - k * D) @ ring.velocity)
+    assert np.abs((mass * printed).sum(0) - before).max() > 100
+
+
+def subgradient_of_indicator(slope, at, inside):
+    """Whether 1_K(y) ≥ 1_K(at) + slope (y − at) for all y, by trying y: the definition of slope ∈ ∂1_K(at)."""
+    y = np.linspace(-3, 3, 601)
+    return bool(inside(at) and (slope * (y[inside(y)] - at) <= 1e-9).all())
+
+
+def test_reactions_are_subgradients_of_the_indicator_of_the_negative_half_line():
+    """After (1): λ ∈ ∂1_{ℝ⁻}(v⁺); of the printed ∂1_{ℝ⁺} neither a pushing nor an open contact is an element."""
+    contacts, pressed = answer(line([75.0, 75.0], [2.0, 0.0]))
+    _, parting = answer(line([75.0, 75.0], [0.0, 1.0]))
+    for found, pushes in ((pressed, True), (parting, False)):
+        reaction, after = found.reaction[0], contacts.approach_velocity(found.right_velocity)[0]
+        assert (reaction > 74) == pushes
+        assert subgradient_of_indicator(reaction, after, lambda y: y <= 1e-9)
+        assert not subgradient_of_indicator(reaction, after, lambda y: y >= -1e-9)
+
+
+def test_conditions_as_printed_allow_overlap_and_pulling():
+    """After (1): M(u⁺−u⁻) + Cᵀλ = 0 and Cu⁺·λ = 0 hold for disks that pass through each other, and for glue."""
+    m_eff = 37.5
+    for u, right_answer in (([2.0, 0.0], [1.0, 1.0]), ([0.0, 2.0], [0.0, 2.0])):
+        snapshot = line([75.0, 75.0], u)
+        contacts, found = answer(snapshot)
+        C = dense_normal_matrix(contacts, 2)[:, ::2]
+        candidates = [np.zeros(1), m_eff * C @ u]  # no reaction; contact kept closed
+        wrong = []
+        for reaction in candidates:
+            after = u - C.T @ reaction / 75.0
+            assert abs((C @ after) @ reaction) < 1e-9  # all that is printed holds
+            if (C @ after).max() > 1e-9 or reaction.min() < 0:
+                wrong.append((C @ after)[0] + abs(min(reaction[0], 0)))
+            else:
+                np.testing.assert_allclose(found.right_velocity[:, 0], after, atol=1e-9)
+        np.testing.assert_allclose(found.right_velocity[:, 0], right_answer, atol=1e-9)
+        assert len(wrong) == 1
+        assert wrong[0] > 1.9  # 2 m/s into each other, or a pull of 75 N·s
+
+
+def test_maintained_contact_can_pull():
+    """(2), (8): with equality the contacts of parting disks pull by 100 and 125 N·s; 0 ≤ λ ⟂ Wλ − Cu⁻ ≥ 0 gives 0."""
+    snapshot = line([75.0] * 3, [0.0, 1.0, 3.0])
+    contacts, found = answer(snapshot)
+    C = dense_normal_matrix(contacts, 3)
+    equality = np.linalg.solve(C @ C.T / 75.0, C @ snapshot.velocity.ravel())
+    np.testing.assert_allclose(equality, [-100, -125], rtol=1e-12)
+    np.testing.assert_allclose(answer(snapshot, maintained=True)[1].reaction, equality, rtol=1e-9)
+    reaction, right = projection(snapshot, contacts)
+    np.testing.assert_allclose(reaction, 0, atol=1e-12)
+    np.testing.assert_allclose(found.reaction, 0, atol=1e-9)
+    np.testing.assert_allclose(found.right_velocity, right, atol=1e-9)
+
+
+def test_maintained_equation_can_be_singular():
+    """(2), (8): a chain wedged between two walls has W singular: λ + t(1, …, 1) solves Wλ = Cu⁻ for every t."""
+    snapshot = line([50.0, 75.0, 100.0], [0.5, 0.5, 0.5])
+    walls = Walls(start=[[-0.25, -1], [1.25, -1]], end=[[-0.25, 1], [1.25, 1]])
+    contacts, found = answer(snapshot, walls)
+    C = dense_normal_matrix(contacts, 3)
+    W = C / np.repeat(snapshot.mass, 2) @ C.T
+    target = C @ snapshot.velocity.ravel()
+    assert np.linalg.matrix_rank(W) == len(contacts) - 1
+    np.testing.assert_allclose(W @ found.reaction, target, atol=1e-9)
+    np.testing.assert_allclose(W @ (found.reaction + 1000.0), target, atol=1e-9)
+    np.testing.assert_allclose(found.right_velocity, 0, atol=1e-9)  # u⁺ is unique all the same
+
+
+def test_right_velocity_needs_the_masses_and_the_minus_sign():
+    """(7): u⁻ − M⁻¹Cᵀλ is admissible and is the projection; u⁻ + Cᵀλ drives disks into each other at > 100 m/s."""
+    snapshot, floor = block_on_floor()
+    contacts, found = answer(snapshot, floor)
+    C = dense_normal_matrix(contacts, 12)
+    left, masses = snapshot.velocity.ravel(), np.repeat(snapshot.mass, 2)
+    _, right = projection(snapshot, contacts)
+    corrected = left - C.T @ found.reaction / masses
+    np.testing.assert_allclose(corrected, right.ravel(), atol=1e-9)
+    np.testing.assert_allclose(found.right_velocity, right, atol=1e-9)
+    assert (C @ corrected).max() < 1e-9
+    printed = left + C.T @ found.reaction
+    assert (C @ printed).max() > 100
+    # the sign is wrong even for masses of 1 kg, where the missing M⁻¹ does not show
+    pair = line([1.0, 1.0], [2.0, 0.0])
+    contacts, found = answer(pair)
+    C = dense_normal_matrix(contacts, 2)
+    assert C @ (pair.velocity.ravel() + C.T @ found.reaction) == pytest.approx(4.0)
+
+
+def test_common_velocity_belongs_to_the_free_chain():
+    """(5), (6): right for a free chain; against a wall they walk through it at 2 m/s and miss all of Σ m u⁻."""
+    mass, left = np.array([50.0, 93, 61, 75, 88, 52]), np.full(6, 2.0)
+    left[0] = 2.5
+    snapshot = line(mass, left)
+    common = (mass @ left) / mass.sum()  # (6)
+    printed = np.cumsum(-mass * (common - left))[:-1]  # (5)
+    _, free = answer(snapshot)
+    np.testing.assert_allclose(free.right_velocity[:, 0], common, atol=1e-10)
+    np.testing.assert_allclose(free.reaction, printed, rtol=1e-9, atol=1e-9)
+
+    _, constrained = answer(snapshot, wall_after(snapshot))
+    np.testing.assert_allclose(constrained.right_velocity, 0, atol=1e-9)
+    np.testing.assert_allclose(constrained.reaction, np.cumsum(mass * left), rtol=1e-10)
+    assert np.abs(constrained.right_velocity[:, 0] - common).min() > 2
+    assert (constrained.reaction[:5] - printed).min() > 100
+
+
+def test_dissipation_10_is_inelastic_for_75_kg():
+    """Fig. 1c: with k = 10, four disks of 75 kg stay together as with k = 0; of 1 kg, e = 0.86 as 1 kg on 3 kg."""
+    for k in (0.0, 10.0):
+        _, heavy = answer(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=k)
+        np.testing.assert_allclose(heavy.right_velocity[:, 0], 0.5, atol=1e-9)
+        assert heavy.energy_change == pytest.approx(
+            -0.75 * 150, rel=1e-9
+        )  # all but the common motion is lost
+    m_eff = 3 / 4  # one disk against the three behind it
+    e = (10 - m_eff) / (10 + m_eff)
+    _, light = answer(line([1.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
+    right = light.right_velocity[:, 0]
+    assert e > 0.85
+    np.testing.assert_allclose(right, [0.5 * (1 - 3 * e)] + 3 * [0.5 * (1 + e)], atol=1e-9)
+    assert (right[1] - right[0]) / 2.0 == pytest.approx(e, abs=1e-9)
+
+
+def test_force_is_percussion_over_time():
+    """2.1: −Cᵀλ/δt holds a blocked crowd whatever δt is; Cᵀλ is no force (it follows δt) and points forward."""
+    mass, speed, relaxation = np.array([50.0, 93, 61, 75, 88]), 1.5, 0.5
+    snapshot = line(mass, np.zeros(5))
+    drive = np.column_stack([mass * speed / relaxation, np.zeros(5)])
+    printed = []
+    for window in (0.001, 0.01, relaxation):
+        left = window * drive / mass[:, None]
+        contacts, found = answer(snapshot, wall_after(snapshot), left_velocity=left)
+        c_transpose_reaction = (dense_normal_matrix(contacts, 5).T @ found.reaction).reshape(5, 2)
+        np.testing.assert_allclose(drive - c_transpose_reaction / window, 0, atol=1e-7)
+        np.testing.assert_allclose(found.reaction / window, np.cumsum(drive[:, 0]), rtol=1e-9)
+        assert (c_transpose_reaction[:, 0] > 0).all()  # with the drive, not against it
+        printed.append(np.abs(c_transpose_reaction).max())
+    assert printed[1] / printed[0] == pytest.approx(10, rel=1e-9)
+    assert printed[2] / printed[0] == pytest.approx(500, rel=1e-9)
