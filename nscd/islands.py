@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from nscd.problem import ContactProblem
 
@@ -26,12 +26,8 @@ class Islands:
 
 def find_islands(problem: ContactProblem) -> Islands:
     """The connected components of disks over disk–disk contacts; walls do not connect."""
-    n = len(problem.mass)
     pairs = problem.second >= 0
-    i, j = problem.first[pairs], problem.second[pairs]
-    count, label = connected_components(
-        coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n)), directed=False
-    )
+    label, count = _components(len(problem.mass), problem.first, problem.second)
     island = label[problem.first]
     closing = problem.approach(problem.free) > problem.offset
     contacts = np.bincount(island, minlength=count)
@@ -44,3 +40,32 @@ def find_islands(problem: ContactProblem) -> Islands:
         pressed=np.bincount(island[closing], minlength=count) > 0,
         forest=contacts < disks + (walls > 0),
     )
+
+
+@njit(cache=True)
+def _components(n: int, first: Any, second: Any) -> Any:
+    """Label (n,) of each disk's component, and how many there are: union–find with path halving, the earlier root wins."""
+    root = np.arange(n).astype(np.int32)
+    for c in range(len(first)):
+        i, j = first[c], second[c]
+        if j < 0:
+            continue
+        while root[i] != i:
+            root[i] = root[root[i]]
+            i = root[i]
+        while root[j] != j:
+            root[j] = root[root[j]]
+            j = root[j]
+        if i < j:
+            root[j] = i
+        else:
+            root[i] = j
+    label = np.empty(n, np.int32)
+    count = 0
+    for i in range(n):  # a root comes before all that it leads
+        if root[i] == i:
+            label[i] = count
+            count += 1
+        else:
+            label[i] = label[root[i]]
+    return label, count

@@ -7,29 +7,42 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nscd.bodies import Floats
+from nscd.bodies import Flags, Floats
 from nscd.islands import find_islands
 from nscd.problem import ContactProblem
-from nscd.solvers.cholesky import Factor, System, approach, system_of
+from nscd.solvers.cholesky import Factor, System, approach, even, stiffness, system_of
 from nscd.solvers.closure import active_set, free_velocity, maintained
 from nscd.solvers.gauss_seidel import gauss_seidel
-from nscd.solvers.interior_point import interior_point
+from nscd.solvers.interior_point import SOFT, interior_point
 from nscd.solvers.least_energy import least_energy
 from nscd.solvers.projected_gradient import descend, projected_gradient
 from nscd.solvers.tree import tree
 
 SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
-# Below, the interior point takes a few milliseconds and nothing needs to be tried before it; soft-packed snapshots of
-# an engine, where the active set often cycles, are of this size.
-LARGE = 2000
-# Beyond this ratio of masses first-order methods stall.
-EVEN = 100.0
-# Sweeps before the active set is tried, and the share of contacts that may still change within 25 of them.
-SWEEPS, STEADY = 1600, 1e-4
+# Sweeps of a descent before the active set is tried, and how many contacts may still change within 25 of them: a few and
+# a share of all.
+SWEEPS, STEADY, SHARE = 1600, 1, 1e-4
+# In a small crowd factorisations are cheap: from this size on all these sweeps are made, below it few.
+LARGE, FEW_SWEEPS = 2000, 200
+# Closed contacts per unknown where a packing is marginal: nearly isostatic, with soft modes, so that active sets cycle.
+MARGINAL = 1.0, 1.2
+# To which accuracy soft contacts are solved before their active set is closed.
+NEARLY = 1e-9
 # A reaction above this share of the largest is one of a closed contact.
 PRESSED = 1e-9
 # Reactions that differ by less than this share of the largest are the same.
 UNIQUE = 1e-8
+
+
+class Found(NamedTuple):
+    """What a method found, in elimination order: reaction (k,), velocity (n,d), iterations, its own error, and whether the
+    reactions are those of least energy."""
+
+    reaction: Floats
+    velocity: Floats
+    iterations: int
+    error: float
+    least: bool
 
 
 class Outcome(NamedTuple):
@@ -65,8 +78,8 @@ def climb(
     """Solve a problem with k ≥ 1 contacts by the named solver, or by the cheapest one that serves.
 
     Islands that nothing presses and single contacts are answered at once; trees by closing all their contacts; a crowd
-    with a `guess` of its reactions (k,) by correcting it; the rest by descent and an active set (large and
-    of even masses) or by the interior point.
+    with a `guess` of its reactions (k,) by correcting it; even masses without dissipation by descent and an active set;
+    the rest, and where that does not settle, by the interior point.
 
     Where reactions are not unique, `canonical` ones have the least elastic energy (see `least_energy`).
     """
@@ -89,7 +102,7 @@ def climb(
         why = "nothing presses" if not single.any() else "each pressed contact is alone: closed form"
         return Outcome("closed_form", why, reaction, velocity, 0, True)
     at, disks = many[island], many[islands.label]
-    part = problem.restricted(at, disks)
+    part = problem if at.all() and disks.all() else problem.restricted(at, disks)
     some = None if guess is None else guess[at]
     outcome = _choose(part, tolerance, bool(islands.forest[many].all()), some, canonical)
     reaction[at], velocity[disks] = outcome.reaction, outcome.velocity
@@ -108,21 +121,7 @@ def _choose(
         found = _whole(problem, tolerance, "active_set", "corrects the guess", guess, canonical)
         if _error(problem, found) <= tolerance:
             return found
-    heaviest, lightest = problem.mass[:, 0].max(), problem.mass[:, 0].min()
-    if n >= LARGE and not problem.dissipative and heaviest <= EVEN * lightest:
-        found = _whole(
-            problem,
-            tolerance,
-            "active_set",
-            f"{n} disks of even masses: descent finds the closed contacts",
-            None,
-            canonical,
-        )
-        if _error(problem, found) <= tolerance:
-            return found
-    return _whole(
-        problem, tolerance, "interior_point", f"{n} disks, any masses, redundant or not", None, canonical
-    )
+    return _whole(problem, tolerance, "auto", "", None, canonical)
 
 
 def _error(problem: ContactProblem, outcome: Outcome) -> float:
@@ -134,27 +133,33 @@ def _whole(
     problem: ContactProblem, tolerance: float, solver: str, why: str, guess: Floats | None, canonical: bool
 ) -> Outcome:
     system, factor = system_of(problem)
-    if solver in ("projected_gradient", "gauss_seidel") and problem.dissipative:
+    n = len(problem.mass)
+    if problem.dissipative and solver in ("projected_gradient", "gauss_seidel"):
         raise ValueError(f"solver: {solver} is for contacts without dissipation")
     if solver == "maintained":
-        reaction, velocity, iterations = maintained(system, factor)
-    elif solver == "active_set":
-        reaction, velocity, iterations = _active_set(
-            system, factor, tolerance, None if guess is None else guess[factor.contact]
-        )
+        found = Found(*maintained(system, factor), 0.0, True)
     elif solver == "projected_gradient":
-        reaction, velocity, iterations = projected_gradient(system, 0.9 * tolerance)
+        found = Found(*projected_gradient(system, 0.9 * tolerance), 0.0, False)
     elif solver == "gauss_seidel":
-        reaction, velocity, iterations = gauss_seidel(system, 0.9 * tolerance)
+        found = Found(*gauss_seidel(system, 0.9 * tolerance), 0.0, False)
+    elif guess is not None:
+        found = _close(system, factor, guess[factor.contact] > PRESSED * guess.max(initial=0.0), 0)
+    elif solver == "active_set":
+        reaction, velocity, sweeps, _ = descend(system, tolerance, SWEEPS, _steady(system))
+        found = _close(system, factor, _closed(system, reaction, velocity), sweeps)
+    elif solver == "interior_point":
+        found = _interior_point(system, factor, tolerance, None)
+    elif problem.dissipative or not even(system):
+        reason = "dissipative contacts" if problem.dissipative else "masses far apart"
+        solver, why = "interior_point", f"{n} disks, {reason}"
+        found = _interior_point(system, factor, tolerance, None)
     else:
-        reaction, velocity, iterations = _interior_point(system, factor, tolerance)
-    right = np.empty_like(velocity)
-    right[factor.order] = velocity
-    unordered = np.empty_like(reaction)
-    unordered[factor.contact] = reaction
-    outcome = Outcome(solver, why, unordered, right, iterations, solver == "maintained")
+        found, solver, why = _even(system, factor, tolerance)
+    right, unordered = np.empty_like(found.velocity), np.empty_like(found.reaction)
+    right[factor.order], unordered[factor.contact] = found.velocity, found.reaction
+    outcome = Outcome(solver, why, unordered, right, found.iterations, found.least)
     if canonical and not outcome.canonical:
-        outcome = _canonical(problem, system, factor, outcome, velocity, tolerance)
+        outcome = _canonical(problem, system, factor, outcome, found.velocity, tolerance)
     return outcome
 
 
@@ -181,28 +186,67 @@ def _canonical(
     return outcome._replace(canonical=same)
 
 
-def _active_set(
-    system: System, factor: Factor, tolerance: float, guess: Floats | None
-) -> tuple[Floats, Floats, int]:
-    """From a guess of the reactions, or from a descent until the closed contacts settle."""
-    if guess is None:
-        reaction, velocity, sweeps, _ = descend(system, tolerance, SWEEPS, STEADY)
-        closed = None
-    else:
-        reaction, velocity, sweeps = np.maximum(guess, 0.0), system.free, 0
-        closed = reaction > PRESSED * reaction.max(initial=0.0)
-    reaction, velocity, rounds, _ = active_set(system, factor, reaction, velocity, tolerance, closed=closed)
-    return reaction, velocity, sweeps + rounds
+def _close(system: System, factor: Factor, closed: Flags, before: int, thorough: bool = False) -> Found:
+    """The active set from a guess of it; `before` iterations were made already."""
+    reaction, velocity, rounds, error, settled = active_set(system, factor, closed, thorough)
+    return Found(reaction, velocity, before + rounds, error, settled and even(system))
 
 
-def _interior_point(system: System, factor: Factor, tolerance: float) -> tuple[Floats, Floats, int]:
-    """The interior point, finished on its active set where degenerate contacts keep it from rounding."""
-    reaction, velocity, iterations = interior_point(system, factor, 0.5 * tolerance)
-    v = np.empty(len(reaction))
-    approach(system, velocity, v)
-    error = float(np.abs(np.minimum(system.inverse_mass * reaction, system.offset - v)).max()) / system.scale
+def _even(system: System, factor: Factor, tolerance: float) -> tuple[Found, str, str]:
+    """Even masses without dissipation: descent, then its active set, or the interior point where that would not settle."""
+    n = len(system.mass)
+    steady = _steady(system)
+    most = SWEEPS if n >= LARGE else FEW_SWEEPS
+    reaction, velocity, sweeps, settled = descend(system, tolerance, most, steady, MARGINAL)
+    if settled or n >= LARGE:
+        found = _close(system, factor, _closed(system, reaction, velocity), sweeps)
+        if found.error <= tolerance and found.least:
+            return found, "active_set", f"{n} disks of even masses: descent found the closed contacts"
+        sweeps = found.iterations
+    rest = _interior_point(system, factor, tolerance, (reaction, velocity))
+    return (
+        rest._replace(iterations=sweeps + rest.iterations),
+        "interior_point",
+        f"{n} disks: descent does not find the closed contacts exactly",
+    )
+
+
+def _interior_point(
+    system: System, factor: Factor, tolerance: float, start: tuple[Floats, Floats] | None
+) -> Found:
+    """The interior point on slightly soft contacts, whose closed ones are those of the least-energy reactions, and the
+    active set; on rigid ones where that does not reach the tolerance."""
+    found = None
+    if even(system):
+        reaction, velocity, soft = interior_point(system, factor, NEARLY, SOFT, start)
+        closed = _closed(system, reaction, velocity, SOFT)
+        found = _close(system, factor, closed, soft, True)
+        if found.error <= tolerance:
+            return found
+    reaction, velocity, rigid = interior_point(system, factor, 0.5 * tolerance)
+    apart = np.minimum(system.inverse_mass * reaction, _gap(system, velocity))
+    error = float(np.abs(apart).max()) / system.scale
     if error > tolerance:
-        better, right, rounds, polished = active_set(system, factor, reaction, velocity, tolerance)
-        if polished < error:
-            return better, right, iterations + rounds
-    return reaction, velocity, iterations
+        better = _close(system, factor, _closed(system, reaction, velocity), rigid, True)
+        if better.error < error:
+            return better
+    return Found(reaction, velocity, rigid + (found.iterations if found else 0), error, False)
+
+
+def _steady(system: System) -> int:
+    return STEADY + int(SHARE * len(system.first))
+
+
+def _closed(system: System, reaction: Floats, velocity: Floats, soft: float = 0.0) -> Flags:
+    """Which contacts (k,) press more than they open."""
+    yielded = soft * reaction / stiffness(system)
+    closed: Flags = system.inverse_mass * reaction > _gap(system, velocity) + yielded
+    return closed
+
+
+def _gap(system: System, velocity: Floats) -> Floats:
+    """b − C u (k,) m/s: how fast the contacts open."""
+    v = np.empty(len(system.first))
+    approach(system, velocity, v)
+    gap: Floats = system.offset - v
+    return gap

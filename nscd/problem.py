@@ -125,10 +125,10 @@ class ContactProblem:
         )
 
     def _rows(self, first: Floats, second: Floats, velocity: Floats) -> Floats:
-        rows = (first * velocity[self.first]).sum(1)
-        pairs = self.second >= 0
-        rows[pairs] += (second[pairs] * velocity[self.second[pairs]]).sum(1)
-        return np.asarray(rows)
+        rows: Floats = np.einsum("kd,kd->k", first, velocity[self.first])
+        other = np.einsum("kd,kd->k", second, velocity[self.second])
+        rows += np.where(self.second >= 0, other, 0.0)
+        return rows
 
 
 def impact_problem(

@@ -156,8 +156,8 @@ def social_force(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw | None
 
 
 class LoehnerReading(enum.StrEnum):
-    """How eq. (10) is read. printed: f_max/(1 + d²) where d_ij ≤ r_ij, twice that beyond. text: the two cases swapped,
-    so that contact is the stronger, as its words say. Either way the force jumps by a factor 2 at touch."""
+    """How eq. (10) is read. printed: f_max/(1 + d²) where d_ij ≤ r_ij, twice that beyond. text: with the two
+    cases exchanged, as a contact force would have it. Either way the force jumps by a factor 2 at touch."""
 
     PRINTED = "printed"
     TEXT = "text"

@@ -18,6 +18,8 @@ from nscd.solvers.rows import Rows, factorise_rows, rows_of, solve_rows
 # From this many disks the multifrontal factorisation is the faster one (see benchmarks).
 MANY = 3000
 LEAF = 8
+# Up to this ratio of w masses are even: contacts may then all have the same stiffness, whatever they join.
+EVEN = 100.0
 
 
 class System(NamedTuple):
@@ -83,6 +85,18 @@ def system_of(problem: ContactProblem) -> tuple[System, Factor]:
     rows = _nothing()[0] if many else rows_of(ordering, first, second)
     fronts = fronts_of(ordering, first, second, d) if many else _nothing()[1]
     return system, Factor(order, contact, many, rows, fronts)
+
+
+def stiffness(system: System) -> Any:
+    """Relative stiffness (k,) kg of the contacts as a penalty model: the same for all, 1/max w, so that its stiff limit has
+    the least Σλ²; 1/w where masses differ too much for that."""
+    w = system.inverse_mass
+    return np.full(len(w), 1.0 / w.max()) if even(system) else 1.0 / w
+
+
+def even(system: System) -> bool:
+    """Whether masses are even enough for one stiffness, and for first-order methods."""
+    return bool(system.inverse_mass.max() <= EVEN * system.inverse_mass.min())
 
 
 @cache

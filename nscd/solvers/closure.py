@@ -15,15 +15,20 @@ from nscd.solvers.cholesky import (
     factorise,
     inertia,
     solve_factorised,
+    stiffness,
 )
 
-ROUNDS = 8
-# Weight of the equalities against 1/w: large for speed, small enough to keep half of the digits.
-PENALTY = 1e4
-# Multiplier steps of a round whose set of closed contacts is still changing, and the share of changes that is called so.
-FEW, SETTLED = 2, 1e-3
-# The answer is taken to this share of the tolerance, which costs a step or two more.
-STRICT = 1e-3
+ROUNDS = 12
+# Weight of the equalities: large for speed, small enough to keep ten digits.
+PENALTY = 1e6
+# Multiplier steps at most; the first shows which contacts pull, the others are for a set that is nearly right.
+STEPS = 50
+# So many contacts, and this share of all, may change without getting fewer from round to round.
+HANDFUL, SHARE = 4, 1e-5
+# Gaps and openings are known to this share of ‖u⁻‖∞.
+EXACT = 1e-14
+# Reactions below the rounding of PENALTY · C u have no sign.
+ROUNDING = 4.0 * PENALTY * float(np.finfo(float).eps)
 
 
 def free_velocity(system: System, factor: Factor, momentum: Any) -> Any:
@@ -40,110 +45,144 @@ def free_velocity(system: System, factor: Factor, momentum: Any) -> Any:
 
 def maintained(system: System, factor: Factor) -> tuple[Any, Any, int]:
     """The equality form (paper eqs. (2) and (8)): every contact stays closed and may pull. Reactions λ (k,) N·s, of least
-    weighted norm where contacts are redundant; velocities (n,d); steps."""
-    closed = np.ones(len(system.first), dtype=np.bool_)
-    reaction, velocity = np.zeros(len(closed)), system.free.copy()
+    norm where contacts are redundant (weighted by the masses where these differ much); velocities (n,d); steps."""
+    k = len(system.first)
+    closed, reaction, v = np.ones(k, dtype=np.bool_), np.zeros(k), np.empty(k)
+    velocity = system.free.copy()
+    theta = PENALTY * stiffness(system)
     steps = 0
-    if _factorise_closed(system, factor, closed):
-        steps = _close(system, factor, closed, reaction, velocity, 200)
+    if factorise(system, factor, theta):
+        approach(system, velocity, v)
+        steps = _close(system, factor, closed, theta, reaction, velocity, v, 200)
     return reaction, velocity, int(steps)
 
 
 def active_set(
-    system: System,
-    factor: Factor,
-    reaction: Any,
-    velocity: Any,
-    tolerance: float,
-    rounds: int = ROUNDS,
-    steps: int = 8,
-    closed: Any = None,
-) -> tuple[Any, Any, int, float]:
-    """Improve an answer whose closed contacts are nearly known: reaction (k,), velocity (n,d), rounds, and the error.
+    system: System, factor: Factor, closed: Any, thorough: bool = False
+) -> tuple[Any, Any, int, float, bool]:
+    """Percussions from a set of contacts (k,) that is nearly the set of closed ones: reaction (k,) N·s, velocity (n,d) m/s,
+    rounds, the error max|min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had to be cut, and whether the set settled.
 
-    Contacts with wλ > b − Cu (or those of `closed` (k,) at first) are taken as closed, the others as free; then closed ones
-    that pull are opened and free ones that would overlap are closed, and so on: the primal–dual active set method, one
-    factorisation a round. It ends when the error, max|min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had to be cut, is within
-    the tolerance, when the set no longer changes, or when it changes more than before. At most `steps` multiplier steps a
-    round.
+    A round closes the set from rest: λ is then the least-norm reaction on it (the first step is the penalty model of stiffness
+    PENALTY, the others its stiff limit), and Σ θ(Cu − b) on the open ones says whether they would be pressed in that limit.
+    Contacts that pull open, those that would be pressed close: the primal–dual active set method on the penalty model, one
+    factorisation a round; a `thorough` one goes to the stiff limit every time. Once it settles, the reactions are those of least energy if the stiffness is the same for all
+    contacts (see `stiffness`). It ends unsettled after ROUNDS, or when
+    more contacts change than before.
     """
-    v = np.empty(len(reaction))
-    w, scale = system.inverse_mass, system.scale
-    if closed is None:
-        approach(system, velocity, v)
-        closed = w * reaction > system.offset - v
-    best, best_error, changes = (reaction, velocity), np.inf, [len(reaction)]
+    theta = PENALTY * stiffness(system)
+    reaction, velocity, done, error, settled = _rounds(system, factor, closed.copy(), theta, ROUNDS, thorough)
+    return reaction, velocity, int(done), float(error), bool(settled)
+
+
+@njit(cache=True)
+def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorough: bool) -> Any:
+    k = len(closed)
+    w, b, scale = system.inverse_mass, system.offset, system.scale
+    weight, reaction, v, pressed = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    u, best_u, best, best_error = system.free.copy(), system.free.copy(), np.zeros(k), np.inf
+    few = HANDFUL + int(SHARE * k)
+    before, sparing = k, False
     done = 0
-    while done < rounds:
+    while done < most:
         done += 1
-        reaction, velocity = np.where(closed, reaction, 0.0), system.free.copy()
-        if not _factorise_closed(system, factor, closed):
+        for c in range(k):
+            weight[c] = theta[c] if closed[c] else 0.0
+        if not factorise(system, factor, weight):
             break
-        # two steps show which contacts pull; the rest is for the last round, with the same factor
-        steps_now = FEW
-        for _ in range(2):
-            _close(system, factor, closed, reaction, velocity, steps_now)
-            approach(system, velocity, v)
-            gap = system.offset - v
-            admissible = np.maximum(reaction, 0.0)
-            error = (
-                max(np.abs(np.minimum(w * admissible, gap)).max(), (w * (admissible - reaction)).max())
-                / scale
-            )
-            if error < best_error:
-                best, best_error = (admissible, velocity.copy()), float(error)
-            new = w * reaction > gap
-            if (new != closed).sum() > SETTLED * len(new) or best_error <= STRICT * tolerance:
-                break
-            steps_now = steps
-        before, closed = closed, new
-        changes.append(int((closed != before).sum()))
-        if best_error <= tolerance or not changes[-1] or min(changes[-3:]) >= changes[-4:][0]:
+        u[:] = system.free
+        reaction[:] = 0.0
+        approach(system, u, v)
+        _close(system, factor, closed, theta, reaction, u, v, 1)
+        changed = _wrong(system, closed, reaction, v)
+        if thorough or changed <= few or done == most:
+            _close(system, factor, closed, theta, reaction, u, v, STEPS)
+            changed = _wrong(system, closed, reaction, v)
+            error = 0.0
+            for c in range(k):
+                pressed[c] = max(reaction[c], 0.0) if closed[c] else 0.0
+                error = max(error, abs(min(w[c] * pressed[c], b[c] - v[c])))
+                if closed[c]:
+                    error = max(error, -w[c] * reaction[c])
+            if changed == 0:
+                return pressed, u, done, error / scale, True
+            if error / scale < best_error:
+                best_error = error / scale
+                best[:], best_u[:] = pressed, u
+        if changed >= before and changed > few:
             break
-    return *best, done, best_error
+        # a handful that does not shrink is a cycle between neighbours: one of them at a time breaks it
+        sparing = sparing or changed >= before
+        before = changed
+        _change(system, closed, reaction, v, sparing)
+    return best, best_u, done, best_error, False
 
 
 @njit(cache=True)
-def _factorise_closed(system: Any, factor: Any, closed: Any) -> bool:
-    """Factorise Â + CᵀΘC with Θ = PENALTY/w on the closed contacts, 0 on the others."""
-    theta = np.zeros(len(closed))
+def _is_wrong(system: Any, closed: Any, reaction: Any, v: Any, c: int) -> bool:
+    """Whether a closed contact pulls, or an open one without a gap would be pressed, by more than rounding."""
+    least = ROUNDING * system.scale / system.inverse_mass[c]
+    if closed[c]:
+        return bool(reaction[c] <= -least)
+    return bool(reaction[c] > least and system.offset[c] - v[c] <= EXACT * system.scale)
+
+
+@njit(cache=True)
+def _wrong(system: Any, closed: Any, reaction: Any, v: Any) -> int:
+    count = 0
     for c in range(len(closed)):
-        if closed[c]:
-            theta[c] = PENALTY / system.inverse_mass[c]
-    return factorise(system, factor, theta)
+        if _is_wrong(system, closed, reaction, v, c):
+            count += 1
+    return count
 
 
 @njit(cache=True)
-def _close(system: Any, factor: Any, closed: Any, reaction: Any, u: Any, most: int) -> int:
-    """Method of multipliers: λ ← λ + θ(C u − b) with (Â + CᵀΘC) u = Â û − Cᵀ(λ − θ b), θ = 0 off the set; steps taken.
+def _change(system: Any, closed: Any, reaction: Any, v: Any, sparing: bool) -> None:
+    """Wrong contacts change sides; of those that share a disk only the first one where `sparing`."""
+    taken = np.zeros(len(system.mass), np.bool_)
+    for c in range(len(closed)):
+        if _is_wrong(system, closed, reaction, v, c):
+            i, j = system.first[c], system.second[c]
+            if sparing and (taken[i] or (j >= 0 and taken[j])):
+                continue
+            taken[i] = True
+            if j >= 0:
+                taken[j] = True
+            closed[c] = not closed[c]
 
-    With the factor of `_factorise_closed`; u (n,d) is corrected by the momentum that is still out of balance, so that rounding
-    does not grow with θ. λ (k,) and u are changed in place; λ moves as little as it can where contacts are redundant.
+
+@njit(cache=True)
+def _close(
+    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: int
+) -> int:
+    """Method of multipliers on the closed contacts, with the factor of Â + CᵀΘC: λ ← λ + θ(Cu − b), and the steps taken.
+
+    λ (k,) is kept for the open contacts as well (it presses nothing there); λ, u (n,d) and v = C u are changed in place. u is
+    corrected by the momentum that is still out of balance, so that rounding does not grow with θ.
     """
     k = len(closed)
-    v, push = np.empty(k), np.empty(k)
+    push, change = np.empty(k), np.empty(k)
     moved, rest = np.empty_like(u), np.empty_like(u)
     before = np.inf
-    iteration = 0
-    approach(system, u, v)
-    while iteration < most:
-        iteration += 1
+    steps = 0
+    while steps < most:
+        steps += 1
         for c in range(k):
-            theta = PENALTY / system.inverse_mass[c] if closed[c] else 0.0
-            push[c] = reaction[c] + theta * (v[c] - system.offset[c])
+            reaction[c] += theta[c] * (v[c] - system.offset[c])
+            push[c] = reaction[c] if closed[c] else 0.0
         moved[:] = system.free - u
         inertia(system, moved, rest)
         add_reactions(system, push, -1.0, rest)
         solve_factorised(factor, rest)
         u += rest
+        approach(system, rest, change)
         approach(system, u, v)
-        change = 0.0
+        open_by = 0.0
         for c in range(k):
+            reaction[c] += theta[c] * change[c]
             if closed[c]:
-                step = PENALTY * (v[c] - system.offset[c])
-                reaction[c] += step / system.inverse_mass[c]
-                change = max(change, abs(step))
-        if change <= 1e-15 * system.scale or (iteration > 2 and change > 0.5 * before):
+                open_by = max(open_by, abs(v[c] - system.offset[c]))
+        if open_by <= 1e-15 * system.scale or (steps > 2 and open_by > 0.8 * before):
             break
-        before = change
-    return iteration
+        before = open_by
+    return steps

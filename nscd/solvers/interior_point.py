@@ -15,23 +15,61 @@ from nscd.solvers.cholesky import (
     factorise,
     inertia,
     solve_factorised,
+    stiffness,
 )
 
 MAXIMUM_ITERATIONS = 200
-# Dual proximal term, relative to the Delassus diagonal: keeps redundant contacts definite; 1e-10 would stall jammed ones.
-PROXIMAL = 1e-14
+# Compliance of the contacts, relative to the Delassus diagonal: keeps redundant contacts definite and leads to the reactions
+# of least energy. For rigid contacts it is a proximal term of the iteration only; 1e-10 would stall jammed ones.
+SOFT, RIGID = 1e-8, 1e-14
 TINY = 1e-300
+# A start is taken this many times its error away from the boundary.
+AWAY = 10.0
 
 
-def interior_point(system: System, factor: Factor, tolerance: float) -> tuple[Any, Any, int]:
+def interior_point(
+    system: System,
+    factor: Factor,
+    tolerance: float,
+    soft: float = RIGID,
+    start: tuple[Any, Any] | None = None,
+) -> tuple[Any, Any, int]:
     """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
 
-    Follows the central path of min ½(u−û)·Â(u−û), C u + s = b, s ≥ 0 with one factorisation of Â + CᵀΘC an iteration,
-    Θ = λ/s, until the natural map max|min(wλ, b − Cu)| and the imbalance are below tolerance · ‖u⁻‖∞, or rounding
-    stops it. The start s = √w, λ = 1/√w (times one constant) makes unequal masses harmless. Mehrotra, SIAM J. Optim. 2
+    Follows the central path of min ½(u−û)·Â(u−û) + ½ε Σλ²/κ, C u + s = b + ελ/κ, s ≥ 0 with one factorisation of
+    Â + CᵀΘC an iteration, Θ = 1/(s/λ + ε/κ), until the natural map max|min(wλ, b − Cu + ελ/κ)| and the imbalance are below
+    tolerance · ‖u⁻‖∞, or rounding stops it; κ is the `stiffness`, ε = `soft`, or 0 for RIGID. Mehrotra, SIAM J. Optim. 2
     (1992) 575, with one of Gondzio's correctors, Comput. Optim. Appl. 6 (1996) 137.
+
+    Without a `start` from s = √w, λ = 1/√w (times one constant), which makes unequal masses harmless; from reactions and
+    velocities that are nearly right, from the point of the path that is as far from the end as they are: wλ − s is kept,
+    √(wλ·s) = AWAY · error.
     """
-    reaction, velocity, iterations = _follow(system, factor, tolerance, MAXIMUM_ITERATIONS)
+    w, scale = system.inverse_mass, system.scale
+    compliance = soft / stiffness(system)
+    if start is None:
+        velocity = system.free
+        slack, reaction = scale * np.sqrt(w / w.min()), scale / np.sqrt(w * w.min())
+    else:
+        velocity, v = start[1], np.empty(len(w))
+        approach(system, velocity, v)
+        gap, pushed = system.offset - v, w * start[0]
+        square = (AWAY * max(float(np.abs(np.minimum(pushed, gap)).max()), tolerance * scale)) ** 2
+        apart = pushed - gap
+        pushed = 0.5 * (apart + np.sqrt(apart**2 + 4.0 * square))
+        slack = np.maximum(pushed - apart, square / pushed)
+        reaction = square / slack / w
+    reaction, velocity, iterations = _follow(
+        system,
+        factor,
+        tolerance,
+        compliance,
+        float(soft > RIGID),
+        slack,
+        reaction,
+        velocity.copy(),
+        MAXIMUM_ITERATIONS,
+    )
     return reaction, velocity, int(iterations)
 
 
@@ -67,12 +105,22 @@ def _imbalance(system: Any, u: Any, reaction: Any, moved: Any, dual: Any, size: 
 
 
 @njit(cache=True)
-def _follow(system: Any, factor: Any, tolerance: float, most: int) -> Any:
+def _follow(
+    system: Any,
+    factor: Any,
+    tolerance: float,
+    soft: Any,
+    yields: float,
+    slack: Any,
+    reaction: Any,
+    u: Any,
+    most: int,
+) -> Any:
+    """`slack`, `reaction` and `u` are where it starts, and are changed. With `yields` 0 the compliance is only in the matrix:
+    a proximal term, which does not change the answer."""
     n, d = system.mass.shape
     k = len(system.first)
     w, b, scale = system.inverse_mass, system.offset, system.scale
-    u = system.free.copy()
-    slack, reaction = scale * np.sqrt(w / w.min()), scale / np.sqrt(w * w.min())
     best_reaction, best_u, best, best_at = reaction.copy(), u.copy(), np.inf, 0
     v, wanted, push, theta = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     complementarity, slack_step, reaction_step, primal = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
@@ -84,8 +132,9 @@ def _follow(system: Any, factor: Any, tolerance: float, most: int) -> Any:
         error = _imbalance(system, u, reaction, moved, dual, size)
         mu = 0.0
         for c in range(k):
-            error = max(error, abs(min(w[c] * reaction[c], b[c] - v[c])) / scale)
-            primal[c] = v[c] + slack[c] - b[c]
+            yielded = yields * soft[c] * reaction[c]
+            error = max(error, abs(min(w[c] * reaction[c], b[c] - v[c] + yielded)) / scale)
+            primal[c] = v[c] + slack[c] - b[c] - yielded
             mu += slack[c] * reaction[c] / k
         stalled = 0 if error < 0.9 * best else stalled + 1
         if error < best:
@@ -95,7 +144,7 @@ def _follow(system: Any, factor: Any, tolerance: float, most: int) -> Any:
             break
         iteration += 1
         for c in range(k):
-            theta[c] = 1.0 / (slack[c] / reaction[c] + PROXIMAL * w[c])
+            theta[c] = 1.0 / (slack[c] / reaction[c] + soft[c])
             complementarity[c] = slack[c] * reaction[c]
         if not factorise(system, factor, theta):
             break

@@ -11,6 +11,7 @@ from nscd.solvers.cholesky import System
 
 POWER_ITERATIONS = 20
 CHECK = 25
+EARLY = 100
 
 
 def projected_gradient(system: System, tolerance: float, most: int = 200_000) -> tuple[Any, Any, int]:
@@ -19,68 +20,73 @@ def projected_gradient(system: System, tolerance: float, most: int = 200_000) ->
     min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit diagonal), by Nesterov's
     method with the gradient restart of O'Donoghue & Candès, Found. Comput. Math. 15 (2015) 715.
     """
-    reaction, velocity, sweeps, _ = descend(system, tolerance, most, -1.0)
-    return reaction, velocity, sweeps
+    return descend(system, tolerance, most, -1)[:3]
 
 
-def descend(system: System, tolerance: float, most: int, steady: float) -> tuple[Any, Any, int, bool]:
-    """The same, ended early once the set of closed contacts changes by no more than the share `steady` (negative: never) within
-    25 sweeps; the last value says whether one of both was reached."""
+def descend(
+    system: System, tolerance: float, most: int, steady: int, marginal: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Any, Any, int, bool]:
+    """The same, ended early once no more than `steady` contacts (negative: never) close or open within
+    25 sweeps (the last value says whether), or, after 100, where their number lies between the multiples `marginal` of the
+    number of unknowns."""
+    n = len(system.mass)
     root = np.sqrt(system.inverse_mass)
     x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root
-    inverse = 1.0 / system.mass[:, 0]
-    pull = _approach(system.first, system.second, x, y, system.free) - system.offset / root
-    step = 1.0 / _norm(system.first, system.second, x, y, inverse)
+    # a wall is the disk n, which never moves; unsigned places make the gathers vector instructions
+    first = system.first.astype(np.uint32)
+    second = np.where(system.second >= 0, system.second, n).astype(np.uint32)
+    inverse = np.append(1.0 / system.mass[:, 0], 0.0)
+    free = np.append(system.free, [[0.0, 0.0]], axis=0).T.copy()
+    pull = np.empty(len(root))
+    _approach(first, second, x, y, free[0], free[1], pull)
+    pull -= system.offset / root
+    step = 1.0 / _norm(first, second, x, y, inverse)
     weighted = tolerance * system.scale
-    scaled, sweeps, reached = _descend(
-        system.first, system.second, x, y, inverse, pull, root, step, weighted, most, steady * len(root)
+    between = 2 * n * marginal[0], 2 * n * marginal[1]
+    scaled, sweeps, settled = _descend(
+        first, second, x, y, inverse, pull, root, step, weighted, most, steady, between
     )
-    reaction = scaled / root
-    velocity = (
-        system.free - _momentum(system.first, system.second, x, y, scaled, len(inverse)) * inverse[:, None]
-    )
-    return reaction, velocity, int(sweeps), bool(reached)
+    momentum = np.zeros((2, n + 1))
+    _gather(first, second, x, y, scaled, momentum[0], momentum[1])
+    velocity = system.free - (momentum * inverse).T[:n]
+    return scaled / root, velocity, int(sweeps), bool(settled)
 
 
 @njit(cache=True, fastmath=True)
-def _momentum(first: Any, second: Any, x: Any, y: Any, reaction: Any, n: int) -> Any:
-    momentum = np.zeros((n, 2))
+def _gather(first: Any, second: Any, x: Any, y: Any, reaction: Any, ux: Any, uy: Any) -> None:
+    """u = Cᵀ λ (momentum)."""
+    ux[:] = 0.0
+    uy[:] = 0.0
     for c in range(len(reaction)):
         i, j = first[c], second[c]
         px, py = x[c] * reaction[c], y[c] * reaction[c]
-        momentum[i, 0] += px
-        momentum[i, 1] += py
-        if j >= 0:
-            momentum[j, 0] -= px
-            momentum[j, 1] -= py
-    return momentum
+        ux[i] += px
+        uy[i] += py
+        ux[j] -= px
+        uy[j] -= py
 
 
 @njit(cache=True, fastmath=True)
-def _approach(first: Any, second: Any, x: Any, y: Any, u: Any) -> Any:
-    v = np.empty(len(first))
-    for c in range(len(first)):
+def _approach(first: Any, second: Any, x: Any, y: Any, ux: Any, uy: Any, v: Any) -> None:
+    """v = C u."""
+    for c in range(len(v)):
         i, j = first[c], second[c]
-        v[c] = x[c] * u[i, 0] + y[c] * u[i, 1]
-        if j >= 0:
-            v[c] -= x[c] * u[j, 0] + y[c] * u[j, 1]
-    return v
+        v[c] = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j])
 
 
 @njit(cache=True, fastmath=True)
 def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
     """The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of 2 %."""
-    v = np.empty(len(first))
+    v, ux, uy = np.empty(len(first)), np.empty(len(inverse)), np.empty(len(inverse))
     for c in range(len(v)):
         v[c] = 1.0 + 0.37 * ((c * 7919) % 101) / 101.0
     size = 1.0
     for _ in range(POWER_ITERATIONS):
         v /= np.sqrt((v * v).sum())
-        u = _momentum(first, second, x, y, v, len(inverse))
-        for i in range(len(inverse)):
-            u[i, 0] *= inverse[i]
-            u[i, 1] *= inverse[i]
-        v = _approach(first, second, x, y, u)
+        _gather(first, second, x, y, v, ux, uy)
+        ux *= inverse
+        uy *= inverse
+        _approach(first, second, x, y, ux, uy, v)
         size = np.sqrt((v * v).sum())
     return 1.02 * size
 
@@ -88,46 +94,41 @@ def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
 @njit(cache=True, fastmath=True)
 def _descend(
     first: Any, second: Any, x: Any, y: Any, inverse: Any, pull: Any, root: Any, step: float, tolerance: float, most: int,
-    steady: float,
+    steady: int, marginal: Any,
 ) -> Any:  # fmt: skip
     k, n = len(first), len(inverse)
-    now, ahead, u = np.zeros(k), np.zeros(k), np.zeros((n, 2))
+    now, ahead, v, ux, uy = np.empty(k), np.empty(k), np.empty(k), np.empty(n), np.empty(n)
     for c in range(k):
         now[c] = max(pull[c], 0.0) * step
         ahead[c] = now[c]
     closed = np.zeros(k, np.bool_)
     momentum = 1.0
     for sweep in range(most):
+        _gather(first, second, x, y, ahead, ux, uy)
         for i in range(n):
-            u[i, 0] = u[i, 1] = 0.0
-        for c in range(k):
-            i, j = first[c], second[c]
-            px, py = x[c] * ahead[c], y[c] * ahead[c]
-            u[i, 0] += px
-            u[i, 1] += py
-            if j >= 0:
-                u[j, 0] -= px
-                u[j, 1] -= py
-        for i in range(n):
-            u[i, 0] *= inverse[i]
-            u[i, 1] *= inverse[i]
-        further = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
-        beta = (momentum - 1.0) / further
-        uphill = error = 0.0
-        changed = 0
-        check = sweep % CHECK == CHECK - 1
-        for c in range(k):
-            i, j = first[c], second[c]
-            v = x[c] * u[i, 0] + y[c] * u[i, 1]
-            if j >= 0:
-                v -= x[c] * u[j, 0] + y[c] * u[j, 1]
-            gradient = v - pull[c]
-            if check:
+            ux[i] *= inverse[i]
+            uy[i] *= inverse[i]
+        if sweep % CHECK == CHECK - 1:
+            _approach(first, second, x, y, ux, uy, v)
+            error, changed, pressed = 0.0, 0, 0
+            for c in range(k):
+                gradient = v[c] - pull[c]
                 error = max(error, abs(min(ahead[c], gradient)) * root[c])
                 touching = ahead[c] > gradient
                 if touching != closed[c]:
                     changed += 1
                     closed[c] = touching
+                pressed += touching
+            if error <= tolerance or changed <= steady:
+                return np.maximum(ahead, 0.0), sweep + 1, True
+            if sweep + 1 >= EARLY and marginal[0] < pressed < marginal[1]:
+                return np.maximum(ahead, 0.0), sweep + 1, False
+        further = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
+        beta = (momentum - 1.0) / further
+        uphill = 0.0
+        for c in range(k):
+            i, j = first[c], second[c]
+            gradient = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j]) - pull[c]
             new = max(ahead[c] - step * gradient, 0.0)
             move = new - now[c]
             uphill += gradient * move
@@ -137,6 +138,4 @@ def _descend(
         if uphill > 0.0:
             momentum = 1.0
             ahead[:] = now
-        if check and (error <= tolerance or changed <= steady):
-            return now, sweep + 1, True
     return now, most, False
