@@ -21,6 +21,8 @@ from nscd.solvers.cholesky import (
 ROUNDS = 12
 # Weight of the equalities: large for speed, small enough to keep ten digits.
 PENALTY = 1e6
+# For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are redundant.
+FIRM = 1e9
 # Multiplier steps at most; the first shows which contacts pull, the others are for a set that is nearly right.
 STEPS = 50
 # So many contacts, and this share of all, may change without getting fewer from round to round.
@@ -47,14 +49,18 @@ def maintained(system: System, factor: Factor) -> tuple[Any, Any, int]:
     """The equality form (paper eqs. (2) and (8)): every contact stays closed and may pull. Reactions λ (k,) N·s, of least
     norm where contacts are redundant (weighted by the masses where these differ much); velocities (n,d); steps."""
     k = len(system.first)
-    closed, reaction, v = np.ones(k, dtype=np.bool_), np.zeros(k), np.empty(k)
-    velocity = system.free.copy()
-    theta = PENALTY * stiffness(system)
-    steps = 0
-    if factorise(system, factor, theta):
+    closed, steps = np.ones(k, dtype=np.bool_), 0
+    reaction, velocity, v = np.zeros(k), system.free.copy(), np.empty(k)
+    for penalty in (PENALTY, FIRM):
+        theta = penalty * stiffness(system)
+        if not factorise(system, factor, theta):
+            break
+        reaction, velocity = np.zeros(k), system.free.copy()
         approach(system, velocity, v)
-        steps = _close(system, factor, closed, theta, reaction, velocity, v, 200)
-    return reaction, velocity, int(steps)
+        steps += _close(system, factor, closed, theta, reaction, velocity, v, 200)
+        if np.abs(v - system.offset).max() <= 100.0 * EXACT * system.scale:
+            break
+    return reaction, velocity, steps
 
 
 def active_set(
@@ -66,9 +72,9 @@ def active_set(
     A round closes the set from rest: λ is then the least-norm reaction on it (the first step is the penalty model of stiffness
     PENALTY, the others its stiff limit), and Σ θ(Cu − b) on the open ones says whether they would be pressed in that limit.
     Contacts that pull open, those that would be pressed close: the primal–dual active set method on the penalty model, one
-    factorisation a round; a `thorough` one goes to the stiff limit every time. Once it settles, the reactions are those of least energy if the stiffness is the same for all
-    contacts (see `stiffness`). It ends unsettled after ROUNDS, or when
-    more contacts change than before.
+    factorisation a round; a `thorough` one goes to the stiff limit every time. Once it settles, the reactions are those of
+    least energy if the stiffness is the same for all contacts (see `stiffness`). It ends unsettled after ROUNDS, or when more
+    contacts change than before.
     """
     theta = PENALTY * stiffness(system)
     reaction, velocity, done, error, settled = _rounds(system, factor, closed.copy(), theta, ROUNDS, thorough)
