@@ -10,11 +10,12 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install report test lint bench clean system system-test
+.PHONY: help install report paper test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
 	@echo "make report    the report on the arch and on a real crowd, in report/"
+	@echo "make paper     the discrete figures of the paper made anew, and which of its statements hold, in paper/"
 	@echo "make test      lint, types and tests"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of each engine and of the percussions"
@@ -81,6 +82,9 @@ install: system $(VENV)/installed
 report: install
 	@$(VENV)/bin/percussions report arch gate --out report
 
+paper: install
+	@$(VENV)/bin/percussions paper discrete --out paper
+
 lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .
 	$(PYTHON) -m mypy
@@ -93,5 +97,5 @@ bench: install
 	for script in engines percussions trajectory; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
-	@rm -rf $(VENV) report out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) report paper out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

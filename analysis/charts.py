@@ -18,6 +18,7 @@ from nscd import Snapshot
 from nscd.bodies import Floats
 
 BLUE, ORANGE, GREEN, PINK, BLACK, GREY = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#BBBBBB"
+COLOURS = (BLUE, ORANGE, GREEN, PINK)
 MARKERS = "osD^v"
 LINES = ("-", "--", ":", "-.")
 ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE"}

@@ -8,6 +8,7 @@ import logging
 import shlex
 import sys
 from collections.abc import Iterator
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -245,6 +246,40 @@ def report(
     print(page.resolve().as_uri())
     if any(comparison.answer.status != "solved" for made in studies for comparison in made.comparisons):
         raise typer.Exit(1)
+
+
+class PaperSection(StrEnum):
+    """A section of the paper of which a page can be made."""
+
+    DISCRETE = "discrete"
+
+
+@app.command()
+def paper(
+    section: Annotated[PaperSection, typer.Argument(help="Section of the paper.")],
+    figure: Annotated[
+        list[str] | None,
+        typer.Option(help="Number of a figure; give it several times. Left out: all."),
+    ] = None,
+    runs: Annotated[Path, typer.Option(help="Folder for the runs; unchanged ones are used again.")] = Path(
+        "out"
+    ),
+    out: Out = Path("paper"),
+) -> None:
+    """Make the paper's figures anew: one HTML page that says which of its statements hold, and the pictures as files.
+
+    Example: percussions paper discrete --figure 1 --figure 3 --out paper
+    """
+    from analysis.paper.page import write_discrete_page
+
+    assert section is PaperSection.DISCRETE
+    with _progress() as bars:
+        page, warnings = write_discrete_page(
+            out, runs, shlex.join(["percussions", *sys.argv[1:]]), figure, bars
+        )
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(page.resolve().as_uri())
 
 
 @app.command(name="import")

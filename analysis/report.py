@@ -37,6 +37,21 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     """Write `index.html`, `numbers.json` and one CSV of contacts a run into the folder; return the page's path."""
     folder.mkdir(parents=True, exist_ok=True)
     scenes = [_scene_content(study, folder) for study in studies]
+    page = render(
+        "report.html",
+        scenes=scenes,
+        command=command,
+    )
+    numbers = {
+        content["name"]: {"warnings": content["warnings"], "runs": content["runs"]} for content in scenes
+    }
+    write_text(folder / "numbers.json", json.dumps(jsonable(numbers), indent=1, ensure_ascii=False) + "\n")
+    write_text(folder / "index.html", page)
+    return folder / "index.html"
+
+
+def render(template: str, **content: Any) -> str:
+    """A page of templates/ with its content, the date, and the versions of what made it."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("analysis"),
         autoescape=True,
@@ -45,19 +60,12 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
         lstrip_blocks=True,
     )
     environment.filters |= {"number": number, "percent": percent}
-    page = environment.get_template("report.html").render(
-        scenes=scenes,
-        command=command,
+    return environment.get_template(template).render(
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("crowd-percussions"),
         findings=examine(),
+        **content,
     )
-    numbers = {
-        content["name"]: {"warnings": content["warnings"], "runs": content["runs"]} for content in scenes
-    }
-    write_text(folder / "numbers.json", json.dumps(jsonable(numbers), indent=1, ensure_ascii=False) + "\n")
-    write_text(folder / "index.html", page)
-    return folder / "index.html"
 
 
 def number(value: float, digits: int = 3) -> str:

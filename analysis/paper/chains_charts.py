@@ -7,10 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.charts import BLACK, BLUE, GREEN, GREY, LINES, MARKERS, ORANGE, PINK
+from analysis.charts import BLACK, COLOURS, GREY, LINES, MARKERS
 from nscd.bodies import Floats
-
-COLOURS = (BLUE, ORANGE, GREEN, PINK)
 
 
 def percussions_along(chains: Sequence[tuple[bool, str, Floats, Floats]], printed: Floats) -> Figure:

@@ -8,16 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from analysis.charts import BLACK, BLUE, ENGINE_NAMES, GREEN, LINES, MARKERS, ORANGE, PINK
+from analysis.charts import BLACK, BLUE, COLOURS, ENGINE_NAMES, LINES, MARKERS, ORANGE
+from analysis.paper.drawing import circles, contact_lines
 from analysis.paper.push import Push, first_arrivals
 from analysis.scene import Scene
 from nscd import Contacts, Percussions
 from nscd.bodies import Floats
-
-COLOURS = (BLUE, ORANGE, GREEN, PINK)
 
 
 def network(scene: Scene, contacts: Contacts, answer: Percussions, local: NDArray[np.bool_]) -> Figure:
@@ -28,10 +26,7 @@ def network(scene: Scene, contacts: Contacts, answer: Percussions, local: NDArra
     pushing = np.hypot(*snapshot.velocity.T) > 0
     for axes in (before, middle, after):
         for chosen, colour, hatch in ((~pushing, "#EEF3F7", ""), (pushing, "#F6D9A8", "////")):
-            disks = [
-                Circle((x, y), r)
-                for (x, y), r in zip(snapshot.position[chosen], snapshot.radius[chosen], strict=True)
-            ]
+            disks = circles(snapshot, chosen)
             axes.add_collection(
                 PatchCollection(disks, facecolor=colour, edgecolor="#777777", linewidth=0.5, hatch=hatch)
             )
@@ -47,18 +42,16 @@ def network(scene: Scene, contacts: Contacts, answer: Percussions, local: NDArra
     after.set_xlabel("x (m)")
     before.set_title("left velocities", fontsize=10)
     _arrows(before, snapshot.position, snapshot.velocity, 0.2)
-    start = snapshot.position[contacts.first]
-    end = contacts.point.copy()
-    pairs = ~contacts.is_wall
-    end[pairs] = snapshot.position[contacts.second[pairs]]
+    lines = contact_lines(snapshot, contacts)
     size = np.hypot(*answer.impulse.T)
+    carries = size > 1e-6 * size.max()
     for chosen, colour, style, words in (
-        (~local, BLUE, "solid", "non-local"),
-        (local, BLACK, (0, (2, 1)), "local (a pushing disk takes part)"),
+        (carries & ~local, BLUE, "solid", "non-local"),
+        (carries & local, BLACK, (0, (2, 1)), "local (a pushing disk takes part)"),
     ):
         middle.add_collection(
             LineCollection(
-                list(np.stack([start, end], axis=1)[chosen]),
+                list(lines[chosen]),
                 linewidths=list(7 * size[chosen] / size.max()),
                 colors=colour,
                 linestyles=[style],

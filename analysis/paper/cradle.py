@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from analysis.dumps import open_bodies
+from analysis.paper.engine_runs import EngineRun
 from analysis.paper.section import Progress
 from analysis.scene import Scene
-from analysis.study import run_engine, run_folder
 from nscd import Contacts, Snapshot
 from nscd.bodies import Floats
 
@@ -79,13 +77,9 @@ def cradle_scene(
     return variant.with_run(duration_s=periods * period, frames=20, time_step_s=step)
 
 
-def velocities_after(scene: Scene, engine: str, runs: Path, progress: Progress | None = None) -> Floats:
-    """Velocities (n,2) m/s at the end of an engine's run of the scene, reused from `runs` where it is unchanged.
-
-    Raises EngineError for an engine that is missing or fails.
-    """
-    folder = run_folder(runs, scene, engine)
-    record = run_engine(scene, engine, folder, progress)
-    data = open_bodies(folder / "bodies.dump", record.time_step_s).trajectory[-1].data
+def velocities_after(run: EngineRun, progress: Progress | None = None) -> Floats:
+    """Velocities (n,2) m/s at the end of an engine's run. Raises EngineError for an engine that is missing or fails."""
+    record = run.record(progress)
+    data = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory[-1].data
     velocity: Floats = np.column_stack([data["vx"], data["vy"]])
     return velocity

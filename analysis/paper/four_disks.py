@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.optimize import bisect
 
 from analysis.paper.cradle import aligned, newton_impact
+from analysis.paper.engine_runs import EngineRun
 from analysis.paper.four_disks_charts import after_impact, against_dissipation, four_disk_restitution
 from analysis.paper.four_disks_laws import (
     LARGE,
@@ -16,8 +15,12 @@ from analysis.paper.four_disks_laws import (
     MASS,
     PRINTED_K,
     Impact,
+    cradle_runs,
     first_only,
     impacts_of,
+    influence,
+    line_restitution,
+    opening_threshold,
     percussions,
 )
 from analysis.paper.section import Cell, Claim, Picture, Progress, Section, Table, Verdict
@@ -29,27 +32,9 @@ RESTITUTIONS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.99)
 OPENING = (2.0, 0.0, 1.0, -1.0)
 
 
-def opening_threshold(mass: ArrayLike) -> float:
-    """The k (kg) beyond which the first contact of a line at rest, hit by its first disk, opens; by bisection.
-
-    The sign is that of λ¹²/m − (u²⁺ − u¹⁺): the contact carries a reaction below the threshold and opens above.
-    """
-    masses = np.asarray(mass, dtype=np.float64)
-    left = first_only(len(masses))
-
-    def pressed(k: float) -> float:
-        answer = percussions(masses, left, ContactLaw(dissipation=k))
-        right = answer.right_velocity[:, 0]
-        return float(answer.reaction[0] / masses[0] + right[0] - right[1])
-
-    return float(bisect(pressed, 1e-3 * masses.min(), 1e3 * masses.max(), xtol=1e-10 * masses.min()))
-
-
-def line_restitution(disks: int, restitution: float) -> float:
-    """(u²⁺ − u¹⁺)/U of equal disks hit by their first one, with k of the pair's `restitution`."""
-    left = first_only(disks)
-    right = percussions(np.full(disks, MASS), left, ContactLaw(restitution=restitution)).right_velocity[:, 0]
-    return float((right[1] - right[0]) / left[0])
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """Four and three disks by the engines."""
+    return cradle_runs(4, runs) + cradle_runs(3, runs)
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
@@ -227,17 +212,6 @@ def _energy_table() -> Table:
         head=["k (kg)", "λ²³ (N·s)", "energy before (J)", "after (J)", "energy error", "status"],
         rows=rows,
     )
-
-
-def influence(mass: ArrayLike, left: ArrayLike, step: float = 1e-3) -> Floats:
-    """∂λ¹²/∂u_j⁻ (n,) kg of the inelastic impact, by central differences of `step` m/s."""
-    base = np.asarray(left, dtype=np.float64)
-    changes = [
-        percussions(mass, base + shift, ContactLaw()).reaction[0]
-        - percussions(mass, base - shift, ContactLaw()).reaction[0]
-        for shift in step * np.eye(len(base))
-    ]
-    return np.array(changes) / (2 * step)
 
 
 def _influence_table() -> Table:

@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.charts import BLACK, BLUE, GREEN, GREY, MARKERS, ORANGE, PINK
+from analysis.charts import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
 from nscd.bodies import Floats
 
 HATCHES = ("", "///", "...", "xxx")
-COLOURS = (BLUE, ORANGE, GREEN, PINK)
 
 
 def four_disk_restitution(e: float) -> float:

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import bisect
 
 from analysis.charts import ENGINE_NAMES
 from analysis.engines import EngineError
 from analysis.paper.cradle import aligned, cradle_scene, newton_impact, velocities_after
+from analysis.paper.engine_runs import EngineRun
 from analysis.paper.section import Cell, Progress
 from analysis.scene import read_scene
 from nscd import ContactLaw, Percussions, find_contacts, solve
@@ -69,6 +71,55 @@ def first_only(disks: int, speed: float = 2.0) -> Floats:
     return np.concatenate([[speed], np.zeros(disks - 1)])
 
 
+def opening_threshold(mass: ArrayLike) -> float:
+    """The k (kg) beyond which the first contact of a line at rest, hit by its first disk, opens; by bisection.
+
+    The sign is that of λ¹²/m − (u²⁺ − u¹⁺): the contact carries a reaction below the threshold and opens above.
+    """
+    masses = np.asarray(mass, dtype=np.float64)
+    left = first_only(len(masses))
+
+    def pressed(k: float) -> float:
+        answer = percussions(masses, left, ContactLaw(dissipation=k))
+        right = answer.right_velocity[:, 0]
+        return float(answer.reaction[0] / masses[0] + right[0] - right[1])
+
+    return float(bisect(pressed, 1e-3 * masses.min(), 1e3 * masses.max(), xtol=1e-10 * masses.min()))
+
+
+def line_restitution(disks: int, restitution: float) -> float:
+    """(u²⁺ − u¹⁺)/U of equal disks hit by their first one, with k of the pair's `restitution`."""
+    left = first_only(disks)
+    right = percussions(np.full(disks, MASS), left, ContactLaw(restitution=restitution)).right_velocity[:, 0]
+    return float((right[1] - right[0]) / left[0])
+
+
+def influence(mass: ArrayLike, left: ArrayLike, step: float = 1e-3) -> Floats:
+    """∂λ¹²/∂u_j⁻ (n,) kg of the inelastic impact, by central differences of `step` m/s."""
+    base = np.asarray(left, dtype=np.float64)
+    changes = [
+        percussions(mass, base + shift, ContactLaw()).reaction[0]
+        - percussions(mass, base - shift, ContactLaw()).reaction[0]
+        for shift in step * np.eye(len(base))
+    ]
+    return np.array(changes) / (2 * step)
+
+
+def cradle_runs(disks: int, runs: Path) -> list[EngineRun]:
+    """The line as soft disks: elastic and strongly damped, by both engines, and with Hertz' law."""
+    scene = read_scene("four_disks")
+    return [
+        EngineRun.of(cradle_scene(scene, disks, law=law, restitution=e, periods=periods), engine, runs)
+        for engine, law, e, periods in (
+            ("lammps", "hooke", 1.0, 12),
+            ("yade", "hooke", 1.0, 12),
+            ("lammps", "hertz", 1.0, 48),
+            ("lammps", "hooke", 0.01, 100),
+            ("yade", "hooke", 0.01, 100),
+        )
+    ]
+
+
 def impacts_of(disks: int, runs: Path, warnings: list[str], progress: Progress | None) -> list[Impact]:
     """The impact of a line by every law; the first four: k = 0, the printed k with both masses, k → ∞."""
     mass, left = np.full(disks, MASS), first_only(disks)
@@ -93,20 +144,13 @@ def impacts_of(disks: int, runs: Path, warnings: list[str], progress: Progress |
     for e in (0.5, 1.0):
         after = newton_impact(snapshot, contacts, e)[:, 0]
         impacts.append(Impact(law=f"Newton, e = {e:g}", mass=mass, before=left, after=after))
-    scene = read_scene("four_disks")
-    for engine, law, e, periods in (
-        ("lammps", "hooke", 1.0, 12),
-        ("yade", "hooke", 1.0, 12),
-        ("lammps", "hertz", 1.0, 48),
-        ("lammps", "hooke", 0.01, 100),
-        ("yade", "hooke", 0.01, 100),
-    ):
-        variant = cradle_scene(scene, disks, law=law, restitution=e, periods=periods)
+    for run in cradle_runs(disks, runs):
+        contact = run.scene.contact
         try:
-            after = velocities_after(variant, engine, runs, progress)[:, 0]
+            after = velocities_after(run, progress)[:, 0]
         except EngineError as error:
-            warnings.append(f"{variant.name}, {engine}: {error}")
+            warnings.append(f"{run.scene.name}, {run.engine}: {error}")
             continue
-        label = f"{ENGINE_NAMES[engine]}, e = {e:g}, {law}"
+        label = f"{ENGINE_NAMES[run.engine]}, e = {contact.restitution:g}, {contact.law}"
         impacts.append(Impact(law=label, mass=mass, before=left, after=after))
     return impacts

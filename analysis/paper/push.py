@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from analysis.compare import Comparison, compare_run
 from analysis.dumps import open_bodies
 from analysis.paper.cradle import impact_time
+from analysis.paper.engine_runs import EngineRun
 from analysis.paper.section import Progress
 from analysis.scene import Scene
-from analysis.study import run_engine, run_folder
 from nscd import Contacts
 from nscd.bodies import Floats
 
@@ -63,18 +62,17 @@ def push_scene(scene: Scene, stiffness: float, restitution: float, periods: floa
     return variant.with_run(duration_s=periods * impact_time(variant), frames=frames, time_step_s=None)
 
 
-def run_push(scene: Scene, engine: str, runs: Path, progress: Progress | None = None) -> Push:
-    """Run the push, or take it from `runs` where it is unchanged. Raises EngineError for an engine that fails."""
-    folder = run_folder(runs, scene, engine)
-    record = run_engine(scene, engine, folder, progress)
-    trajectory = open_bodies(folder / "bodies.dump", record.time_step_s).trajectory
+def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
+    """What an engine's run of the push shows. Raises EngineError for an engine that is missing or fails."""
+    scene, record = run.scene, run.record(progress)
+    trajectory = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory
     times, speeds = [], []
     for frame in trajectory:
         times.append(float(frame.time))
         speeds.append(np.hypot(frame.data["vx"], frame.data["vy"]))
     pushing = float(np.hypot(*scene.snapshot.velocity.T).max())
     arrival = crossing_times(np.array(times), np.array(speeds), REACHED * pushing)
-    return Push(comparison=compare_run(folder), arrival=arrival)
+    return Push(comparison=compare_run(run.folder), arrival=arrival)
 
 
 def crossing_times(times: Floats, values: Floats, level: float) -> Floats:

@@ -10,6 +10,7 @@ from analysis.compare import relative_difference
 from analysis.dumps import DumpError
 from analysis.engines import ENGINES, EngineError
 from analysis.overlaps import OverlapError
+from analysis.paper.engine_runs import EngineRun
 from analysis.paper.rivals_arch import (
     FIRST_ORDER,
     PERCUSSIONS,
@@ -40,10 +41,16 @@ from analysis.paper.rivals_laws import (
 )
 from analysis.paper.section import Cell, Claim, Picture, Progress, Section, Table
 from analysis.scene import Scene, read_scene
-from analysis.study import run_engine, run_folder
 
 LOEHNER_REACH_M = 2.0
+CROWDS = ("arch", "arch_masses")
 OVERLAP_M, RADII_M = 0.01, (0.18, 0.3)
+
+
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """The crowds of equal and of unequal masses by the first engine that is there."""
+    engine = next((known.NAME for known in ENGINES if known.find() is not None), None)
+    return [EngineRun.of(read_scene(name), engine, runs) for name in CROWDS] if engine else []
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
@@ -53,8 +60,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     engine the section has the chains only, and a warning.
     """
     tell: Progress = progress or (lambda label, share: None)
-    tell("rivals: chains", 0.0)
-    scene = read_scene("arch")
+    tell("rivals", 0.0)
+    scene, unequal_crowd = (read_scene(name) for name in CROWDS)
     drive = scene.drive
     assert drive is not None
     time = drive.relaxation_time_s
@@ -83,7 +90,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         *chain_claims(equal, unequal),
         surface_claim(OVERLAP_M, RADII_M, ratio_of_sizes(OVERLAP_M, RADII_M)),
     ]
-    arches = _arches((scene, read_scene("arch_masses")), runs, tell, warnings)
+    arches = _arches((scene, unequal_crowd), runs, tell, warnings)
     claims.insert(1, mass_claim(unequal, arches))
     if len(arches) == 2:
         pictures.append(
@@ -96,12 +103,12 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
             )
         )
         tables.append(arch_table(arches))
-        tell("rivals: crowd without overlaps", 0.7)
+        tell("rivals", 0.7)
         claims += _crowd_claims(arches, _apart(arches[0], warnings), limit)
     tables.append(_misjudged(equal, unequal, arches))
     tell("rivals", 1.0)
     return Section(
-        number="Fig. 6",
+        number="6",
         title="The rivals: first-order model, social force, Löhner",
         words=[
             "Each law is evaluated on the same configuration. People are driven by m u_d/τ with u_d = "
@@ -144,10 +151,10 @@ def _arches(scenes: tuple[Scene, ...], runs: Path, tell: Progress, warnings: lis
         found = []
         try:
             for number, scene in enumerate(scenes):
-                tell(f"rivals: {scene.name} by {engine.NAME}", 0.1 + 0.3 * number)
-                folder = run_folder(runs, scene, engine.NAME)
-                run_engine(scene, engine.NAME, folder, tell)
-                found.append(arch_forces(scene, folder))
+                tell("rivals", 0.1 + 0.3 * number)
+                run = EngineRun.of(scene, engine.NAME, runs)
+                run.record(tell)
+                found.append(arch_forces(scene, run.folder))
         except (EngineError, DumpError) as error:
             warnings.append(f"{engine.NAME}: {error}")
             continue

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from analysis.charts import BLACK, BLUE, ENGINE_NAMES, GREY, ORANGE, PINK
 from analysis.compare import compare_run, correlation, relative_difference
 from analysis.overlaps import reconcile
+from analysis.paper.arch_crowd import RING_M
+from analysis.paper.rivals_chain import LEFT_OUT_N
 from analysis.paper.section import Table
 from analysis.scene import Scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
 from nscd.bodies import Floats
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
-
-LEFT_OUT_N = 1e-6
-RING_M = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,7 +58,7 @@ class ArchForces:
 
 
 PERCUSSIONS, FIRST_ORDER, SOCIAL = "percussions p/τ", "first-order model λ m̄/τ", "social force"
-PRINTED, TEXT = "Löhner as printed", "Löhner as its text says"
+PRINTED, TEXT = "Löhner as printed", "Löhner, cases exchanged"
 
 
 def arch_forces(scene: Scene, folder: Path) -> ArchForces:

@@ -144,7 +144,7 @@ def chain_picture(equal: ChainForces, unequal: ChainForces) -> Figure:
         ("first_order", "first-order model, λ m̄/τ", ORANGE, "^", "--", 5),
         ("social_at_rest", "social force, at rest under the drive", GREEN, "x", ":", 7),
         ("social", "social force, touching chain", BLUE, "s", "-", 5),
-        ("loehner_text", "Löhner, as its text says", PINK, "D", "-.", 5),
+        ("loehner_text", "Löhner, cases exchanged", PINK, "D", "-.", 5),
         ("loehner_printed", "Löhner, as printed", PINK, "v", ":", 5),
     )
     axes = None
@@ -225,7 +225,7 @@ def chain_table(chain: ChainForces) -> Table:
             "social, at rest (N)",
             "its gap (mm)",
             "Löhner as printed (N)",
-            "Löhner as its text says (N)",
+            "Löhner, cases exchanged (N)",
         ),
         rows=[
             (i + 1, float(mass), *map(float, row))

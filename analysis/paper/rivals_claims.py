@@ -195,7 +195,7 @@ def loehner_claims(
             verdict=verdict(printed[0] > 0, text[0] > 0),
             reason=f"Pairs that do not touch, up to a gap of {reach:g} m, give {100 * printed[0]:.0f} % of the sum "
             "of all forces "
-            f"as printed and {100 * text[0]:.0f} % as its text says. As printed the push grows {jump:.3f}-fold at "
+            f"as printed and {100 * text[0]:.0f} % with the cases exchanged. As printed the push grows {jump:.3f}-fold at "
             "the moment the "
             f"two part. And who gives is not who receives: f_ij/f_ji reaches {printed[1]:.2f} for unequal radii and "
             "masses.",

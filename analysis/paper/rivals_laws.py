@@ -57,7 +57,7 @@ def laws_table(limit: float) -> Table:
             "social: body (N)",
             "social: sum (N)",
             "Löhner as printed (N)",
-            "Löhner as its text says (N)",
+            "Löhner, cases exchanged (N)",
         ),
         rows=np.column_stack([1e3 * gap, *forces.values()]).tolist(),
     )
@@ -73,7 +73,7 @@ def laws_picture(limit: float) -> Figure:
     curves = (
         ("social", "social force (9)", BLUE, "-", "s"),
         ("repulsion", "its repulsion alone", GREEN, "--", "x"),
-        (LoehnerReading.TEXT, "Löhner (10), as its text says", PINK, "-.", "D"),
+        (LoehnerReading.TEXT, "Löhner (10), cases exchanged", PINK, "-.", "D"),
         (LoehnerReading.PRINTED, "Löhner (10), as printed", PINK, ":", "v"),
     )
     touch = int((gap <= 0).sum())

@@ -8,15 +8,11 @@ import pytest
 from analysis.engines import ENGINES, EngineError
 from analysis.making import make
 from analysis.paper import arch as figures
-from analysis.paper import arch_seeds
-from analysis.paper.arch import (
-    Maintained,
-    dissipation_trials,
-    place_claim,
-    ring_claim,
-    uniformity_claim,
-)
-from analysis.paper.arch_seeds import Arch, Sample, growth, warnings_of
+from analysis.paper import arch_masses, arch_seeds, engine_runs
+from analysis.paper.arch_claims import place_claim, ring_claim, uniformity_claim
+from analysis.paper.arch_crowd import Arch
+from analysis.paper.arch_dissipation import Maintained, dissipation_trials
+from analysis.paper.arch_seeds import Sample, growth, warnings_of
 from analysis.paper.section import Verdict
 from analysis.scene import Wall
 from nscd import Snapshot
@@ -197,7 +193,14 @@ def small(monkeypatch):
     monkeypatch.setattr(arch_seeds, "SEEDS", range(1, 3))
     monkeypatch.setattr(arch_seeds, "SIZES", {30: 2})
     monkeypatch.setattr(arch_seeds, "BLOCKED_SEEDS", ())
-    monkeypatch.setattr(figures, "read_scene", lambda name: make(name, 60).with_run(duration_s=1.0, frames=2))
+    for module in (figures, arch_masses):
+        monkeypatch.setattr(
+            module, "read_scene", lambda name: make(name, 60).with_run(duration_s=1.0, frames=2)
+        )
+
+
+def build(runs, progress=None):
+    return [figures.build(runs, progress), arch_masses.build(runs)]
 
 
 def test_sections_from_a_small_crowd(small, tmp_path):
@@ -205,9 +208,9 @@ def test_sections_from_a_small_crowd(small, tmp_path):
     if all(engine.find() is None for engine in ENGINES):
         pytest.skip("no engine is installed")
     steps = []
-    first = figures.build(tmp_path, lambda label, share: steps.append((label, share)))
+    first = build(tmp_path, lambda label, share: steps.append((label, share)))
     runs = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")}
-    second = figures.build(tmp_path)
+    second = build(tmp_path)
     assert runs == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")}
     assert [s.number for s in first] == ["4", "5"]
     for one, other in zip(first, second, strict=True):
@@ -229,7 +232,7 @@ def test_without_engines_there_are_warnings_instead(small, tmp_path, monkeypatch
         raise EngineError("engine not found")
 
     monkeypatch.setattr("analysis.study.run_engine", missing)
-    monkeypatch.setattr(arch_seeds, "run_engine", missing)
-    sections = figures.build(tmp_path)
+    monkeypatch.setattr(engine_runs, "run_engine", missing)
+    sections = build(tmp_path)
     assert [s.number for s in sections] == ["4", "5"]
     assert all("engine not found" in s.warnings[0] and not s.claims for s in sections)

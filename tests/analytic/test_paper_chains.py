@@ -6,8 +6,7 @@ import pytest
 from analysis.paper import chains
 from analysis.paper.chains import LENGTHS, Chain, Trial, chain_of
 from analysis.paper.cradle import aligned, newton_impact
-from analysis.paper.four_disks import influence, line_restitution, opening_threshold
-from analysis.paper.four_disks_laws import percussions
+from analysis.paper.four_disks_laws import influence, line_restitution, opening_threshold, percussions
 from analysis.paper.gaps import gaps_of, local_contacts
 from analysis.paper.push import crossing_times, exponent, first_arrivals, long_wave_speed
 from analysis.paper.section import Verdict

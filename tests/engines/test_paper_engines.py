@@ -11,6 +11,7 @@ from analysis.compare import statistics
 from analysis.engines import lammps, yade
 from analysis.paper import corridor, four_disks
 from analysis.paper.cradle import cradle_scene, velocities_after
+from analysis.paper.engine_runs import EngineRun
 from analysis.paper.push import exponent, first_arrivals, long_wave_speed, push_scene, run_push
 from analysis.paper.section import Verdict
 from analysis.scene import read_scene
@@ -38,8 +39,8 @@ def springs(disks, mass, stiffness, speed, power):
 @pytest.mark.parametrize("engine", ["lammps", "yade"])
 def test_the_cradle_of_soft_disks(engine, disks, tmp_path):
     require(engine)
-    scene = cradle_scene(read_scene("four_disks"), disks)
-    found = velocities_after(scene, engine, tmp_path)[:, 0]
+    run = EngineRun.of(cradle_scene(read_scene("four_disks"), disks), engine, tmp_path)
+    found = velocities_after(run)[:, 0]
     np.testing.assert_allclose(found, springs(disks, 75.0, 1e6, 2.0, 1.0), atol=2e-4)
     assert found[-1] > 1.9
 
@@ -106,7 +107,7 @@ def pushes(tmp_path_factory):
     runs = tmp_path_factory.mktemp("pushes")
     scene = read_scene("corridor")
     return {
-        (k, e): run_push(push_scene(scene, k, e, periods, frames), "lammps", runs)
+        (k, e): run_push(EngineRun.of(push_scene(scene, k, e, periods, frames), "lammps", runs))
         for k, e, periods, frames in (
             (1e5, 1.0, 14, 420),
             (1e7, 1.0, 14, 420),

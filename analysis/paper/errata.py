@@ -1,0 +1,48 @@
+"""The errata of the paper, read from docs/errata.md where the project's docs are at hand."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "errata.md"
+_PART = re.compile(r"^- \*\*(\w+)\*\*: (.*?)(?=^- \*\*|\Z)", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Erratum:
+    """One entry: where in the paper, what is printed there, what is correct and why."""
+
+    where: str
+    printed: str
+    correct: str
+    why: str
+
+
+def errata(section: str, page: Path = PAGE) -> list[Erratum]:
+    """The entries below the heading that starts with `## {section}`; none where the page is not there.
+
+    Raises ValueError for a page without that heading, or with an entry that lacks a part.
+    """
+    if not page.exists():
+        return []
+    chapters = re.split(r"^## ", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    chosen = [chapter for chapter in chapters[1:] if chapter.startswith(section)]
+    if not chosen:
+        raise ValueError(f"{page}: no heading '## {section}'")
+    return [_entry(text, page) for text in re.split(r"^### ", chosen[0], flags=re.MULTILINE)[1:]]
+
+
+def _entry(text: str, page: Path) -> Erratum:
+    where, _, body = text.partition("\n")
+    parts = {name.lower(): _plain(words) for name, words in _PART.findall(body)}
+    missing = [name for name in ("printed", "correct", "why") if name not in parts]
+    if missing:
+        raise ValueError(f"{page}: the entry '{where}' has no {missing[0].capitalize()}")
+    return Erratum(where=where.strip(), printed=parts["printed"], correct=parts["correct"], why=parts["why"])
+
+
+def _plain(words: str) -> str:
+    """Without the marks of Markdown that the page uses, in one line."""
+    return re.sub(r"\s+", " ", re.sub(r"`|(?<!\w)\*|\*(?!\w)", "", words)).strip()

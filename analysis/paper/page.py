@@ -1,0 +1,226 @@
+"""The page of a part of the paper: one self-contained HTML file, with pictures, claims and tables as files beside it."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import os
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import markupsafe
+
+from analysis.files import whole_file, write_text
+from analysis.paper.discrete import Built, build_discrete
+from analysis.paper.errata import errata
+from analysis.paper.section import Cell, Picture, Progress, Table, Verdict
+from analysis.report import jsonable, number, render
+
+ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
+SOLVED, NONE = "solved", "–"
+DIGITS = 4
+
+
+def write_discrete_page(
+    folder: Path,
+    runs: Path,
+    command: str,
+    figures: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> tuple[Path, list[str]]:
+    """Build the chosen figures of the discrete section and write `index.html`, `figures/`, `claims.csv`, `numbers.json`.
+
+    Returns the page's path and the warnings, each with its figure. Raises ValueError for an unknown figure.
+    """
+    started = time.perf_counter()
+    built = build_discrete(runs, figures, progress)
+    drawing = time.process_time()
+    images = {
+        picture.name: write_picture(picture, folder / "figures")
+        for made in built
+        for picture in made.section.pictures
+    }
+    drawing = time.process_time() - drawing
+    write_claims(folder / "claims.csv", built)
+    content = {made.section.number: _numbers(made) for made in built}
+    write_text(folder / "numbers.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n")
+    page = render(
+        "paper.html",
+        command=command,
+        sections=[_section_content(made, images) for made in built],
+        verdicts=[(verdict, _claims_with(verdict, built)) for verdict in ORDER],
+        claim_count=sum(len(made.section.claims) for made in built),
+        errata=[
+            {name: prose(words) for name, words in asdict(entry).items()} for entry in errata("Section 2")
+        ],
+        built=built,
+        drawing_seconds=drawing,
+        wall_seconds=time.perf_counter() - started,
+        most=max(built, key=lambda made: made.total_seconds),
+        total_seconds=drawing + sum(made.total_seconds for made in built),
+        cores=os.cpu_count(),
+    )
+    write_text(folder / "index.html", page)
+    warnings = [
+        f"Fig. {made.section.number}: {warning}" for made in built for warning in made.section.warnings
+    ]
+    return folder / "index.html", warnings
+
+
+def write_picture(picture: Picture, folder: Path) -> str:
+    """Write the picture as PNG and PDF, each whole or not at all; return the PNG as base64 text."""
+    folder.mkdir(parents=True, exist_ok=True)
+    # without the date, so that the same picture is the same file
+    for suffix, metadata in (("png", {}), ("pdf", {"CreationDate": None})):
+        path = folder / f"{picture.name}.{suffix}"
+        part = path.with_name(f".{path.name}.{os.getpid()}.part")
+        try:
+            picture.figure.savefig(part, format=suffix, dpi=150, metadata=metadata)
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+    return base64.b64encode((folder / f"{picture.name}.png").read_bytes()).decode("ascii")
+
+
+def write_claims(path: Path, built: Sequence[Built]) -> None:
+    """One row a claim: figure, where in the paper, statement, verdict, reason."""
+    with whole_file(path) as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["figure", "where", "statement", "verdict", "reason"])
+        for made in built:
+            for claim in made.section.claims:
+                rows.writerow(
+                    [made.section.number, claim.where, claim.statement, str(claim.verdict), claim.reason]
+                )
+
+
+def prose(words: str) -> markupsafe.Markup:
+    """Words as HTML: `code`, 1e-05, x^2 and u_d as they are written by hand; everything else is text."""
+    parts = re.split(r"`([^`]+)`", str(markupsafe.escape(words)))
+    for i, part in enumerate(parts):
+        if i % 2:
+            parts[i] = f"<code>{part}</code>"
+            continue
+        part = re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b", _power_of_ten, part)
+        part = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(-?\d+(?:\.\d+)?|T)", _raised, part)
+        part = re.sub(r"(?<![A-Za-z0-9_])([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", _lowered, part)
+        part = re.sub(r"(?<=\d)%", "\u202f%", part)
+        parts[i] = re.sub(r"(?<![\w.)\]-])-(?=\d)", "−", part)
+    return markupsafe.Markup("".join(parts))
+
+
+def sentence(words: str) -> markupsafe.Markup:
+    """The same, beginning large and ending with a stop."""
+    return prose(words[:1].upper() + words[1:] + ("" if words.endswith(".") else "."))
+
+
+def _power_of_ten(match: re.Match[str]) -> str:
+    mantissa, exponent = match[1], int(match[2])
+    if float(mantissa) == 0:
+        return "0"
+    power = f"10<sup>{exponent}</sup>".replace("-", "−")
+    return power if mantissa == "1" else f"{mantissa}·{power}"
+
+
+def _raised(match: re.Match[str]) -> str:
+    return f"<sup>{match[1] or match[2] or match[3]}</sup>".replace("-", "−")
+
+
+def _lowered(match: re.Match[str]) -> str:
+    return f"{match[1]}<sub>{match[2] or match[3]}</sub>"
+
+
+def _claims_with(verdict: Verdict, built: Sequence[Built]) -> list[dict[str, Any]]:
+    return [
+        {
+            "figure": made.section.number,
+            "where": prose(claim.where),
+            "statement": prose(claim.statement),
+            "reason": sentence(claim.reason),
+        }
+        for made in built
+        for claim in made.section.claims
+        if claim.verdict == verdict
+    ]
+
+
+def _section_content(made: Built, images: dict[str, str]) -> dict[str, Any]:
+    section = made.section
+    return {
+        "number": section.number,
+        "title": section.title,
+        "warnings": [prose(words) for words in section.warnings],
+        "words": [prose(words) for words in section.words],
+        "differs": [prose(words) for words in section.differs],
+        "claims": [
+            {
+                "where": prose(claim.where),
+                "statement": prose(claim.statement),
+                "verdict": claim.verdict,
+                "fails": claim.verdict == Verdict.FAILS,
+            }
+            for claim in section.claims
+        ],
+        "tables": [_table_content(table) for table in section.tables],
+        "pictures": [
+            {"name": p.name, "caption": prose(p.caption), "image": images[p.name]} for p in section.pictures
+        ],
+    }
+
+
+def _table_content(table: Table) -> dict[str, Any]:
+    rows = [
+        [_cell_content(head, cell) for head, cell in zip(table.head, row, strict=True)] for row in table.rows
+    ]
+    return {"caption": prose(table.caption), "head": _heads(table), "rows": rows}
+
+
+def _heads(table: Table) -> list[tuple[markupsafe.Markup, str]]:
+    """Each head and its class: above words it stands where they begin."""
+    first = table.rows[0] if table.rows else [0.0] * len(table.head)
+    worded = [isinstance(cell, str) and cell != NONE for cell in first]
+    return [(prose(head), "words" if w else "") for head, w in zip(table.head, worded, strict=True)]
+
+
+def _cell_content(head: str, cell: Cell) -> tuple[markupsafe.Markup, str]:
+    """A cell as HTML and its class: an answer that is not plainly solved is an alarm."""
+    if not isinstance(cell, str):
+        return markupsafe.Markup(number(cell, _digits(cell)).replace("-", "−")), ""
+    if cell == NONE:
+        return prose(cell), ""
+    return prose(cell), "name alarm" if head == "status" and cell != SOLVED else "name"
+
+
+def _digits(value: float) -> int:
+    """As many as DIGITS, or fewer where they are all that there is: 0.05, not 0.05000."""
+    enough = (d for d in range(1, DIGITS) if abs(value - float(f"{value:.{d}g}")) <= 1e-12 * abs(value))
+    return next(enough, DIGITS)
+
+
+def _numbers(made: Built) -> dict[str, Any]:
+    section = made.section
+    return {
+        "title": section.title,
+        "warnings": list(section.warnings),
+        "words": list(section.words),
+        "differs": list(section.differs),
+        "tables": [
+            {
+                "caption": table.caption,
+                "head": list(table.head),
+                "rows": [list(row) for row in table.rows],
+            }
+            for table in section.tables
+        ],
+        "cpu_seconds": {"here": made.cpu_seconds, "engines": made.engines.cpu_seconds},
+        "engine_runs": {
+            "made": made.engines.made,
+            "reused": made.engines.reused,
+            "failed": made.engines.failed,
+        },
+    }
