@@ -37,7 +37,8 @@ class Comparison:
     normal (k,2), gap (k,) m; penalty, rigid (k,2): what the first body gives to the second; in_penalty, in_rigid:
     which model has the contact (force 0 in the other); determined: the balance of the
     disks and that no contact pulls fix its rigid force (determined_by_balance: for how many the balance alone does).
-    answer: the percussions with their certificate; rank, redundant: of the rigid contact problem.
+    contacts, answer: the rigid problem's contacts and its percussions with their certificate; window: τ (s), None for an
+    impact; rank, redundant: of the rigid contact problem.
     drive_sum, wall_sum, rigid_wall_sum, net_sum (2,): Σ drive, Σ penalty force on the walls, the same of the rigid model,
     and Σ m a of the engine (N); for an impact Σ m Δu in place of the drive, and net_sum 0.
     closure_error: how far the engine's own balance is from closing: |Σ drive − Σ wall − Σ m a| / |Σ drive|, or the
@@ -59,7 +60,9 @@ class Comparison:
     in_penalty: NDArray[np.bool_]
     in_rigid: NDArray[np.bool_]
     determined: NDArray[np.bool_]
+    contacts: Contacts
     answer: Percussions
+    window: float | None
     rank: int
     redundant: int
     determined_by_balance: int
@@ -215,7 +218,9 @@ def _matched(
         in_penalty=in_penalty,
         in_rigid=in_rigid,
         determined=determined,
+        contacts=contacts,
         answer=answer,
+        window=window,
         rank=known.rank,
         redundant=known.redundant,
         determined_by_balance=int(known.determined.sum()),

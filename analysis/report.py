@@ -23,6 +23,7 @@ from analysis.doctor import examine
 from analysis.engines.penalty import penalty_of
 from analysis.files import whole_file, write_text
 from analysis.percussions import left_velocity_of
+from analysis.ranges import carried_ranges, wall_ranges
 from analysis.scene import Scene
 from analysis.study import Study
 from nscd import find_contacts, solve
@@ -146,7 +147,7 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         if max(c.unbalanced for c in comparisons) > MOVING
         else 0.0,
         "loaded": {
-            wall for run in runs for wall, penalty, rigid in run["walls"] if abs(penalty) + abs(rigid) > 0
+            wall for run in runs for wall, penalty, rigid, _ in run["walls"] if abs(penalty) + abs(rigid) > 0
         },
         "frame": _real_frame(scene) if scene.reconciliation else None,
         "verdicts": _verdicts(runs),
@@ -188,7 +189,14 @@ def _run_content(comparison: Comparison) -> dict[str, Any]:
         "drive_sum": comparison.drive_sum.tolist(),
         "wall_sum": comparison.wall_sum.tolist(),
         "rigid_wall_sum": comparison.rigid_wall_sum.tolist(),
-        "walls": comparison.wall_loads(),
+        "walls": [
+            (*load, span)
+            for load, span in zip(
+                comparison.wall_loads(),
+                wall_ranges(comparison, range(len(comparison.scene.walls))),
+                strict=True,
+            )
+        ],
         "unit": comparison.unit,
     }
 
@@ -222,13 +230,16 @@ def _verdicts(runs: list[dict[str, Any]]) -> list[str]:
     return sentences
 
 
-def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, float | int]]:
-    """The disks that carry most in the rigid model, with what they carry in the penalty model and both ranks."""
+def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, Any]]:
+    """The disks that carry most in the rigid model, with the range that the mechanics leaves open, what they carry in the
+    penalty model, and both ranks."""
     penalty, rigid = comparison.disk_sums()
     assert comparison.snapshot.ids is not None
     rank_penalty = np.argsort(np.argsort(-penalty, kind="stable"), kind="stable") + 1
-    rows = []
-    for place, disk in enumerate(np.argsort(-rigid, kind="stable")[:most], start=1):
+    rows: list[dict[str, Any]] = []
+    first = np.argsort(-rigid, kind="stable")[:most]
+    ranges = carried_ranges(comparison, [int(disk) for disk in first])
+    for place, (disk, span) in enumerate(zip(first, ranges, strict=True), start=1):
         x, y = comparison.snapshot.position[disk]
         rows.append(
             {
@@ -237,6 +248,7 @@ def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, float | i
                 "x": float(x),
                 "y": float(y),
                 "rigid": float(rigid[disk]),
+                "range": span,
                 "penalty": float(penalty[disk]),
                 "penalty_place": int(rank_penalty[disk]),
             }
