@@ -197,9 +197,11 @@ def _even(system: System, factor: Factor, tolerance: float) -> tuple[Found, str,
     n = len(system.mass)
     steady = _steady(system)
     most = SWEEPS if n >= LARGE else FEW_SWEEPS
-    reaction, velocity, sweeps, settled = descend(system, tolerance, most, steady, MARGINAL)
-    if settled or n >= LARGE:
-        found = _close(system, factor, _closed(system, reaction, velocity), sweeps)
+    reaction, velocity, sweeps, settled = descend(system, tolerance, most, steady, MARGINAL[0])
+    closed = _closed(system, reaction, velocity)
+    share = int(closed.sum()) / (2 * n)
+    if (settled or n >= LARGE or share >= MARGINAL[1]) and not MARGINAL[0] < share < MARGINAL[1]:
+        found = _close(system, factor, closed, sweeps)
         if found.error <= tolerance and found.least:
             return found, "active_set", f"{n} disks of even masses: descent found the closed contacts"
         sweeps = found.iterations

@@ -24,11 +24,11 @@ def projected_gradient(system: System, tolerance: float, most: int = 200_000) ->
 
 
 def descend(
-    system: System, tolerance: float, most: int, steady: int, marginal: tuple[float, float] = (0.0, 0.0)
+    system: System, tolerance: float, most: int, steady: int, redundant: float = np.inf
 ) -> tuple[Any, Any, int, bool]:
     """The same, ended early once no more than `steady` contacts (negative: never) close or open within
-    25 sweeps (the last value says whether), or, after 100, where their number lies between the multiples `marginal` of the
-    number of unknowns."""
+    25 sweeps (the last value says whether), or, after 100, where there are more of them than `redundant` times the number of
+    unknowns: they then cannot all be told from the reactions, which are not unique."""
     n = len(system.mass)
     root = np.sqrt(system.inverse_mass)
     x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root
@@ -42,9 +42,8 @@ def descend(
     pull -= system.offset / root
     step = 1.0 / _norm(first, second, x, y, inverse)
     weighted = tolerance * system.scale
-    between = 2 * n * marginal[0], 2 * n * marginal[1]
     scaled, sweeps, settled = _descend(
-        first, second, x, y, inverse, pull, root, step, weighted, most, steady, between
+        first, second, x, y, inverse, pull, root, step, weighted, most, steady, 2 * n * redundant
     )
     momentum = np.zeros((2, n + 1))
     _gather(first, second, x, y, scaled, momentum[0], momentum[1])
@@ -94,7 +93,7 @@ def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
 @njit(cache=True, fastmath=True)
 def _descend(
     first: Any, second: Any, x: Any, y: Any, inverse: Any, pull: Any, root: Any, step: float, tolerance: float, most: int,
-    steady: int, marginal: Any,
+    steady: int, redundant: float,
 ) -> Any:  # fmt: skip
     k, n = len(first), len(inverse)
     now, ahead, v, ux, uy = np.empty(k), np.empty(k), np.empty(k), np.empty(n), np.empty(n)
@@ -121,7 +120,7 @@ def _descend(
                 pressed += touching
             if error <= tolerance or changed <= steady:
                 return np.maximum(ahead, 0.0), sweep + 1, True
-            if sweep + 1 >= EARLY and marginal[0] < pressed < marginal[1]:
+            if sweep + 1 >= EARLY and pressed > redundant:
                 return np.maximum(ahead, 0.0), sweep + 1, False
         further = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
         beta = (momentum - 1.0) / further
