@@ -19,8 +19,9 @@ class Fronts(NamedTuple):
 
     first, end (m,): places that node s eliminates; border_start (m+1,), border: later places in its front, increasing;
     inner: their places in the parent's front; child, sibling (m,): the tree, −1 ends. element_start (m+1,), element:
-    contacts that are added to node s, at local places left, right (−1 for a wall). panel_start (m+1,), panel: rows of
-    Lᵀ; update_start (m,), update: stack of Schur complements; front, pivots: work.
+    contacts that are added to node s, at local places left, right (−1 for a wall). store: from panel_start (m+1,) on the
+    rows of Lᵀ, from update_start (m,) on two stacks of Schur complements, for even and odd depths, so that a node's is not
+    where its children's are. pivots, run: work.
     """
 
     first: Ints
@@ -35,11 +36,10 @@ class Fronts(NamedTuple):
     left: Ints
     right: Ints
     panel_start: Longs
-    panel: Any
     update_start: Longs
-    update: Any
-    front: Any
+    store: Any
     pivots: Any
+    run: Ints
 
 
 def fronts_of(ordering: Ordering, first: Ints, second: Ints, d: int) -> Fronts:
@@ -53,11 +53,13 @@ def fronts_of(ordering: Ordering, first: Ints, second: Ints, d: int) -> Fronts:
     a = place[first]
     b = np.where(second >= 0, place[second], np.int32(-1))
     element_start, element, left, right = _elements(a, b, node_first, node_end, border_start, border, n)
-    panel_start, update_start, stack, widest = _storage(node_first, node_end, border_start, child, sibling, d)
+    panel_start, update_start, total, widest = _storage(
+        node_first, node_end, parent, border_start, child, sibling, d
+    )
     return Fronts(
         node_first, node_end, border_start, border, inner, child, sibling, element_start, element, left, right,
-        panel_start, np.empty(panel_start[-1]), update_start, np.empty(stack), np.empty(widest * widest),
-        np.empty(8 * widest),
+        panel_start, update_start, np.empty(total), np.empty(widest),
+        np.empty(widest, dtype=np.int32),
     )  # fmt: skip
 
 
@@ -162,20 +164,27 @@ def _elements(a: Any, b: Any, first: Any, end: Any, border_start: Any, border: A
 
 
 @njit(cache=True)
-def _storage(first: Any, end: Any, border_start: Any, child: Any, sibling: Any, d: int) -> Any:
+def _storage(first: Any, end: Any, parent: Any, border_start: Any, child: Any, sibling: Any, d: int) -> Any:
     m = len(first)
+    odd = np.zeros(m, np.int64)
+    for s in range(m - 1, -1, -1):
+        if parent[s] >= 0:
+            odd[s] = 1 - odd[parent[s]]
     panel_start, update_start = np.zeros(m + 1, np.int64), np.zeros(m, np.int64)
-    top = stack = 0
+    top, most = np.zeros(2, np.int64), np.zeros(2, np.int64)
     widest = 1
     for s in range(m):
         pivots, rest = d * (end[s] - first[s]), d * (border_start[s + 1] - border_start[s])
         panel_start[s + 1] = panel_start[s] + pivots * (pivots + rest)
         widest = max(widest, pivots + rest)
+        here = odd[s]
+        update_start[s] = top[here]
+        top[here] += rest * rest
+        most[here] = max(most[here], top[here])
         c = child[s]
         while c >= 0:
-            top -= (d * (border_start[c + 1] - border_start[c])) ** 2
+            top[1 - here] -= (d * (border_start[c + 1] - border_start[c])) ** 2
             c = sibling[c]
-        update_start[s] = top
-        top += rest * rest
-        stack = max(stack, top)
-    return panel_start, update_start, stack, widest
+    for s in range(m):
+        update_start[s] += panel_start[m] + odd[s] * most[0]
+    return panel_start, update_start, panel_start[m] + most[0] + most[1], widest

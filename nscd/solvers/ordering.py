@@ -128,10 +128,9 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
             continue
         some = nodes[low:high]
         middle = (low + high) // 2
-        if x[some].max() - x[some].min() > y[some].max() - y[some].min():
-            _divide(nodes, x, low, high, middle)
-        else:
-            _divide(nodes, y, low, high, middle)
+        wide = x[some].max() - x[some].min() > y[some].max() - y[some].min()
+        across, along = (x, y) if wide else (y, x)
+        _divide(nodes, across, low, high, middle)
         stamp += 2
         for q in range(low, high):
             side[nodes[q]] = stamp if q < middle else stamp + 1
@@ -163,6 +162,9 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
             if side[a] == rim and _at_cut(a, side, rest, start, neighbour):
                 part[size] = a
                 size += 1
+        # in the order along the cut: what a part leaves to its separators are then whole runs of them
+        cut = part[two:size].copy()
+        part[two:size] = cut[np.argsort(along[cut])]
         nodes[low:high] = part[:size]
         for q in range(low, high):
             side[nodes[q]] = 0
