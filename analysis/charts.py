@@ -188,7 +188,10 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
         ylabel="share of pressed contacts beyond",
     )
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=7)
+    if axes.lines:
+        axes.legend(fontsize=7)
+    else:
+        axes.text(0.5, 0.5, "too few contacts", ha="center", transform=axes.transAxes)
     return figure
 
 

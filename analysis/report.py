@@ -37,14 +37,14 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     """Write `index.html`, `numbers.json` and one CSV of contacts a run into the folder; return the page's path."""
     folder.mkdir(parents=True, exist_ok=True)
-    scenes = [_scene_content(study, folder) for study in studies]
+    scenes = [_heading(study) | (_results(study, folder) if study.comparisons else {}) for study in studies]
     page = render(
         "report.html",
         scenes=scenes,
         command=command,
     )
     numbers = {
-        content["name"]: {"warnings": content["warnings"], "runs": content["runs"]} for content in scenes
+        content["name"]: {key: content[key] for key in ("failures", "warnings", "runs")} for content in scenes
     }
     write_text(folder / "numbers.json", json.dumps(jsonable(numbers), indent=1, ensure_ascii=False) + "\n")
     write_text(folder / "index.html", page)
@@ -96,7 +96,17 @@ def percent(value: float) -> str:
     return f"{100 * value:.1f} %"
 
 
-def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
+def _heading(study: Study) -> dict[str, Any]:
+    return {
+        "name": study.scene.name,
+        "scene": study.scene,
+        "runs": [],
+        "failures": study.failures,
+        "warnings": study.warnings,
+    }
+
+
+def _results(study: Study, folder: Path) -> dict[str, Any]:
     scene, comparisons = study.scene, study.comparisons
     best = max(comparisons, key=lambda c: c.scene.contact.stiffness_N_per_m)
     stiffest = [
@@ -134,8 +144,6 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
             }
         )
     return {
-        "name": scene.name,
-        "scene": scene,
         "impact": comparisons[0].unit != FORCE,
         "unit": comparisons[0].unit,
         "disks": len(scene.snapshot),
@@ -152,7 +160,6 @@ def _scene_content(study: Study, folder: Path) -> dict[str, Any]:
         "frame": _real_frame(scene) if scene.reconciliation else None,
         "verdicts": _verdicts(runs),
         "carriers": _carriers(stiffest[0]),
-        "warnings": study.warnings,
     }
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from analysis.compare import Comparison, compare_run
 from analysis.engines import engine
+from analysis.engines.guard import RunStoppedError
 from analysis.engines.record import EngineError, RunRecord
 from analysis.scene import Scene
 
@@ -19,10 +20,12 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Study:
-    """The comparisons of one scene, in order of engine and stiffness, and what went wrong on the way."""
+    """The comparisons of one scene, in order of engine and stiffness; the runs that their guard stopped or that failed; and
+    what else a reader should know."""
 
     scene: Scene
     comparisons: list[Comparison]
+    failures: list[str]
     warnings: list[str]
 
 
@@ -72,11 +75,12 @@ def study(
     out: Path,
     progress: Progress | None = None,
 ) -> Study:
-    """Run and compare. An engine that is missing or fails becomes a warning; the rest goes on.
+    """Run and compare. A run that is stopped or fails becomes a failure, a missing engine a warning; the rest goes on.
 
-    Raises EngineError if no run succeeded.
+    Raises EngineError if no run was even tried.
     """
     comparisons: list[Comparison] = []
+    failures: list[str] = []
     warnings = scene.check(scene.name)
     for name in engines:
         for stiffness in stiffnesses:
@@ -86,9 +90,9 @@ def study(
                 run_engine(variant, name, folder, progress)
                 comparisons.append(compare_run(folder))
             except EngineError as error:
-                warnings.append(f"{name}, k = {stiffness:.3g} N/m: {error}")
-                log.warning("%s: %s", scene.name, warnings[-1])
-    if not comparisons:
+                words = f"{name}, k = {stiffness:.3g} N/m: {error}"
+                (failures if isinstance(error, RunStoppedError) else warnings).append(words)
+    if not comparisons and not failures:
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
     for comparison in comparisons:
         if comparison.answer.status != "solved":
@@ -96,4 +100,4 @@ def study(
                 f"percussions of {comparison.record.engine}'s snapshot: {comparison.answer.status}: {comparison.answer.reason}"
             )
         warnings.extend(comparison.answer.warnings)
-    return Study(scene=scene, comparisons=comparisons, warnings=warnings)
+    return Study(scene=scene, comparisons=comparisons, failures=failures, warnings=warnings)

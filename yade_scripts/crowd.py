@@ -49,6 +49,7 @@ if not str(getattr(yade.remote, "__file__", "")).startswith(str(HERE)):
 
 atexit.register(remove_temporary_folder)
 sys.path.insert(0, str(HERE))
+from crowd_guard import STOPPED, Guard  # noqa: E402
 from scene_file import SceneFileError, drive_force, penalty_of, read_disks, read_scene  # noqa: E402
 
 O = Omega()  # noqa: E741  (YADE's name)
@@ -64,6 +65,9 @@ def main(words):
     path = Path(words[0]) if words[0].endswith(".toml") else HERE.parent / "scenes" / f"{words[0]}.toml"
     given = dict(word.split("=", 1) if "=" in word else (word, "") for word in words[1:])
     out = Path(given.pop("out", Path("out") / path.stem / "yade"))
+    guarded = given.pop("guard", "yes")
+    if guarded not in ("yes", "no"):
+        raise SceneFileError(f"guard={guarded}: there are yes and no")
     scene = read_scene(path, given)
     disks = read_disks(path.parent / scene["disks"]["data"])
     penalty = penalty_of(scene, disks.mass)
@@ -79,10 +83,14 @@ def main(words):
     )
     if penalty.time_step > 1.000001 * penalty.safe_time_step:
         print("WARNING: the time step is longer than the safe one")
-    crowd = Crowd(scene, disks, penalty)
+    crowd = Crowd(scene, disks, penalty, guarded == "yes")
     sys.modules["__main__"].crowd_after_step = crowd.after_step  # where YADE looks for the observer's command
+    sys.modules["__main__"].crowd_guard = crowd.look
     with (out / "bodies.dump").open("w") as bodies, (out / "contacts.dump").open("w") as contacts:
         crowd.run(bodies, contacts)
+    if crowd.broken:
+        print(crowd.broken, flush=True)
+        sys.exit(STOPPED)
 
 
 def in_plane(vectors):
@@ -97,7 +105,8 @@ class Crowd:
     f/(2m), as LAMMPS does, and the first step is half a one, so that both engines compute the same numbers.
     """
 
-    def __init__(self, scene, disks, penalty):
+    def __init__(self, scene, disks, penalty, guarded):
+        self.guarded, self.broken, self.seen = guarded, "", (-1, None)
         self.scene, self.disks, self.penalty = scene, disks, penalty
         k, c, wall_c, kt = (
             penalty.stiffness,
@@ -120,6 +129,7 @@ class Crowd:
         self.wall_numbers = {self._add_wall(wall): number for number, wall in enumerate(walls, start=1)}
         self.held = np.zeros((len(disks.ids), 2))
         self.observer = PyRunner(command="crowd_after_step()", iterPeriod=1, dead=True)
+        self.watch = PyRunner(command="crowd_guard()", iterPeriod=1, dead=True)
         O.engines = [
             ForceResetter(),
             InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M),
@@ -130,6 +140,7 @@ class Crowd:
             ),
             NewtonIntegrator(damping=0.0),
             self.observer,
+            self.watch,
         ]
 
     def _add_disk(self, radius, mass, position, velocity, spin):
@@ -167,6 +178,10 @@ class Crowd:
         force = in_plane(map(O.forces.f, range(len(self.states))))
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
+        if self.guarded:
+            self.guard = Guard(self.scene, self.disks, self.penalty, O.interactions)
+            self.watch.iterPeriod = self.watch.firstIterRun = self.guard.interval
+            self.watch.dead = False
         self._first_half_step(force)
         O.dt = self.penalty.time_step
         every = [self.penalty.frame_interval] + (
@@ -175,7 +190,7 @@ class Crowd:
         self.observer.iterPeriod = self.observer.firstIterRun = math.gcd(*every)
         self.observer.dead = False
         O.run(self.penalty.steps, True)
-        if self.last_written != self.penalty.steps:
+        if self.last_written != self.penalty.steps and not self.broken:
             raise RuntimeError(f"stopped after step {self.last_written} of {self.penalty.steps}")
 
     def _let_go_of_touching(self, force):
@@ -194,6 +209,20 @@ class Crowd:
             state.angVel = state.angVel + half / state.inertia[2] * O.forces.t(body)
             state.pos = state.pos + dt * state.vel
 
+    def look(self):
+        """Called after a step at the guard's interval: stop a run that cannot be right."""
+        step, dt = O.iter, self.penalty.time_step
+        broken = self.guard.look(self._position, lambda: in_plane([state.vel for state in self.states]))
+        if broken:
+            kind, words = broken
+            self.broken = f"GUARD {kind} at t = {step * dt:.6g} s (step {step}): {words}"
+            O.pause()
+
+    def _position(self):
+        """Where the disks are after this step, (n,2) m; the observer may have asked already."""
+        step, position = self.seen
+        return position if step == O.iter else in_plane([state.pos for state in self.states])
+
     def after_step(self):
         """Called after YADE has moved the disks from this step to the next one."""
         step = O.iter
@@ -204,6 +233,7 @@ class Crowd:
         later = in_plane([state.vel for state in self.states])
         position = in_plane([state.pos for state in self.states]) - dt * later
         velocity = later - half * force / mass[:, None]
+        self.seen = step, position
         if step % self.penalty.frame_interval == 0:
             torque = np.array([forces.t(body)[2] for body in bodies])
             spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
-from analysis.engines.outcome import check_bodies
+from analysis.engines.outcome import check_bodies, check_contacts
 from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.staging import Progress, run_process, stage, staged
 from analysis.files import write_text
@@ -92,8 +93,9 @@ def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
         variables = [word for name, value in given.items() for word in ("-var", name, value)]
         words = [str(command), "-in", f"{DECKS}/crowd.in", "-log", "none", "-nonbuf", *variables]
         record = run_process(words, staging, record, progress)
-        check_bodies(staging / "bodies.dump", record, scene)
+        kinetic = check_bodies(staging / "bodies.dump", record, scene)
         merge_contacts(staging, scene)
+        check_contacts(staging / "contacts.dump", kinetic, record, scene)
         shutil.rmtree(staging / DECKS)
         record.write(staging)
     return record
@@ -105,7 +107,10 @@ def scene_deck(scene: Scene) -> str:
     values: dict[str, object] = {
         "mass_least": float(snapshot.mass.min()),
         "mass_most": float(snapshot.mass.max()),
+        "radius_least": float(snapshot.radius.min()),
         "radius_mean": float(snapshot.radius.mean()),
+        "speed_most": speed_most(scene),
+        "energy_besides": energy_besides(scene),
         "law": contact.law,
         "stiffness": contact.stiffness_N_per_m,
         "restitution": contact.restitution,

@@ -13,6 +13,8 @@ from analysis.scene import Scene
 
 FILE = "run.json"
 PREPARED, FINISHED = "prepared", "finished"
+STOPPED = "stopped"  # by its guard
+FAILED = "failed"  # the engine died, or its dumps cannot be right
 
 
 class EngineError(RuntimeError):
@@ -21,7 +23,11 @@ class EngineError(RuntimeError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecord:
-    """One run of an engine on a scene (SI; restitutions of two bodies: see Penalty)."""
+    """One run of an engine on a scene (SI; restitutions of two bodies: see Penalty).
+
+    exit_state: prepared, finished, stopped (by its guard) or failed (the engine died, or its dumps cannot be right);
+    reason and stopped_at_s say why and when one of the last two ended.
+    """
 
     engine: str
     version: str
@@ -37,6 +43,8 @@ class RunRecord:
     wall_seconds: float = 0.0
     cpu_seconds: float = 0.0
     exit_state: str = PREPARED
+    reason: str = ""
+    stopped_at_s: float | None = None
 
     @property
     def particle_steps(self) -> int:
@@ -66,17 +74,24 @@ class RunRecord:
         write_text(folder / FILE, json.dumps(content, indent=2) + "\n")
 
     @classmethod
-    def read(cls, folder: Path) -> RunRecord:
+    def read(cls, folder: Path, *, even_stopped: bool = False) -> RunRecord:
         """Read run.json of a folder. Raises EngineError naming the file, and the key, for one that is missing
-        or broken."""
+        or broken, and giving the reason for a run that did not end well, unless `even_stopped`."""
         path = folder / FILE
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             content.pop("particle_steps")
-            return cls(**content)
+            record = cls(**content)
         except FileNotFoundError:
             raise EngineError(f"{path}: no such file; the folder holds no run") from None
         except KeyError as error:
             raise EngineError(f"{path}: missing key {error}") from None
         except (TypeError, AttributeError, ValueError) as error:
             raise EngineError(f"{path}: not the record of a run: {error}") from None
+        if record.exit_state in (STOPPED, FAILED) and not even_stopped:
+            raise EngineError(
+                f"{folder}: the run {record.exit_state}"
+                + ("" if record.stopped_at_s is None else f" at t = {record.stopped_at_s:.6g} s")
+                + f": {record.reason}"
+            )
+        return record

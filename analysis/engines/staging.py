@@ -16,9 +16,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from analysis.engines.outcome import ADVICE
+from analysis.engines.guard import STOPPED_STATUS, RunStoppedError, Verdict, died, stopped
 from analysis.engines.penalty import penalty_of
-from analysis.engines.record import FINISHED, EngineError, RunRecord
+from analysis.engines.record import FAILED, FINISHED, STOPPED, EngineError, RunRecord
 from analysis.scene import Scene, read_scene
 
 Progress = Callable[[float], None]
@@ -56,7 +56,8 @@ def stage(scene: Scene, folder: Path, engine: str, version: str) -> Path:
 @contextlib.contextmanager
 def staged(folder: Path, engine: str) -> Iterator[tuple[Path, RunRecord, Scene]]:
     """The prepared staging folder, its record and scene. When the block ends well the staging folder becomes
-    `folder`; when it does not (an error, Ctrl-C), it is removed and `folder` stays as it was."""
+    `folder`; when it does not (an error, Ctrl-C), it is removed and `folder` stays as it was. A run that was stopped
+    or failed becomes `folder` too, with the reason in its record, where no finished run is there."""
     staging = staging_folder(folder)
     if not staging.is_dir():
         raise EngineError(f"{folder}: nothing is prepared there for {engine}; prepare a scene first")
@@ -65,14 +66,32 @@ def staged(folder: Path, engine: str) -> Iterator[tuple[Path, RunRecord, Scene]]
         if record.engine != engine:
             raise EngineError(f"{folder}: prepared for {record.engine}, not for {engine}")
         scene = read_scene(staging / SCENE_FILE).model_copy(update={"name": record.scene})
-        yield staging, record, scene
-        earlier = folder.absolute().with_name(f".{folder.name}.earlier")
-        if folder.exists():
-            folder.rename(earlier)
-        staging.rename(folder)
-        shutil.rmtree(earlier, ignore_errors=True)
+        try:
+            yield staging, record, scene
+        except RunStoppedError as end:
+            if not _holds_results(folder):
+                end.record.write(staging)
+                _publish(staging, folder)
+            raise
+        _publish(staging, folder)
     finally:
         shutil.rmtree(staging, ignore_errors=True)
+
+
+def _publish(staging: Path, folder: Path) -> None:
+    earlier = folder.absolute().with_name(f".{folder.name}.earlier")
+    if folder.exists():
+        folder.rename(earlier)
+    staging.rename(folder)
+    shutil.rmtree(earlier, ignore_errors=True)
+
+
+def _holds_results(folder: Path) -> bool:
+    """Whether there is anything that a stopped run must not replace: all but another stopped run."""
+    try:
+        return RunRecord.read(folder, even_stopped=True).exit_state not in (STOPPED, FAILED)
+    except EngineError:
+        return folder.exists()
 
 
 def run_process(
@@ -85,8 +104,8 @@ def run_process(
     """Run an engine in its staging folder and return the record with its cost.
 
     What the engine says goes to screen.log; lines of step, time and disks drive `progress`.
-    Raises EngineError with the last lines for an exit status other than 0. The engine ends with this call,
-    whatever ends it.
+    Raises RunStoppedError: with what the guard said, or the last lines, for an exit status other than 0. The engine
+    ends with this call, whatever ends it.
     """
     last: deque[str] = deque(maxlen=LAST_LINES)
     step = 0
@@ -121,13 +140,12 @@ def run_process(
             process.wait()
         assert process.stdout is not None
         process.stdout.close()
-    if status != 0:
-        raise EngineError(
-            f"{record.engine} stopped with status {status} after step {step} "
-            f"(t = {step * record.time_step_s:.6g} s) of {record.scene}. {ADVICE}\n  " + "\n  ".join(last)
-        )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return dataclasses.replace(
-        record, wall_seconds=time.perf_counter() - start, cpu_seconds=cpu, exit_state=FINISHED
-    )
+    record = dataclasses.replace(record, wall_seconds=time.perf_counter() - start, cpu_seconds=cpu)
+    verdict = Verdict.of(last) if status == STOPPED_STATUS else None
+    if verdict:
+        raise stopped(record, verdict)
+    if status != 0:
+        raise died(record, status, step, last)
+    return dataclasses.replace(record, exit_state=FINISHED)

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from analysis.engines.outcome import check_bodies
+from analysis.engines.outcome import check_bodies, check_contacts
 from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.staging import SCENE_FILE, Progress, run_process, stage, staged
 from analysis.scene import Scene
@@ -88,6 +88,7 @@ def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
             f"dt={record.time_step_s!r}",
         ]
         record = run_process(words, staging, record, progress, environment)
-        check_bodies(staging / "bodies.dump", record, scene)
+        kinetic = check_bodies(staging / "bodies.dump", record, scene)
+        check_contacts(staging / "contacts.dump", kinetic, record, scene)
         record.write(staging)
     return record

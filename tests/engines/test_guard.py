@@ -1,0 +1,343 @@
+"""Runs that go wrong, each provoked, in both engines: who stops them, why, when, and what is left."""
+
+import dataclasses
+import json
+import re
+import shutil
+import sys
+
+import numpy as np
+import pytest
+from at_hand import ROOT, require
+
+from analysis.dumps import index_dump
+from analysis.engines import EngineError, RunRecord
+from analysis.engines.guard import ENERGY_SHARE, OVERLAP_SHARE, STEP_SHARE, energy_besides
+from analysis.engines.lammps import scene_deck
+from analysis.engines.outcome import check_bodies, check_contacts
+from analysis.making import make
+from analysis.report import write_report
+from analysis.scene import read_scene
+from analysis.study import run_engine, study
+from nscd import Snapshot
+
+ENGINES = ["lammps", "yade"]
+SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$", re.MULTILINE)
+
+
+def disks(scene, **changes):
+    """The scene with other disks."""
+    old = scene.snapshot
+    arrays = {name: getattr(old, name) for name in ("position", "velocity", "radius", "mass")}
+    return scene.model_copy(update={"snapshot": Snapshot(**(arrays | changes))})
+
+
+def timing(scene, time_step, duration, frames=10):
+    return scene.with_run(time_step_s=time_step, duration_s=duration, frames=frames)
+
+
+def hot():
+    """A collision that gives energy: the time step is 2 ms, the critical one 2√(m_eff/k) = 12 ms, the rule's 0.09 ms."""
+    return timing(read_scene("pair"), 2e-3, 0.1)
+
+
+def inside():
+    """A disk that starts inside another."""
+    scene = read_scene("pair")
+    return timing(disks(scene, position=np.array([[0.0, 0.0], [0.1, 0.0]])), 1e-5, 0.01)
+
+
+def through_the_wall():
+    """A chain runs into a wall that is too soft to stop it."""
+    scene = read_scene("chain_wall").with_contact(stiffness_N_per_m=3e3, restitution=1.0)
+    return timing(scene, 1e-4, 1.0)
+
+
+def tunnelling():
+    """A disk that passes the wall between two steps, of 2 m each."""
+    scene = read_scene("chain_wall")
+    velocity = np.zeros((len(scene.snapshot), 2))
+    velocity[-1] = 20000.0, 0.0
+    return timing(disks(scene, velocity=velocity), 1e-4, 1e-3)
+
+
+def away():
+    """A disk that leaves the box of 200 m about the crowd."""
+    scene = read_scene("chain_wall")
+    velocity = np.zeros((len(scene.snapshot), 2))
+    velocity[0] = -200.0, 0.0
+    return timing(disks(scene, velocity=velocity), 1e-4, 1.2)
+
+
+def boiling():
+    """A driven crowd at a time step of 0.58 √(m/k): jumps of the contact force give more than the walls take."""
+    return timing(make("jam", 30), 5e-3, 4.0, 20)
+
+
+def of_commands(name, scene, folder, command, decks="lammps_inputs", scripts="yade_scripts"):
+    """The scene by the plain command of an engine, which no check of the scene precedes."""
+    require(name)
+    path = scene.write(folder)
+    if name == "yade":
+        words = [
+            "yade",
+            "-L",
+            "noserver",
+            "-j1",
+            "-n",
+            "-x",
+            f"{scripts}/crowd.py",
+            str(path),
+            f"out={folder}",
+        ]
+        return command(words, ROOT, PYTHONPATH=str(scripts), PYTHONDONTWRITEBYTECODE="1")
+    (folder / "scene.in").write_text(scene_deck(scene))
+    given = {"decks": decks, "deck": folder / "scene.in", "data": path.with_suffix(".data"), "out": folder}
+    variables = [word for key, value in given.items() for word in ("-var", key, str(value))]
+    return command(["lmp", "-in", f"{decks}/crowd.in", "-log", "none", *variables], ROOT)
+
+
+# what is provoked, the reason, and the first step and the last in which the guard must have seen it
+FAILURES = [
+    (hot, "energy", 1, 10),
+    (inside, "overlap", 1, 100),
+    (through_the_wall, "overlap", 100, 2500),
+    (tunnelling, "speed", 1, 3),
+    (away, "lost", 10000, 10200),
+]
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize(
+    ("provoked", "kind", "first", "last"), FAILURES, ids=[f[0].__name__ for f in FAILURES]
+)
+def test_the_plain_command_stops_with_the_reason_and_the_time(
+    tmp_path, command, name, provoked, kind, first, last
+):
+    scene = provoked()
+    done = of_commands(name, scene, tmp_path, command)
+    assert done.returncode == 3, done.stdout[-2000:] + done.stderr[-2000:]
+    said = SAID.findall(done.stdout)
+    assert len(said) == 1
+    assert said[0][0] == kind
+    step = int(said[0][2])
+    assert first <= step <= last
+    assert float(said[0][1]) == pytest.approx(step * scene.run.time_step_s, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_driven_crowd_with_too_long_a_step_is_stopped(tmp_path, name):
+    require(name)
+    scene = boiling()
+    folder = tmp_path / "run"
+    with pytest.raises(
+        EngineError, match=f"{name}, jam, t = .* stopped by its guard: (energy|speed|overlap)"
+    ):
+        run_engine(scene, name, folder)
+    record = RunRecord.read(folder, even_stopped=True)
+    assert record.exit_state == "stopped"
+    assert 0 < record.stopped_at_s < 4.0
+    assert record.cpu_seconds > 0
+    assert json.loads((folder / "run.json").read_text())["reason"] == record.reason
+
+
+def test_a_force_that_the_scene_does_not_state_changes_the_momentum(tmp_path, command):
+    """The deck and the script with one more force; the energy must not show it first."""
+    scene = timing(read_scene("four_disks"), 1e-5, 0.01)
+    decks = tmp_path / "decks"
+    shutil.copytree(ROOT / "lammps_inputs", decks)
+    deck = (decks / "crowd.in").read_text()
+    (decks / "crowd.in").write_text(
+        deck.replace("fix flat all", "fix wind all addforce 0.0 1e-2 0.0\nfix flat all")
+    )
+    done = of_commands("lammps", scene, tmp_path, command, decks=decks)
+    assert done.returncode == 3, done.stdout[-2000:]
+    assert SAID.findall(done.stdout)[0][0] == "momentum"
+
+
+def test_numerical_damping_in_yade_changes_the_momentum(tmp_path, command):
+    scene = timing(read_scene("four_disks"), 1e-5, 0.01)
+    scripts = tmp_path / "scripts"
+    shutil.copytree(ROOT / "yade_scripts", scripts, ignore=shutil.ignore_patterns("__pycache__"))
+    script = (scripts / "crowd.py").read_text()
+    assert "NewtonIntegrator(damping=0.0)" in script
+    (scripts / "crowd.py").write_text(
+        script.replace("NewtonIntegrator(damping=0.0)", "NewtonIntegrator(damping=0.2)")
+    )
+    done = of_commands("yade", scene, tmp_path, command, scripts=scripts)
+    assert done.returncode == 3, done.stdout[-2000:] + done.stderr[-2000:]
+    assert SAID.findall(done.stdout)[0][0] == "momentum"
+
+
+def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
+    """`coeff_restitution` with restitution 0 gives NaN; without a guard LAMMPS ends with status 0."""
+    require("lammps")
+    decks = tmp_path / "decks"
+    shutil.copytree(ROOT / "lammps_inputs", decks)
+    law = (decks / "law.in").read_text()
+    broken = re.sub(
+        r"hooke [^']*v_damping:[^']*limit_damping",
+        "hooke $(v_stiffness:%.17g) 0.0 ${tangential} damping coeff_restitution",
+        law,
+    )
+    assert broken != law
+    (decks / "law.in").write_text(broken)
+    monkeypatch.setattr("analysis.engines.lammps.decks_folder", lambda: decks)
+    folder = tmp_path / "run"
+    with pytest.raises(EngineError, match="stopped by its guard: finite: the kinetic energy is not a finite"):
+        run_engine(timing(read_scene("pair"), 1e-5, 0.01), "lammps", folder)
+    # and the check of the dumps finds it, if the guard does not look
+    deck = (decks / "crowd.in").read_text().replace("variable guard index yes", "variable guard index no")
+    (decks / "crowd.in").write_text(deck)
+    with pytest.raises(EngineError, match="its dumps cannot be right: not a finite number in column"):
+        run_engine(timing(read_scene("pair"), 1e-5, 0.01), "lammps", folder)
+    assert RunRecord.read(folder, even_stopped=True).exit_state == "failed"
+
+
+@pytest.mark.parametrize(
+    ("name", "scene", "contact", "run"),
+    [
+        ("lammps", "pair", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
+        ("lammps", "chain", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
+        ("lammps", "chain_wall_masses", {"restitution": 0.9}, {"duration_s": 0.1, "frames": 10}),
+        ("lammps", "pair_oblique", {"friction": 0.5, "restitution": 0.9}, {"duration_s": 0.1, "frames": 20}),
+        ("lammps", "corridor", {}, {"frames": 10}),
+        ("lammps", "gate", {"law": "hertz"}, {"frames": 10}),
+        ("lammps", "gate", {"restitution": 0.9, "stiffness_N_per_m": 3e4}, {"frames": 20}),
+        ("lammps", "arch", {}, {"duration_s": 1.0, "frames": 10}),
+        ("yade", "chain_wall_masses", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
+        ("yade", "gate", {"friction": 0.5, "restitution": 0.9}, {"frames": 10}),
+    ],
+)
+def test_a_sound_run_is_not_stopped(simulate, name, scene, contact, run):
+    sound = read_scene(scene).with_contact(**contact).with_run(**({"time_step_s": None} | run))
+    assert simulate(name, sound).record.exit_state == "finished"
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_the_guard_changes_nothing(tmp_path, command, name):
+    require(name)
+    for guard in ("yes", "no"):
+        given = {"duration": "0.2", "frames": "4", "out": str(tmp_path / guard), "guard": guard}
+        if name == "yade":
+            words = ["yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py", "gate"]
+            words += [f"{key}={value}" for key, value in given.items()]
+        else:
+            words = ["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none", "-var", "scene", "gate"]
+            words += [word for key, value in given.items() for word in ("-var", key, value)]
+        done = command(words, ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
+        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert (tmp_path / "yes/bodies.dump").read_bytes() == (tmp_path / "no/bodies.dump").read_bytes()
+
+
+def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
+    require("lammps")
+    folder = tmp_path / "run"
+    with pytest.raises(EngineError, match="stopped by its guard"):
+        run_engine(hot(), "lammps", folder)
+    record = RunRecord.read(folder, even_stopped=True)
+    assert record.reason.startswith("energy: kinetic energy")
+    assert index_dump(folder / "bodies.dump").counts[0] == 2
+    with pytest.raises(EngineError, match=r"run: the run stopped at t = \S+ s: energy: kinetic energy"):
+        RunRecord.read(folder)
+    sound = timing(read_scene("pair"), 1e-5, 0.01)
+    assert run_engine(sound, "lammps", folder).exit_state == "finished"
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with pytest.raises(EngineError, match="stopped by its guard"):
+        run_engine(hot(), "lammps", folder)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def percussions(command, folder, *words):
+    return command(
+        [sys.executable, "-c", "from analysis.cli import main; main()", *words], folder, PYTHONPATH=str(ROOT)
+    )
+
+
+def test_the_command_ends_with_one_clear_line(tmp_path, command):
+    require("lammps")
+    done = percussions(command, tmp_path, "run", "pair", "--time-step", "2e-3")
+    assert done.returncode == 1
+    lines = [line for line in done.stderr.splitlines() if line.startswith("percussions: ")]
+    assert len(lines) == 1
+    assert re.search(r"lammps, pair, t = \S+ s \(step \d+\): stopped by its guard: energy: ", lines[0])
+    assert "Traceback" not in done.stderr
+
+
+def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
+    require("lammps")
+    scene = timing(read_scene("four_disks").with_contact(restitution=0.9), 1e-5, 0.2, 200)
+    made = study(scene, ["lammps"], [1e6, 1e3], tmp_path / "runs")
+    page = write_report([made], tmp_path / "report", "percussions report four_disks").read_text()
+    assert re.search(r'<li class="alarm">lammps, k = 1e\+03 N/m: .*stopped by its guard: overlap', page)
+    assert len(json.loads((tmp_path / "report/numbers.json").read_text())["four_disks"]["runs"]) == 1
+
+
+def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(tmp_path, command):
+    require("lammps")
+    hot().write(tmp_path)
+    done = percussions(command, tmp_path, "report", "pair", "pair.toml", "--engine", "lammps")
+    assert done.returncode == 1
+    page = (tmp_path / "report/index.html").read_text()
+    assert 'class="alarm">No run of this scene can be used' in page
+    assert page.count("<tr data-run=") == 1
+    assert re.search(r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy", done.stderr)
+    assert "Traceback" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def pair_run(tmp_path_factory):
+    """A sound run of two disks, for dumps to damage."""
+    require("lammps")
+    folder = tmp_path_factory.mktemp("pair") / "run"
+    scene = timing(read_scene("pair"), 1e-4, 0.1, 20)
+    return folder, run_engine(scene, "lammps", folder), scene
+
+
+def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
+    """Frames that are cut off, a contact too deep, energy that comes back after it was lost: each is found."""
+    folder, record, scene = pair_run
+    kinetic = check_bodies(folder / "bodies.dump", record, scene)
+    assert kinetic[0] == pytest.approx(0.5 * 75 * 2**2)
+    check_contacts(folder / "contacts.dump", kinetic, record, scene)
+    text = (folder / "bodies.dump").read_text()
+    cut = tmp_path / "bodies.dump"
+    cut.write_text(text[: text.rindex("ITEM: TIMESTEP")])
+    with pytest.raises(EngineError, match="20 frames where 21 are due"):
+        check_bodies(cut, record, scene)
+    again = kinetic.copy()
+    again[-1] = kinetic[0]
+    with pytest.raises(EngineError, match=r"t = 0\.1 s .*energy .* 150 J; there can be 7[56]"):
+        check_contacts(folder / "contacts.dump", again, record, scene)
+    small = disks(scene, radius=np.full(2, 1e-3))
+    with pytest.raises(EngineError, match=r"overlap: .* of the smaller radius"):
+        check_contacts(folder / "contacts.dump", kinetic, record, small)
+    with pytest.raises(EngineError, match="1 of 3 disks are lost"):
+        check_bodies(folder / "bodies.dump", dataclasses.replace(record, disks=3), scene)
+
+
+def test_energy_besides_the_motion_is_that_of_overlaps_and_spins():
+    """½ k δ² of one pair; ⅖ K √R δ^2.5 by integrating the force; ½ (½ m r²) ω² a spin."""
+    scene = disks(read_scene("pair"), position=np.array([[0.0, 0.0], [0.4, 0.0]]))
+    assert energy_besides(scene) == pytest.approx(0.5 * 1e6 * 0.1**2)
+    spinning = disks(
+        read_scene("pair"), position=np.array([[0.0, 0.0], [9.0, 0.0]]), spin=np.array([3.0, 0.0])
+    )
+    assert energy_besides(spinning) == pytest.approx(0.25 * 75 * 0.25**2 * 9)
+    # tangent stiffness 1e6 at an overlap of 1 % of the mean radius, R_eff = r/2
+    overlap = np.linspace(0.0, 0.1, 20001)
+    force = 1e6 / 1.5 / np.sqrt(0.01 * 0.25) * overlap**1.5
+    expected = float(((force[1:] + force[:-1]) / 2 * np.diff(overlap)).sum())
+    assert energy_besides(scene.with_contact(law="hertz")) == pytest.approx(expected, rel=1e-5)
+
+
+def test_the_engines_hold_the_limits_that_are_documented():
+    deck = (ROOT / "lammps_inputs/guard.in").read_text()
+    sound = next(line for line in deck.splitlines() if line.startswith("variable guard_sound"))
+    assert f"(v_guard_stride<={STEP_SHARE:g})" in sound
+    assert f"(v_guard_overlap<={OVERLAP_SHARE:g})" in sound
+    assert f"{ENERGY_SHARE:g}*(v_guard_start+v_guard_desired)" in deck
+    script = (ROOT / "yade_scripts/crowd_guard.py").read_text()
+    for name, value in (("STEP", STEP_SHARE), ("OVERLAP", OVERLAP_SHARE), ("ENERGY", ENERGY_SHARE)):
+        assert f"{name}_SHARE = {value:g}" in script

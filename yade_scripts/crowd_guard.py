@@ -1,0 +1,151 @@
+"""The guard: every few steps it asks whether the run can still be right, as lammps_inputs/guard.in does.
+
+What it asks, why and with which limits: docs/guard.md.
+"""
+
+import math
+
+import numpy as np
+from yade import utils
+
+OVERLAP_SHARE = 0.5  # of the harmonic mean of the two radii
+STEP_SHARE = 0.1  # of a disk's radius
+ENERGY_SHARE = 0.05  # of the energy at the start and of everybody at the desired speed
+MOMENTUM_SHARE = 1e-9  # of sqrt(2 M E)
+STOPPED = 3  # exit status
+
+
+def interval_of(scene, disks, penalty):
+    """Steps between two looks: within 2 sqrt(m/k) of the lightest disk no contact begins and ends unseen, nobody
+    at the fastest speed asked for passes half the smallest radius, and the drive changes little; at least ten
+    looks a run. A driven run is looked at where its drive is evaluated, if that is often enough."""
+    drive = scene.get("drive")
+    speed = max(float(np.hypot(*disks.velocity.T).max()), drive["speed_m_per_s"] if drive else 0.0)
+    span = min(
+        2 * math.sqrt(disks.mass.min() / penalty.stiffness),
+        0.5 * disks.radius.min() / (speed + 1e-300),
+        0.05 * drive["relaxation_time_s"] if drive else math.inf,
+    )
+    steps = max(1, min(int(span / penalty.time_step), penalty.steps // 10))
+    every = scene["run"].get("drive_interval_steps", 10) if drive else 1
+    return steps - steps % every if steps > every else steps
+
+
+class Guard:
+    """What a sound run keeps to. `look` gives the reason why it is not sound any more, or None."""
+
+    def __init__(self, scene, disks, penalty, interactions):
+        self.disks, self.penalty = disks, penalty
+        self.interval = interval_of(scene, disks, penalty)
+        drive = scene.get("drive")
+        self.relaxation_time = drive["relaxation_time_s"] if drive else math.inf
+        self.desired = 0.5 * float(disks.mass.sum()) * drive["speed_m_per_s"] ** 2 if drive else 0.0
+        inertia = 0.5 * disks.mass * disks.radius**2
+        kinetic = 0.5 * float(disks.mass @ (disks.velocity**2).sum(1) + inertia @ disks.spin**2)
+        overlap = np.array([max(0.0, i.geom.penetrationDepth) for i in interactions if i.isReal])
+        # the walls are as stiff as the disks
+        self.start = kinetic + 0.5 * penalty.stiffness * float(overlap @ overlap)
+        self.given, self.power = 0.0, self._power(kinetic)
+        self.margin = ENERGY_SHARE * (self.start + self.desired) + 1e-12
+        walls = np.array([(wall["start_m"], wall["end_m"]) for wall in scene.get("walls", [])])
+        self.walls = walls.reshape(-1, 2, 2)
+        along = self.walls[:, 1] - self.walls[:, 0]
+        self.wall_length = np.hypot(*along.T)
+        # along a wall and across it, each (walls, 2)
+        self.along = along / self.wall_length[:, None]
+        self.across = self.along[:, ::-1] * (-1.0, 1.0)
+        self.laid_over = self._inside(disks.position)
+        self.isolated = not drive and not len(self.walls)
+        self.momentum = disks.mass @ disks.velocity
+        self.low, self.high = np.array([[float(word) for word in line.split()] for line in disks.box[:2]]).T
+
+    def look(self, position, velocity):
+        """The kind of what is broken and a sentence, or None. position and velocity (n,2) are functions."""
+        kinetic = utils.kineticEnergy()
+        if not math.isfinite(kinetic):
+            return "finite", "the kinetic energy is not a finite number"
+        power = self._power(kinetic)
+        self.given += 0.5 * (self.power + power) * self.interval * self.penalty.time_step
+        self.power = power
+        return (
+            self._lost(position)
+            or self._overlap(utils.maxOverlapRatio())
+            or (self._in_walls(position()) if len(self.walls) else None)
+            or self._stride(kinetic, velocity)
+            or self._energy(kinetic)
+            or (self._momentum() if self.isolated else None)
+        )
+
+    def _power(self, kinetic):
+        """The most that the drive can give at this kinetic energy (W)."""
+        return 2 * (math.sqrt(self.desired * kinetic) - kinetic) / self.relaxation_time
+
+    def _energy(self, kinetic):
+        most = self.start + self.given
+        if kinetic > most + self.margin:
+            return (
+                "energy",
+                f"kinetic energy {kinetic:.6g} J, the start and the drive can give {max(most, 0.0):.6g} J",
+            )
+        return None
+
+    def _overlap(self, share):
+        if not share <= OVERLAP_SHARE:
+            return (
+                "overlap",
+                f"two disks overlap by {share:.3g} of their mean radius, at most {OVERLAP_SHARE:g} are allowed",
+            )
+        return None
+
+    def _lost(self, position):
+        low, high = (
+            np.array([corner[0], corner[1]]) for corner in utils.aabbExtrema(cutoff=0.0, centers=True)
+        )
+        if (low >= self.low).all() and (high <= self.high).all():
+            return None
+        where = position()
+        lost = int((~((where >= self.low) & (where <= self.high))).any(1).sum())
+        return "lost", f"{lost} of {len(where)} disks are lost"
+
+    def _in_walls(self, position):
+        inside = self._inside(position)
+        if inside > self.laid_over:
+            return (
+                "overlap",
+                f"{inside} disks are in a wall by more than half the smallest radius, {self.laid_over} were at "
+                "the start",
+            )
+        return None
+
+    def _inside(self, position):
+        """How many centres are nearer to a wall than half the smallest radius."""
+        start = self.walls[:, 0]
+        share = position @ self.along.T - (start * self.along).sum(1)
+        distance = position @ self.across.T - (start * self.across).sum(1)
+        near = np.abs(distance) < OVERLAP_SHARE * self.disks.radius.min()
+        return int((near & (share >= 0) & (share <= self.wall_length)).any(1).sum())
+
+    def _stride(self, kinetic, velocity):
+        dt, disks = self.penalty.time_step, self.disks
+        # nobody can be faster than this: then there is no need to look at each
+        if math.sqrt(2 * kinetic / disks.mass.min()) * dt <= STEP_SHARE * disks.radius.min():
+            return None
+        share = float((np.hypot(*velocity().T) / disks.radius).max()) * dt
+        if not share <= STEP_SHARE:
+            return (
+                "speed",
+                f"a disk moves {share:.3g} of its radius in a step, at most {STEP_SHARE:g} are allowed",
+            )
+        return None
+
+    def _momentum(self):
+        scale = math.sqrt(2 * float(self.disks.mass.sum()) * self.start) + 1e-300
+        now = utils.momentum()
+        drift = (abs(now[0] - self.momentum[0]) + abs(now[1] - self.momentum[1])) / scale
+        if not drift <= MOMENTUM_SHARE:
+            return (
+                "momentum",
+                f"momentum of an isolated crowd changed by {drift:.3g} of its scale, at most "
+                f"{MOMENTUM_SHARE:g} are allowed",
+            )
+        return None
