@@ -35,16 +35,21 @@ def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
 
 
 def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
-    """The finished run that is in the folder if scene, engine and version are the same, else None.
+    """The finished run that is in the folder if scene, decks, engine and version are the same, else None.
 
     Raises EngineError for an unknown engine.
     """
-    command = engine(engine_name).find()
+    chosen = engine(engine_name)
+    command = chosen.find()
     try:
         record = RunRecord.read(folder)
     except EngineError:
         return None
-    same = record.exit_state == "finished" and record.scene_digest == scene.digest()
+    same = (
+        record.exit_state == "finished"
+        and record.scene_digest == scene.digest()
+        and record.deck_digest == chosen.deck_digest()
+    )
     return record if same and command and record.version == _version(engine_name, command) else None
 
 
@@ -55,7 +60,7 @@ def _version(engine_name: str, command: Path) -> str | None:
 
 
 def run_engine(scene: Scene, engine_name: str, folder: Path, progress: Progress | None = None) -> RunRecord:
-    """Run the scene, or take the finished run that is in the folder if scene, engine and version are the same.
+    """Run the scene, or take the finished run that is in the folder if scene, decks, engine and version are the same.
 
     Raises EngineError.
     """

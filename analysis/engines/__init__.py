@@ -24,6 +24,9 @@ class Engine(Protocol):
     def version(self) -> str | None:
         """Its version."""
 
+    def deck_digest(self) -> str:
+        """Of the decks or scripts that it runs."""
+
     def prepare(self, scene: Scene, folder: Path) -> None:
         """Prepare a run whose results will be in `folder`."""
 

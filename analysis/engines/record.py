@@ -25,7 +25,8 @@ class EngineError(RuntimeError):
 class RunRecord:
     """One run of an engine on a scene (SI; restitutions of two bodies: see Penalty).
 
-    exit_state: prepared, finished, stopped (by its guard) or failed (the engine died, or its dumps cannot be right);
+    deck_digest: of the decks or scripts that make it. exit_state: prepared, finished, stopped (by its guard) or failed (the
+    engine died, or its dumps cannot be right);
     reason and stopped_at_s say why and when one of the last two ended.
     """
 
@@ -42,6 +43,7 @@ class RunRecord:
     restitution_most: float
     wall_seconds: float = 0.0
     cpu_seconds: float = 0.0
+    deck_digest: str = ""
     exit_state: str = PREPARED
     reason: str = ""
     stopped_at_s: float | None = None
@@ -52,11 +54,14 @@ class RunRecord:
         return self.disks * self.steps
 
     @classmethod
-    def prepared(cls, engine: str, version: str, scene: Scene, penalty: Penalty) -> RunRecord:
+    def prepared(
+        cls, engine: str, version: str, deck_digest: str, scene: Scene, penalty: Penalty
+    ) -> RunRecord:
         """The record of a run that is still to come."""
         return cls(
             engine=engine,
             version=version,
+            deck_digest=deck_digest,
             scene=scene.name,
             scene_digest=scene.digest(),
             disks=len(scene.snapshot),

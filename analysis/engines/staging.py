@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import hashlib
 import logging
 import os
 import re
@@ -13,7 +14,7 @@ import signal
 import subprocess
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from analysis.engines.guard import STOPPED_STATUS, RunStoppedError, Verdict, died, stopped
@@ -34,7 +35,15 @@ def staging_folder(folder: Path) -> Path:
     return folder.with_name(f".{folder.name}.next")
 
 
-def stage(scene: Scene, folder: Path, engine: str, version: str) -> Path:
+def digest_of(files: Iterable[Path]) -> str:
+    """SHA-256 of the names and contents of files."""
+    content = hashlib.sha256()
+    for path in sorted(files):
+        content.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return content.hexdigest()
+
+
+def stage(scene: Scene, folder: Path, engine: str, version: str, deck_digest: str) -> Path:
     """Write scene.toml, scene.data and the record of the run to come into a new staging folder; return it."""
     staging = staging_folder(folder)
     if staging.exists():
@@ -49,7 +58,7 @@ def stage(scene: Scene, folder: Path, engine: str, version: str) -> Path:
             penalty.time_step,
             penalty.safe_time_step,
         )
-    RunRecord.prepared(engine, version, scene, penalty).write(staging)
+    RunRecord.prepared(engine, version, deck_digest, scene, penalty).write(staging)
     return staging
 
 

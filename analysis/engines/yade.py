@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shutil
 import subprocess
@@ -9,7 +10,7 @@ from pathlib import Path
 
 from analysis.engines.outcome import check_bodies, check_contacts
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import SCENE_FILE, Progress, run_process, stage, staged
+from analysis.engines.staging import SCENE_FILE, Progress, digest_of, run_process, stage, staged
 from analysis.scene import Scene
 from analysis.shipped import shipped
 
@@ -43,6 +44,12 @@ def scripts_folder() -> Path:
     return shipped("yade_scripts")
 
 
+@functools.cache
+def deck_digest() -> str:
+    """Of the scripts: a run made with others is made anew."""
+    return digest_of(scripts_folder().glob("*.py"))
+
+
 def prepare(scene: Scene, folder: Path) -> None:
     """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is
     whole.
@@ -58,7 +65,7 @@ def prepare(scene: Scene, folder: Path) -> None:
         raise EngineError(
             f"{scene.name}: contact.law: {scene.contact.law}; YADE runs hooke only here, LAMMPS runs both"
         )
-    stage(scene, folder, NAME, known)
+    stage(scene, folder, NAME, known, deck_digest())
 
 
 def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:

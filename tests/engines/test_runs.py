@@ -17,6 +17,7 @@ from at_hand import ROOT, require
 from analysis.engines import EngineError, RunRecord, engine
 from analysis.making import make
 from analysis.scene import read_scene
+from analysis.study import finished_run
 
 ENGINES = ["lammps", "yade"]
 
@@ -104,6 +105,15 @@ def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
     run(name, quick, folder)
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_run_made_with_other_decks_is_made_anew(tmp_path, quick, name):
+    require(name)
+    record = run(name, quick, tmp_path / "run")
+    assert finished_run(quick, name, tmp_path / "run") == record
+    dataclasses.replace(record, deck_digest="0").write(tmp_path / "run")
+    assert finished_run(quick, name, tmp_path / "run") is None
 
 
 @pytest.mark.parametrize("name", ENGINES)

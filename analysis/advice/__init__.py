@@ -1,0 +1,1 @@
+"""Advice: the cheapest method whose measured error on such a scene is within what is asked."""

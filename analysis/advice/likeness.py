@@ -1,0 +1,133 @@
+"""What makes scenes alike: a few dimensionless numbers of a scene, known without running it."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order
+
+from analysis.engines.penalty import damping_ratio_for
+from analysis.scene import Scene
+from analysis.work_precision.window import DRIVEN_SHARE
+from nscd import Contacts, find_contacts
+
+# Pressed frictionless disks come to about two contacts each: as many as they have unknowns.
+ISOSTATIC = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Likeness:
+    """Dimensionless numbers of a scene and its window.
+
+    driven: pressed by a drive, else an impact. disks: how many. depth: how many disks a push passes through: contacts
+    between the two disks farthest apart in the contact graph; of a crowd still to be pressed together, the mean diameters
+    from the door to its farthest disk. links: contacts a disk. door: its width in mean diameters, 1 for an impact.
+    mass_ratio: heaviest over lightest disk. damping_ratio: ζ at the asked restitution. periods: √(m̄/k) in the window.
+    hardness: how hard the scene's own contacts are for their load, ∝ √k: r̄/(U √(m̄/k)) of an impact at speed U (a radius over
+    the deepest overlap), periods/depth of a driven crowd (how often a push can cross it).
+    """
+
+    driven: bool
+    disks: int
+    depth: float
+    links: float
+    door: float
+    mass_ratio: float
+    damping_ratio: float
+    periods: float
+    hardness: float
+
+    def distance(self, other: Likeness) -> float:
+        """How unlike: root of the sum of squares of log₂ of the ratios of depth, links, door, mass ratio, ζ and, for
+        impacts, periods; infinite between an impact and a driven crowd. Hardness is no part: curves run over it."""
+        if self.driven != other.driven:
+            return float("inf")
+        return float(np.linalg.norm(np.log2(self._compared()) - np.log2(other._compared())))
+
+    def _compared(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        return np.array(
+            [
+                self.depth,
+                self.links,
+                self.door,
+                self.mass_ratio,
+                max(self.damping_ratio, 0.01),
+                1.0 if self.driven else self.periods,
+            ]
+        )
+
+    def to_json(self) -> list[float]:
+        """The fields in order."""
+        return [float(value) for value in astuple(self)]
+
+
+def likeness_of(scene: Scene) -> Likeness:
+    """The numbers of a scene. Raises ValueError for a scene with friction, which nothing was measured with, and for an
+    impact or a real crowd in which nobody touches anybody."""
+    if scene.contact.friction:
+        raise ValueError(
+            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; advice is for frictionless contacts"
+        )
+    snapshot, drive, contact = scene.snapshot, scene.drive, scene.contact
+    diameter = 2.0 * float(snapshot.radius.mean())
+    mass = float(snapshot.mass.mean())
+    period = float(np.sqrt(mass / contact.stiffness_N_per_m))
+    if drive is not None and scene.reconciliation is None:
+        depth, links = _to_the_door(scene) / diameter, ISOSTATIC
+    else:
+        contacts = find_contacts(
+            snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
+        )
+        if not len(contacts):
+            raise ValueError(f"scene {scene.name}: nobody touches anybody at the start: nothing to compute")
+        depth, links = float(_longest_way(contacts, len(snapshot))), len(contacts) / len(snapshot)
+    if drive is not None:
+        periods = DRIVEN_SHARE * drive.relaxation_time_s / period
+        ends = np.array(drive.door_end_m) - np.array(drive.door_start_m)
+        door, hardness = float(np.hypot(*ends)) / diameter, periods / depth
+    else:
+        periods, door = scene.run.duration_s / period, 1.0
+        speed = float(np.hypot(*snapshot.velocity.T).max())
+        hardness = 0.5 * diameter / max(speed * period, 1e-30)
+    return Likeness(
+        driven=drive is not None,
+        disks=len(snapshot),
+        depth=max(depth, 1.0),
+        links=links,
+        door=door,
+        mass_ratio=float(snapshot.mass.max() / snapshot.mass.min()),
+        damping_ratio=damping_ratio_for(contact.restitution),
+        periods=periods,
+        hardness=hardness,
+    )
+
+
+def _to_the_door(scene: Scene) -> float:
+    """From the door to the farthest disk (m)."""
+    assert scene.drive is not None
+    start, end = np.array(scene.drive.door_start_m), np.array(scene.drive.door_end_m)
+    along = end - start
+    position = scene.snapshot.position
+    s = np.clip((position - start) @ along / (along @ along), 0.0, 1.0)
+    return float(np.hypot(*(start + s[:, None] * along - position).T).max())
+
+
+def _longest_way(contacts: Contacts, n: int) -> int:
+    """Contacts between the disks farthest apart in the largest island: from its last disk in breadth-first order, again."""
+    pairs = contacts.select(~contacts.is_wall)
+    graph = coo_array((np.ones(len(pairs)), (pairs.first, pairs.second)), shape=(n, n)).tocsr()
+    longest = 0
+    seen = np.zeros(n, dtype=bool)
+    for disk in range(n):
+        if seen[disk]:
+            continue
+        order, _ = breadth_first_order(graph, disk, directed=False)
+        seen[order] = True
+        order, before = breadth_first_order(graph, int(order[-1]), directed=False)
+        steps = np.zeros(n, dtype=np.int64)
+        for reached in order[1:]:
+            steps[reached] = steps[before[reached]] + 1
+        longest = max(longest, int(steps[order].max()))
+    return longest

@@ -1,0 +1,53 @@
+"""What a run costs: an engine's start and its cost per disk and step, fitted to the measured runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from analysis.advice.library import Entry
+from analysis.engines.penalty import penalty_of
+from analysis.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Price:
+    """CPU seconds of an engine's run: start_s + disk_step_s · disks · steps."""
+
+    start_s: float
+    disk_step_s: float
+
+    def of(self, disk_steps: float) -> float:
+        """CPU seconds of so many disks times steps."""
+        return self.start_s + self.disk_step_s * disk_steps
+
+
+def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
+    """Fitted to all runs of that engine and law that ended, by non-negative least squares of the relative error."""
+    runs = {
+        (entry.name, point.stiffness_N_per_m, point.time_step_share): (
+            entry.particle_steps(point),
+            point.cpu_seconds,
+        )
+        for entry in entries
+        for point in entry.points
+        if (point.method, point.law) == (method, law) and point.status == "ok" and point.cpu_seconds
+    }
+    work, seconds = np.array(list(runs.values()), dtype=float).T
+    fitted, _ = nnls(np.column_stack([1.0 / seconds, work / seconds]), np.ones(len(seconds)))
+    return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
+
+
+def lasts(scene: Scene, stiffness: float, whole_run: bool, window_s: float) -> float:
+    """How long the window, or the scene's whole run, is (s) at a stiffness (N/m): an impact is over sooner, ∝ 1/√k."""
+    if scene.drive is not None:
+        return scene.run.duration_s if whole_run else window_s
+    return scene.run.duration_s * float(np.sqrt(scene.contact.stiffness_N_per_m / stiffness))
+
+
+def safe_step(scene: Scene, law: str, stiffness: float) -> float:
+    """The safe time step (s) of the scene with that law and stiffness (N/m)."""
+    return penalty_of(scene.with_contact(law=law, stiffness_N_per_m=stiffness)).safe_time_step

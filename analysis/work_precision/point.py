@@ -1,0 +1,123 @@
+"""One point of a work–precision chart: a method with its settings, what it cost, and its two errors."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, Self
+
+from analysis.files import whole_file, write_text
+
+FORMAT = 1
+
+
+class PointStatus(StrEnum):
+    """ok: the run ended and its answer is one; inaccurate: it ended, but missed its tolerance, or is wrong by more than
+    100 %; failed: there is no answer (stopped, died, not finite). The reason says more."""
+
+    OK = "ok"
+    INACCURATE = "inaccurate"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One method with one setting on one scene, for one quantity.
+
+    scene, disks: where it was measured. method: `lammps`, `yade`, `rigid`, or a rival's name. law: contact law of a soft
+    method (hooke, hertz), else "". time_step_s, time_step_share (of the safe one), stiffness_N_per_m: of a soft method,
+    else None. solver, tolerance: of the rigid model, else "" and None. cpu_seconds: of the engine's process, its start
+    included, or of the solution from snapshot and contacts on (None where a failure left it unknown).
+
+    quantity: what is compared (see `quantities`), unit: in what. Errors are rms over all its components, relative to the
+    rms of the rigid reference: numerical_error: from the method's own model, converged; model_error: of that converged
+    model from the rigid reference; total_error: of the point from the rigid reference (at most their sum). numerical_bar
+    and model_bar: how well those references are known, in the same measure. None where there is no such number.
+
+    status, reason: `ok`, `inaccurate` or `failed`, and why. machine, date: where and when it was measured (ISO date).
+    """
+
+    scene: str
+    disks: int
+    method: str
+    law: str
+    solver: str
+    time_step_s: float | None
+    time_step_share: float | None
+    stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
+    tolerance: float | None
+    cpu_seconds: float | None
+    quantity: str
+    unit: str
+    numerical_error: float | None
+    numerical_bar: float | None
+    model_error: float | None
+    model_bar: float | None
+    total_error: float | None
+    status: PointStatus
+    reason: str
+    machine: str
+    date: str
+
+    @property
+    def key(self) -> str:
+        """Method, law and solver in one word: what belongs on one curve but for the stiffness."""
+        return "_".join(part for part in (self.method, self.law, self.solver) if part)
+
+    @property
+    def error_sum(self) -> float | None:
+        """Numerical plus model error, as far as the method has them: what the total error cannot exceed. The total itself
+        can be smaller by luck, where the two happen to cancel. None where neither is known, or a run's own is not."""
+        if self.stiffness_N_per_m is not None and (self.numerical_error is None or self.model_error is None):
+            return None
+        known = [error for error in (self.numerical_error, self.model_error) if error is not None]
+        return sum(known) if known else None
+
+    def to_json(self) -> dict[str, Any]:
+        """As what `json` writes: units in the names."""
+        return dataclasses.asdict(self) | {"status": str(self.status)}
+
+    @classmethod
+    def from_json(cls, content: dict[str, Any]) -> Self:
+        """The point that `to_json` gave. Raises ValueError naming a key that is missing, unknown or has a wrong value."""
+        names = {field.name for field in dataclasses.fields(cls)}
+        if missing := sorted(names - content.keys()):
+            raise ValueError(f"{missing[0]}: missing in a point")
+        if unknown := sorted(content.keys() - names):
+            raise ValueError(f"{unknown[0]}: unknown in a point")
+        try:
+            return cls(**(content | {"status": PointStatus(content["status"])}))
+        except ValueError:
+            raise ValueError(f"status: {content['status']!r}; there are: {', '.join(PointStatus)}") from None
+
+
+COLUMNS = tuple(field.name for field in dataclasses.fields(Point))
+
+
+def write_points(folder: Path, points: Sequence[Point], name: str = "points") -> None:
+    """Write <name>.json and <name>.csv (one row a point), each whole or not at all."""
+    content = {"format": FORMAT, "points": [point.to_json() for point in points]}
+    write_text(folder / f"{name}.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    with whole_file(folder / f"{name}.csv") as file:
+        rows = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        rows.writeheader()
+        rows.writerows(point.to_json() for point in points)
+
+
+def read_points(path: Path) -> list[Point]:
+    """The points of a `points.json`. Raises ValueError naming the file for one that is missing, broken or of another
+    format."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if content["format"] != FORMAT:
+            raise ValueError(f"format: {content['format']}; {FORMAT} is needed")
+        return [Point.from_json(point) for point in content["points"]]
+    except FileNotFoundError:
+        raise ValueError(f"{path}: no such file; make it with: percussions chart SCENE") from None
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise ValueError(f"{path}: not the points of a chart: {error}") from None

@@ -1,0 +1,98 @@
+"""The scenes that the advice is made from, and others, unseen by it, on which it is tested."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from analysis.making import make
+from analysis.scene import Scene, read_scene
+from nscd import Snapshot
+
+Makers = dict[str, Callable[[], Scene]]
+
+
+def _with(
+    scene: Scene, *, mass: object = None, velocity: object = None, restitution: float | None = None
+) -> Scene:
+    """The scene with other masses (n,) kg, left velocities (n,2) m/s, or another restitution."""
+    old = scene.snapshot
+    new = Snapshot(
+        position=old.position,
+        velocity=old.velocity if velocity is None else velocity,
+        radius=old.radius,
+        mass=old.mass if mass is None else mass,
+    )
+    changed = scene.model_copy(update={"snapshot": new})
+    return changed if restitution is None else changed.with_contact(restitution=restitution)
+
+
+def _masses(n: int, seed: int) -> object:
+    return np.random.default_rng(seed).integers(50, 101, n).astype(float)
+
+
+def _corridor(masses: int, pushed: tuple[float, float], restitution: float) -> Scene:
+    """The corridor with masses of that seed, and its three people on the left pushing with another velocity (m/s)."""
+    scene = make("corridor")
+    velocity = np.zeros((len(scene.snapshot), 2))
+    velocity[:3] = pushed
+    return _with(scene, mass=_masses(len(scene.snapshot), masses), velocity=velocity, restitution=restitution)
+
+
+LIBRARY: Makers = {
+    "pair": lambda: make("pair"),
+    "pair_oblique": lambda: make("pair_oblique"),
+    "four_disks": lambda: make("four_disks"),
+    "four_disks_e0.1": lambda: _with(make("four_disks"), restitution=0.1),
+    "chain_5": lambda: make("chain", 5),
+    "chain_10": lambda: make("chain"),
+    "chain_20": lambda: make("chain", 20),
+    "chain_40": lambda: make("chain", 40),
+    "chain_20_e0.1": lambda: _with(make("chain", 20), restitution=0.1),
+    "chain_masses_10": lambda: make("chain_masses"),
+    "chain_wall_10": lambda: make("chain_wall"),
+    "chain_wall_masses_20": lambda: make("chain_wall_masses", 20),
+    "corridor": lambda: make("corridor"),
+    "corridor_e0.01": lambda: _with(make("corridor"), restitution=0.01),
+    "corridor_masses": lambda: _corridor(1, (2.0, 2.0), 0.05),
+    "arch_75": lambda: make("arch", 75),
+    "arch_150": lambda: make("arch", 150),
+    "arch_300": lambda: make("arch", 300),
+    "arch_594": lambda: make("arch"),
+    "arch_150_seed_2": lambda: make("arch", 150, 2),
+    "arch_masses_150": lambda: make("arch_masses", 150),
+    "arch_masses_300": lambda: make("arch_masses", 300),
+    "jam_75": lambda: make("jam", 75),
+    "jam_150": lambda: make("jam", 150),
+    "gate": lambda: read_scene("gate"),
+    "chain_14": lambda: make("chain", 14),
+    "chain_masses_25": lambda: make("chain_masses", 25, 11),
+    "chain_wall_7": lambda: make("chain_wall", 7),
+    "chain_wall_masses_30": lambda: make("chain_wall_masses", 30, 12),
+    "four_unequal": lambda: _with(make("four_disks"), mass=[60.0, 90.0, 75.0, 50.0]),
+    "corridor_pushed_along": lambda: _corridor(13, (3.0, 1.0), 0.05),
+    "corridor_pushed_across": lambda: _corridor(14, (1.0, 2.5), 0.02),
+    "arch_110": lambda: make("arch", 110, 15),
+    "arch_220": lambda: make("arch", 220, 16),
+    "arch_420": lambda: make("arch", 420, 17),
+    "arch_masses_90": lambda: make("arch_masses", 90, 18),
+    "arch_masses_220": lambda: make("arch_masses", 220, 19),
+    "jam_110": lambda: make("jam", 110, 20),
+}
+UNSEEN: Makers = {
+    "pair_unequal": lambda: _with(make("pair"), mass=[60.0, 85.0]),
+    "four_other_masses": lambda: _with(make("four_disks"), mass=[80.0, 55.0, 95.0, 70.0]),
+    "chain_17": lambda: make("chain", 17),
+    "chain_masses_13": lambda: make("chain_masses", 13, 31),
+    "chain_wall_12": lambda: make("chain_wall", 12),
+    "chain_wall_masses_16": lambda: make("chain_wall_masses", 16, 32),
+    "corridor_pushed_back": lambda: _corridor(33, (2.5, -1.5), 0.05),
+    "corridor_damped": lambda: _corridor(34, (1.5, 1.0), 0.03),
+    "arch_130": lambda: make("arch", 130, 35),
+    "arch_260": lambda: make("arch", 260, 36),
+    "arch_350": lambda: make("arch", 350, 37),
+    "arch_masses_120": lambda: make("arch_masses", 120, 38),
+    "arch_masses_180": lambda: make("arch_masses", 180, 39),
+    "jam_95": lambda: make("jam", 95, 40),
+}

@@ -1,0 +1,256 @@
+"""Advice on a library whose errors and costs are known by formula, and on the one that is stored."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.advice.asked import asked_error
+from analysis.advice.choice import LONGEST, MARGIN, advise
+from analysis.advice.curve import Curves
+from analysis.advice.left_out import left_out
+from analysis.advice.library import Entry, Library, library_of, library_text, stored_library
+from analysis.advice.likeness import likeness_of
+from analysis.advice.price import price_of
+from analysis.advice.safety import factor, rates_of
+from analysis.engines.penalty import damping_ratio_for
+from analysis.making import make
+from analysis.scene import read_scene
+from analysis.work_precision.point import Point, PointStatus
+from nscd import Snapshot
+
+SHARES, STIFFER = (0.25, 1.0, 4.0, 8.0), (1.0, 1e1, 1e2, 1e3, 1e4)
+START, PER_STEP = 1e-6, 3e-7
+
+
+def changed(scene, **arrays):
+    """The scene with other arrays in its snapshot."""
+    old = {name: getattr(scene.snapshot, name) for name in ("position", "velocity", "radius", "mass")}
+    return scene.model_copy(update={"snapshot": Snapshot(**(old | arrays))})
+
+
+def point(scene, numerical, model, seconds, **setting):
+    given = {
+        "scene": scene.name, "disks": len(scene.snapshot), "method": "lammps", "law": "hooke", "solver": "",
+        "time_step_s": None, "time_step_share": None, "stiffness_N_per_m": None, "tolerance": None,
+        "cpu_seconds": seconds, "quantity": "disk_force", "unit": "N", "numerical_error": numerical,
+        "numerical_bar": 0.0, "model_error": model, "model_bar": 0.0, "total_error": numerical + model,
+        "status": PointStatus.OK, "reason": "", "machine": "made up", "date": "2026-01-01",
+    }  # fmt: skip
+    return Point(**given | setting)
+
+
+def entry(scene, numerical=lambda share, stiffer: 0.01 * share, model=lambda stiffer: 0.3 / stiffer**0.5):
+    """Of a driven scene: errors by formula, cost START + PER_STEP·disks·steps; one rigid solution."""
+    like, window = likeness_of(scene), 0.02
+    points = []
+    for stiffer in STIFFER:
+        safe = 1e-3 / stiffer**0.5
+        for share in SHARES:
+            seconds = START + PER_STEP * like.disks * window / (share * safe)
+            points.append(
+                point(
+                    scene, numerical(share, stiffer), model(stiffer), seconds,
+                    time_step_s=share * safe, time_step_share=share, stiffness_N_per_m=stiffer * 1e6,
+                )
+            )  # fmt: skip
+    points.append(point(scene, 1e-9, 0.0, 0.001, method="rigid", law="", solver="auto", tolerance=1e-8))
+    return Entry(name=scene.name, likeness=like, stiffness_N_per_m=1e6, window_s=window, points=tuple(points))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return make("arch", 40)
+
+
+@pytest.fixture(scope="module")
+def sure(scene):
+    """A library that needs no safety: one scene, known exactly."""
+    rates = {(True, "disk", what): 0.0 for what in ("numerical", "model", "rigid")}
+    return Library(entries=(entry(scene),), rates=rates)
+
+
+@pytest.mark.parametrize(("text", "share"), [("5%", 0.05), ("5 %", 0.05), ("0.05", 0.05), ("99.9%", 0.999)])
+def test_an_error_is_read(text, share):
+    assert asked_error(text) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("text", ["0", "0%", "-5%", "100%", "1", "five", "", "%", "nan", "inf%"])
+def test_a_bad_error_is_refused(text):
+    with pytest.raises(ValueError, match=r"^error: "):
+        asked_error(text)
+
+
+def test_likeness_of_a_chain():
+    like = likeness_of(make("chain", 12))
+    assert (like.driven, like.disks, like.depth, like.mass_ratio) == (False, 12, 11, 1)
+    assert like.links == pytest.approx(11 / 12)
+    assert like.damping_ratio == damping_ratio_for(0.01)
+    # 2 m/s, 75 kg, 0.25 m, 1e6 N/m, 0.3 s
+    assert like.hardness == pytest.approx(0.25 / (2.0 * np.sqrt(75 / 1e6)))
+    assert like.periods == pytest.approx(0.3 / np.sqrt(75 / 1e6))
+
+
+@given(mass=st.floats(0.1, 10), time=st.floats(0.1, 10))
+def test_likeness_has_no_units(mass, time):
+    """Other units of mass and time change nothing."""
+    base = make("chain_masses", 6)
+    other = changed(base, mass=base.snapshot.mass * mass, velocity=base.snapshot.velocity / time)
+    other = other.with_contact(stiffness_N_per_m=1e6 * mass / time**2).with_run(duration_s=0.3 * time)
+    assert likeness_of(other).to_json() == pytest.approx(likeness_of(base).to_json(), rel=1e-9)
+
+
+def test_distance():
+    chain, longer, arch = (likeness_of(make(*what)) for what in (("chain", 9), ("chain", 17), ("arch", 30)))
+    assert chain.distance(chain) == 0
+    assert chain.distance(longer) == longer.distance(chain)
+    # twice the depth, and a few more contacts a disk
+    assert chain.distance(longer) == pytest.approx(np.hypot(1, np.log2((16 / 17) / (8 / 9))))
+    assert chain.distance(arch) == np.inf
+
+
+def test_errors_between_points_follow_the_power_law(scene):
+    one = entry(scene)
+    curves = Curves(likeness=one.likeness, load="disk", entries=[one])
+    found = curves.soft("lammps", "hooke", 4.0, one.likeness.hardness * 37**0.5)
+    assert (found.numerical, found.model) == pytest.approx((0.04, 0.3 / 37**0.5))
+
+
+def test_no_luck_of_a_softer_contact_counts(scene):
+    """Where the error is by chance small at a stiffness, the larger one at the next is taken."""
+    lucky = entry(scene, model=lambda stiffer: 0.001 if stiffer == 10 else 0.3 / stiffer**0.5)
+    curves = Curves(likeness=lucky.likeness, load="disk", entries=[lucky])
+    found = curves.soft("lammps", "hooke", 1.0, lucky.likeness.hardness * 10**0.5)
+    assert found.model == pytest.approx(0.03)
+
+
+def test_what_failed_near_is_not_advised(scene):
+    one = entry(scene)
+    points = tuple(
+        dataclasses.replace(p, status=PointStatus.FAILED)
+        if p.time_step_share == 4 and p.stiffness_N_per_m == 1e8
+        else p
+        for p in one.points
+    )
+    curves = Curves(likeness=one.likeness, load="disk", entries=[dataclasses.replace(one, points=points)])
+    at = one.likeness.hardness
+    assert curves.soft("lammps", "hooke", 4.0, at * 90**0.5) is None
+    assert curves.soft("lammps", "hooke", 4.0, at * 2**0.5) is not None
+    # far softer than anything measured
+    assert curves.soft("lammps", "hooke", 1.0, at / 2) is None
+
+
+def test_price_is_that_of_the_runs(scene):
+    price = price_of("lammps", "hooke", [entry(scene)])
+    assert (price.start_s, price.disk_step_s) == pytest.approx((START, PER_STEP), rel=1e-6)
+
+
+def test_choice_is_the_cheapest_by_hand(scene, sure):
+    """Numerical 1 % a safe step, model 30 %/√stiffer: within 5 % the softest is 100 times the scene's (3 %) with the safe step
+    (1 %); a thousand times (0.95 %) takes the fourfold step (4 %), which is cheaper by 4/√10."""
+    advice = advise(scene, 0.05, methods=("lammps",), library=sure)
+    assert (advice.choice.stiffness_N_per_m, advice.choice.time_step_share) == (1e9, 4.0)
+    assert advice.choice.promised_error == pytest.approx(0.04 + 0.3 / 1000**0.5)
+    # half of that: within 2.47 % are the safe step at 1000 and 10,000 times (1.95 %, 1.3 %)
+    assert (advice.better.stiffness_N_per_m, advice.better.time_step_share) == (1e9, 1.0)
+    assert advice.better.cpu_seconds > advice.choice.cpu_seconds
+    # the rigid model needs no time steps
+    assert advise(scene, 0.05, methods=("rigid", "lammps"), library=sure).choice.method == "rigid"
+
+
+def test_against_the_model_law_and_stiffness_are_the_scenes(scene, sure):
+    advice = advise(scene, 0.005, against="model", library=sure, methods=("rigid", "lammps"))
+    assert {(c.method, c.law, c.stiffness_N_per_m) for c in advice.curve} == {("lammps", "hooke", 1e6)}
+    assert advice.choice.time_step_share == 0.25
+    assert advice.choice.promised_error == pytest.approx(0.0025)
+
+
+def test_where_nothing_reaches_the_best_is_named(scene, sure):
+    advice = advise(scene, 0.001, methods=("lammps",), library=sure)
+    assert advice.choice is None
+    assert advice.better is None
+    assert advice.best.promised_error == pytest.approx(0.0025 + 0.003)
+
+
+def test_rates_make_up_for_what_was_off(scene):
+    """Of two scenes that look alike one has errors thrice as large, foretold from the other; the factor makes up for it."""
+    twin = scene.model_copy(update={"name": "twin"})
+    pair = [entry(scene), entry(twin, lambda share, _: 0.03 * share, lambda stiffer: 0.9 / stiffer**0.5)]
+    rates = rates_of(pair)
+    curves = Curves(likeness=pair[1].likeness, load="disk", entries=pair[:1])
+    for what in ("numerical", "model"):
+        assert factor(rates, curves, what) == pytest.approx(3.0, rel=1e-6)
+    # what was never foretold is never promised
+    assert factor(rates, Curves(likeness=pair[0].likeness, load="wall", entries=pair), "model") == np.inf
+
+
+def test_bad_questions(scene, sure):
+    with pytest.raises(ValueError, match="quantity: unknown 'noise'"):
+        advise(scene, 0.05, quantity="noise", library=sure)
+    with pytest.raises(ValueError, match="wall-load: nobody touches a wall"):
+        advise(make("four_disks"), 0.05, quantity="wall-load", library=sure)
+    with pytest.raises(ValueError, match="displacement is for driven"):
+        advise(make("four_disks"), 0.05, quantity="displacement", library=sure)
+    with pytest.raises(ValueError, match=r"contact\.friction"):
+        advise(scene.with_contact(friction=0.3), 0.05, library=sure)
+    with pytest.raises(ValueError, match="chart: no points of scene arch"):
+        advise(scene, 0.05, library=sure, chart=entry(make("jam", 40)).points)
+    # nothing in the library is like an impact: no guess
+    advice = advise(make("chain", 5), 0.05, library=sure)
+    assert (advice.choice, advice.best, advice.read) == (None, None, ())
+
+
+def test_a_chart_of_the_scene_is_read_as_it_is(scene, sure):
+    worse = entry(scene, lambda share, _: 0.02 * share)
+    advice = advise(scene, 0.05, methods=("lammps",), library=sure, chart=worse.points)
+    assert advice.own
+    assert (advice.choice.stiffness_N_per_m, advice.choice.time_step_share) == (1e8, 1.0)
+
+
+def test_library_goes_through_its_text(scene, sure):
+    again = library_of(library_text(sure))
+    assert again.rates == sure.rates
+    assert [p.key for p in again.entries[0].points] == [p.key for p in sure.entries[0].points]
+    for one, other in zip(sure.entries[0].points, again.entries[0].points, strict=True):
+        assert other.numerical_error == pytest.approx(one.numerical_error, rel=1e-2)
+    with pytest.raises(ValueError, match="format"):
+        library_of('{"format": 99}')
+
+
+def test_the_stored_rates_belong_to_the_stored_scenes():
+    stored = stored_library()
+    assert rates_of(stored.entries) == pytest.approx(stored.rates, rel=0.02, abs=5e-3)
+    assert all(point.machine and point.date for one in stored.entries for point in one.points)
+
+
+@pytest.mark.parametrize("name", ["pair", "chain", "corridor", "arch", "gate"])
+@pytest.mark.parametrize("asked", [0.01, 0.05, 0.3])
+def test_no_choice_breaks_its_promise_or_is_needlessly_dear(name, asked):
+    advice = advise(read_scene(name), asked, library=stored_library())
+    assert advice.choice.promised_error <= asked
+    within = [c for c in advice.curve if c.promised_error <= asked]
+    assert advice.choice.cpu_seconds <= (1 + MARGIN) * min(c.cpu_seconds for c in within)
+    costs, errors = ([getattr(c, what) for c in advice.curve] for what in ("cpu_seconds", "promised_error"))
+    assert costs == sorted(costs)
+    assert errors == sorted(errors, reverse=True)
+    assert all((c.time_step_share or 0) <= LONGEST for c in advice.curve)
+
+
+def test_what_a_scene_has_no_need_of(tmp_path):
+    """Two pairs and a single disk: one pair collides, the other rests."""
+    base = make("pair")
+    resting = changed(
+        base,
+        position=[[0, 0], [0.5, 0], [5, 0], [5.5, 0], [9, 0]],
+        velocity=[[2, 0], [0, 0], [0, 0], [0, 0], [0, 0]],
+        radius=[0.25] * 5,
+        mass=[75.0] * 5,
+    )
+    lines = left_out(resting, tmp_path)
+    assert any("10 unknown velocities instead of 15" in line for line in lines)
+    assert "disks that touch nothing: 1 of 5" in lines
+    assert "islands that nothing presses: 1 with 2 disks" in lines
+    assert "disks that touch others and carry nothing: 2 of 5" in lines
+    assert "contacts that carry nothing: 1 of 2" in lines

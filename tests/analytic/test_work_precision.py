@@ -1,0 +1,271 @@
+"""Work against precision: the references against closed forms, quantities against balance, fronts by hand."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from analysis.engines.penalty import damping_ratio_for, restitution_of
+from analysis.making import make
+from analysis.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.work_precision.kept import kept_reference
+from analysis.work_precision.pareto import pareto_front
+from analysis.work_precision.pictures import scaling_picture, work_precision_picture
+from analysis.work_precision.point import Point, PointStatus, read_points, write_points
+from analysis.work_precision.rigid_reference import rigid_reference
+from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
+from analysis.work_precision.scaling import cheapest
+from analysis.work_precision.soft_reference import soft_reference
+from analysis.work_precision.start import prepare_window
+from analysis.work_precision.window import (
+    CONTACT_FORCE,
+    CONTACT_IMPULSE,
+    DISPLACEMENT,
+    WALL_FORCE,
+    Window,
+    driven_window,
+    impact_window,
+    relative_error,
+)
+from nscd import Snapshot
+
+POINT = Point(
+    scene="pair", disks=2, method="lammps", law="hooke", solver="", time_step_s=1e-5, time_step_share=1.0,
+    stiffness_N_per_m=1e6, tolerance=None, cpu_seconds=0.2, quantity="contact_impulse", unit="N·s", numerical_error=1e-3,
+    numerical_bar=1e-7, model_error=0.02, model_bar=1e-7, total_error=0.021, status=PointStatus.OK, reason="",
+    machine="a machine", date="2025-01-01",
+)  # fmt: skip
+
+
+def line_at_a_wall(disks=3, stiffness=1e6):
+    """Disks of 75 kg in a line that want to walk at 2 m/s (τ = 0.5 s) into a wall: each pushes with 300 N."""
+    radius = 0.25
+    x = -radius - 2 * radius * np.arange(disks)
+    snapshot = Snapshot(
+        position=np.column_stack([x, np.zeros(disks)]),
+        velocity=np.zeros((disks, 2)),
+        radius=np.full(disks, radius),
+        mass=np.full(disks, 75.0),
+    )
+    # everybody walks to a door far away beyond the wall
+    drive = Drive(
+        speed_m_per_s=2.0,
+        relaxation_time_s=0.5,
+        door_start_m=(1e6, -0.5),
+        door_end_m=(1e6, 0.5),
+        outward=(1.0, 0.0),
+    )
+    return Scene(
+        name="line",
+        title="A line at a wall",
+        source="a test",
+        snapshot=snapshot,
+        walls=(Wall(name="wall", start_m=(0.0, -1.0), end_m=(0.0, 1.0)),),
+        drive=drive,
+        contact=ContactModel(stiffness_N_per_m=stiffness, restitution=0.1),
+        run=Run(duration_s=1.0, frames=1),
+        analysis=Analysis(kind="driven", time_s=1.0),
+    )
+
+
+@pytest.mark.parametrize("law", ["hooke", "hertz"])
+@pytest.mark.parametrize("restitution", [0.01, 0.5])
+def test_soft_reference_of_two_disks_is_the_closed_form(law, restitution):
+    scene = make("pair").with_contact(restitution=restitution, law=law)
+    window = impact_window(scene)
+    found = soft_reference(window.variant(law, 1e7))
+    # p = m_eff (1 + e) U with the restitution that the dashpot really gives (Schwager and Pöschel)
+    e = restitution_of(damping_ratio_for(restitution))
+    impulse = window.quantities(found.motion, 1e7)[CONTACT_IMPULSE]
+    assert impulse == pytest.approx([37.5 * (1 + e) * 2.0], rel=2e-6)
+    looser = window.quantities(found.looser, 1e7)[CONTACT_IMPULSE]
+    assert relative_error(looser, impulse, impulse) < 1e-4
+
+
+def test_soft_line_at_a_wall_comes_to_carry_what_everybody_pushes():
+    scene = line_at_a_wall(stiffness=1e9)
+    window = driven_window(scene, scene.snapshot.position)
+    values = window.quantities(soft_reference(window.variant("hooke", 1e9)).motion, 1e9)
+    order = np.argsort(values[CONTACT_FORCE])
+    assert values[CONTACT_FORCE][order] == pytest.approx([300.0, 600.0, 900.0], rel=1e-4)
+    assert values[WALL_FORCE] == pytest.approx([900.0, 0.0], rel=1e-4, abs=1e-6)
+
+
+def test_rigid_line_at_a_wall_is_exact_and_stands():
+    scene = line_at_a_wall()
+    window = driven_window(scene, scene.snapshot.position)
+    answer = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
+    assert "closed form" in answer.origin
+    values = window.quantities(window.rigid_motion(answer.right_velocity), 1e6)
+    assert sorted(values[CONTACT_FORCE]) == pytest.approx([300.0, 600.0, 900.0], rel=1e-12)
+    assert not values[DISPLACEMENT].any()
+
+
+def test_free_flight_of_a_driven_crowd_has_no_contact_force():
+    # u = u_d (1 − e^(−t/τ)): the balance must find nothing that contacts gave
+    scene = line_at_a_wall()
+    window = driven_window(scene, scene.snapshot.position)
+    values = window.quantities(window.rigid_motion(window.left_velocity), 1e6)
+    assert np.abs(values[CONTACT_FORCE]).max() < 1e-6
+
+
+def test_quantities_of_four_disks_are_the_percussions_of_the_paper():
+    window = impact_window(make("four_disks"))
+    answer = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
+    values = window.quantities(window.rigid_motion(answer.right_velocity), 1e6)
+    assert sorted(values[CONTACT_IMPULSE]) == pytest.approx([37.5, 75.0, 112.5], rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["chain_masses", "chain_wall_masses", "chain"])
+def test_closed_form_and_least_squares_agree_within_the_bound(name):
+    window = impact_window(make(name, 12, seed=3))
+    snapshot = window.scene.snapshot
+    closed = rigid_reference(snapshot, window.contacts, window.left_velocity)
+    assert "closed form" in closed.origin
+    # a speed across the line, which no contact feels, leads past the closed form
+    across = window.left_velocity + np.array([0.0, 0.25])
+    dense = rigid_reference(snapshot, window.contacts, across)
+    assert "least squares" in dense.origin
+    difference = dense.right_velocity - [0.0, 0.25] - closed.right_velocity
+    error = float(np.sqrt((snapshot.mass[:, None] * difference**2).sum()))
+    assert error <= dense.bound + closed.bound < 1e-9
+
+
+def test_a_line_that_is_pulled_apart_has_no_closed_form():
+    scene = make("chain", 6)
+    snapshot = scene.snapshot
+    window = impact_window(scene)
+    answer = rigid_reference(snapshot, window.contacts, -window.left_velocity)
+    assert "least squares" in answer.origin
+    assert answer.right_velocity == pytest.approx(-window.left_velocity, abs=1e-12)
+
+
+def test_every_solver_is_within_its_tolerance_of_the_reference():
+    window = impact_window(make("corridor"))
+    reference = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
+    exact = window.quantities(window.rigid_motion(reference.right_velocity), 1e6)
+    for answer in solve_rigid(window):
+        assert answer.status == PointStatus.OK, answer
+        found = window.quantities(answer.motion, 1e6)
+        for quantity, values in exact.items():
+            # the condition of this scene's contacts is about 60
+            assert relative_error(found[quantity], values, values) < 60 * answer.tolerance + 1e-9, answer
+    assert [answer.method for answer in solve_rivals(window)] == ["first_order"]
+
+
+def test_rivals_of_a_driven_crowd_are_forces():
+    scene = line_at_a_wall()
+    window = driven_window(scene, scene.snapshot.position)
+    found = {answer.method: answer for answer in solve_rivals(window)}
+    assert set(found) == {"first_order", "social_force", "loehner_printed", "loehner_text"}
+    # at touch and with equal radii Löhner's law as printed gives f_max/5, f_max = m u_d/τ = 300 N; a wall is at one radius
+    pairs = ~window.contacts.is_wall
+    assert found["loehner_printed"].contact_force[pairs] == pytest.approx([60.0, 60.0])
+
+
+def test_friction_is_refused_by_name():
+    scene = make("pair").with_contact(friction=0.5)
+    with pytest.raises(ValueError, match=r"contact\.friction"):
+        prepare_window(scene, None)
+    with pytest.raises(ValueError, match=r"contact\.friction"):
+        soft_reference(Window(scene=scene).variant("hooke", 1e6))
+
+
+def test_a_scene_in_which_nobody_touches_is_refused():
+    scene = line_at_a_wall(2)
+    apart = dataclasses.replace(scene.snapshot, position=[[-1.0, 0.0], [-3.0, 0.0]])
+    impact = scene.model_copy(update={"snapshot": apart, "drive": None})
+    with pytest.raises(ValueError, match="nobody touches"):
+        prepare_window(impact, None)
+
+
+def test_a_kept_reference_is_taken_only_for_the_same_scene(tmp_path):
+    window = impact_window(make("pair"))
+    first = kept_reference(window.variant("hooke", 1e6), tmp_path / "kept")
+    again = kept_reference(window.variant("hooke", 1e6), tmp_path / "kept")
+    assert np.array_equal(first.motion.velocity, again.motion.velocity)
+    other = kept_reference(window.variant("hooke", 1e6).with_contact(restitution=0.5), tmp_path / "kept")
+    assert not np.array_equal(first.motion.velocity, other.motion.velocity)
+    (tmp_path / "kept.npz").write_bytes(b"broken")
+    healed = kept_reference(window.variant("hooke", 1e6), tmp_path / "kept")
+    assert np.array_equal(first.motion.velocity, healed.motion.velocity)
+
+
+def test_points_go_through_their_file(tmp_path):
+    failed = dataclasses.replace(
+        POINT, status=PointStatus.FAILED, numerical_error=None, total_error=None, reason="lost"
+    )
+    write_points(tmp_path, [POINT, failed])
+    assert read_points(tmp_path / "points.json") == [POINT, failed]
+    assert (tmp_path / "points.csv").read_text().splitlines()[0].split(",")[5:7] == [
+        "time_step_s",
+        "time_step_share",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda p: p.pop("status"), "status: missing"),
+        (lambda p: p.update(colour="red"), "colour: unknown"),
+        (lambda p: p.update(status="fine"), "status: 'fine'"),
+    ],
+)
+def test_broken_points_are_named(tmp_path, change, says):
+    write_points(tmp_path, [POINT])
+    content = json.loads((tmp_path / "points.json").read_text())
+    change(content["points"][0])
+    (tmp_path / "points.json").write_text(json.dumps(content))
+    with pytest.raises(ValueError, match=says):
+        read_points(tmp_path / "points.json")
+    with pytest.raises(ValueError, match="percussions chart"):
+        read_points(tmp_path / "none.json")
+
+
+def at(cpu, error, **more):
+    return dataclasses.replace(POINT, cpu_seconds=cpu, total_error=error, numerical_error=error, **more)
+
+
+def test_pareto_front_by_hand():
+    best = [at(1.0, 0.5), at(2.0, 0.1), at(5.0, 0.01)]
+    beaten = [at(6.0, 0.0099), at(1.5, 0.5), at(2.0, 0.2), at(9.0, 0.01)]
+    useless = [at(0.1, 1e-9, status=PointStatus.INACCURATE), at(0.1, None, status=PointStatus.FAILED)]
+    assert pareto_front([*beaten, *useless, *reversed(best)]) == best
+    assert pareto_front(useless) == []
+    # errors that cancel win nothing
+    lucky = dataclasses.replace(
+        POINT, cpu_seconds=0.5, numerical_error=0.9, model_error=0.9, total_error=1e-6
+    )
+    assert pareto_front([*best, lucky])[1:] == best
+
+
+def test_cheapest_within_an_accuracy_by_hand():
+    other = {"method": "yade"}
+    points = [
+        at(1.0, 0.5),
+        at(3.0, 1e-3),
+        at(2.0, 5e-3),
+        at(0.1, 1e-3, status=PointStatus.INACCURATE),
+        at(4.0, 0.5, **other),
+    ]
+    assert cheapest(points, 0.01) == [points[2]]
+
+
+def test_pictures_show_points_that_failed_and_methods_they_do_not_know():
+    window = impact_window(make("pair"))
+    quantity = CONTACT_IMPULSE
+    points = [
+        POINT,
+        at(0.3, None, status=PointStatus.FAILED),
+        at(0.3, 7.0, status=PointStatus.INACCURATE, stiffness_N_per_m=1e8),
+        at(1e-4, 0.0, method="rigid", law="", solver="auto", stiffness_N_per_m=None, tolerance=1e-8),
+        at(0.5, 0.01, method="continuum", law="", stiffness_N_per_m=None, time_step_s=None),
+    ]
+    figure = work_precision_picture(points, quantity, window.scene.name)
+    assert len(figure.axes) == 3
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "continuum" in labels
+    crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert len(crosses) == 2
+    assert scaling_picture(points[:1], 0.01).axes

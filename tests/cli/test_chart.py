@@ -1,0 +1,161 @@
+"""Charts from real runs: convergence, failure, what is kept, the page, and a cluster."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from analysis.cli import app, main
+from analysis.engines import lammps
+from analysis.making import make
+from analysis.work_precision import soft_runs
+from analysis.work_precision.measure import measure
+from analysis.work_precision.point import PointStatus, read_points
+from analysis.work_precision.soft_runs import Setting, run_folder, run_soft, scene_of, settings_of
+from analysis.work_precision.window import impact_window
+from analysis.work_precision.workers import Task, do_all, workers
+
+pytestmark = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
+
+
+def setting(share, law="hooke", stiffness=1e6):
+    return Setting(engine="lammps", law=law, stiffness_N_per_m=stiffness, share=share)
+
+
+@pytest.fixture(scope="module")
+def window():
+    return impact_window(make("four_disks"))
+
+
+@pytest.fixture(scope="module")
+def measured(window, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    chosen = [setting(0.25), setting(1.0), setting(32.0), setting(0.25, "hertz"), setting(1.0, "hertz")]
+    with workers(2) as executor:
+        return measure(window, "four_disks", chosen, folder, executor)
+
+
+def errors(measured, law):
+    return {
+        p.time_step_share: p.numerical_error
+        for p in measured.points
+        if p.law == law and p.quantity == "contact_impulse"
+    }
+
+
+# Hertz's dashpot grows with overlap^¼, with an infinite slope at touch: the order comes out a little below one
+@pytest.mark.parametrize(("law", "least"), [("hooke", 3.8), ("hertz", 3.0)])
+def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, least):
+    found = errors(measured, law)
+    assert least < found[1.0] / found[0.25] < 4.2
+
+
+def test_model_error_is_none_of_the_time_step(measured):
+    models = {p.model_error for p in measured.points if p.law == "hooke" and p.quantity == "contact_impulse"}
+    assert len(models) == 1
+    # penalty impulses at an asked restitution of 0.01 against rigid ones
+    assert models.pop() == pytest.approx(0.028, abs=0.001)
+    for point in measured.points:
+        if point.status == PointStatus.OK and point.numerical_error is not None:
+            assert point.total_error <= point.numerical_error + point.model_error + 1e-12
+
+
+def test_a_time_step_far_too_long_is_flagged_with_a_reason(measured):
+    points = [p for p in measured.points if p.time_step_share == 32.0]
+    assert points
+    for point in points:
+        assert point.status in (PointStatus.FAILED, PointStatus.INACCURATE)
+        assert point.reason
+
+
+def test_what_is_there_is_not_run_again(window, tmp_path, monkeypatch):
+    scene, folder = scene_of(window, setting(4.0)), tmp_path / "a_run"
+    first = run_soft(scene, setting(4.0), folder)
+    unstable = scene_of(window, setting(64.0))
+    broken = run_soft(unstable, setting(64.0), tmp_path / "broken")
+
+    def never(*_):
+        raise AssertionError("run again")
+
+    monkeypatch.setattr(soft_runs, "run_engine", never)
+    again = run_soft(scene, setting(4.0), folder)
+    assert (again.motion.velocity == first.motion.velocity).all()
+    assert (again.cpu_seconds, again.date) == (first.cpu_seconds, first.date)
+    # a failure is a result too
+    assert run_soft(unstable, setting(64.0), tmp_path / "broken").status == broken.status
+    # another time step is another run
+    with pytest.raises(AssertionError, match="run again"):
+        run_soft(scene_of(window, setting(2.0)), setting(2.0), folder)
+
+
+def test_page_and_tables(tmp_path, monkeypatch):
+    monkeypatch.setattr(soft_runs, "SHARES", (1.0, 32.0))
+    monkeypatch.setattr(soft_runs, "STIFFER", (1.0,))
+    monkeypatch.chdir(tmp_path)
+    made = CliRunner().invoke(app, ["chart", "pair", "--jobs", "2"])
+    assert made.exit_code == 0, made.output
+    assert made.stdout.strip().endswith("chart/index.html")
+    points = read_points(tmp_path / "chart/points.json")
+    assert {p.method for p in points} >= {"lammps", "rigid", "first_order"}
+    assert all(p.machine and p.date for p in points)
+    page = (tmp_path / "chart/index.html").read_text()
+    assert points[0].machine in page
+    assert "contact_impulse" in page
+    assert "http" not in page.split("<section")[1]
+    front = json.loads((tmp_path / "chart/pareto.json").read_text())["points"]
+    assert front
+    assert (tmp_path / "chart/contact_impulse.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("chart", "pair.toml"), "contact.friction"),
+        (("chart", "four_disks", "--jobs", "0"), "jobs: 0"),
+        (("chart", "nowhere"), "unknown scene"),
+    ],
+)
+def test_bad_input_is_one_line(words, says, tmp_path, monkeypatch, capsys):
+    make("pair").with_contact(friction=0.3).write(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["percussions", *words])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    said = capsys.readouterr().err.strip()
+    assert says in said
+    assert len(said.splitlines()) == 1, said
+
+
+def test_too_long_runs_are_left_out(window):
+    chosen = list(settings_of(window, ("lammps",)))
+    assert {s.law for s in chosen} == {"hooke", "hertz"}
+    large = impact_window(make("chain", 4000))
+    assert len(list(settings_of(large, ("lammps",)))) < len(chosen)
+
+
+def test_on_a_dask_cluster_of_two_processes(window, tmp_path):
+    distributed = pytest.importorskip(
+        "distributed", reason="no Dask (pip install 'crowd-percussions[cluster]')"
+    )
+    scene = scene_of(window, setting(4.0))
+    tasks = [
+        Task(
+            call=run_soft,
+            arguments=(scene, setting(4.0), run_folder(tmp_path / name, setting(4.0))),
+            work=1.0,
+        )
+        for name in ("one", "two")
+    ]
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        ) as cluster,
+        workers(scheduler=cluster.scheduler_address) as executor,
+    ):
+        one, two = do_all(tasks, executor, "runs")
+    here = run_soft(scene, setting(4.0), tmp_path / "here")
+    for there in (one, two):
+        assert there.status == PointStatus.OK
+        assert (there.motion.velocity == here.motion.velocity).all()
+        assert there.cpu_seconds > 0
