@@ -1,5 +1,8 @@
 """Seconds to post-process a trajectory: a dump of 1,000 frames of 594 disks read, its contacts found and solved, and written.
 
+A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the frames that could be corrected
+from the frame before, beside those of the same frames solved anew.
+
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR]; LAMMPS runs once a folder.
 """
 
@@ -13,15 +16,20 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 from families import heap
 from machine import describe
 
+from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import engine
 from analysis.engines.record import RunRecord
 from analysis.making import make
+from analysis.percussions import PercussionAnalysis, left_velocity_of
+from analysis.scene import read_scene
 from analysis.trajectory import solve_dump
 from nscd import solve
 
+SCENES = ("arch", "jam")
 TOLERANCE = 1e-10
 # of the dumped positions (m), as far as disks that rest on each other may be apart
 TOUCH = 1e-6
@@ -36,35 +44,75 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="where the dump is kept; a temporary one by default")
     given = parser.parse_args()
     print(describe())
+    # compiled kernels are loaded before, so that the first row does not pay for it
+    case = heap(given.disks)
+    solve(case.snapshot, case.contacts, left_velocity=case.left_velocity)
     with folder_of(given.folder) as folder:
-        dump = dump_of(folder / f"arch_{given.disks}_{given.frames}", given.disks, given.frames)
-        print(
-            f"{dump.stat().st_size / 1e6:.0f} MB, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}"
-        )
-        print(
-            f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms a frame':>12}{'contacts':>11}{'not solved':>12}"
-        )
-        out = folder / "contacts.csv"
-        # compiled kernels are loaded before, so that the first row does not pay for it
-        case = heap(given.disks)
-        solve(case.snapshot, case.contacts, left_velocity=case.left_velocity)
-        for workers in given.workers:
-            started, used = time.perf_counter(), cpu_seconds()
-            unsolved = solve_dump(dump, None, "desired", None, None, TOUCH, TOLERANCE, workers, out)
-            wall, cpu = time.perf_counter() - started, cpu_seconds() - used
-            with out.open(encoding="utf-8") as rows:
-                contacts = sum(1 for _ in rows) - 1
-            each = 1e3 * wall / given.frames
-            print(f"{workers:>8}{wall:>10.2f}{cpu:>10.2f}{each:>12.2f}{contacts:>11}{len(unsolved):>12}")
-            for line in unsolved[:3]:
-                print(f"    {line}")
+        for name in SCENES:
+            dump = dump_of(name, folder / f"{name}_{given.disks}_{given.frames}", given.disks, given.frames)
+            size = dump.stat().st_size / 1e6
+            print(f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}")
+            print(
+                f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms a frame':>12}{'contacts':>11}{'not solved':>12}"
+            )
+            for workers in given.workers:
+                whole(dump, workers, given.frames, folder / "contacts.csv")
+            frame_by_frame(dump)
 
 
-def dump_of(folder: Path, disks: int, frames: int) -> Path:
-    """The LAMMPS dump of `arch` in the folder, made if it is not there."""
+def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
+    """One row: the whole dump to a CSV file."""
+    started, used = time.perf_counter(), cpu_seconds()
+    unsolved = solve_dump(dump, None, "desired", None, None, TOUCH, TOLERANCE, workers, out)
+    wall, cpu = time.perf_counter() - started, cpu_seconds() - used
+    with out.open(encoding="utf-8") as rows:
+        contacts = sum(1 for _ in rows) - 1
+    each = 1e3 * wall / frames
+    print(f"{workers:>8}{wall:>10.2f}{cpu:>10.2f}{each:>12.2f}{contacts:>11}{len(unsolved):>12}")
+    for line in unsolved[:3]:
+        print(f"    {line}")
+
+
+def frame_by_frame(dump: Path) -> None:
+    """Milliseconds of the percussions alone: frames corrected from the one before, and the same ones solved anew."""
+    scene = read_scene(dump.parent / "scene.toml")
+    universe = open_bodies(dump, RunRecord.read(dump.parent).time_step_s)
+    analysis = PercussionAnalysis(
+        universe,
+        walls=scene.wall_segments(),
+        drive=scene.drive,
+        left_velocity="desired",
+        tolerance=TOLERANCE,
+        contact_tolerance=TOUCH,
+    ).run()
+    warm, anew, changed = [], [], 0.0
+    for frame, (contacts, answer) in enumerate(
+        zip(analysis.results.contacts, analysis.results.percussions, strict=True)
+    ):
+        if answer.choice != "corrects the guess":
+            continue
+        snapshot = snapshot_of(universe.trajectory[frame], str(dump))
+        left, _ = left_velocity_of(snapshot, "desired", scene.drive)
+        cold = solve(snapshot, contacts, left_velocity=left, tolerance=TOLERANCE)
+        warm.append(answer.seconds)
+        anew.append(cold.seconds)
+        changed = max(changed, float(np.abs(cold.reaction - answer.reaction).max()))
+    print(f"{len(warm)} of {len(analysis.times)} frames corrected from the one before", end="")
+    if warm:
+        ratio = np.median(np.array(anew) / warm)
+        print(
+            f": {1e3 * np.median(warm):.2f} ms each, {1e3 * np.median(anew):.2f} ms anew ({ratio:.1f} times; medians); "
+            f"largest difference of a percussion {changed:.1e} N s",
+            end="",
+        )
+    print()
+
+
+def dump_of(name: str, folder: Path, disks: int, frames: int) -> Path:
+    """The LAMMPS dump of the scene in the folder, made if it is not there."""
     dump = folder / "bodies.dump"
     if not dump.exists():
-        scene = make("arch", disks)
+        scene = make(name, disks)
         lammps = engine("lammps")
         lammps.prepare(scene.with_run(frames=frames), folder)
         record: RunRecord = lammps.run(folder)
