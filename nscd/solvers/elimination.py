@@ -1,4 +1,4 @@
-"""Dense elimination of the first rows of a symmetric matrix, in blocks of eight: the arithmetic of a front."""
+"""Dense elimination of the first rows of a symmetric matrix, in blocks: the arithmetic of a front."""
 
 from __future__ import annotations
 
@@ -7,30 +7,76 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+# Fronts of this many rows no longer fit into a cache: PANEL rows are eliminated before the others are updated, by BLAS.
+LARGE, PANEL, CHUNK = 600, 64, 64
+# Work that this takes, in columns of the largest front.
+COLUMNS = PANEL + CHUNK
+
 
 @njit(cache=True, fastmath=True)
-def eliminate(P: Any, S: Any, size: int, pivots: int) -> bool:
+def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
     """Eliminate the rows P (pivots, size) of a symmetric matrix whose other rows are S (upper halves): Lᵀ is left in P,
-    the Schur complement in S."""
+    the Schur complement in S. work (COLUMNS · size) is overwritten. False where a pivot is not positive."""
+    if size < LARGE:
+        return bool(_eliminate_rows(P, S, size, 0, pivots, pivots, size))
+    for first in range(0, pivots, PANEL):
+        last = min(first + PANEL, pivots)
+        if not _eliminate_rows(P, S, size, first, last, pivots, last):
+            return False
+        _update_by_many(P, S, work, size, pivots, first, last)
+    return True
+
+
+@njit(cache=True, fastmath=True)
+def _eliminate_rows(P: Any, S: Any, size: int, first: int, last: int, pivots: int, end: int) -> bool:
+    """Eliminate rows first … last and update those up to `end`."""
     rest = size - pivots
-    done = 0
-    while done < pivots:
-        left = pivots - done
+    done = first
+    while done < last:
+        left = last - done
         block = 8 if left >= 8 else (4 if left >= 4 else (2 if left >= 2 else 1))
         if not _eliminate_block(P, size, done, block):
             return False
         U = P[done * size : (done + block) * size]
         done += block
+        within = min(end, pivots)
         if block == 8:
-            _update_by_eight(P, size, 0, U, size, done, pivots)
-            _update_by_eight(S, rest, pivots, U, size, pivots, size)
+            _update_by_eight(P, size, 0, U, size, done, within)
+            _update_by_eight(S, rest, pivots, U, size, pivots, end)
         elif block == 4:
-            _update_by_four(P, size, 0, U, size, done, pivots)
-            _update_by_four(S, rest, pivots, U, size, pivots, size)
+            _update_by_four(P, size, 0, U, size, done, within)
+            _update_by_four(S, rest, pivots, U, size, pivots, end)
         else:
-            _update_by_few(P, size, 0, U, block, size, done, pivots)
-            _update_by_few(S, rest, pivots, U, block, size, pivots, size)
+            _update_by_few(P, size, 0, U, block, size, done, within)
+            _update_by_few(S, rest, pivots, U, block, size, pivots, end)
     return True
+
+
+@njit(cache=True, fastmath=True)
+def _update_by_many(P: Any, S: Any, work: Any, size: int, pivots: int, first: int, last: int) -> None:
+    """Subtract what rows first … last leave to all later ones, CHUNK rows at a time."""
+    count, after, rest = last - first, size - last, size - pivots
+    columns = work[: after * count].reshape(after, count)
+    for q in range(count):
+        row = P[(first + q) * size + last : (first + q + 1) * size]
+        for j in range(after):
+            columns[j, q] = row[j]
+    products = work[after * count :]
+    for start in range(0, after, CHUNK):
+        end = min(start + CHUNK, after)
+        width = after - start
+        product = products[: (end - start) * width].reshape(end - start, width)
+        np.dot(columns[start:end], columns[start:].T, product)
+        for i in range(start, end):
+            t = last + i
+            row = (
+                P[t * size + t : (t + 1) * size]
+                if t < pivots
+                else S[(t - pivots) * (rest + 1) : (t - pivots + 1) * rest]
+            )
+            other = product[i - start, i - start :]
+            for j in range(after - i):
+                row[j] -= other[j]
 
 
 @njit(cache=True, fastmath=True)

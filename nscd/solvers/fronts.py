@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from nscd.solvers.elimination import COLUMNS, LARGE
 from nscd.solvers.ordering import Ints, Longs, Ordering
 
 
@@ -21,7 +22,7 @@ class Fronts(NamedTuple):
     inner: their places in the parent's front; child, sibling (m,): the tree, −1 ends. element_start (m+1,), element:
     contacts that are added to node s, at local places left, right (−1 for a wall). store: from panel_start (m+1,) on the
     rows of Lᵀ, from update_start (m,) on two stacks of Schur complements, for even and odd depths, so that a node's is not
-    where its children's are. pivots, run: work.
+    where its children's are. work, run: overwritten.
     """
 
     first: Ints
@@ -38,7 +39,7 @@ class Fronts(NamedTuple):
     panel_start: Longs
     update_start: Longs
     store: Any
-    pivots: Any
+    work: Any
     run: Ints
 
 
@@ -58,7 +59,8 @@ def fronts_of(ordering: Ordering, first: Ints, second: Ints, d: int) -> Fronts:
     )
     return Fronts(
         node_first, node_end, border_start, border, inner, child, sibling, element_start, element, left, right,
-        panel_start, update_start, np.empty(total), np.empty(widest),
+        panel_start, update_start, np.empty(total),
+        np.empty(widest * (COLUMNS if widest >= LARGE else 1)),
         np.empty(widest, dtype=np.int32),
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ def gauss_seidel(system: System, tolerance: float, most: int = 200_000) -> tuple
     """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map residual ≤ tolerance.
 
     Contact by contact λ ← max(0, λ + (Cu − b)/w), with u updated at once. On a chain of n disks against a wall it
-    contracts by cos²(π/(2n+1)) a sweep.
+    contracts by cos²(π/(2n)) a sweep.
     """
     reaction, velocity, sweeps = _sweep(
         system.first, system.second, system.normal_first, system.mass, system.free, system.offset, system.inverse_mass,

@@ -41,7 +41,8 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
             inner = fronts.inner[fronts.border_start[c] : fronts.border_start[c + 1]]
             _add_child(F, panel, update, size, pivots, fronts.update_start[c], inner, fronts.run, d)
             c = fronts.sibling[c]
-        if not eliminate(F[panel : panel + pivots * size], F[update : update + rest * rest], size, pivots):
+        rows, others = F[panel : panel + pivots * size], F[update : update + rest * rest]
+        if not eliminate(rows, others, fronts.work, size, pivots):
             return False
     return True
 
@@ -142,7 +143,7 @@ def solve_fronts(fronts: Any, b: Any) -> None:
     """b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
     d = b.shape[1]
     flat = b.reshape(-1)
-    work = fronts.pivots
+    work = fronts.work
     P = fronts.store
     for s in range(len(fronts.first)):
         width, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]

@@ -15,7 +15,9 @@ WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -
 def lattice(seed, n=25, decades=0.0):
     """Touching disks on a triangular lattice with vacancies; masses over some decades."""
     rng = np.random.default_rng(seed)
-    sites = np.array([(0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(6) for i in range(6)])
+    sites = np.array(
+        [(0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(6) for i in range(6)]
+    )
     chosen = rng.permutation(len(sites))[:n]
     return Snapshot(
         position=sites[chosen], velocity=rng.normal(size=(n, 2)), radius=np.full(n, 0.25),
@@ -79,7 +81,12 @@ def test_trees_equal_the_interior_point(seed, n, wall):
         if min(np.hypot(*(site - other)) for other in position) > 0.5 - 1e-12:
             position.append(site)
     position = np.array(position)
-    snapshot = Snapshot(position=position, velocity=rng.normal(size=(n, 2)), radius=np.full(n, 0.25), mass=rng.uniform(1, 100, n))
+    snapshot = Snapshot(
+        position=position,
+        velocity=rng.normal(size=(n, 2)),
+        radius=np.full(n, 0.25),
+        mass=rng.uniform(1, 100, n),
+    )
     lowest = position[:, 1].min() - 0.25
     walls = Walls(start=[[-50, lowest]], end=[[50, lowest]]) if wall else None
     contacts, found = answer(snapshot, walls)
@@ -89,12 +96,16 @@ def test_trees_equal_the_interior_point(seed, n, wall):
     assert found.solver in ("tree", "closed_form", "interior_point")
     _, reference = answer(snapshot, walls, solver="interior_point")
     np.testing.assert_allclose(found.right_velocity, reference.right_velocity, atol=1e-6)
-    np.testing.assert_allclose(found.reaction, reference.reaction, atol=1e-5 * max(reference.reaction.max(), 1.0))
+    np.testing.assert_allclose(
+        found.reaction, reference.reaction, atol=1e-5 * max(reference.reaction.max(), 1.0)
+    )
 
 
 def test_crowds_that_nothing_presses_need_no_solver():
     snapshot = lattice(1)
-    away = Snapshot(position=snapshot.position, velocity=snapshot.position, radius=snapshot.radius, mass=snapshot.mass)
+    away = Snapshot(
+        position=snapshot.position, velocity=snapshot.position, radius=snapshot.radius, mass=snapshot.mass
+    )
     _, found = answer(away, None)
     assert found.solver == "closed_form"
     assert found.iterations == 0
@@ -103,14 +114,16 @@ def test_crowds_that_nothing_presses_need_no_solver():
 
 @pytest.mark.parametrize("n", [5, 12])
 def test_gauss_seidel_contracts_as_known(n):
-    """On a chain against a wall the error falls by cos²(π/(2n+1)) a sweep."""
+    """On a chain against a wall the error falls by cos²(π/(2n)) a sweep: W ∝ tridiag(−1, 2, −1) with 1 at the wall."""
     x = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
-    snapshot = Snapshot(position=x, velocity=np.tile([2.0, 0.0], (n, 1)), radius=np.full(n, 0.25), mass=np.full(n, 75.0))
+    snapshot = Snapshot(
+        position=x, velocity=np.tile([2.0, 0.0], (n, 1)), radius=np.full(n, 0.25), mass=np.full(n, 75.0)
+    )
     end = 0.5 * n - 0.25
     contacts = find_contacts(snapshot, Walls(start=[[end, -1]], end=[[end, 1]]), tolerance=1e-9)
-    sweeps = [solve(snapshot, contacts, tolerance=t, solver="gauss_seidel").iterations for t in (1e-4, 1e-9)]
-    measured = (1e-9 / 1e-4) ** (1 / (sweeps[1] - sweeps[0]))
-    assert measured == pytest.approx(np.cos(np.pi / (2 * n + 1)) ** 2, rel=0.02)
+    sweeps = [solve(snapshot, contacts, tolerance=t, solver="gauss_seidel").iterations for t in (1e-4, 1e-13)]
+    measured = (1e-13 / 1e-4) ** (1 / (sweeps[1] - sweeps[0]))
+    assert measured == pytest.approx(np.cos(np.pi / (2 * n)) ** 2, rel=5e-4 if n > 5 else 2e-3)
 
 
 def test_first_order_solvers_refuse_dissipation():
