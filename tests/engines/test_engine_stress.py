@@ -1,0 +1,57 @@
+"""The stress of an engine's contact forces balances what its disks gain."""
+
+import numpy as np
+import pytest
+from at_hand import require
+
+from analysis.compare import compare_run
+from analysis.dumps import index_dump
+from analysis.engine_stress import stresses
+from analysis.engines import engine
+from analysis.making import make
+from analysis.scene import read_scene
+from nscd.stress import Kernel, smear
+
+KERNEL = Kernel(width=0.4, cutoff=9.0)
+
+
+def compared(name, scene, folder):
+    require(name)
+    engine(name).prepare(scene, folder)
+    engine(name).run(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["lammps", "yade"])
+def test_a_driven_crowd(name, tmp_path):
+    """Σ(ma − F_drive)φ = div Σ + t with the engine's own forces, in N/m²; without the walls' traction it fails."""
+    scene = make("arch", 60).with_run(duration_s=1.0, frames=2)
+    folder = compared(name, scene, tmp_path / name)
+    found = compare_run(folder, time=1.0)
+    assert found.unit == "N"
+    index = index_dump(folder / "bodies.dump")
+    column = dict(zip(index.columns, index.table(len(index.steps) - 1).T, strict=True))
+    order = np.argsort(column["id"])
+    gained = np.column_stack([column["fx"] - column["drive_x"], column["fy"] - column["drive_y"]])[order]
+    position = found.snapshot.position
+    at = position[::3] + 0.1
+    penalty, _ = stresses(found, KERNEL, at)
+    expected, _ = smear(position, gained, KERNEL, at)
+    size = np.abs(expected).max()
+    assert size > 10
+    np.testing.assert_allclose(penalty.divergence + penalty.traction, expected, atol=1e-6 * size)
+    assert np.abs(penalty.divergence - expected).max() > 0.05 * size
+
+
+def test_an_impact_has_stress_of_the_same_unit(tmp_path):
+    """Four disks in line, strongly damped: ∫f dt and p, both N·s/m, carry nearly the same; the whole is −Σ p ⊗ ℓ."""
+    scene = read_scene("four_disks").with_contact(stiffness_N_per_m=1e6, restitution=0.0)
+    found = compare_run(compared("lammps", scene, tmp_path / "lammps"))
+    assert found.unit == "N·s"
+    axis = np.arange(-6, 8, 0.1)
+    at = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2) + found.snapshot.position.mean(0)
+    penalty, rigid = stresses(found, KERNEL, at)
+    spacing = np.diff(np.sort(found.snapshot.position[:, 0]))[0]
+    whole = -spacing * found.rigid[:, 0].sum()
+    assert rigid.stress.sum(0)[0, 0] * 0.01 == pytest.approx(whole, rel=1e-6)
+    assert np.linalg.norm(penalty.stress - rigid.stress) < 0.05 * np.linalg.norm(rigid.stress)
