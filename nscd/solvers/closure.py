@@ -87,6 +87,7 @@ def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorou
     w, b, scale = system.inverse_mass, system.offset, system.scale
     weight, reaction, v, pressed = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     u, best_u, best, best_error = system.free.copy(), system.free.copy(), np.zeros(k), np.inf
+    wrong = np.empty(k, np.bool_)
     few = HANDFUL + int(SHARE * k)
     before, sparing = k, False
     done = 0
@@ -100,10 +101,10 @@ def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorou
         reaction[:] = 0.0
         approach(system, u, v)
         _close(system, factor, closed, theta, reaction, u, v, 1)
-        changed = _wrong(system, closed, reaction, v)
+        changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
         if thorough or changed <= few or done == most:
             _close(system, factor, closed, theta, reaction, u, v, STEPS)
-            changed = _wrong(system, closed, reaction, v)
+            changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
             error = 0.0
             for c in range(k):
                 pressed[c] = max(reaction[c], 0.0) if closed[c] else 0.0
@@ -120,35 +121,31 @@ def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorou
         # a handful that does not shrink is a cycle between neighbours: one of them at a time breaks it
         sparing = sparing or changed >= before
         before = changed
-        _change(system, closed, reaction, v, sparing)
+        _change(system.first, system.second, len(u), closed, wrong, sparing)
     return best, best_u, done, best_error, False
 
 
 @njit(cache=True)
-def _is_wrong(system: Any, closed: Any, reaction: Any, v: Any, c: int) -> bool:
-    """Whether a closed contact pulls, or an open one without a gap would be pressed, by more than rounding."""
-    least = ROUNDING * system.scale / system.inverse_mass[c]
-    if closed[c]:
-        return bool(reaction[c] <= -least)
-    return bool(reaction[c] > least and system.offset[c] - v[c] <= EXACT * system.scale)
-
-
-@njit(cache=True)
-def _wrong(system: Any, closed: Any, reaction: Any, v: Any) -> int:
+def _find_wrong(w: Any, offset: Any, scale: float, closed: Any, reaction: Any, v: Any, wrong: Any) -> int:
+    """Mark the closed contacts that pull, and the open ones without a gap that would be pressed, by more than rounding."""
     count = 0
     for c in range(len(closed)):
-        if _is_wrong(system, closed, reaction, v, c):
-            count += 1
+        least = ROUNDING * scale / w[c]
+        if closed[c]:
+            wrong[c] = reaction[c] <= -least
+        else:
+            wrong[c] = reaction[c] > least and offset[c] - v[c] <= EXACT * scale
+        count += wrong[c]
     return count
 
 
 @njit(cache=True)
-def _change(system: Any, closed: Any, reaction: Any, v: Any, sparing: bool) -> None:
+def _change(first: Any, second: Any, disks: int, closed: Any, wrong: Any, sparing: bool) -> None:
     """Wrong contacts change sides; of those that share a disk only the first one where `sparing`."""
-    taken = np.zeros(len(system.mass), np.bool_)
+    taken = np.zeros(disks, np.bool_)
     for c in range(len(closed)):
-        if _is_wrong(system, closed, reaction, v, c):
-            i, j = system.first[c], system.second[c]
+        if wrong[c]:
+            i, j = first[c], second[c]
             if sparing and (taken[i] or (j >= 0 and taken[j])):
                 continue
             taken[i] = True
