@@ -1,0 +1,118 @@
+"""Seconds of the continuum collision against its unknowns, with the certificate, and its largest pressure under refinement.
+
+python benchmarks/continuum.py [--largest 100000]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import NamedTuple
+
+import numpy as np
+from machine import describe
+
+from nscd.continuum.collision import collide
+from nscd.continuum.left_velocity import random_speeds, toward_exit
+from nscd.continuum.medium import Medium
+from nscd.continuum.mesh import mesh_of
+from nscd.continuum.pressure import largest_pressures
+from nscd.continuum.room import square_room
+from nscd.continuum.space import Space
+from nscd.stress import Kernel
+
+ROOM = square_room(18.0, 1.0)
+MEDIUM = Medium(density=7, volume_dissipation=9, surface_dissipation=1, mass_per_person=75)
+TOWARD = toward_exit(ROOM, 1.7)
+# half of the people walk away from the exit: walls that hold and walls that are left, mixed
+RANDOM = random_speeds(ROOM, toward_exit(ROOM, 1.0), mean=0.0, deviation=1.0, seed=1, cell=7**-0.5)
+LEFT = {"to the exit": TOWARD, "random": RANDOM}
+# unknowns of a graded P1 mesh of side 1 m, measured; the sides are chosen from it
+UNKNOWNS = 900.0
+
+
+class Row(NamedTuple):
+    """One solved room: CPU seconds of the mesh, wall and CPU seconds of the collision (the best of three)."""
+
+    order: int
+    left: str
+    unknowns: int
+    mesh_s: float
+    seconds: float
+    cpu_s: float
+    iterations: int
+    residual: float
+    energy_error: float
+    status: str
+
+
+def measure(order: int, left: str, wanted: float) -> Row:
+    """The room with about `wanted` unknowns."""
+    begin = time.process_time()
+    mesh = mesh_of(ROOM, order * np.sqrt(UNKNOWNS / wanted))
+    mesh_s = time.process_time() - begin
+    wall, cpu = [], []
+    for _ in range(3):
+        begin, used = time.perf_counter(), time.process_time()
+        answer = collide(Space(mesh, order), MEDIUM, LEFT[left])
+        wall.append(time.perf_counter() - begin)
+        cpu.append(time.process_time() - used)
+    return Row(
+        order,
+        left,
+        int(answer.space.basis.N),
+        mesh_s,
+        min(wall),
+        min(cpu),
+        answer.iterations,
+        answer.residual,
+        answer.energy.error,
+        answer.status,
+    )
+
+
+def growth(name: str, rows: list[Row]) -> str:
+    """How the CPU seconds grow with the unknowns."""
+    n, t = np.log([r.unknowns for r in rows]), np.log([r.cpu_s for r in rows])
+    slope, start = np.polyfit(n, t, 1)
+    upper = (t[-1] - t[-2]) / (n[-1] - n[-2])
+    worst = np.exp(np.abs(t - slope * n - start).max()) - 1
+    return (
+        f"{name}: CPU seconds grow as N^{slope:.2f} over all sizes (farthest from the line: {worst:.0%}), "
+        f"as N^{upper:.2f} between the two largest."
+    )
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--largest", type=float, default=100_000, help="unknowns of the largest room")
+    largest = parser.parse_args().largest
+    print(describe(), "\n")
+    sizes = [n for n in (3_125, 6_250, 12_500, 25_000, 50_000, 100_000, 200_000, 400_000) if n <= largest]
+    print(
+        "| elements | u⁻ | unknowns | mesh CPU s | collision s | CPU s | sets | residual | energy error | status |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    fits = []
+    for order in (1, 2):
+        for left in LEFT:
+            rows = [measure(order, left, size) for size in sizes]
+            for r in rows:
+                print(
+                    f"| P{r.order} | {r.left} | {r.unknowns} | {r.mesh_s:.2f} | {r.seconds:.2f} | {r.cpu_s:.2f} "
+                    f"| {r.iterations} | {r.residual:.1e} | {r.energy_error:.1e} | {r.status} |",
+                    flush=True,
+                )
+            fits.append(growth(f"P{order}, {left}", rows))
+    print("", *fits, "", sep="\n")
+    print(
+        "| mesh | side m | unknowns | largest p in a triangle N·s/m | over a body (0.2 m) |\n|---|---|---|---|---|"
+    )
+    for name, grading in (("uniform", 1.0), ("graded", 0.4)):
+        for p in largest_pressures(ROOM, MEDIUM, TOWARD, Kernel(width=0.2), [1, 0.5, 0.25], grading=grading):
+            print(f"| {name} | {p.size:g} | {p.unknowns} | {p.raw:.0f} | {p.body:.0f} |")
+
+
+if __name__ == "__main__":
+    main()

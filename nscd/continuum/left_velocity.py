@@ -1,0 +1,114 @@
+"""Left velocities u⁻ of a continuous crowd: toward the exit, random, from disks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from skfem import Basis, ElementTriP1, Mesh
+
+from nscd.bodies import Floats, Snapshot, read_only
+from nscd.continuum.room import Room
+from nscd.stress import Kernel, smear
+
+Field = Callable[[Floats], Floats]
+"""From points (m,d) m to velocities (m,d) m/s."""
+
+
+def toward_exit(room: Room, speed: float) -> Field:
+    """u⁻ = speed·(P − x)/|P − x| with P(x) the nearest point of the exits; 0 on them.
+
+    At a jamb this takes u⁻·n = 0 from the wall's side. (The paper, section 3.2.2, prints the opposite sign.) In L² but not in H¹.
+    Raises ValueError for a room without an exit or a speed that is not finite.
+    """
+    exits = room.pieces("exit")
+    if len(exits) == 0:
+        raise ValueError("room: it has no exit to walk to")
+    if not np.isfinite(speed):
+        raise ValueError(f"speed: {speed} m/s")
+    extent = float(np.ptp(room.outline, axis=0).max())
+
+    def velocity(points: Floats) -> Floats:
+        away, nearest = np.full(len(points), np.inf), np.zeros((len(points), 2))
+        for start, end in exits:
+            along = end - start
+            share = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
+            way = start + share[:, None] * along - points
+            distance = np.hypot(*way.T)
+            closer = distance < away
+            away[closer], nearest[closer] = distance[closer], way[closer]
+        at_exit = away <= 1e-12 * extent
+        direction = nearest / np.where(at_exit, 1.0, away)[:, None]
+        directed: Floats = speed * np.where(at_exit[:, None], 0.0, direction)
+        return directed
+
+    return velocity
+
+
+def random_speeds(
+    room: Room, direction: Field, *, mean: float, deviation: float, seed: int, cell: float
+) -> Field:
+    """`direction` (of length 1) times a random speed: normal with this mean and standard deviation (m/s), one value in each
+    square of side `cell` (m), the place of a person (1/√density), independent of the mesh. A negative draw walks away.
+
+    Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not positive.
+    """
+    for name, value, ok in (
+        ("mean", mean, True),
+        ("deviation", deviation, deviation >= 0),
+        ("cell", cell, cell > 0),
+    ):
+        if not (ok and np.isfinite(value)):
+            raise ValueError(f"{name}: {value:g}")
+    low = room.outline.min(0)
+    count = np.ceil(np.ptp(room.outline, axis=0) / cell).astype(int) + 1
+    speed = np.random.default_rng(seed).normal(mean, deviation, count)
+
+    def velocity(points: Floats) -> Floats:
+        # a point of the border may lie outside by rounding
+        column, row = np.clip(((points - low) / cell).astype(int), 0, count - 1).T
+        drawn: Floats = speed[column, row][:, None] * direction(points)
+        return drawn
+
+    return velocity
+
+
+def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Floats, Floats]:
+    """Density (n,) kg/m² and velocity (n,2) m/s of disks at the vertices of a mesh.
+
+    ρ(x) = Σmφ(x − x_i)/∫_Ω φ(x − y)dy, so that a wall does not thin the crowd; u = Σmuφ/Σmφ.
+    Raises ValueError where no disk is within the kernel's reach: there is no crowd there, and no velocity.
+    """
+    points = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
+    mass = snapshot.mass[:, None]
+    sums, _ = smear(snapshot.position, np.hstack([mass, mass * snapshot.velocity]), kernel, points)
+    empty = sums[:, 0] <= 1e-12 * sums[:, 0].max()
+    if empty.any():
+        x, y = points[int(np.argmax(empty))]
+        raise ValueError(
+            f"kernel: no disk within {kernel.reach:g} m of ({x:g}, {y:g}) m; take a wider kernel"
+        )
+    room = Basis(mesh, ElementTriP1(), intorder=6)
+    places = np.ascontiguousarray(np.asarray(room.global_coordinates()).reshape(2, -1).T)
+    inside, _ = smear(places, np.asarray(room.dx).reshape(-1, 1), kernel, points)
+    return sums[:, 0] / inside[:, 0], sums[:, 1:] / sums[:, :1]
+
+
+def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floats:
+    """A vector field as it is, or as values at the mesh's vertices (n,d); one vector (d,) is uniform.
+
+    Raises ValueError, with this name, for any other shape or a value that is not finite.
+    """
+    if callable(value):
+        field: Field = value
+        return field
+    d, n = int(mesh.dim()), int(mesh.nvertices)
+    shape = np.shape(value)
+    if shape == (d,):
+        return np.tile(read_only(value, (d,), name), (n, 1))
+    if shape != (n, d):
+        raise ValueError(
+            f"{name}: shape {shape} where ({d},), ({n}, {d}) (a vector a vertex) or a function is needed"
+        )
+    return read_only(value, (n, d), name)

@@ -1,0 +1,243 @@
+"""A polygonal room: the border of the crowd, cut into walls, exits and free border (paper Fig. 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from nscd.bodies import Floats, Walls, read_only
+
+Border = Literal["wall", "exit", "free"]
+KINDS: tuple[Border, ...] = get_args(Border)
+
+# Lengths below this share of the room's extent are rounding.
+ROUNDING = 1e-9
+
+
+class Exit(NamedTuple):
+    """An exit cut into edge number `edge` of an outline, from `start` to `end` (m) along that edge."""
+
+    edge: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Room:
+    """The area Ω that a crowd fills, a simple polygon, less the pillars that stand in it.
+
+    outline: vertices (v,2) m, counter-clockwise after construction (the other way round is turned); border: what edge i, from
+    vertex i to vertex i+1, is: "wall" (Γ_w), "exit" (Γ_e) or "free" (Γ_f, the border of the crowd without an obstacle).
+    pillars: polygons (v,2) m within the outline, all wall, clockwise after construction; the room is to the left of every edge.
+
+    A round wall must not be drawn as a polygon of many edges: a crowd that is pressed to it is held in both directions at every
+    corner, however obtuse, and cannot slide along it as along the round wall (Babuška's paradox).
+
+    Raises ValueError naming the field for a wrong shape, an outline or pillar that is no simple polygon, a pillar that is not
+    inside or touches another, an unknown kind of border or a room without a wall.
+    """
+
+    outline: Floats
+    border: tuple[Border, ...]
+    pillars: tuple[Floats, ...] = ()
+
+    def __post_init__(self) -> None:
+        outline, ccw = _loop(self.outline, "outline", "room")
+        border: tuple[Border, ...] = tuple(self.border)
+        if len(border) != len(outline):
+            raise ValueError(f"border: {len(border)} kinds for {len(outline)} edges")
+        for edge, kind in enumerate(border):
+            if kind not in KINDS:
+                raise ValueError(f"border: edge {edge} is {kind!r}; wall, exit or free is needed")
+        if not ccw:
+            # edge i ran from vertex i; seen the other way round it starts at vertex i+1
+            outline, border = outline[::-1], border[-2::-1] + border[-1:]
+        object.__setattr__(self, "outline", read_only(outline, (-1, 2), "outline"))
+        object.__setattr__(self, "border", border)
+        object.__setattr__(self, "pillars", self._clockwise_pillars())
+        if "wall" not in self.kinds:
+            raise ValueError("border: the room has no wall")
+
+    def _clockwise_pillars(self) -> tuple[Floats, ...]:
+        space, turned = shapely.Polygon(self.outline), []
+        for number, pillar in enumerate(self.pillars):
+            name = f"pillars: number {number}"
+            loop, ccw = _loop(pillar, name, "pillar")
+            # a pillar that is cut out of the space must leave it in one piece, with one more hole
+            rest = shapely.difference(space, shapely.Polygon(loop))
+            if not (rest.geom_type == "Polygon" and len(rest.interiors) == len(space.interiors) + 1):
+                raise ValueError(f"{name} is not inside the room, or touches its border or another pillar")
+            space = rest
+            turned.append(read_only(loop[::-1] if ccw else loop, (-1, 2), name))
+        return tuple(turned)
+
+    @property
+    def kinds(self) -> tuple[Border, ...]:
+        """What each edge (s,) of `segments` is: those of the outline, then the walls of the pillars."""
+        wall: Border = "wall"
+        return self.border + (wall,) * sum(map(len, self.pillars))
+
+    @property
+    def segments(self) -> Floats:
+        """Start and end of each edge (s,2,2) m, of the outline, then of the pillars."""
+        loops = (self.outline, *self.pillars)
+        return np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in loops])
+
+    def pieces(self, kind: Border) -> Floats:
+        """Start and end (k,2,2) m of the edges of one kind, the room on their left."""
+        return self.segments[[b == kind for b in self.kinds]]
+
+    @property
+    def jambs(self) -> Floats:
+        """Points (j,2) m where a wall ends at an exit or a free border: σ ~ r^(−1/2) there."""
+        changes = [
+            (a == "wall") != (b == "wall")
+            for a, b in zip(self.border[-1:] + self.border, self.border, strict=False)
+        ]
+        return self.outline[changes]
+
+    @property
+    def area(self) -> float:
+        """m², without the pillars."""
+        return float(shapely.Polygon(self.outline, self.pillars).area)
+
+
+def room_of_outline(
+    outline: ArrayLike,
+    *,
+    exits: Sequence[Exit | tuple[int, float, float]] = (),
+    border: Sequence[Border] | None = None,
+    pillars: Sequence[ArrayLike] = (),
+) -> Room:
+    """The room within `outline` (v,2) m whose edges are walls, or what `border` says, with `exits` cut into its walls and
+    `pillars` (v,2) m standing in it.
+
+    Raises ValueError for an exit that is wider than its wall, lies beyond it, overlaps another exit or is in no wall.
+    """
+    vertices = read_only(outline, (-1, 2), "outline")
+    if len(vertices) > 1 and np.array_equal(vertices[0], vertices[-1]):
+        vertices = vertices[:-1]
+    kinds: Sequence[Border] = ["wall"] * len(vertices) if border is None else border
+    Room(outline=vertices, border=tuple(kinds))
+    cuts: dict[int, list[tuple[float, float]]] = {}
+    for number, (edge, start, end) in enumerate(exits):
+        if not 0 <= edge < len(vertices) or kinds[edge] != "wall":
+            raise ValueError(f"exits: exit {number} is in edge {edge}, which is no wall")
+        length = float(np.hypot(*(vertices[(edge + 1) % len(vertices)] - vertices[edge])))
+        if not start < end:
+            raise ValueError(f"exits: exit {number} runs from {start:g} to {end:g} m; it needs a width")
+        if end - start > length * (1 + ROUNDING):
+            raise ValueError(
+                f"exits: exit {number} is {end - start:g} m wide, its wall only {length:g} m long"
+            )
+        if start < -ROUNDING * length or end > length * (1 + ROUNDING):
+            raise ValueError(
+                f"exits: exit {number} from {start:g} to {end:g} m ends beyond its wall of {length:g} m"
+            )
+        cuts.setdefault(edge, []).append((max(start, 0.0), min(end, length)))
+    points: list[Floats] = []
+    pieces: list[Border] = []
+    for edge, kind in enumerate(kinds):
+        start_point, end_point = vertices[edge], vertices[(edge + 1) % len(vertices)]
+        length = float(np.hypot(*(end_point - start_point)))
+        at = 0.0
+        for start, end in sorted(cuts.get(edge, [])):
+            if start < at - ROUNDING * length:
+                raise ValueError(f"exits: two exits overlap in edge {edge}")
+            for begin, finish, piece in ((at, start, kind), (start, end, "exit")):
+                if finish - begin > ROUNDING * length:
+                    points.append(start_point + (end_point - start_point) * (begin / length))
+                    pieces.append(piece)
+            at = end
+        if length - at > ROUNDING * length:
+            points.append(start_point + (end_point - start_point) * (at / length))
+            pieces.append(kind)
+    standing = tuple(np.asarray(pillar, dtype=np.float64) for pillar in pillars)
+    return Room(outline=np.array(points), border=tuple(pieces), pillars=standing)
+
+
+def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) -> Room:
+    """The room that walls, exits (k,2,2) m and free borders (f,2,2) m, given by their ends, enclose together.
+
+    Walls, exits and free borders meet end to end; closed loops of walls inside are pillars. Raises ValueError where they leave
+    a gap, enclose more than one room, or an exit or free border reaches over a wall, that is, an exit wider than its space.
+    """
+    openings = {"exits": _pieces(exits, "exits"), "free": _pieces(free, "free")}
+    lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
+    kinds: list[Border] = ["wall"] * len(lines)
+    extent = max(float(np.ptp(np.vstack([walls.start, walls.end]), axis=0).max()), 1e-300)
+    for field, kind in (("exits", "exit"), ("free", "free")):
+        for number, ends in enumerate(openings[field]):
+            opening = shapely.LineString(ends)
+            for wall, line in enumerate(lines[: len(walls)]):
+                if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
+                    raise ValueError(
+                        f"{field}: number {number} ({opening.length:g} m wide) reaches over wall {wall + 1}"
+                    )
+            lines.append(opening)
+            kinds.append("exit" if kind == "exit" else "free")
+    rooms, cuts, dangles, _ = shapely.polygonize_full(lines)
+    faces = shapely.get_parts(rooms)
+    loose = [*shapely.get_parts(cuts), *shapely.get_parts(dangles)]
+    if len(faces) == 0 or loose:
+        x, y = _loose_end(lines)
+        raise ValueError(
+            f"walls: the room is not closed at ({x:g}, {y:g}) m; add a wall, an exit or a free border there"
+        )
+    largest = max(faces, key=lambda face: shapely.Polygon(face.exterior).area)
+    if len(faces) != 1 + len(largest.interiors):
+        raise ValueError(f"walls: they enclose {len(faces)} rooms; one is needed")
+
+    def kinds_of(loop: Floats) -> tuple[Border, ...]:
+        middle = shapely.points(0.5 * (loop + np.roll(loop, -1, axis=0)))
+        return tuple(kinds[int(np.argmin(shapely.distance(point, lines)))] for point in middle)
+
+    pillars = tuple(np.array(ring.coords)[:-1] for ring in largest.interiors)
+    for pillar in pillars:
+        if set(kinds_of(pillar)) != {"wall"}:
+            x, y = pillar[0]
+            raise ValueError(f"walls: the pillar at ({x:g}, {y:g}) m has an exit or a free border")
+    outline = np.array(largest.exterior.coords)[:-1]
+    return Room(outline=outline, border=kinds_of(outline), pillars=pillars)
+
+
+def square_room(side: float, exit_width: float) -> Room:
+    """The paper's room (section 3.2.2): a square with an exit in the middle of one side.
+
+    The exit lies on x = 0 around the origin, the room at −side ≤ x ≤ 0, as in the scene `arch`.
+    """
+    half = 0.5 * side
+    corners = [[0.0, -half], [0.0, half], [-side, half], [-side, -half]]
+    return room_of_outline(corners, exits=[Exit(0, half - 0.5 * exit_width, half + 0.5 * exit_width)])
+
+
+def _loop(value: ArrayLike, name: str, what: str) -> tuple[Floats, bool]:
+    """The vertices (v,2) of a simple polygon, without a last one that repeats the first, and whether they turn left."""
+    loop = read_only(value, (-1, 2), name)
+    if len(loop) > 1 and np.array_equal(loop[0], loop[-1]):
+        loop = loop[:-1]
+    if len(loop) < 3:
+        raise ValueError(f"{name}: {len(loop)} vertices do not close a {what}; at least 3 are needed")
+    ring = shapely.LinearRing(loop)
+    if not ring.is_simple or shapely.Polygon(ring).area <= (ROUNDING * np.ptp(loop, axis=0).max()) ** 2:
+        raise ValueError(f"{name}: the edges touch or cross each other, or enclose no area")
+    return loop, bool(ring.is_ccw)
+
+
+def _pieces(value: ArrayLike, name: str) -> Floats:
+    array = np.asarray(value, dtype=np.float64)
+    return read_only(array.reshape(0, 2, 2) if array.size == 0 else array, (-1, 2, 2), name)
+
+
+def _loose_end(lines: list[shapely.LineString]) -> tuple[float, float]:
+    """A point where an odd number of lines ends."""
+    ends: dict[tuple[float, float], int] = {}
+    for line in lines:
+        for x, y in line.coords:
+            ends[(x, y)] = ends.get((x, y), 0) + 1
+    return next((point for point, count in ends.items() if count % 2), next(iter(ends)))

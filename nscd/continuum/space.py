@@ -1,0 +1,171 @@
+"""Where the velocity sum w = u⁺ + u⁻ lives: continuous P1 or P2 vector elements, and the walls' normal constraints on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sparse
+from skfem import (
+    Basis,
+    ElementLineP1,
+    ElementLineP2,
+    ElementTriP1,
+    ElementTriP2,
+    ElementVector,
+    FacetBasis,
+    Mesh,
+)
+
+from nscd.bodies import Floats, Integers
+
+# Two walls at a point count as one straight wall when their normals differ by less than this (squared sine).
+STRAIGHT = 1e-12
+
+
+class WallPoints(NamedTuple):
+    """The c one-sided conditions n·w(x) ≤ g: at each node of each wall, twice in a corner.
+
+    node (c,) the number of the scalar degree of freedom; point (c,d) m; normal (c,d) out of the room; weight (c,) m: the
+    integral over the wall of the node's shape function (1 in one dimension).
+    """
+
+    node: Integers
+    point: Floats
+    normal: Floats
+    weight: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Vector elements of order 1 or 2 on a mesh of lines or triangles with boundaries "wall" and, if any, "exit", "free".
+
+    Curved (quadratic) triangle meshes are isoparametric; their walls must be straight.
+
+    Raises ValueError for an order other than 1 and 2, a mesh without a boundary "wall", or one whose wall is empty.
+    """
+
+    mesh: Mesh
+    order: int = 1
+
+    def __post_init__(self) -> None:
+        if self.order not in (1, 2):
+            raise ValueError(f"order: {self.order}; 1 (P1) or 2 (P2) is needed")
+        walls = (self.mesh.boundaries or {}).get("wall")
+        if walls is None or len(walls) == 0:
+            raise ValueError("mesh: no facet is named wall; the crowd needs a wall to be pressed to")
+
+    @property
+    def dimension(self) -> int:
+        return int(self.mesh.dim())
+
+    @cached_property
+    def _scalar(self) -> Any:
+        line = self.dimension == 1
+        if self.order == 1:
+            return ElementLineP1() if line else ElementTriP1()
+        return ElementLineP2() if line else ElementTriP2()
+
+    @cached_property
+    def basis(self) -> Any:
+        """skfem basis of w; its quadrature is exact for products of two fields with a linear density, and more for P1."""
+        return Basis(self.mesh, ElementVector(self._scalar), intorder=2 * self.order + 2)
+
+    @cached_property
+    def scalar(self) -> Any:
+        """The scalar basis with the same quadrature points."""
+        return self.basis.with_element(self._scalar)
+
+    def border(self, name: str) -> Any | None:
+        """skfem basis of w on the named boundary; None where the mesh has no such facet."""
+        facets = (self.mesh.boundaries or {}).get(name)
+        if facets is None or len(facets) == 0:
+            return None
+        return FacetBasis(self.mesh, ElementVector(self._scalar), facets=facets, intorder=2 * self.order + 2)
+
+    @cached_property
+    def components(self) -> Integers:
+        """Degree of freedom of component k at scalar node i, (d, nodes)."""
+        one = self.scalar
+        table = np.empty((self.dimension, one.N), dtype=np.int64)
+        for vector, single in (
+            (self.basis.nodal_dofs, one.nodal_dofs),
+            (self.basis.facet_dofs, one.facet_dofs),
+            (self.basis.interior_dofs, one.interior_dofs),
+        ):
+            if single is not None and single.size:
+                table[:, single[0]] = vector
+        return table
+
+    @cached_property
+    def nodes(self) -> Floats:
+        """Places of the scalar nodes (nodes, d) m."""
+        places: Floats = np.ascontiguousarray(self.scalar.doflocs.T)
+        return places
+
+    @cached_property
+    def wall(self) -> WallPoints:
+        """The one-sided conditions of the walls; neighbouring facets of a straight wall share them."""
+        edge = self.border("wall")
+        assert edge is not None
+        facets = edge.find
+        length, d = edge.dx.sum(1), self.dimension
+        normal = (np.asarray(edge.normals) * edge.dx).sum(2).T / length[:, None]
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        ends = self.scalar.nodal_dofs[0][self.mesh.facets[:, facets] if d > 1 else facets[None]].T
+        node, normals = ends.ravel(), np.repeat(normal, ends.shape[1], axis=0)
+        order = np.argsort(node, kind="stable")
+        node, normals = node[order], normals[order]
+        # a node of a simple border has at most two wall facets
+        straight = np.zeros(len(node), dtype=bool)
+        straight[1:] = (node[1:] == node[:-1]) & ((normals[1:] * normals[:-1]).sum(1) > np.sqrt(1 - STRAIGHT))
+        rows = np.empty(len(node), dtype=np.int64)
+        rows[order] = np.cumsum(~straight) - 1
+        rows = rows.reshape(ends.shape)
+        node, normals = node[~straight], normals[~straight]
+        if d > 1 and self.order == 2:
+            rows = np.column_stack([rows, len(node) + np.arange(len(facets))])
+            node = np.concatenate([node, self.scalar.facet_dofs[0][facets]])
+            normals = np.concatenate([normals, normal])
+        # ∫φ over a facet of length 1: a point, the ends of P1, ends and middle of P2
+        share = {1: [1.0], 2: [1 / 2, 1 / 2], 3: [1 / 6, 1 / 6, 2 / 3]}[int(rows.size / len(rows))]
+        weight = np.zeros(len(node))
+        np.add.at(weight, rows, np.outer(length, share))
+        return WallPoints(node.astype(np.int64), self.nodes[node], normals, weight)
+
+    @cached_property
+    def constraints(self) -> sparse.csr_array:
+        """The matrix C (c, unknowns) with (Cw)_i = n_i·w at wall point i."""
+        wall = self.wall
+        columns = self.components[:, wall.node]
+        rows = np.tile(np.arange(len(wall.node)), (self.dimension, 1))
+        shape = (len(wall.node), self.basis.N)
+        return sparse.csr_array((wall.normal.T.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+    @cached_property
+    def local(self) -> tuple[sparse.csc_array, Integers]:
+        """T (unknowns, unknowns) and places s (c,) with w = Tz, C T z = z[s]: at wall nodes z holds the normal components.
+
+        One wall: w = n z₁ + t z₂. Two walls in a corner: w = N⁻¹z with the rows n₁, n₂ of N.
+        """
+        wall, d = self.wall, self.dimension
+        columns = self.components[:, wall.node]
+        frame = np.empty((len(wall.node), d, d))
+        frame[:, :, 0] = wall.normal
+        place = columns[0].copy()
+        if d == 2:
+            frame[:, 0, 1], frame[:, 1, 1] = -wall.normal[:, 1], wall.normal[:, 0]
+            twice = np.flatnonzero(wall.node[1:] == wall.node[:-1])
+            frame[twice] = np.linalg.inv(np.stack([wall.normal[twice], wall.normal[twice + 1]], axis=1))
+            place[twice + 1] = columns[1, twice + 1]
+            keep = np.setdiff1d(np.arange(len(wall.node)), twice + 1)
+            frame, columns = frame[keep], columns[:, keep]
+        row = np.repeat(columns.T[:, :, None], d, axis=2)
+        column = np.repeat(columns.T[:, None, :], d, axis=1)
+        rest = np.setdiff1d(np.arange(self.basis.N), columns)
+        entries = np.concatenate([frame.ravel(), np.ones(len(rest))])
+        rows = np.concatenate([row.ravel(), rest])
+        matrix = sparse.csc_array((entries, (rows, np.concatenate([column.ravel(), rest]))))
+        return matrix, place
