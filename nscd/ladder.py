@@ -148,13 +148,13 @@ def _whole(
         reaction, velocity, sweeps, _ = descend(system, tolerance, SWEEPS, _steady(system))
         found = _close(system, factor, _closed(system, reaction, velocity), sweeps)
     elif solver == "interior_point":
-        found = _interior_point(system, factor, tolerance, None)
+        found = _interior_point(system, factor, tolerance, None, canonical)
     elif problem.dissipative or not even(system):
         reason = "dissipative contacts" if problem.dissipative else "masses far apart"
         solver, why = "interior_point", f"{n} disks, {reason}"
-        found = _interior_point(system, factor, tolerance, None)
+        found = _interior_point(system, factor, tolerance, None, canonical)
     else:
-        found, solver, why = _even(system, factor, tolerance)
+        found, solver, why = _even(system, factor, tolerance, canonical)
     right, unordered = np.empty_like(found.velocity), np.empty_like(found.reaction)
     right[factor.order], unordered[factor.contact] = found.velocity, found.reaction
     outcome = Outcome(solver, why, unordered, right, found.iterations, found.least)
@@ -192,7 +192,7 @@ def _close(system: System, factor: Factor, closed: Flags, before: int, thorough:
     return Found(reaction, velocity, before + rounds, error, settled and even(system))
 
 
-def _even(system: System, factor: Factor, tolerance: float) -> tuple[Found, str, str]:
+def _even(system: System, factor: Factor, tolerance: float, canonical: bool) -> tuple[Found, str, str]:
     """Even masses without dissipation: descent, then its active set, or the interior point where that would not settle."""
     n = len(system.mass)
     steady = _steady(system)
@@ -205,7 +205,7 @@ def _even(system: System, factor: Factor, tolerance: float) -> tuple[Found, str,
         if found.error <= tolerance and found.least:
             return found, "active_set", f"{n} disks of even masses: descent found the closed contacts"
         sweeps = found.iterations
-    rest = _interior_point(system, factor, tolerance, (reaction, velocity))
+    rest = _interior_point(system, factor, tolerance, (reaction, velocity), canonical)
     return (
         rest._replace(iterations=sweeps + rest.iterations),
         "interior_point",
@@ -214,18 +214,19 @@ def _even(system: System, factor: Factor, tolerance: float) -> tuple[Found, str,
 
 
 def _interior_point(
-    system: System, factor: Factor, tolerance: float, start: tuple[Floats, Floats] | None
+    system: System, factor: Factor, tolerance: float, start: tuple[Floats, Floats] | None, canonical: bool
 ) -> Found:
     """The interior point on slightly soft contacts, whose closed ones are those of the least-energy reactions, and the
-    active set; on rigid ones where that does not reach the tolerance."""
+    active set; on rigid ones, which takes about half as long, where any reactions will do or that does not reach the
+    tolerance."""
     found = None
-    if even(system):
+    if even(system) and canonical:
         reaction, velocity, soft = interior_point(system, factor, NEARLY, SOFT, start)
         closed = _closed(system, reaction, velocity, SOFT)
         found = _close(system, factor, closed, soft, True)
         if found.error <= tolerance:
             return found
-    reaction, velocity, rigid = interior_point(system, factor, 0.5 * tolerance)
+    reaction, velocity, rigid = interior_point(system, factor, 0.5 * tolerance, start=start)
     apart = np.minimum(system.inverse_mass * reaction, _gap(system, velocity))
     error = float(np.abs(apart).max()) / system.scale
     if error > tolerance:
