@@ -10,7 +10,7 @@ import numpy as np
 from nscd.bodies import Flags, Floats
 from nscd.islands import find_islands
 from nscd.problem import ContactProblem
-from nscd.solvers.cholesky import Factor, System, approach, even, stiffness, system_of
+from nscd.solvers.cholesky import Factor, System, add_reactions, approach, even, stiffness, system_of
 from nscd.solvers.closure import active_set, free_velocity, maintained
 from nscd.solvers.gauss_seidel import gauss_seidel
 from nscd.solvers.interior_point import SOFT, interior_point
@@ -62,10 +62,15 @@ def with_free_velocity(problem: ContactProblem) -> ContactProblem:
     if not problem.dissipative:
         return problem
     system, factor = system_of(problem)
-    momentum = 2 * problem.mass * problem.left - problem.inertia(problem.left)
     free = np.empty_like(problem.left)
-    free[factor.order] = free_velocity(system, factor, momentum[factor.order])
+    free[factor.order] = free_velocity(system, factor, _given_momentum(problem)[factor.order])
     return replace(problem, free=free)
+
+
+def _given_momentum(problem: ContactProblem) -> Floats:
+    """(M − DᵀKD) u⁻ = Â û, (n,d) kg m/s."""
+    momentum: Floats = 2 * problem.mass * problem.left - problem.inertia(problem.left)
+    return momentum
 
 
 def climb(
@@ -158,6 +163,13 @@ def _whole(
     right, unordered = np.empty_like(found.velocity), np.empty_like(found.reaction)
     right[factor.order], unordered[factor.contact] = found.velocity, found.reaction
     outcome = Outcome(solver, why, unordered, right, found.iterations, found.least)
+    if problem.dissipative:
+        # k/m times a rounding error of u is momentum out of balance
+        momentum = _given_momentum(problem)[factor.order]
+        add_reactions(system, found.reaction, -1.0, momentum)
+        balanced = np.empty_like(right)
+        balanced[factor.order] = free_velocity(system, factor, momentum)
+        outcome = min(outcome, outcome._replace(velocity=balanced), key=lambda o: _error(problem, o))
     if canonical and not outcome.canonical:
         outcome = _canonical(problem, system, factor, outcome, found.velocity, tolerance)
     return outcome

@@ -93,16 +93,17 @@ class ContactProblem:
         return float(np.abs(error).max(initial=0.0)) / self.scale
 
     def balance_error(self, reaction: Floats, velocity: Floats) -> float:
-        """max |Â(u − û) + Cᵀλ| / (m ‖u⁻‖∞ + Σ|λ|) over disks, spins by inertia over radius: how far the momentum of any
-        disk is from balance, relative to what it has and receives; rounding alone leaves about 1e-16."""
+        """max |M(u − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, p = kD(u + u⁻) + λ n, spins by inertia over radius: how far
+        the momentum of any disk is from balance, relative to what it has and receives; rounding alone leaves about 1e-16,
+        and k/m times that where contacts dissipate."""
         n = len(self.mass)
-        balance = self.inertia(velocity - self.free) + self.momentum(reaction)
-        size = np.abs(reaction)
+        along, across = reaction, None
         if self.dissipative:
-            moved = np.abs(velocity - self.free).max(1)
-            weight = self.normal_weight + self.tangent_weight
-            pair = np.where(self.second >= 0, moved[self.second], 0.0)
-            size = size + weight * (moved[self.first] + pair)
+            total = velocity + self.left
+            along = along + self.normal_weight * self.approach(total)
+            across = self.tangent_weight * self.sliding(total)
+        balance = self.mass * (velocity - self.left) + self.momentum(along, across)
+        size = np.abs(along) + (0.0 if across is None else np.abs(across))
         pairs = self.second >= 0
         received = np.bincount(self.first, size, n) + np.bincount(self.second[pairs], size[pairs], n)
         error = np.abs(balance[:, :2]).max(1)

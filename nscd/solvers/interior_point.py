@@ -23,6 +23,8 @@ MAXIMUM_ITERATIONS = 200
 # of least energy. For rigid contacts it is a proximal term of the iteration only; 1e-10 would stall jammed ones.
 SOFT, RIGID = 1e-8, 1e-14
 TINY = 1e-300
+# Velocities (m/s) below this are taken as none.
+NOTHING = 1e-140
 # A start is taken this many times its error away from the boundary.
 AWAY = 10.0
 
@@ -46,6 +48,8 @@ def interior_point(
     √(wλ·s) = AWAY · error.
     """
     w, scale = system.inverse_mass, system.scale
+    if scale < NOTHING:  # their squares are no numbers any more
+        return np.zeros(len(w)), system.free.copy(), 0
     compliance = soft / stiffness(system)
     if start is None:
         velocity = system.free

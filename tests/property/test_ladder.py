@@ -126,6 +126,33 @@ def test_gauss_seidel_contracts_as_known(n):
     assert measured == pytest.approx(np.cos(np.pi / (2 * n)) ** 2, rel=5e-4 if n > 5 else 2e-3)
 
 
+@pytest.mark.parametrize("size", [0.0, 1e-170, 1e-120])
+@pytest.mark.parametrize(
+    "solver", ["auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel"]
+)
+def test_no_speed_is_no_error(size, solver):
+    snapshot = lattice(3)
+    contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
+    found = solve(snapshot, contacts, left_velocity=size * snapshot.velocity, solver=solver)
+    assert found.status == "solved"
+    assert np.abs(found.right_velocity).max() <= 100 * size
+
+
+@pytest.mark.parametrize("lost", [1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-15])
+def test_nearly_elastic_answers_are_right_or_said_to_be_inaccurate(lost):
+    """Five in a row: k = m_eff (2 − lost)/lost magnifies the rounding of u; momentum and energy then do not close."""
+    x = np.column_stack([0.5 * np.arange(5), np.zeros(5)])
+    left = np.array([[2.0, 0], [0, 0], [0, 0], [0, 0], [-1.0, 0]])
+    snapshot = Snapshot(position=x, velocity=left, radius=np.full(5, 0.25), mass=np.full(5, 75.0))
+    contacts = find_contacts(snapshot, tolerance=1e-9)
+    found = solve(snapshot, contacts, law=ContactLaw(restitution=1 - lost), tolerance=1e-8)
+    # lost → 0: u⁺ + u⁻ is the same for all, 2/5 m/s with the momentum of 1 kg m/s per kg
+    limit = 0.4 - left[:, 0]
+    wrong = np.abs(found.right_velocity[:, 0] - limit).max()
+    assert (found.status == "solved") == (lost > 1e-8)
+    assert wrong < 5 * lost or found.status == "inaccurate"
+
+
 def test_first_order_solvers_refuse_dissipation():
     snapshot = lattice(3)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
