@@ -1,0 +1,1 @@
+"""An atlas of where each method fails: every failing case provoked, recognised and named."""

@@ -1,0 +1,217 @@
+"""The atlas' theory against closed forms, and the failures of solvers at small size."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from analysis.stability.atlas import attempt, boundary, choose
+from analysis.stability.case import Axis, Boundary, Case, Cell, Map, Outcome, bracket
+from analysis.stability.chains import chain, chain_attempt, chain_theory, contraction
+from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
+from analysis.stability.energy import exact_energy, opening_attempt, restitution_attempt
+from analysis.stability.initial_overlap import PRODUCT, RIGID, overlap_attempt
+from analysis.stability.limits import speed_attempt
+from analysis.stability.maps import LOOKS, draw_map
+from analysis.stability.masses import solver_attempt
+from analysis.stability.packings import order_attempt, pressed_corner, redundant_attempt
+from analysis.stability.passing import RIGID as RIGID_DOOR
+from analysis.stability.passing import door_attempt, door_theory, wall_theory
+from analysis.stability.reference import dense_percussions, exact_line
+from nscd import ContactLaw, find_contacts, solve
+
+
+@pytest.mark.parametrize("n", [1, 2, 10])
+def test_critical_step_of_a_line_is_the_closed_form(n):
+    assert critical_time_step(pressed_line(n, 1.0)) / PERIOD_S == pytest.approx(
+        1 / np.cos(np.pi / (2 * n + 2)), rel=1e-9
+    )
+
+
+def test_critical_step_of_packings_falls_to_that_of_the_lattice():
+    steps = [critical_time_step(pressed_rhombus(n, 1.0)) / PERIOD_S for n in (3, 6, 14)]
+    assert steps[0] > steps[1] > steps[2] > 2 / np.sqrt(6)
+    assert steps[2] == pytest.approx(2 / np.sqrt(6), rel=0.01)
+
+
+def test_critical_step_with_damping_is_where_the_map_has_the_eigenvalue_minus_one():
+    # one disk, both contacts with walls: ω² = 2k/m, 2ζω = 2c/m
+    scene = pressed_line(1, 0.3)
+    from analysis.engines.penalty import penalty_of
+
+    step, penalty, mass = critical_time_step(scene), penalty_of(scene), 75.0
+    for factor, stable in ((0.999, True), (1.001, False)):
+        dt = factor * step
+        drag, pull = dt * 2 * penalty.wall_damping / mass, dt**2 * 2 * penalty.stiffness / mass
+        # x_(n+1), x_n from x_n, x_(n-1)
+        roots = np.linalg.eigvals([[2 - drag - pull, drag - 1], [1, 0]])
+        assert (np.abs(roots).max() <= 1) == stable
+
+
+def test_contraction_of_gauss_seidel_is_the_spectral_radius_of_its_iteration():
+    n = 12
+    _, contacts = chain(n)
+    closing = contacts.normal_matrix(n).toarray()
+    delassus = closing @ closing.T
+    lower = np.tril(delassus)
+    radius = np.abs(np.linalg.eigvals(np.eye(n) - np.linalg.solve(lower, delassus))).max()
+    assert radius == pytest.approx(np.cos(np.pi / (2 * n)) ** 2, rel=1e-9)
+    assert 1 - contraction(n) == pytest.approx(1 - radius, rel=0.02)
+
+
+def test_gauss_seidel_gives_up_on_a_long_chain_and_the_others_do_not(tmp_path):
+    edge = chain_theory("gauss_seidel")
+    assert chain_attempt(round(0.97 * edge), "gauss_seidel", tmp_path).outcome is Outcome.STABLE
+    assert chain_attempt(round(1.03 * edge), "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
+    assert chain_attempt(round(1.03 * edge), "auto", tmp_path).outcome is Outcome.STABLE
+
+
+def test_mass_ratio_ends_sweeps_but_not_the_interior_point(tmp_path):
+    assert solver_attempt(1e6, "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
+    assert solver_attempt(1e6, "interior_point", tmp_path).outcome is Outcome.STABLE
+
+
+def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
+    free, chosen = (redundant_attempt(4.0, row, tmp_path) for row in ("gauss_seidel, any λ", "auto"))
+    assert free.outcome is Outcome.INACCURATE
+    assert free.silent
+    assert chosen.outcome is Outcome.STABLE
+    assert chosen.numbers[2] > 0
+
+
+def test_order_of_contacts_decides_any_reactions_only(tmp_path):
+    assert order_attempt(4.0, "gauss_seidel, any λ", tmp_path).outcome is Outcome.INACCURATE
+    assert order_attempt(4.0, "auto", tmp_path).outcome is Outcome.STABLE
+
+
+def test_dense_percussions_agree_with_the_closed_chain_and_satisfy_the_law():
+    snapshot, contacts = chain(6)
+    reaction, velocity = dense_percussions(snapshot, contacts, snapshot.velocity)
+    assert np.abs(velocity).max() < 1e-12
+    assert np.sort(reaction) == pytest.approx(75.0 * np.arange(1, 7))
+    packing, touching = pressed_corner(3)
+    least, _ = dense_percussions(packing, touching, packing.velocity, least=True)
+    some, _ = dense_percussions(packing, touching, packing.velocity)
+    assert least @ least <= some @ some * (1 + 1e-9)
+
+
+def test_exact_line_has_the_two_disk_restitution_and_the_printed_four_disk_case():
+    after, change = exact_line([1, 1], [Fraction(1), Fraction(0)], [Fraction(3, 2)])
+    assert after[1] - after[0] == Fraction(1, 2)  # e = (k − m_eff)/(k + m_eff)
+    assert change == Fraction(-3, 16)
+    four, _ = exact_line([1] * 4, [Fraction(2), *[Fraction(0)] * 3], [Fraction(10)] * 3)
+    assert [float(u) for u in four] == pytest.approx([-0.7907, 0.9302, 0.9302, 0.9302], abs=5e-5)
+
+
+def test_k_on_opening_contacts_adds_energy_and_the_answer_warns(tmp_path):
+    cell = opening_attempt(0.4, 20.0, tmp_path)
+    assert cell.outcome is Outcome.ENERGY_GAIN
+    assert cell.numbers[-1] == 1
+    assert exact_energy(0.4, 20.0)[1] > 0
+    assert opening_attempt(0.4, 1.0, tmp_path).outcome is Outcome.STABLE
+    assert exact_energy(0.4, 1.0)[1] < 0
+
+
+def test_restitution_near_one_loses_its_digits(tmp_path):
+    assert restitution_attempt(1e-4, "auto", tmp_path).outcome is Outcome.STABLE
+    assert restitution_attempt(1e-15, "auto", tmp_path).outcome is Outcome.NOT_CONVERGED
+    with pytest.raises(ValueError, match="restitution"):
+        ContactLaw(restitution=1.0)
+
+
+@pytest.mark.parametrize("speed", [1e-14, 1e-100, 0.0])
+def test_percussions_have_no_smallest_speed(speed, tmp_path):
+    assert speed_attempt(speed, "auto", tmp_path).outcome is Outcome.STABLE
+
+
+def test_overlap_is_refused_by_a_run_and_left_by_percussions(tmp_path):
+    refused = overlap_attempt(0.03, PRODUCT, tmp_path)
+    assert refused.outcome is Outcome.REFUSED
+    assert "overlap" in refused.reason
+    assert overlap_attempt(0.03, RIGID, tmp_path).outcome is Outcome.STABLE
+    assert overlap_attempt(2.0, RIGID, tmp_path).outcome is Outcome.REFUSED
+
+
+def test_a_rigid_disk_is_held_by_every_door_narrower_than_itself(tmp_path):
+    cells = [door_attempt(width, RIGID_DOOR, tmp_path) for width in (0.5, 0.97, 1.1)]
+    assert [cell.reason for cell in cells] == ["is held", "is held", "walks through"]
+
+
+def test_door_theory_is_the_largest_force_of_two_springs():
+    load = 0.3
+    half = door_theory(f"lammps, F/(k·r) = {load}")
+    x = np.linspace(0, np.sqrt(1 - half**2), 200_001)
+    distance = np.hypot(half, x)
+    assert (2 * (1 - distance) * x / distance).max() == pytest.approx(load, rel=1e-8)
+
+
+def test_wall_theory_of_a_short_step_is_the_energy_barrier():
+    assert wall_theory("lammps, Δt = 0.001") == pytest.approx(1, abs=1e-5)
+
+
+def test_the_rigid_answer_of_the_atlas_is_that_of_the_product():
+    snapshot, contacts = pressed_corner(4)
+    _, velocity = dense_percussions(snapshot, contacts, snapshot.velocity)
+    assert np.abs(solve(snapshot, contacts).right_velocity - velocity).max() < 1e-8
+    assert len(find_contacts(snapshot, tolerance=1e-6)) < len(contacts)
+
+
+def _step(column, row, folder):
+    outcome = Outcome.STABLE if column < 3.0 else Outcome.LOST
+    return Cell(column=column, row=row, outcome=outcome, reason="", said="0", numbers=(1.0,))
+
+
+def _three(row):
+    return 3.0
+
+
+STEP = Case(
+    name="step",
+    title="A step",
+    fails="nothing",
+    columns=Axis(label="x", values=(1.0, 2.0, 4.0)),
+    rows=Axis(label="row", values=("a",)),
+    quantities=("q",),
+    attempt=_step,
+    words=(),
+    fails_as=(Outcome.LOST,),
+    theory=_three,
+)
+
+
+def test_a_boundary_is_halved_down_to_where_the_outcome_changes(tmp_path):
+    cells = tuple(attempt(STEP, column, "a", tmp_path) for column in STEP.columns.values)
+    assert bracket(STEP, "a", cells) == (2.0, 4.0)
+    edge = boundary(STEP, "a", cells, tmp_path, quick=False)
+    assert edge.low < 3 <= edge.high
+    assert edge.difference == pytest.approx(0, abs=0.01)
+    assert boundary(STEP, "a", cells[:2], tmp_path, quick=True) is None
+
+
+def test_silent_is_a_failure_that_the_method_did_not_admit():
+    good, bad = _step(1.0, "a", None), _step(4.0, "a", None)
+    assert (good.silent, bad.silent) == (False, True)
+
+
+def test_a_map_draws_every_outcome_and_its_boundary():
+    values = tuple(float(i) for i in range(len(Outcome)))
+    cells = tuple(
+        Cell(column=x, row="a", outcome=o, reason="", said="0", numbers=(0.0,))
+        for x, o in zip(values, Outcome, strict=True)
+    )
+    import dataclasses
+
+    case = dataclasses.replace(STEP, columns=Axis(label="x", values=values))
+    edge = Boundary(row="a", low=1.0, high=2.0, theory=1.5)
+    figure = draw_map(Map(case=case, cells=cells, boundaries=(edge,)))
+    texts = {text.get_text() for text in figure.axes[0].texts}
+    assert {f"{letter}!" for _, letter, _ in LOOKS.values()} - {"S!"} <= texts
+    assert "S" in texts
+    figure.savefig("/dev/null", format="png")
+
+
+def test_names_of_cases_are_known_or_refused():
+    assert [case.name for case in choose(["skin", "drift"], quick=True)] == ["skin", "drift"]
+    assert len({case.name for case in choose(None, quick=False)}) == len(choose(None, quick=True)) == 17
+    with pytest.raises(ValueError, match="nonsense"):
+        choose(["nonsense"], quick=True)
