@@ -18,6 +18,7 @@ class PaperSection(StrEnum):
     """A section of the paper of which a page can be made."""
 
     DISCRETE = "discrete"
+    CONTINUUM = "continuum"
 
 
 @commands.command()
@@ -25,7 +26,9 @@ def paper(
     section: Annotated[PaperSection, typer.Argument(help="Section of the paper.")],
     figure: Annotated[
         list[str] | None,
-        typer.Option(help="Number of a figure; give it several times. Left out: all."),
+        typer.Option(
+            help="Number of a figure (continuum: also 3.2.1, mesh, bridge); give it several times. Left out: all."
+        ),
     ] = None,
     runs: Runs = Path("out"),
     out: Out = Path("paper"),
@@ -34,11 +37,11 @@ def paper(
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper
     """
-    from analysis.paper.page import write_discrete_page
+    from analysis.paper.page import write_continuum_page, write_discrete_page
 
-    assert section is PaperSection.DISCRETE
+    write = write_discrete_page if section is PaperSection.DISCRETE else write_continuum_page
     with progress() as bars:
-        page, warnings = write_discrete_page(out, runs, command_line(), figure, bars)
+        page, warnings = write(out, runs, command_line(), figure, bars)
     for warning in warnings:
         print(f"warning: {warning}", file=sys.stderr)
     print(page.resolve().as_uri())

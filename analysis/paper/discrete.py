@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.paper import arch, arch_masses, chains, corridor, four_disks, rivals
+from analysis.paper.built import Built
 from analysis.paper.engine_runs import Cost, EngineRun, make_ahead
 from analysis.paper.section import Progress, Section
 
@@ -29,20 +30,6 @@ PARTS: Sequence[Part] = (
     Part(number="5", engine_runs=arch_masses.engine_runs, build=arch_masses.build),
     Part(number="6", engine_runs=rivals.engine_runs, build=rivals.build),
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Built:
-    """A section, the CPU seconds that it took here, and the engine runs made for it first."""
-
-    section: Section
-    cpu_seconds: float
-    engines: Cost
-
-    @property
-    def total_seconds(self) -> float:
-        """CPU seconds in all."""
-        return self.cpu_seconds + self.engines.cpu_seconds
 
 
 def build_discrete(

@@ -16,9 +16,12 @@ from typing import Any
 import markupsafe
 
 from analysis.files import whole_file, write_text
-from analysis.paper.discrete import Built, build_discrete
+from analysis.paper.built import Built
+from analysis.paper.continuum import build_continuum
+from analysis.paper.discrete import build_discrete
 from analysis.paper.errata import errata
-from analysis.paper.section import Cell, Picture, Progress, Table, Verdict
+from analysis.paper.pages import CONTINUUM, DISCRETE, PageName, link_pages
+from analysis.paper.section import Cell, Drawn, Picture, Progress, Table, Verdict
 from analysis.report import jsonable, number, render
 
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
@@ -38,7 +41,24 @@ def write_discrete_page(
     Returns the page's path and the warnings, each with its figure. Raises ValueError for an unknown figure.
     """
     started = time.perf_counter()
-    built = build_discrete(runs, figures, progress)
+    return _write_page(DISCRETE, folder, command, build_discrete(runs, figures, progress), started)
+
+
+def write_continuum_page(
+    folder: Path,
+    runs: Path,
+    command: str,
+    figures: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> tuple[Path, list[str]]:
+    """The same of the continuum section: `continuum.html`, `figures/`, `continuum_claims.csv`, `continuum_numbers.json`."""
+    started = time.perf_counter()
+    return _write_page(CONTINUUM, folder, command, build_continuum(runs, figures, progress), started)
+
+
+def _write_page(
+    page: PageName, folder: Path, command: str, built: Sequence[Built], started: float
+) -> tuple[Path, list[str]]:
     drawing = time.process_time()
     images = {
         picture.name: write_picture(picture, folder / "figures")
@@ -46,17 +66,19 @@ def write_discrete_page(
         for picture in made.section.pictures
     }
     drawing = time.process_time() - drawing
-    write_claims(folder / "claims.csv", built)
+    write_claims(folder / f"{page.prefix}claims.csv", built)
     content = {made.section.number: _numbers(made) for made in built}
-    write_text(folder / "numbers.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n")
-    page = render(
-        "paper.html",
+    numbers = folder / f"{page.prefix}numbers.json"
+    write_text(numbers, json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n")
+    text = render(
+        page.template,
         command=command,
+        prefix=page.prefix,
         sections=[_section_content(made, images) for made in built],
         verdicts=[(verdict, _claims_with(verdict, built)) for verdict in ORDER],
         claim_count=sum(len(made.section.claims) for made in built),
         errata=[
-            {name: prose(words) for name, words in asdict(entry).items()} for entry in errata("Section 2")
+            {name: prose(words) for name, words in asdict(entry).items()} for entry in errata(page.errata)
         ],
         built=built,
         drawing_seconds=drawing,
@@ -65,14 +87,13 @@ def write_discrete_page(
         total_seconds=drawing + sum(made.total_seconds for made in built),
         cores=os.cpu_count(),
     )
-    write_text(folder / "index.html", page)
-    warnings = [
-        f"Fig. {made.section.number}: {warning}" for made in built for warning in made.section.warnings
-    ]
-    return folder / "index.html", warnings
+    write_text(folder / page.file, text)
+    link_pages(folder)
+    warnings = [f"{made.label}: {warning}" for made in built for warning in made.section.warnings]
+    return folder / page.file, warnings
 
 
-def write_picture(picture: Picture, folder: Path) -> str:
+def write_picture(picture: Picture | Drawn, folder: Path) -> str:
     """Write the picture as PNG and PDF, each whole or not at all; return the PNG as base64 text."""
     folder.mkdir(parents=True, exist_ok=True)
     # without the date, so that the same picture is the same file
@@ -80,7 +101,10 @@ def write_picture(picture: Picture, folder: Path) -> str:
         path = folder / f"{picture.name}.{suffix}"
         part = path.with_name(f".{path.name}.{os.getpid()}.part")
         try:
-            picture.figure.savefig(part, format=suffix, dpi=150, metadata=metadata)
+            if isinstance(picture, Drawn):
+                part.write_bytes(picture.png if suffix == "png" else picture.pdf)
+            else:
+                picture.figure.savefig(part, format=suffix, dpi=150, metadata=metadata)
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
@@ -138,7 +162,8 @@ def _lowered(match: re.Match[str]) -> str:
 def _claims_with(verdict: Verdict, built: Sequence[Built]) -> list[dict[str, Any]]:
     return [
         {
-            "figure": made.section.number,
+            "label": made.label,
+            "anchor": _anchor(made),
             "where": prose(claim.where),
             "statement": prose(claim.statement),
             "reason": sentence(claim.reason),
@@ -149,10 +174,17 @@ def _claims_with(verdict: Verdict, built: Sequence[Built]) -> list[dict[str, Any
     ]
 
 
+def _anchor(made: Built) -> str:
+    return f"fig-{made.section.number.replace('.', '-')}"
+
+
 def _section_content(made: Built, images: dict[str, str]) -> dict[str, Any]:
     section = made.section
     return {
         "number": section.number,
+        "label": made.label,
+        "anchor": _anchor(made),
+        "figure": section.number[:1].isdigit(),
         "title": section.title,
         "warnings": [prose(words) for words in section.warnings],
         "words": [prose(words) for words in section.words],

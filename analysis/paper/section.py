@@ -49,13 +49,23 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drawn:
+    """A picture that is drawn already: its files as bytes."""
+
+    name: str
+    caption: str
+    png: bytes
+    pdf: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Section:
     """One figure of the paper, remade: what was done, what came out, what differs from the printed text."""
 
     number: str
     title: str
     words: Sequence[str]
-    pictures: Sequence[Picture]
+    pictures: Sequence[Picture | Drawn]
     tables: Sequence[Table]
     differs: Sequence[str]
     claims: Sequence[Claim] = ()

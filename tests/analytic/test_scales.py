@@ -13,7 +13,14 @@ from families import FAMILIES
 
 from nscd import solve
 
-CASES = [("heap", 300), ("jammed", 300), ("hexagonal", 300), ("masses", 300), ("heap", 3500), ("hexagonal", 2500)]
+CASES = [
+    ("heap", 300),
+    ("jammed", 300),
+    ("hexagonal", 300),
+    ("masses", 300),
+    ("heap", 3500),
+    ("hexagonal", 2500),
+]
 
 
 @pytest.fixture(scope="module", params=CASES, ids=lambda case: f"{case[0]}-{case[1]}")

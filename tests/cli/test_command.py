@@ -47,9 +47,18 @@ def test_run_solve_compare(percussions, tmp_path):
     assert solved.returncode == 0, solved.stderr
     with (tmp_path / "contacts.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert list(
-        rows[0]
-    ) == ["time_s", "first", "second", "is_wall", "nx", "ny", "gap_m", "reaction_Ns", "impulse_x_Ns", "impulse_y_Ns"]
+    assert list(rows[0]) == [
+        "time_s",
+        "first",
+        "second",
+        "is_wall",
+        "nx",
+        "ny",
+        "gap_m",
+        "reaction_Ns",
+        "impulse_x_Ns",
+        "impulse_y_Ns",
+    ]
     last = [row for row in rows if float(row["time_s"]) == float(rows[-1]["time_s"])]
     wall = sum(float(row["impulse_x_Ns"]) for row in last if row["is_wall"] == "1")
     compared = percussions("compare", folder)

@@ -17,12 +17,16 @@ def laid_over():
     """Disks at rest that overlap walls, which no scene file may have; so the commands run it, not the adapters."""
     rng = np.random.default_rng(0)
     grid = np.arange(-20.0, 20.0)
-    position = np.column_stack([x.ravel() for x in np.meshgrid(grid, grid)]) + rng.uniform(-0.2, 0.2, (1600, 2))
+    position = np.column_stack([x.ravel() for x in np.meshgrid(grid, grid)]) + rng.uniform(
+        -0.2, 0.2, (1600, 2)
+    )
     disks = Snapshot(
         position=position, velocity=np.zeros((1600, 2)), radius=np.full(1600, 0.25), mass=np.full(1600, 75.0)
     )
     ends = rng.uniform(-18, 18, (12, 2, 2))
-    walls = [Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b)) for i, (a, b) in enumerate(ends.tolist())]
+    walls = [
+        Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b)) for i, (a, b) in enumerate(ends.tolist())
+    ]
     return Scene(
         name="laid", title="disks over walls", source="made", snapshot=disks, walls=tuple(walls),
         contact=ContactModel(stiffness_N_per_m=STIFFNESS, restitution=0.1),
@@ -61,7 +65,9 @@ def test_lammps(laid_over, command, tmp_path):
     assert done.returncode == 0, done.stdout[-2000:]
     found = {}
     for number in range(1, 13):
-        for disk, x, y, radius, fx, fy, at_x, at_y in index_dump(tmp_path / f"wall_wall{number - 1}.dump").table(0):
+        for disk, x, y, radius, fx, fy, at_x, at_y in index_dump(
+            tmp_path / f"wall_wall{number - 1}.dump"
+        ).table(0):
             distance = np.hypot(at_x - x, at_y - y)
             normal = (at_x - x) / distance, (at_y - y) / distance
             found[int(disk), number] = (radius - distance, *normal, -(fx * normal[0] + fy * normal[1]))

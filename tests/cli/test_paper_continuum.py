@@ -1,0 +1,283 @@
+"""The page of the paper's continuum figures: its files, itself in a real browser, and verdicts that follow the numbers."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from playwright.sync_api import sync_playwright
+from scipy.integrate import solve_bvp
+from test_report import BROWSER, QUIET
+
+from analysis.paper import (
+    continuum,
+    crowd_border,
+    density_laws,
+    exit_pressure,
+    kept_sections,
+    left_velocities,
+    solid_chain,
+    turbulence,
+    turbulence_readings,
+)
+from analysis.paper.built import label
+from analysis.paper.exit_pressure import solve_room
+from analysis.paper.exit_room import map_of
+from analysis.paper.fields import rounded
+from analysis.paper.kept_sections import edition, keep, kept
+from analysis.paper.pages import CONTINUUM, DISCRETE, HIDDEN, link_pages
+from analysis.paper.point_exit import point_sink
+from analysis.paper.section import Claim, Drawn, Picture, Section, Table, Verdict
+from analysis.paper.turbulence_forces import Case, Forces, Setting
+from analysis.paper.turbulence_readings import CHECKED, Tried, error_claim, readings
+
+COARSE = 0.8  # m
+CHOSEN = ("3.2.1", "11")
+
+
+@pytest.fixture
+def built(percussions, tmp_path):
+    """The two figures that cost least."""
+    words = [word for number in CHOSEN for word in ("--figure", number)]
+    made = percussions("paper", "continuum", *words, "--runs", "runs", timeout=300)
+    assert made.returncode == 0, made.stderr
+    return made, tmp_path / "paper"
+
+
+def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch):
+    made, folder = built
+    numbers = json.loads((folder / "continuum_numbers.json").read_text())
+    assert list(numbers) == list(CHOSEN)
+    with (folder / "continuum_claims.csv").open(newline="") as file:
+        claims = list(csv.DictReader(file))
+    assert {claim["figure"] for claim in claims} == set(CHOSEN)
+    assert {claim["verdict"] for claim in claims} == {"holds", "holds in part", "does not hold"}
+    for name in ("fig_3_2_1_chain", "fig_11_left_velocities"):
+        assert (folder / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        assert (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    assert not list(tmp_path.rglob("*.part"))
+    if BROWSER is not None:
+        _read(made.stdout.strip().splitlines()[-1], folder, numbers, claims)
+    # the next build of the same product takes what is kept
+    runs = tmp_path / "runs"
+    (made_by,) = {json.loads(path.read_text())["edition"] for path in runs.rglob("section.json")}
+    monkeypatch.setattr(kept_sections, "edition", lambda: made_by)
+    (again,) = continuum.build_continuum(runs, ["11"])
+    assert again.kept
+    assert [list(map(list, table.rows)) for table in again.section.tables] == [
+        table["rows"] for table in numbers["11"]["tables"]
+    ]
+
+
+def _read(address, folder, numbers, claims):
+    """The page loads without complaint, offline, on a phone and on a desk, and says what the files say."""
+    assert address.startswith("file://")
+    assert address.endswith("/continuum.html")
+    complaints = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
+        page = browser.new_page(viewport={"width": 400, "height": 844})
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "request",
+            lambda request: (
+                None if request.url.startswith(("file:", "data:")) else complaints.append(request.url)
+            ),
+        )
+        page.goto(address)
+        assert page.locator("section[data-figure]").count() == len(numbers)
+        for anchor, (figure, content) in zip(("fig-3-2-1", "fig-11"), numbers.items(), strict=True):
+            section = page.locator(f"#{anchor}")
+            assert section.locator("h2").inner_text().startswith(label(figure))
+            assert section.locator("tr").count() == sum(len(t["rows"]) + 1 for t in content["tables"])
+            assert section.locator("[role=alert]").count() == bool(content["warnings"])
+            for cells in (section.locator("td").all_inner_texts(), section.locator("th").all_inner_texts()):
+                assert all(cell.strip() for cell in cells)
+        for verdict in ("does not hold", "holds in part", "holds"):
+            rows = page.locator(f"table[data-verdict='{verdict}'] tr")
+            assert rows.count() == 1 + sum(claim["verdict"] == verdict for claim in claims)
+        links = page.locator("a[href^='figures/'], a[href^='continuum_']").evaluate_all(
+            "all => all.map(a => a.getAttribute('href'))"
+        )
+        assert len(links) == 6
+        assert all((folder / link).is_file() for link in links)
+        inner = page.locator("nav a[href^='#'], .claims a").evaluate_all(
+            "all => all.map(a => a.getAttribute('href'))"
+        )
+        assert all(page.locator(f"[id='{link[1:]}']").count() == 1 for link in inner)
+        # the other page is not there
+        assert not page.locator("a.other").is_visible()
+        broken = page.evaluate("[...document.images].filter(i => !i.complete || !i.naturalWidth).length")
+        assert broken == 0
+        assert page.locator("img").count() == len(CHOSEN)
+        for width in (400, 1280):
+            page.set_viewport_size({"width": width, "height": 844})
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+        browser.close()
+    assert complaints == []
+
+
+def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
+    made = percussions("paper", "continuum", "--figure", 6)
+    assert made.returncode == 1
+    assert "figure: 6; the continuum section has 7, 3.2.1, 8" in made.stderr
+    assert not (tmp_path / "paper").exists()
+
+
+@pytest.mark.parametrize(
+    ("module", "number", "unsettled"),
+    [
+        (crowd_border, "7", False),
+        (solid_chain, "3.2.1", False),
+        (exit_pressure, "9", True),
+        (density_laws, "10", False),
+        (left_velocities, "11", False),
+    ],
+)
+def test_sections_on_a_coarse_mesh(module, number, unsettled):
+    """Every claim has a verdict and numbers for it; a mesh too coarse for the means over a body is a warning."""
+    section = module.build(mesh=COARSE)
+    assert section.number == number
+    assert section.claims
+    for claim in section.claims:
+        assert isinstance(claim.verdict, Verdict)
+        assert any(letter.isdigit() for letter in claim.reason)
+    for table in section.tables:
+        assert all(len(row) == len(table.head) for row in table.rows)
+    assert len(section.warnings) == unsettled
+
+
+def test_pressure_of_a_point_exit():
+    """The closed form against the boundary-value problem k_v(f″ + f′/r − f/r²) = ρ(f + 2U), and its two limits."""
+    speed, density, volume = 1.7, 525.0, 675.0
+
+    def slopes(r, y):
+        return np.stack([y[1], y[0] / r**2 - y[1] / r + density / volume * (y[0] + 2 * speed)])
+
+    def ends(a, b):
+        return np.array([a[0] - 1e-3 * a[1], b[0] + 2 * speed * (1 - volume / density / 30.0**2)])
+
+    r = np.geomspace(1e-3, 30.0, 400)
+    found = solve_bvp(
+        slopes, ends, r, np.stack([-2 * speed * np.tanh(r), -0 * r]), tol=1e-8, max_nodes=20_000
+    )
+    assert found.success
+    at = np.array([0.01, 0.1, 0.5, 1.0, 2.0, 4.0])
+    f, rate = found.sol(at)
+    np.testing.assert_allclose(
+        point_sink(at, speed, density, volume), -0.5 * volume * (rate + f / at), rtol=2e-3
+    )
+    assert point_sink(0.0, speed, density, volume) == pytest.approx(
+        0.5 * np.pi * speed * np.sqrt(volume * density)
+    )
+    assert point_sink(15.0, speed, density, volume) == pytest.approx(volume * speed / 15.0, rel=0.02)
+
+
+def test_a_gaussian_pressure_would_be_called_one():
+    room = solve_room(COARSE, [])
+    verdict = {claim.statement: claim.verdict for claim in exit_pressure._claims(room)}
+    statement = "the proposed approach gives a Gaussian form of pressure"
+    assert verdict[statement] == Verdict.FAILS
+    r = np.hypot(*map_of().points.T)
+    room.__dict__["proposed"] = 900 * np.exp(-(r**2) / (2 * 1.5**2))
+    (height, width), _, explained = room.gaussian()
+    assert (height, abs(width), explained) == pytest.approx((900, 1.5, 1.0))
+    verdict = {claim.statement: claim.verdict for claim in exit_pressure._claims(room)}
+    assert verdict[statement] == Verdict.HOLDS
+
+
+def test_readings_of_the_forces():
+    """In people or in kilograms the error is the same; the mean over the largest force in any triangle is the mesh's."""
+    plain = Setting(mesh=COARSE)
+    found = {}
+    for name, setting in (
+        ("plain", plain),
+        ("people", replace(plain, person=1.0)),
+        ("fine", replace(plain, mesh=0.5 * COARSE)),
+    ):
+        pair = Forces(Case.UNIFORM, setting).pair(9.0)
+        assert pair.answer.status == pair.forces.turbulence.status == "solved"
+        found[name] = (pair.moduli(), pair.of_largest_cell(), pair.on_bodies())
+    assert found["people"] == pytest.approx(found["plain"], rel=1e-4)
+    assert found["fine"][0] == pytest.approx(found["plain"][0], rel=0.1)
+    assert found["fine"][1] < 0.6 * found["plain"][1]
+
+
+def test_the_verdict_on_the_error_follows_the_errors():
+    every = readings(COARSE)
+
+    def tried(at, half):
+        errors = np.broadcast_to(np.asarray(at, dtype=float), (2, len(CHECKED)))
+        return [Tried(reading=r, errors=errors, finer=np.full(2, half)) for r in every]
+
+    assert error_claim(tried(0.5, 0.5)).verdict == Verdict.FAILS
+    assert error_claim(tried(0.01, 0.01)).verdict == Verdict.HOLDS
+    # small, but the mesh's
+    unsound = tried(0.01, 0.005)
+    assert error_claim([*tried(0.5, 0.5), *unsound[1:]]).verdict == Verdict.FAILS
+    assert error_claim(tried([0.5, 0.01, 0.5, 0.5], 0.01)).verdict == Verdict.PARTLY
+
+
+def test_figure_8_with_few_readings(monkeypatch):
+    monkeypatch.setattr(turbulence_readings, "readings", lambda mesh: readings(mesh)[:6])
+    monkeypatch.setattr(turbulence, "VOLUMES", (4.0, 25.0, 100.0))
+    section = turbulence.build(mesh=COARSE)
+    assert [claim.verdict for claim in section.claims] == ["does not hold", "holds"]
+    assert len(section.tables[0].rows) == 6
+    assert not section.warnings
+
+
+def _section(figure):
+    return Section(
+        number="3.2.1",
+        title="t",
+        words=["w"],
+        pictures=[Picture(name="p", caption="c", figure=figure)],
+        tables=[Table(caption="c", head=["a", "b"], rows=[["x", np.float64(0.1)], ["y", np.int64(3)]])],
+        differs=[],
+        claims=[Claim(where="(1)", statement="s", verdict=Verdict.PARTLY, reason="r")],
+        warnings=["careful"],
+    )
+
+
+def test_a_section_is_kept_whole_or_not_taken(tmp_path, monkeypatch):
+    section = _section(Figure())
+    assert kept(tmp_path) is None
+    keep(section, 1.5, tmp_path, edition())
+    found, seconds = kept(tmp_path)
+    assert seconds == 1.5
+    assert found.claims == section.claims
+    assert found.tables == [replace(section.tables[0], rows=[["x", 0.1], ["y", 3]])]
+    assert (found.number, found.words, found.warnings) == ("3.2.1", ["w"], ["careful"])
+    assert isinstance(found.pictures[0], Drawn)
+    assert found.pictures[0].pdf.startswith(b"%PDF")
+    keep(found, 1.5, tmp_path / "again", edition())
+    assert (tmp_path / "again/p.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+    (tmp_path / "p.png").unlink()
+    assert kept(tmp_path) is None
+    file = tmp_path / "again/section.json"
+    text = file.read_text()
+    file.write_text(text[: len(text) // 2])
+    assert kept(tmp_path / "again") is None
+    file.write_text(text)
+    assert kept(tmp_path / "again") is not None
+    monkeypatch.setattr(kept_sections, "edition", lambda: "another")
+    assert kept(tmp_path / "again") is None
+
+
+def test_pages_link_to_each_other_only_where_both_are(tmp_path):
+    for page, other in ((DISCRETE, CONTINUUM), (CONTINUUM, DISCRETE)):
+        (tmp_path / page.file).write_text(f'<nav>{HIDDEN}{other.file}">other</a></nav>')
+    link_pages(tmp_path)
+    assert all("hidden" not in (tmp_path / page.file).read_text() for page in (DISCRETE, CONTINUUM))
+    (tmp_path / DISCRETE.file).unlink()
+    link_pages(tmp_path)
+    assert "hidden" in (tmp_path / CONTINUUM.file).read_text()
+
+
+@pytest.mark.parametrize(("top", "band"), [(1.0, 0.1), (1797.0, 150.0), (12.0, 1.0), (12.1, 1.2)])
+def test_colours_end_at_a_round_number(top, band):
+    assert rounded(top) == pytest.approx(12 * band)
