@@ -18,7 +18,7 @@ help:
 	@echo "make paper     the figures of the paper made anew, discrete and continuum, and which of its statements hold, in paper/"
 	@echo "make test      lint, types and tests"
 	@echo "make lint      ruff and mypy"
-	@echo "make bench     seconds of each engine and of the percussions"
+	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
 	@echo "make clean     removes everything that the other targets made"
 
 # Debian packages: what is missing is installed as root; otherwise the command is said. Only Python is indispensable.
@@ -95,7 +95,7 @@ test: system-test $(VENV)/installed-test lint
 
 bench: install
 	@$(PIP) --editable '.[bench]'
-	for script in engines percussions trajectory; do $(PYTHON) benchmarks/$$script.py; done
+	for script in engines guard percussions continuum trajectory; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
 	@rm -rf $(VENV) report paper out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
