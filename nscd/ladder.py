@@ -21,7 +21,7 @@ from nscd.solvers.tree import tree
 SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
 # Sweeps of a descent before the active set is tried, and how many contacts may still change within 25 of them: a few and
 # a share of all.
-SWEEPS, STEADY, SHARE = 1600, 2, 1e-5
+SWEEPS, STEADY, SHARE = 1600, 2, 1e-6
 # In a small crowd factorisations are cheap: from this size on all these sweeps are made, below it few.
 LARGE, FEW_SWEEPS = 2000, 200
 # Closed contacts per unknown where a packing is marginal: nearly isostatic, with soft modes, so that active sets cycle.
