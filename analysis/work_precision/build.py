@@ -8,6 +8,7 @@ from pathlib import Path
 from analysis.engines import ENGINES
 from analysis.scene import Scene
 from analysis.study import Progress
+from analysis.work_precision.continuum_ladder import SIDES
 from analysis.work_precision.measure import Measured, measure
 from analysis.work_precision.point import Point
 from analysis.work_precision.scaling import scaling
@@ -35,7 +36,7 @@ def build_chart(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Chart:
-    """Measure a scene with all engines that are there, all solvers and the rivals.
+    """Measure a scene with all engines that are there, all solvers, the rivals and the continuum.
 
     Everything that takes long is kept in runs/work_precision/<scene>: a build that was interrupted goes on where it
     stopped. Raises ValueError as `workers` and `prepare_window` do.
@@ -47,7 +48,8 @@ def build_chart(
     ]
     with workers(processes, scheduler) as executor:
         window = prepare_window(scene, folder)
-        measured = measure(window, scene.name, list(settings_of(window, engines)), folder, executor, progress)
+        settings = list(settings_of(window, engines))
+        measured = measure(window, scene.name, settings, folder, executor, progress, mesh_sides=SIDES)
         sizes = scaling(scene, engines, folder, executor, progress)
     return Chart(
         scene=scene,

@@ -14,6 +14,7 @@ from analysis.paper.page import write_picture
 from analysis.paper.section import Picture
 from analysis.report import number, percent, render
 from analysis.work_precision.build import Chart
+from analysis.work_precision.continuum_ladder import SIDES
 from analysis.work_precision.pareto import pareto_front
 from analysis.work_precision.pictures import look_of, scaling_picture, work_precision_picture
 from analysis.work_precision.point import Point, PointStatus, write_points
@@ -41,6 +42,9 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
                 "front": [_row(point) for point in front],
                 "soft_front": [_row(p) for p in pareto_front(_soft(_of(measured.points, quantity)))],
                 "rigid_bar": _rigid_bar(measured.points, quantity),
+                "continuum_bar": _largest(
+                    p.numerical_bar for p in _of(measured.points, quantity) if p.mesh_side_m is not None
+                ),
                 "soft_bar": _largest(
                     p.numerical_bar for p in _of(measured.points, quantity) if p.stiffness_N_per_m is not None
                 ),
@@ -65,7 +69,9 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
         stiffness=number(stiffness),
         origin=measured.rigid.origin,
         sections=sections,
-        unfinished=[_row(p) for p in first if p.status != PointStatus.OK],
+        no_continuum=measured.no_continuum,
+        mesh_sides=", ".join(f"{side:g}" for side in SIDES),
+        unfinished=_unfinished(measured.points, measured.quantities),
         starts=_starts(first),
         scaling=[_row(p) for p in chart.scaling],
         scaling_image=scaled,
@@ -107,6 +113,8 @@ def _row(point: Point) -> dict[str, Any]:
             f"k = {number(point.stiffness_N_per_m)} N/m, Δt = {number(point.time_step_s)} s "
             f"= {point.time_step_share:.3g} × safe"
         )
+    elif point.mesh_side_m is not None:
+        setting = f"triangles of {number(point.mesh_side_m)} m"
     else:
         setting = f"tolerance {number(point.tolerance)}" if point.tolerance is not None else "–"
     return {
@@ -121,6 +129,18 @@ def _row(point: Point) -> dict[str, Any]:
         "status": str(point.status),
         "reason": point.reason,
     }
+
+
+def _unfinished(points: Iterable[Point], quantities: Iterable[Quantity]) -> list[dict[str, Any]]:
+    """What is no answer, or a wrong one, each method and setting once: in the first quantity in which it is."""
+    points = list(points)
+    rows: dict[tuple[str, str], dict[str, Any]] = {}
+    for quantity in quantities:
+        for point in _of(points, quantity):
+            if point.status != PointStatus.OK:
+                row = _row(point) | {"quantity": quantity.words}
+                rows.setdefault((row["method"], row["setting"]), row)
+    return list(rows.values())
 
 
 def _said(value: float | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +18,9 @@ from analysis.work_precision.pareto import pareto_front
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.window import Quantity
 
-SKY, VERMILION = "#56B4E9", "#D55E00"
+SKY, VERMILION, YELLOW = "#56B4E9", "#D55E00", "#F0E442"
+# Edges of what is too light for a thin line.
+DARK = {GREY: "#777777", YELLOW: "#6B6100"}
 # Errors outside of this are drawn at its ends: above 1000 % is no answer, below 1e-13 is rounding.
 LOWEST, HIGHEST = 1e-13, 10.0
 WHOLE = 1.0
@@ -25,12 +28,18 @@ WHOLE = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Look:
-    """How a method is drawn: label, colour, marker, line."""
+    """How a method is drawn: label, colour, marker (a letter, or corners, 1 for a star, turn), line, marker size in points."""
 
     label: str
     colour: str
-    marker: str
+    marker: str | tuple[int, Literal[1], int]
     line: str
+    size: float = 5.5
+
+    @property
+    def edge(self) -> str:
+        """Colour of lines and edges."""
+        return DARK.get(self.colour, self.colour)
 
 
 LOOKS = {
@@ -42,10 +51,16 @@ LOOKS = {
     "rigid_active_set": Look(label="rigid, active set", colour=PINK, marker="<", line="-."),
     "rigid_projected_gradient": Look(label="rigid, projected gradient", colour=SKY, marker=">", line=":"),
     "rigid_gauss_seidel": Look(label="rigid, Gauss–Seidel", colour=GREY, marker="p", line="-"),
-    "first_order": Look(label="first-order model", colour=BLACK, marker="*", line=""),
-    "social_force": Look(label="social force", colour=VERMILION, marker="P", line=""),
-    "loehner_printed": Look(label="Löhner, as printed", colour=PINK, marker="X", line=""),
-    "loehner_text": Look(label="Löhner, cases exchanged", colour=SKY, marker="h", line=""),
+    "continuum_deformable": Look(
+        label="continuum (11), deformable", colour=YELLOW, marker=(4, 1, 0), line="-", size=9
+    ),
+    "continuum_first_order": Look(
+        label="continuum (20), first order", colour=YELLOW, marker=(6, 1, 0), line="--", size=9
+    ),
+    "first_order": Look(label="first-order model", colour=BLACK, marker="*", line="", size=9),
+    "social_force": Look(label="social force", colour=VERMILION, marker="P", line="", size=9),
+    "loehner_printed": Look(label="Löhner, as printed", colour=PINK, marker="X", line="", size=9),
+    "loehner_text": Look(label="Löhner, cases exchanged", colour=SKY, marker="h", line="", size=9),
 }
 
 
@@ -90,12 +105,16 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: str) -> None:
         shade = _shade(look.colour, stiffness, softest, stiffest)
         sound = [p for p in curve if p.status == PointStatus.OK and getattr(p, error) is not None]
         # along the setting, not along the cost, so that a curve that turns back is seen
-        sound.sort(key=lambda p: p.time_step_share or p.tolerance or 0.0)
+        sound.sort(key=lambda p: p.time_step_share or p.tolerance or p.mesh_side_m or 0.0)
         x, y = [_cost(p) for p in sound], [_clipped(getattr(p, error)) for p in sound]
         axes.plot(
-            x, y, ls=look.line or "none", lw=0.8, color=look.colour, marker=look.marker, ms=9 if not look.line else 5.5,
-            mfc=shade, mec=look.colour if look.colour != GREY else "#777777", mew=0.8, zorder=3,
+            x, y, ls=look.line or "none", lw=0.8, color=look.edge, marker=look.marker, ms=look.size,
+            mfc=shade, mec=look.edge, mew=0.8, zorder=3,
         )  # fmt: skip
+        if error == "numerical_error" and curve[0].mesh_side_m is not None:
+            # each continuum model has a bar of its own
+            bar = [min(p.numerical_bar or 0.0, 0.9 * value) for p, value in zip(sound, y, strict=True)]
+            axes.errorbar(x, y, yerr=bar, ls="none", ecolor=look.edge, elinewidth=0.8, capsize=2, zorder=2)
         for point in curve:
             if point.status != PointStatus.OK:
                 value = getattr(point, error)
@@ -106,7 +125,7 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: str) -> None:
                     marker="x",
                     ms=6,
                     mew=1.2,
-                    color=look.colour,
+                    color=look.edge,
                     zorder=4,
                     clip_on=False,
                 )
@@ -122,12 +141,12 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: str) -> None:
 def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
     """The converged model against the rigid reference: over stiffness, with the error bars; rivals as levels."""
     drawn: dict[str, dict[float, tuple[float, float]]] = {}
-    levels = []
+    levels: dict[str, Point] = {}
     for point in points:
         if point.model_error is None or point.method == "rigid":
             continue
         if point.stiffness_N_per_m is None:
-            levels.append(point)
+            levels[point.key] = point
         else:
             drawn.setdefault(point.key, {})[point.stiffness_N_per_m] = (
                 point.model_error,
@@ -141,21 +160,25 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
         # YADE and LAMMPS share the linear law: the smaller marker shows that the larger one is below
         size = 4 if look.marker == "D" else 8
         axes.errorbar(
-            x, y, yerr=bar, ls=look.line, color=look.colour, marker=look.marker, ms=size, mfc="white", mew=1.2, capsize=3,
+            x, y, yerr=bar, ls=look.line, color=look.edge, marker=look.marker, ms=size, mfc="white", mew=1.2, capsize=3,
         )  # fmt: skip
-    for point in levels:
-        look = look_of(point)
-        if point.model_error is not None and point.model_error > LOWEST:
-            value = point.model_error
-            axes.axhline(value, color=look.colour, lw=1, ls=(0, (5, 3)), zorder=1)
-            axes.plot(
-                [0.97], [value], transform=axes.get_yaxis_transform(), marker=look.marker, color=look.colour, ms=9,
-            )  # fmt: skip
+    shown = [p for p in levels.values() if p.model_error is not None and p.model_error > LOWEST]
+    for number, point in enumerate(shown):
+        look, value = look_of(point), point.model_error or 0.0
+        axes.axhline(value, color=look.edge, lw=1, ls=(0, (5, 3)), zorder=1)
+        # side by side, since some have nearly the same
+        axes.errorbar(
+            [0.97 - 0.06 * number], [value], yerr=min(point.model_bar or 0.0, 0.9 * value), capsize=3,
+            transform=axes.get_yaxis_transform(), marker=look.marker, color=look.colour, mec=look.edge, ecolor=look.edge, ms=9,
+        )  # fmt: skip
     axes.axhline(WHOLE, color="#999999", lw=0.8, ls="--", zorder=0)
     axes.set(xscale="log", yscale="log", xlabel="contact stiffness k (N/m)")
+    if not drawn:
+        # no engine is there: levels alone
+        axes.set(xlim=(1.0, 10.0), xlabel="no soft contacts")
     axes.set_ylabel("model error: converged model from the rigid reference")
     values = [v for curve in drawn.values() for v, _ in curve.values()]
-    values += [p.model_error for p in levels if p.model_error and p.model_error > LOWEST]
+    values += [p.model_error or 0.0 for p in shown]
     if values:
         axes.set_ylim(10 ** np.floor(np.log10(min(values)) - 0.3), max(2.0, 2 * max(values)))
     _tidy(axes)
@@ -169,8 +192,8 @@ def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
         curve = sorted((p for p in points if p.key == key), key=lambda p: p.disks)
         look = look_of(curve[0])
         axes.plot(
-            [p.disks for p in curve], [_cost(p) for p in curve], ls=look.line or ":", lw=1, color=look.colour,
-            marker=look.marker, ms=7, label=look.label,
+            [p.disks for p in curve], [_cost(p) for p in curve], ls=look.line or ":", lw=1, color=look.edge,
+            mfc=look.colour, marker=look.marker, ms=max(7, look.size), label=look.label,
         )  # fmt: skip
     axes.set(xscale="log", yscale="log", xlabel="disks", ylabel="CPU time (s)")
     axes.set_title(f"cheapest setting with a numerical error of at most {100 * accuracy:g} %", fontsize=11)
@@ -187,7 +210,11 @@ def _handles(points: Sequence[Point]) -> list[Line2D]:
     looks = [look for key, look in LOOKS.items() if key in present]
     looks += [look_of(next(p for p in points if p.key == key)) for key in present if key not in LOOKS]
     handles = [
-        Line2D([], [], color=look.colour, marker=look.marker, ls=look.line or "none", lw=1, label=look.label) for look in looks
+        Line2D(
+            [], [], color=look.edge, mfc=look.colour, marker=look.marker, ms=max(6, look.size), ls=look.line or "none", lw=1,
+            label=look.label,
+        )
+        for look in looks
     ]  # fmt: skip
     softest, stiffest = _range(points)
     if stiffest > softest:

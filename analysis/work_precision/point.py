@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from analysis.files import whole_file, write_text
 
-FORMAT = 1
+FORMAT = 2
 
 
 class PointStatus(StrEnum):
@@ -29,10 +29,11 @@ class PointStatus(StrEnum):
 class Point:
     """One method with one setting on one scene, for one quantity.
 
-    scene, disks: where it was measured. method: `lammps`, `yade`, `rigid`, or a rival's name. law: contact law of a soft
-    method (hooke, hertz), else "". time_step_s, time_step_share (of the safe one), stiffness_N_per_m: of a soft method,
-    else None. solver, tolerance: of the rigid model, else "" and None. cpu_seconds: of the engine's process, its start
-    included, or of the solution from snapshot and contacts on (None where a failure left it unknown).
+    scene, disks: where it was measured. method: `lammps`, `yade`, `rigid`, `continuum`, or a rival's name. law: contact law of
+    a soft method (hooke, hertz), model of the continuum (deformable, first_order), else "". time_step_s, time_step_share (of
+    the safe one), stiffness_N_per_m: of a soft method, else None. solver, tolerance: of the rigid model, else "" and None.
+    mesh_side_m: of the continuum's triangles, else None. cpu_seconds: of the engine's process, its start included, or of the
+    solution from snapshot and contacts on (None where a failure left it unknown).
 
     quantity: what is compared (see `quantities`), unit: in what. Errors are rms over all its components, relative to the
     rms of the rigid reference: numerical_error: from the method's own model, converged; model_error: of that converged
@@ -51,6 +52,7 @@ class Point:
     time_step_share: float | None
     stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
     tolerance: float | None
+    mesh_side_m: float | None = None
     cpu_seconds: float | None
     quantity: str
     unit: str
@@ -66,7 +68,7 @@ class Point:
 
     @property
     def key(self) -> str:
-        """Method, law and solver in one word: what belongs on one curve but for the stiffness."""
+        """Method, law (or model) and solver in one word: what belongs on one curve but for the stiffness."""
         return "_".join(part for part in (self.method, self.law, self.solver) if part)
 
     @property

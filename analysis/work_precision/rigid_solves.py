@@ -62,7 +62,7 @@ def _solve(window: Window, solver: str, tolerance: float) -> Solved:
         )
         return answer.status, answer.reason, answer.right_velocity
 
-    (status, reason, right), seconds = _timed(call)
+    (status, reason, right), seconds = timed(call)
     return Solved(
         method="rigid",
         solver=solver,
@@ -95,7 +95,7 @@ def _first_order(window: Window) -> Solved:
         answer = first_order(scene.snapshot, contacts, left_velocity=window.left_velocity)
         return answer.status, answer.reason, answer.right_velocity
 
-    (status, reason, right), seconds = _timed(call)
+    (status, reason, right), seconds = timed(call)
     return Solved(
         method="first_order",
         solver="",
@@ -119,7 +119,7 @@ def _social(window: Window) -> Solved:
         touching = pairs.gap <= scene.analysis.contact_tolerance_m
         return forces.resultant(), forces.normal[touching]
 
-    return _force_law("social_force", *_timed(call))
+    return _force_law("social_force", *timed(call))
 
 
 def _loehner(window: Window, reading: LoehnerReading) -> Solved:
@@ -134,7 +134,7 @@ def _loehner(window: Window, reading: LoehnerReading) -> Solved:
         forces = loehner_force(scene.snapshot, pairs, wish, reading, tolerance=near)
         return forces.resultant(), forces.on_first
 
-    return _force_law(f"loehner_{reading}", *_timed(call))
+    return _force_law(f"loehner_{reading}", *timed(call))
 
 
 def _force_law(method: str, forces: tuple[Floats, Floats], seconds: float) -> Solved:
@@ -151,7 +151,7 @@ def _force_law(method: str, forces: tuple[Floats, Floats], seconds: float) -> So
     )
 
 
-def _timed(call: Callable[[], T]) -> tuple[T, float]:
+def timed(call: Callable[[], T]) -> tuple[T, float]:
     """What the call gives, and its CPU seconds, compilation not counted: the least of a few."""
     answer = call()
     best, spent = np.inf, 0.0

@@ -9,6 +9,7 @@ from pathlib import Path
 from analysis.making import MAKERS, OF_FIXED_SIZE, make
 from analysis.scene import Scene
 from analysis.study import Progress
+from analysis.work_precision.continuum_ladder import SIDES
 from analysis.work_precision.measure import measure
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.soft_runs import LAWS, STIFFER, Setting
@@ -45,7 +46,7 @@ def scaling(
             for law in LAWS[name]
             for share in SHARES
         ]
-        points = measure(window, scene.name, settings, place, executor, progress).points
+        points = measure(window, scene.name, settings, place, executor, progress, mesh_sides=SIDES).points
         found += cheapest(p for p in points if p.quantity.startswith("disk_"))
     return found
 

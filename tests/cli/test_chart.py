@@ -1,6 +1,8 @@
 """Charts from real runs: convergence, failure, what is kept, the page, and a cluster."""
 
+import dataclasses
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from typer.testing import CliRunner
@@ -8,11 +10,14 @@ from typer.testing import CliRunner
 from analysis.cli import app, main
 from analysis.engines import lammps
 from analysis.making import make
+from analysis.scene import read_scene
 from analysis.work_precision import soft_runs
+from analysis.work_precision.build import Chart
 from analysis.work_precision.measure import measure
+from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, read_points
 from analysis.work_precision.soft_runs import Setting, run_folder, run_soft, scene_of, settings_of
-from analysis.work_precision.window import impact_window
+from analysis.work_precision.window import driven_window, impact_window
 from analysis.work_precision.workers import Task, do_all, workers
 
 pytestmark = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
@@ -31,7 +36,7 @@ def window():
 def measured(window, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     chosen = [setting(0.25), setting(1.0), setting(32.0), setting(0.25, "hertz"), setting(1.0, "hertz")]
-    with workers(2) as executor:
+    with workers(1) as executor:
         return measure(window, "four_disks", chosen, folder, executor)
 
 
@@ -91,8 +96,9 @@ def test_what_is_there_is_not_run_again(window, tmp_path, monkeypatch):
 def test_page_and_tables(tmp_path, monkeypatch):
     monkeypatch.setattr(soft_runs, "SHARES", (1.0, 32.0))
     monkeypatch.setattr(soft_runs, "STIFFER", (1.0,))
+    monkeypatch.setitem(soft_runs.LAWS, "lammps", ("hooke",))
     monkeypatch.chdir(tmp_path)
-    made = CliRunner().invoke(app, ["chart", "pair", "--jobs", "2"])
+    made = CliRunner().invoke(app, ["chart", "pair", "--jobs", "1"])
     assert made.exit_code == 0, made.output
     assert made.stdout.strip().endswith("chart/index.html")
     points = read_points(tmp_path / "chart/points.json")
@@ -101,10 +107,34 @@ def test_page_and_tables(tmp_path, monkeypatch):
     page = (tmp_path / "chart/index.html").read_text()
     assert points[0].machine in page
     assert "contact_impulse" in page
+    assert "No continuum on this chart: it is for a crowd that a drive presses" in page
     assert "http" not in page.split("<section")[1]
     front = json.loads((tmp_path / "chart/pareto.json").read_text())["points"]
     assert front
     assert (tmp_path / "chart/contact_impulse.png").stat().st_size > 10_000
+
+
+def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
+    scene = read_scene("gate")
+    window = driven_window(scene, scene.snapshot.position)
+    with ThreadPoolExecutor(1) as executor:
+        measured = measure(window, "gate", [], tmp_path, executor, mesh_sides=(4.0,))
+    assert {p.quantity for p in measured.points if p.method == "continuum"} == {
+        "disk_force", "wall_force", "displacement",
+    }  # fmt: skip
+    first, *rest = (p for p in measured.points if p.quantity == "wall_force" and p.method == "continuum")
+    unsure = dataclasses.replace(first, status=PointStatus.INACCURATE, reason="residual 2 above 1")
+    walls = tuple(q for q in measured.quantities if q.name == "wall_force")
+    shown = dataclasses.replace(measured, points=(unsure, *rest), quantities=walls)
+    page = write_chart(
+        Chart(scene=scene, measured=shown, scaling=(), warnings=()), tmp_path / "chart", "a command"
+    ).read_text()
+    assert read_points(tmp_path / "chart/points.json") == [unsure, *rest]
+    assert "<b>Continuum</b>" in page
+    assert "No continuum" not in page
+    wrong = page.split('id="unfinished"')[1]
+    for words in ("continuum (11), deformable", "triangles of 0.720 m", "residual 2 above 1"):
+        assert words in wrong
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,86 @@
+"""Both continuum models over a ladder of meshes, and on two finer ones that say how wrong those are."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.work_precision.continuum_solves import (
+    ContinuumAnswer,
+    ContinuumModel,
+    solve_both,
+    solve_continuum,
+)
+from analysis.work_precision.point import PointStatus
+from analysis.work_precision.window import Window
+
+# Sides of the triangles, in mean radii of the disks.
+SIDES = (4.0, 2.0, 1.0)
+# The reference has sides of the smallest times these: its change from the first to the second is its error bar.
+FINER = (0.5, 0.25)
+# Counts up whenever the reference comes to have other numbers.
+EDITION = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContinuumLadder:
+    """The answers of both models on each mesh; of each model its reference, on meshes twice and four times as fine as the
+    finest of them; reason: why there is none of all this, in words."""
+
+    answers: tuple[ContinuumAnswer, ...] = ()
+    references: tuple[tuple[ContinuumAnswer, ContinuumAnswer], ...] = ()
+    reason: str = ""
+
+
+def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> ContinuumLadder:
+    """Solve on meshes of these sides (in mean radii), finest last; the references, which take long, are kept in `path`_*.npz."""
+    if not sides:
+        return ContinuumLadder(reason="it was not asked for")
+    radius = float(window.scene.snapshot.radius.mean())
+    try:
+        answers = [
+            solve_continuum(window, model, side * radius) for model in ContinuumModel for side in sides
+        ]
+        coarse, fine = (_kept(window, share * sides[-1] * radius, path) for share in FINER)
+    except ValueError as error:
+        return ContinuumLadder(reason=str(error))
+    return ContinuumLadder(answers=tuple(answers), references=tuple(zip(coarse, fine, strict=True)))
+
+
+def _kept(window: Window, side_m: float, path: Path) -> tuple[ContinuumAnswer, ...]:
+    """Both models from the file, or made and, if both are `ok`, kept there."""
+    file = path.with_name(f"{path.name}_{side_m:.6g}m.npz")
+    key = f"{window.scene.digest()} {EDITION}"
+    try:
+        with np.load(file) as kept:
+            if str(kept["key"]) == key:
+                return tuple(
+                    ContinuumAnswer(
+                        model=model,
+                        side_m=side_m,
+                        change=kept[f"{model}_change"],
+                        wall_impulse=kept[f"{model}_wall_impulse"],
+                        cpu_seconds=None,
+                        status=PointStatus.OK,
+                        reason="",
+                    )
+                    for model in ContinuumModel
+                )
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        pass
+    made = solve_both(window, side_m)
+    if all(answer.status == PointStatus.OK for answer in made):
+        arrays = {
+            f"{answer.model}_{name}": getattr(answer, name)
+            for answer in made
+            for name in ("change", "wall_impulse")
+        }
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part = file.with_name(f".{file.stem}.part.npz")
+        np.savez(part, key=key, **arrays)
+        part.replace(file)
+    return made
