@@ -12,16 +12,18 @@ import typer
 from analysis.cli.app import Out, Runs, SceneName, command_line, progress
 
 commands = typer.Typer()
+Scheduler = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
+]
+Jobs = Annotated[int | None, typer.Option(help="Processes; as many as cores if left out.")]
 
 
 @commands.command()
 def chart(
     scene: SceneName,
     runs: Runs = Path("out"),
-    scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
-    ] = None,
-    jobs: Annotated[int | None, typer.Option(help="Processes; as many as cores if left out.")] = None,
+    scheduler: Scheduler = None,
+    jobs: Jobs = None,
     out: Out = Path("chart"),
 ) -> None:
     """Cost against error of every method on a scene: a page with charts, and its points as CSV and JSON.
@@ -53,6 +55,8 @@ def stability(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A coarse atlas.")] = False,
     runs: Runs = Path("out"),
+    scheduler: Scheduler = None,
+    jobs: Jobs = None,
     out: Out = Path("stability"),
 ) -> None:
     """Where each method fails: an atlas of provoked failures, with its boundaries against theory.
@@ -63,7 +67,16 @@ def stability(
     from analysis.stability.summary import summary
 
     with progress() as bars:
-        page, maps = write_atlas(out, runs, command_line(), names=case, quick=quick, progress=bars)
+        page, maps = write_atlas(
+            out,
+            runs,
+            command_line(),
+            names=case,
+            quick=quick,
+            processes=jobs,
+            scheduler=scheduler,
+            progress=bars,
+        )
     for line in summary(maps):
         print(line)
     print(page.resolve().as_uri())

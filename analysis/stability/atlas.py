@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
-import os
 from collections.abc import Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from pathlib import Path
 from typing import TypeVar
 
@@ -33,6 +31,7 @@ from analysis.stability.packings import contact_order, redundant
 from analysis.stability.passing import narrow_door, tunnelling
 from analysis.stability.time_steps import damping, time_step
 from analysis.study import Progress
+from analysis.work_precision.workers import workers
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -73,13 +72,14 @@ def build(
     quick: bool,
     progress: Progress | None = None,
     processes: int | None = None,
+    scheduler: str | None = None,
 ) -> list[Map]:
     """Try every cell of the cases, then halve the bracket of each boundary that has a theory.
 
-    Runs are kept under runs/stability and taken again where nothing changed.
+    On so many processes, or a Dask cluster; runs are kept under runs/stability and taken again where nothing changed.
+    Raises what `workers` does.
     """
-    pool = ProcessPoolExecutor(processes or os.cpu_count() or 1, multiprocessing.get_context("spawn"))
-    try:
+    with workers(processes, scheduler) as pool:
         places = [
             (case, column, row)
             for case in cases
@@ -110,8 +110,6 @@ def build(
             "boundaries of the atlas",
             progress,
         )
-    finally:
-        pool.shutdown(cancel_futures=True)
     return [
         Map(
             case=case,

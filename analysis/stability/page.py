@@ -28,6 +28,8 @@ def write_atlas(
     *,
     names: Sequence[str] | None = None,
     quick: bool = False,
+    processes: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> tuple[Path, list[Map]]:
     """Make the chosen cases and write `index.html`, `figures/`, `cells.csv`, `boundaries.csv` and `atlas.json`.
@@ -35,7 +37,7 @@ def write_atlas(
     Returns the page's path and the maps. Raises ValueError for an unknown case.
     """
     started = time.perf_counter()
-    maps = build(choose(names, quick), runs, quick, progress)
+    maps = build(choose(names, quick), runs, quick, progress, processes, scheduler)
     images = {
         made.case.name: write_picture(
             Picture(name=made.case.name, caption=made.case.title, figure=draw_map(made)), folder / "figures"

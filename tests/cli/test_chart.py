@@ -11,6 +11,8 @@ from analysis.cli import app, main
 from analysis.engines import lammps
 from analysis.making import make
 from analysis.scene import read_scene
+from analysis.stability.atlas import build, choose
+from analysis.stability.case import Outcome
 from analysis.work_precision import soft_runs
 from analysis.work_precision.build import Chart
 from analysis.work_precision.measure import measure
@@ -184,8 +186,10 @@ def test_on_a_dask_cluster_of_two_processes(window, tmp_path):
         workers(scheduler=cluster.scheduler_address) as executor,
     ):
         one, two = do_all(tasks, executor, "runs")
+        maps = build(choose(["opening_contacts"], True), tmp_path, True, scheduler=cluster.scheduler_address)
     here = run_soft(scene, setting(4.0), tmp_path / "here")
     for there in (one, two):
         assert there.status == PointStatus.OK
         assert (there.motion.velocity == here.motion.velocity).all()
         assert there.cpu_seconds > 0
+    assert {cell.outcome for cell in maps[0].cells} == {Outcome.STABLE, Outcome.ENERGY_GAIN}
