@@ -72,7 +72,7 @@ class Room:
 
     @cached_property
     def relative_error(self) -> Floats:
-        """|p − ρp_(20)| over the largest p, with (20) as complementarity."""
+        """|p − ρp of (20)| over the largest p, with (20) as complementarity."""
         other = self.first_order[PlaceEquation.COMPLEMENTARITY]
         error: Floats = np.abs(self.proposed - other) / self.proposed.max()
         return error
@@ -151,7 +151,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             f"The best Gaussian ({height:.0f} N·s/m, width {width:.2f} m) has R² = {good:.2f} over the room, and "
             f"{close:.2f} if it is fitted within {FAR:g} m only. For a point exit in a long wall there is a closed form, "
             f"(π/2)U√(k_vρ) = {point_sink(np.zeros(1), SPEED, DENSITY * PERSON, VOLUME * PERSON)[0]:.0f} N·s/m at "
-            "the exit and k_vU/r "
+            "the exit and k_v U/r "
             f"far away, an algebraic decay. With nothing fitted it has R² = {room.explained(room.sink):.2f} in this room.",
             _first_order_words(room),
             *raw_words,
@@ -160,7 +160,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             Picture(
                 name="fig_9_maps",
                 caption="(a) Pressure by (11). (b) By (20), as complementarity and as printed, times ρ, on one scale. (c) "
-                "|p − ρp_(20)| over the largest p of (11), (20) as complementarity.",
+                "|p − ρp of (20)| over the largest p of (11), (20) as complementarity.",
                 figure=maps(room.proposed, room.first_order, room.relative_error),
             ),
             Picture(
