@@ -58,7 +58,7 @@ def press(position: Floats, radius: Floats, half_door: float, softness: float) -
 
 
 @njit(cache=True)
-def _push(keys: Any, sites: Any, size: int, key: float, a: int, b: int, side: int) -> int:
+def push_site(keys: Any, sites: Any, size: int, key: float, a: int, b: int, side: int) -> int:
     """Add a site to the binary heap."""
     c = size
     while c > 0 and keys[(c - 1) // 2] > key:
@@ -71,7 +71,7 @@ def _push(keys: Any, sites: Any, size: int, key: float, a: int, b: int, side: in
 
 
 @njit(cache=True)
-def _pop(keys: Any, sites: Any, size: int) -> int:
+def pop_site(keys: Any, sites: Any, size: int) -> int:
     """Remove the smallest, which is at 0."""
     size -= 1
     key, site = keys[size], sites[size].copy()
@@ -91,7 +91,9 @@ def _pop(keys: Any, sites: Any, size: int) -> int:
 
 
 @njit(cache=True)
-def _site(position: Any, radius: Any, a: int, b: int, side: int, r: float) -> tuple[float, float, bool]:
+def touching_site(
+    position: Any, radius: Any, a: int, b: int, side: int, r: float
+) -> tuple[float, float, bool]:
     """Centre of a disk of radius r that touches a and b (b = −1: the wall), and whether there is one."""
     ax, ay, ra = position[a, 0], position[a, 1], radius[a] + r
     if b < 0:
@@ -121,8 +123,8 @@ def _grow(position: Any, radius: Any, half_door: float) -> int:
         px, py, found = -r, 0.0, count == 0
         while size > 0 and not found:
             a, b, side = sites[0, 0], sites[0, 1], sites[0, 2]
-            size = _pop(keys, sites, size)
-            px, py, found = _site(position, radius, a, b, side, r)
+            size = pop_site(keys, sites, size)
+            px, py, found = touching_site(position, radius, a, b, side, r)
             found = found and px <= -r + 1e-12
             i, j = int((px + reach) / cell), int((py + reach) / cell)
             for p in range(i - 1, i + 2):
@@ -137,9 +139,9 @@ def _grow(position: Any, radius: Any, half_door: float) -> int:
         position[count, 0], position[count, 1] = px, py
         if px > -(2 * MOST + 1.0):
             for side in (-1, 1):
-                _, sy, good = _site(position, radius, count, -1, side, 1.0)
+                _, sy, good = touching_site(position, radius, count, -1, side, 1.0)
                 if good:
-                    size = _push(keys, sites, size, max(abs(sy) - half_door, 0.0), count, -1, side)
+                    size = push_site(keys, sites, size, max(abs(sy) - half_door, 0.0), count, -1, side)
         i, j = int((px + reach) / cell), int((py + reach) / cell)
         for p in range(i - 2, i + 3):
             for q in range(j - 2, j + 3):
@@ -147,10 +149,10 @@ def _grow(position: Any, radius: Any, half_door: float) -> int:
                 while c >= 0:
                     if np.hypot(position[c, 0] - px, position[c, 1] - py) < radius[c] + r + NEIGHBOUR:
                         for side in (-1, 1):
-                            sx, sy, good = _site(position, radius, count, c, side, 1.0)
+                            sx, sy, good = touching_site(position, radius, count, c, side, 1.0)
                             if good and sx < -LEAST:
                                 far = np.hypot(sx, max(abs(sy) - half_door, 0.0))
-                                size = _push(keys, sites, size, far, count, c, side)
+                                size = push_site(keys, sites, size, far, count, c, side)
                     c = following[c]
         following[count] = head[i, j]
         head[i, j] = count

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from analysis.packing import pop_site, push_site, touching_site
 from analysis.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
 
@@ -51,7 +52,9 @@ def jammed(n: int, seed: int = 1) -> Case:
     position, radius = _heap(n, seed)
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
     # stiffness waves cross a larger crowd more slowly, hence the steps
-    if not _relax(position, radius, 75.0 * 2.0 / 0.5, 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n)), REST):
+    if not _relax(
+        position, radius, 75.0 * 2.0 / 0.5, 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n)), REST
+    ):
         raise RuntimeError(f"{n} jammed disks did not come to rest")
     return _case("jammed", position, radius, np.full(n, 75.0), 0.0, closed=True)
 
@@ -118,54 +121,6 @@ def _heap(n: int, seed: int) -> tuple[Any, Any]:
 
 
 @njit(cache=True)
-def _push(keys: Any, sites: Any, size: int, key: float, a: int, b: int, side: int) -> int:
-    c = size
-    while c > 0 and keys[(c - 1) // 2] > key:
-        keys[c] = keys[(c - 1) // 2]
-        sites[c] = sites[(c - 1) // 2]
-        c = (c - 1) // 2
-    keys[c] = key
-    sites[c, 0], sites[c, 1], sites[c, 2] = a, b, side
-    return size + 1
-
-
-@njit(cache=True)
-def _pop(keys: Any, sites: Any, size: int) -> int:
-    """Remove the smallest, which is at 0."""
-    size -= 1
-    key, site = keys[size], sites[size].copy()
-    c = 0
-    while 2 * c + 1 < size:
-        child = 2 * c + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[c] = keys[child]
-        sites[c] = sites[child]
-        c = child
-    keys[c] = key
-    sites[c] = site
-    return size
-
-
-@njit(cache=True)
-def _site(position: Any, radius: Any, a: int, b: int, side: int, r: float) -> Any:
-    """Centre of a disk of radius r that touches a and b (b = −1: the wall x = 0), and whether there is one."""
-    ax, ay, ra = position[a, 0], position[a, 1], radius[a] + r
-    if b < 0:
-        h = ra * ra - (ax + r) ** 2
-        return (-r, ay + side * np.sqrt(max(h, 0.0)), h >= 0.0)
-    dx, dy = position[b, 0] - ax, position[b, 1] - ay
-    d = np.sqrt(dx * dx + dy * dy)
-    rb = radius[b] + r
-    along = (d * d + ra * ra - rb * rb) / (2 * d)
-    h = ra * ra - along * along
-    across = side * np.sqrt(max(h, 0.0))
-    return (ax + (along * dx - across * dy) / d, ay + (along * dy + across * dx) / d, h >= 0.0)
-
-
-@njit(cache=True)
 def _grow(position: Any, radius: Any, widest: float) -> int:
     n = len(radius)
     cell = 2 * widest
@@ -183,7 +138,9 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
             px, py = -r, 0.75
         elif y > -10.0:
             rho, step = 0.8, radius[count - 1] + r
-            angle = np.arctan2(position[count - 1, 1], -position[count - 1, 0]) - 2 * np.arcsin(step / (2 * rho))
+            angle = np.arctan2(position[count - 1, 1], -position[count - 1, 0]) - 2 * np.arcsin(
+                step / (2 * rho)
+            )
             px, py = -rho * np.cos(angle), rho * np.sin(angle)
             if px > -r:
                 y = -20.0
@@ -193,8 +150,8 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
             px = py = 0.0
             while size > 0 and not found:
                 a, b, side = sites[0, 0], sites[0, 1], sites[0, 2]
-                size = _pop(keys, sites, size)
-                px, py, found = _site(position, radius, a, b, side, r)
+                size = pop_site(keys, sites, size)
+                px, py, found = touching_site(position, radius, a, b, side, r)
                 found = found and px <= -r + 1e-12
                 i, j = int((px + reach) / cell), int((py + reach) / cell)
                 for p in range(i - 1, i + 2):
@@ -210,9 +167,11 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
         i, j = int((px + reach) / cell), int((py + reach) / cell)
         if px > -3.2 * widest:
             for side in (-1, 1):
-                sx, sy, good = _site(position, radius, count, -1, side, 0.215)
+                sx, sy, good = touching_site(position, radius, count, -1, side, 0.215)
                 if good and abs(sy) > DOOR:
-                    size = _push(keys, sites, size, abs(sy) - DOOR if abs(sy) > DOOR else 0.0, count, -1, side)
+                    size = push_site(
+                        keys, sites, size, abs(sy) - DOOR if abs(sy) > DOOR else 0.0, count, -1, side
+                    )
         for p in range(i - 2, i + 3):
             for q in range(j - 2, j + 3):
                 c = head[p, q]
@@ -220,10 +179,10 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
                     d = np.hypot(position[c, 0] - px, position[c, 1] - py)
                     if d < radius[c] + r + 0.43:
                         for side in (-1, 1):
-                            sx, sy, good = _site(position, radius, count, c, side, 0.215)
+                            sx, sy, good = touching_site(position, radius, count, c, side, 0.215)
                             if good and sx < -0.17 and np.hypot(sx, sy) > 0.9:
                                 far = np.hypot(sx, max(abs(sy) - DOOR, 0.0))
-                                size = _push(keys, sites, size, far, count, c, side)
+                                size = push_site(keys, sites, size, far, count, c, side)
                     c = following[c]
         following[count] = head[i, j]
         head[i, j] = count
@@ -313,7 +272,9 @@ def _pairs(position: Any, radius: Any, skin: float, pairs: Any) -> int:
                 b = head[p, q]
                 while b >= 0:
                     near = radius[a] + radius[b] + skin
-                    if (position[a, 0] - position[b, 0]) ** 2 + (position[a, 1] - position[b, 1]) ** 2 < near * near:
+                    if (position[a, 0] - position[b, 0]) ** 2 + (
+                        position[a, 1] - position[b, 1]
+                    ) ** 2 < near * near:
                         pairs[count, 0], pairs[count, 1] = b, a
                         count += 1
                     b = following[b]

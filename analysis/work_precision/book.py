@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 
@@ -66,19 +67,14 @@ class Book:
                     )
                 elif status == PointStatus.OK and isinstance(reference, str):
                     reason = f"no numerical error: {reference}"
-                yield Point(
-                    scene=self.name,
-                    disks=len(self.window.scene.snapshot),
+                yield self._point(
+                    quantity,
                     method=run.setting.engine,
                     law=run.setting.law,
-                    solver="",
                     time_step_s=run.time_step_s,
                     time_step_share=run.setting.share,
                     stiffness_N_per_m=k,
-                    tolerance=None,
                     cpu_seconds=run.cpu_seconds,
-                    quantity=quantity.name,
-                    unit=quantity.unit,
                     numerical_error=numerical,
                     numerical_bar=bar,
                     model_error=model,
@@ -100,19 +96,12 @@ class Book:
                     continue
                 error = None if given is None else relative_error(given[quantity], exact, exact)
                 ours = answer.method == "rigid"
-                yield Point(
-                    scene=self.name,
-                    disks=len(self.window.scene.snapshot),
+                yield self._point(
+                    quantity,
                     method=answer.method,
-                    law="",
                     solver=answer.solver,
-                    time_step_s=None,
-                    time_step_share=None,
-                    stiffness_N_per_m=None,
                     tolerance=answer.tolerance,
                     cpu_seconds=answer.cpu_seconds,
-                    quantity=quantity.name,
-                    unit=quantity.unit,
                     numerical_error=error if ours else None,
                     numerical_bar=self.bar[quantity] if ours else None,
                     model_error=0.0 if ours else error,
@@ -146,20 +135,12 @@ class Book:
                     reason = (
                         f"no numerical error: the reference is {fine.status}: {fine.reason or coarse.reason}"
                     )
-                yield Point(
-                    scene=self.name,
-                    disks=len(self.window.scene.snapshot),
+                yield self._point(
+                    quantity,
                     method="continuum",
                     law=str(answer.model),
-                    solver="",
-                    time_step_s=None,
-                    time_step_share=None,
-                    stiffness_N_per_m=None,
-                    tolerance=None,
                     mesh_side_m=answer.side_m,
                     cpu_seconds=answer.cpu_seconds,
-                    quantity=quantity.name,
-                    unit=quantity.unit,
                     numerical_error=numerical,
                     numerical_bar=bar,
                     model_error=model,
@@ -170,6 +151,13 @@ class Book:
                     machine=here,
                     date=today,
                 )
+
+    def _point(self, quantity: Quantity, **known: Any) -> Point:
+        """A point of this window; what its method does not have is left out."""
+        absent: dict[str, Any] = {"law": "", "solver": ""}
+        absent |= dict.fromkeys(("time_step_s", "time_step_share", "stiffness_N_per_m", "tolerance"))
+        where = {"scene": self.name, "disks": len(self.window.scene.snapshot)}
+        return Point(**(absent | where | {"quantity": quantity.name, "unit": quantity.unit} | known))
 
     def _errors(
         self, quantity: Quantity, given: Values | None, own: Values | None, looser: Values | None
