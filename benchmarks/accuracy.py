@@ -9,8 +9,8 @@ from families import Case
 
 
 class Accuracy(NamedTuple):
-    """Residual max|min(wλ, −Cu)| / ‖u⁻‖∞ of an answer, the velocity u (2n,) m/s that it holds for, and whether that u is
-    the solver's own (else u = u⁻ − M⁻¹Cᵀλ)."""
+    """Residual max|min(wλ, −Cu)| / ‖u⁻‖∞ of an answer, the velocity u (2n,) m/s that it holds for,
+    and whether that u is the solver's own (else u = u⁻ − M⁻¹Cᵀλ)."""
 
     residual: float
     velocity: Any
@@ -20,10 +20,9 @@ class Accuracy(NamedTuple):
 def accuracy(case: Case, reaction: Any, own_velocity: Any | None) -> Accuracy:
     """Accuracy of reactions λ (k,) N·s.
 
-    First with u = u⁻ − M⁻¹Cᵀλ, for which momentum is exact. The solver's own u (2n,) m/s counts where it does better, and
-    then the momentum that it misses, max|M(u − u⁻) + Cᵀλ| / (m‖u⁻‖∞ + Σ|λ|) over disks, counts as well. An answer that is
-    not finite has an infinite residual.
-    """
+    First with u = u⁻ − M⁻¹Cᵀλ, for which momentum is exact. The solver's own u (2n,) m/s counts
+    where it does better, and then the momentum that it misses, max|M(u − u⁻) + Cᵀλ| / (m‖u⁻‖∞ +
+    Σ|λ|) over disks, counts as well. An answer that is not finite has an infinite residual."""
     n = len(case.snapshot)
     mass = np.repeat(case.snapshot.mass, 2)
     left = case.left_velocity.ravel()
@@ -33,7 +32,10 @@ def accuracy(case: Case, reaction: Any, own_velocity: Any | None) -> Accuracy:
     momentum = rows.T @ reaction
 
     def residual(velocity: Any) -> float:
-        found = float(np.abs(np.minimum(weight * reaction, -(rows @ velocity))).max(initial=0.0)) / scale
+        found = (
+            float(np.abs(np.minimum(weight * reaction, -(rows @ velocity))).max(initial=0.0))
+            / scale
+        )
         return found if np.isfinite(found) else np.inf
 
     velocity = left - momentum / mass

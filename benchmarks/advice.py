@@ -1,9 +1,9 @@
 """The library of advice, made anew, and a test of the advice on scenes that are not in it.
 
-`python benchmarks/advice.py library` measures the scenes of the library and writes it; `python benchmarks/advice.py test`
-asks for advice on unseen scenes, measures every setting on them, and prints what was promised beside what came out. Runs are
-kept in `--runs` (out/advice): interrupted, both go on where they stopped.
-"""
+`python benchmarks/advice.py library` measures the scenes of the library and writes it; `python
+benchmarks/advice.py test` asks for advice on unseen scenes, measures every setting on them, and
+prints what was promised beside what came out. Runs are kept in `--runs` (out/advice): interrupted,
+both go on where they stopped."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from advice_cases import LIBRARY, UNSEEN, Makers
 from analysis.advice.choice import Against, Candidate, advise, window_of
 from analysis.advice.library import FILE, Entry, Library, library_text, stored_library
 from analysis.advice.likeness import likeness_of
-from analysis.advice.measuring import measured_points
+from analysis.advice.measure_library import measured_points
 from analysis.advice.safety import rates_of
 from analysis.advice.words import percent, setting
 from analysis.engines import ENGINES
-from analysis.files import write_text
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
+from analysis.support.files import write_text
+from analysis.support.parallel import workers
 from analysis.work_precision.point import Point, PointStatus
-from analysis.work_precision.workers import workers
 
-STORED = Path(__file__).resolve().parent.parent / "analysis" / "data" / FILE
+STORED = Path(__file__).resolve().parent.parent / "analysis" / "advice" / FILE
 ASKED = (0.01, 0.05, 0.2)
 SHOWN = 0.05
 SOFT = ("lammps", "yade")
@@ -46,24 +46,40 @@ class Question:
 
 
 QUESTIONS = (
-    Question(words="any method, disk load", quantity="disk-load", against="rigid", methods=("rigid", *SOFT)),
-    Question(words="any method, wall load", quantity="wall-load", against="rigid", methods=("rigid", *SOFT)),
+    Question(
+        words="any method, disk load",
+        quantity="disk-load",
+        against="rigid",
+        methods=("rigid", *SOFT),
+    ),
+    Question(
+        words="any method, wall load",
+        quantity="wall-load",
+        against="rigid",
+        methods=("rigid", *SOFT),
+    ),
     Question(words="engines, disk load", quantity="disk-load", against="rigid", methods=SOFT),
     Question(words="engines, wall load", quantity="wall-load", against="rigid", methods=SOFT),
     Question(
-        words="engines against their model, disk load", quantity="disk-load", against="model", methods=SOFT
+        words="engines against their model, disk load",
+        quantity="disk-load",
+        against="model",
+        methods=SOFT,
     ),
     Question(
-        words="engines against their model, wall load", quantity="wall-load", against="model", methods=SOFT
+        words="engines against their model, wall load",
+        quantity="wall-load",
+        against="model",
+        methods=SOFT,
     ),
 )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """One question, one scene, one asked error: the choice (None: refused) and what it promised; what was measured with that
-    very setting (None where the run did not end well); its measured cost over that of the cheapest setting that reaches the
-    asked error (None where none does)."""
+    """One question, one scene, one asked error: the choice (None: refused) and what it promised;
+    what was measured with that very setting (None where the run did not end well); its measured
+    cost over that of the cheapest setting that reaches the asked error (None where none does)."""
 
     scene: str
     question: Question
@@ -100,7 +116,9 @@ def entries(cases: Makers, runs: Path, executor: Executor) -> Iterator[tuple[Sce
         )
 
 
-def outcome(scene: Scene, entry: Entry, question: Question, asked: float, library: Library) -> Outcome:
+def outcome(
+    scene: Scene, entry: Entry, question: Question, asked: float, library: Library
+) -> Outcome:
     """Ask, and look up what was measured."""
     advice = advise(
         scene,
@@ -113,11 +131,14 @@ def outcome(scene: Scene, entry: Entry, question: Question, asked: float, librar
     points = [
         p
         for p in entry.points
-        if p.quantity.split("_")[0] == question.quantity.split("-")[0] and p.method in question.methods
+        if p.quantity.split("_")[0] == question.quantity.split("-")[0]
+        and p.method in question.methods
     ]
     if question.against == "model":
         points = [
-            p for p in points if p.law == scene.contact.law and p.stiffness_N_per_m == entry.stiffness_N_per_m
+            p
+            for p in points
+            if p.law == scene.contact.law and p.stiffness_N_per_m == entry.stiffness_N_per_m
         ]
     reaching = [p for p in points if (e := error_of(p, question)) is not None and e <= asked]
     best = min((p.cpu_seconds or 0.0 for p in reaching), default=None)
@@ -206,7 +227,9 @@ def test(runs: Path, processes: int | None) -> None:
     dear = [o for o in made if o.times_best is not None and o.times_best > 2]
     refused = [o for o in outcomes if o.choice is None]
     closer = [
-        o for o in made if o.measured is not None and o.choice and o.measured <= o.choice.promised_error
+        o
+        for o in made
+        if o.measured is not None and o.choice and o.measured <= o.choice.promised_error
     ]
     print(
         f"{len(made)} promises, {sum(o.held for o in made)} within the asked error; every promise held on {len(kept)} of"
@@ -214,7 +237,9 @@ def test(runs: Path, processes: int | None) -> None:
     print(
         f"{len(scenes)} unseen scenes. {len(closer)} are also within the smaller error that the choice itself promised."
     )
-    print(f"{len(dear)} choices cost more than twice the cheapest found. {len(refused)} refusals, of which")
+    print(
+        f"{len(dear)} choices cost more than twice the cheapest found. {len(refused)} refusals, of which"
+    )
     print(f"{sum(o.held for o in refused)} rightly: no setting measured reaches the asked error.\n")
     for line in (*summary(outcomes), "", *details(outcomes)):
         print(line)

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from analysis.making import make
-from analysis.scene import Scene, read_scene
+from analysis.scene.scene import Scene, read_scene
+from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
 
 Makers = dict[str, Callable[[], Scene]]
@@ -33,11 +33,14 @@ def _masses(n: int, seed: int) -> object:
 
 
 def _corridor(masses: int, pushed: tuple[float, float], restitution: float) -> Scene:
-    """The corridor with masses of that seed, and its three people on the left pushing with another velocity (m/s)."""
+    """The corridor with masses of that seed, and its three people on the left pushing with another
+    velocity (m/s)."""
     scene = make("corridor")
     velocity = np.zeros((len(scene.snapshot), 2))
     velocity[:3] = pushed
-    return _with(scene, mass=_masses(len(scene.snapshot), masses), velocity=velocity, restitution=restitution)
+    return _with(
+        scene, mass=_masses(len(scene.snapshot), masses), velocity=velocity, restitution=restitution
+    )
 
 
 LIBRARY: Makers = {

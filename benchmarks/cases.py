@@ -38,7 +38,9 @@ def read_case(path: Path) -> Case:
         a = {name: file[name] for name in file.files}
     return Case(
         name=str(a["name"]),
-        snapshot=Snapshot(position=a["position"], velocity=a["velocity"], radius=a["radius"], mass=a["mass"]),
+        snapshot=Snapshot(
+            position=a["position"], velocity=a["velocity"], radius=a["radius"], mass=a["mass"]
+        ),
         walls=Walls(start=a["start"], end=a["end"]),
         contacts=Contacts(
             first=a["first"],

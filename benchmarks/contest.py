@@ -1,4 +1,5 @@
-"""Solvers on a case, each in a process of its own with a limit: attempts in, the attempt that counts out."""
+"""Solvers on a case, each in a process of its own with a limit: attempts in, the attempt that
+counts out."""
 
 from __future__ import annotations
 
@@ -18,15 +19,16 @@ import numpy as np
 TARGET, NEAR = 1e-10, 1e-8
 PROCESSES = Path(__file__).parent / "processes"
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-# `auto` with the choice among the reactions of redundant contacts that `solve` makes by default and peers do not make
+# `auto` with the choice among the reactions of redundant contacts that `solve` makes by default and
+# peers do not make
 CANONICAL = "auto, canonical"
 NOT_INSTALLED, TOO_LONG = 3, 124
 
 
 class Attempt(NamedTuple):
-    """One solve that was asked for a tolerance, or for a number of iterations (≥ 1): CPU seconds, recomputed residual,
-    whether the solver's own u was used, iterations (0: not said), memory beyond what the process had before (MB) and
-    u⁺ (2n,) m/s."""
+    """One solve that was asked for a tolerance, or for a number of iterations (≥ 1): CPU seconds,
+    recomputed residual, whether the solver's own u was used, iterations (0: not said), memory
+    beyond what the process had before (MB) and u⁺ (2n,) m/s."""
 
     variant: str
     asked: float
@@ -69,7 +71,8 @@ def compete(
     asked: Sequence[float] = (),
     variant: str | None = None,
 ) -> Outcome:
-    """Let a solver try on the case file until its recomputed residual is `target` or `limit` seconds have passed.
+    """Let a solver try on the case file until its recomputed residual is `target` or `limit`
+    seconds have passed.
 
     Raises MissingError if the solver is not installed.
     """
@@ -103,11 +106,11 @@ def compete(
 
 
 def run_limited(words: Sequence[str], limit: float, folder: Path) -> tuple[list[str], int, str]:
-    """Output lines, exit status and error text of a process that is killed, with its children, `limit` seconds after it
-    has said that it is ready (TOO_LONG is then its status).
+    """Output lines, exit status and error text of a process that is killed, with its children,
+    `limit` seconds after it has said that it is ready (TOO_LONG is then its status).
 
-    A limit of the system's (RLIMIT_CPU) would make the process's own CPU clock as coarse as the scheduler's ticks.
-    """
+    A limit of the system's (RLIMIT_CPU) would make the process's own CPU clock as coarse as the
+    scheduler's ticks."""
     said: list[str] = []
     late = threading.Event()
     with (folder / "errors.txt").open("w+", encoding="utf-8") as errors:
@@ -141,7 +144,8 @@ def run_limited(words: Sequence[str], limit: float, folder: Path) -> tuple[list[
 
 
 def first_solve(case: Path) -> dict[str, float]:
-    """Seconds of a new process that imports nscd and solves the case once; `process_wall_s` with the interpreter."""
+    """Seconds of a new process that imports nscd and solves the case once; `process_wall_s` with
+    the interpreter."""
     best: dict[str, float] = {}
     for _ in range(3):
         started = time.perf_counter()

@@ -1,4 +1,5 @@
-"""Seconds of the continuum collision against its unknowns, with the certificate, and its largest pressure under refinement.
+"""Seconds of the continuum collision against its unknowns, with the certificate, and its largest
+pressure under refinement.
 
 python benchmarks/continuum.py [--largest 100000]
 """
@@ -32,7 +33,8 @@ UNKNOWNS = 900.0
 
 
 class Row(NamedTuple):
-    """One solved room: CPU seconds of the mesh, wall and CPU seconds of the collision (the best of three)."""
+    """One solved room: CPU seconds of the mesh, wall and CPU seconds of the collision (the best of
+    three)."""
 
     order: int
     left: str
@@ -86,10 +88,14 @@ def growth(name: str, rows: list[Row]) -> str:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--largest", type=float, default=100_000, help="unknowns of the largest room")
+    parser.add_argument(
+        "--largest", type=float, default=100_000, help="unknowns of the largest room"
+    )
     largest = parser.parse_args().largest
     print(describe(), "\n")
-    sizes = [n for n in (3_125, 6_250, 12_500, 25_000, 50_000, 100_000, 200_000, 400_000) if n <= largest]
+    sizes = [
+        n for n in (3_125, 6_250, 12_500, 25_000, 50_000, 100_000, 200_000, 400_000) if n <= largest
+    ]
     print(
         "| elements | u⁻ | unknowns | mesh CPU s | collision s | CPU s | sets | residual | energy error | status |"
     )
@@ -110,7 +116,9 @@ def main() -> None:
         "| mesh | side m | unknowns | largest p in a triangle N·s/m | over a body (0.2 m) |\n|---|---|---|---|---|"
     )
     for name, grading in (("uniform", 1.0), ("graded", 0.4)):
-        for p in largest_pressures(ROOM, MEDIUM, TOWARD, Kernel(width=0.2), [1, 0.5, 0.25], grading=grading):
+        for p in largest_pressures(
+            ROOM, MEDIUM, TOWARD, Kernel(width=0.2), [1, 0.5, 0.25], grading=grading
+        ):
             print(f"| {name} | {p.size:g} | {p.unknowns} | {p.raw:.0f} | {p.body:.0f} |")
 
 

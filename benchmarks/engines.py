@@ -1,4 +1,5 @@
-"""Seconds and particle-steps per second of each engine on `arch`, and seconds per snapshot of the percussions.
+"""Seconds and particle-steps per second of each engine on `arch`, and seconds per snapshot of the
+percussions.
 
 Usage: python benchmarks/engines.py [--disks N] [--duration S]
 """
@@ -13,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps import open_bodies, snapshot_of
+from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.engines import ENGINES, engine
 from analysis.engines.record import EngineError
-from analysis.making import make
+from analysis.scene.shipped_scenes import make
 from nscd import find_contacts, solve
 
 
@@ -50,7 +51,8 @@ def main() -> None:
 
 
 def percussions(place: Path, scene, time_step: float, name: str) -> None:
-    """Read, find contacts and solve on every frame; the first solve, which compiles or loads, is left out."""
+    """Read, find contacts and solve on every frame; the first solve, which compiles or loads, is
+    left out."""
     universe = open_bodies(place / "bodies.dump", time_step)
     walls = scene.wall_segments()
     seconds, residuals = np.zeros(3), []
@@ -76,7 +78,9 @@ def percussions(place: Path, scene, time_step: float, name: str) -> None:
     for what, total in zip(("read", "contacts", "solve"), seconds, strict=True):
         worst = f"{max(residuals):.1e}" if what == "solve" else "–"
         label = f"  {name} dump: {what}, a snapshot"
-        print(f"{label:<34}{total / len(residuals):>10.5f}{'–':>10}{len(residuals):>9}{'–':>27}{worst:>16}")
+        print(
+            f"{label:<34}{total / len(residuals):>10.5f}{'–':>10}{len(residuals):>9}{'–':>27}{worst:>16}"
+        )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
-"""Scene families for the benchmarks of the percussions: arrays that `nscd` takes, any size, reproducible.
+"""Scene families for the benchmarks of the percussions: arrays that `nscd` takes, any size,
+reproducible.
 
-heap: disks (0.18–0.25 m) grown round an arch at a 1 m exit, each touching two others or the wall: nearly isostatic;
-jammed: the same relaxed as soft disks with the door closed; contacts are overlaps, redundant and ill-conditioned;
-hexagonal: equal disks on a lattice, redundant; chain: a line against a wall; masses: the heap with masses 1:10⁶;
-gate: one frame of a real crowd before a gate, the scene `gate`, in its one size.
-The left velocity is 2 m/s toward the nearest point of the exit (along the chain; in `gate` the scene's own).
-"""
+heap: disks (0.18–0.25 m) grown round an arch at a 1 m exit, each touching two others or the wall:
+nearly isostatic; jammed: the same relaxed as soft disks with the door closed; contacts are
+overlaps, redundant and ill-conditioned; hexagonal: equal disks on a lattice, redundant; chain: a
+line against a wall; masses: the heap with masses 1:10⁶; gate: one frame of a real crowd before a
+gate, the scene `gate`, in its one size. The left velocity is 2 m/s toward the nearest point of the
+exit (along the chain; in `gate` the scene's own)."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from analysis.packing import pop_site, push_site, touching_site
-from analysis.scene import read_scene
+from analysis.scene.packing import pop_site, push_site, touching_site
+from analysis.scene.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
 
 DOOR = 0.5  # half width, m
@@ -47,13 +48,18 @@ def masses(n: int, seed: int = 1) -> Case:
 
 
 def jammed(n: int, seed: int = 1) -> Case:
-    """The heap pressed to a closed door until its soft disks rest: no force is off balance by more than a thousandth
-    of the mean contact force."""
+    """The heap pressed to a closed door until its soft disks rest: no force is off balance by more
+    than a thousandth of the mean contact force."""
     position, radius = _heap(n, seed)
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
     # stiffness waves cross a larger crowd more slowly, hence the steps
     if not _relax(
-        position, radius, 75.0 * 2.0 / 0.5, 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n)), REST
+        position,
+        radius,
+        75.0 * 2.0 / 0.5,
+        1e6 * np.sqrt(n / 594),
+        20_000 + int(400 * np.sqrt(n)),
+        REST,
     ):
         raise RuntimeError(f"{n} jammed disks did not come to rest")
     return _case("jammed", position, radius, np.full(n, 75.0), 0.0, closed=True)
@@ -75,13 +81,16 @@ def chain(n: int, seed: int = 1) -> Case:
     del seed
     position = np.column_stack([0.5 * np.arange(n) - 0.5 * n + 0.25, np.zeros(n)])
     velocity = np.tile([2.0, 0.0], (n, 1))
-    snapshot = Snapshot(position=position, velocity=velocity, radius=np.full(n, 0.25), mass=np.full(n, 75.0))
+    snapshot = Snapshot(
+        position=position, velocity=velocity, radius=np.full(n, 0.25), mass=np.full(n, 75.0)
+    )
     walls = Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]]))
     return Case("chain", snapshot, walls, find_contacts(snapshot, walls, tolerance=1e-9), velocity)
 
 
 def gate(n: int = 0, seed: int = 1) -> Case:
-    """The people of the scene `gate`, however many are asked for; contacts are those that touch to 1e-6 m."""
+    """The people of the scene `gate`, however many are asked for; contacts are those that touch to
+    1e-6 m."""
     del n, seed
     scene = read_scene("gate")
     snapshot, walls = scene.snapshot, scene.wall_segments()
@@ -107,9 +116,15 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
     velocity = 2.0 * towards / np.hypot(*towards.T)[:, None]
     reach = float(np.abs(position).max()) + 1.0
     ends = [[0.0, -reach], [0.0, DOOR]], [[0.0, -DOOR], [0.0, reach]]
-    walls = Walls(start=[[0.0, -reach]], end=[[0.0, reach]]) if closed else Walls(start=ends[0], end=ends[1])  # type: ignore[arg-type]
+    walls = (
+        Walls(start=[[0.0, -reach]], end=[[0.0, reach]])
+        if closed
+        else Walls(start=ends[0], end=ends[1])
+    )  # type: ignore[arg-type]
     snapshot = Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
-    return Case(name, snapshot, walls, find_contacts(snapshot, walls, tolerance=tolerance), velocity)
+    return Case(
+        name, snapshot, walls, find_contacts(snapshot, walls, tolerance=tolerance), velocity
+    )
 
 
 def _heap(n: int, seed: int) -> tuple[Any, Any]:
@@ -170,7 +185,13 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
                 sx, sy, good = touching_site(position, radius, count, -1, side, 0.215)
                 if good and abs(sy) > DOOR:
                     size = push_site(
-                        keys, sites, size, abs(sy) - DOOR if abs(sy) > DOOR else 0.0, count, -1, side
+                        keys,
+                        sites,
+                        size,
+                        abs(sy) - DOOR if abs(sy) > DOOR else 0.0,
+                        count,
+                        -1,
+                        side,
                     )
         for p in range(i - 2, i + 3):
             for q in range(j - 2, j + 3):
@@ -191,9 +212,11 @@ def _grow(position: Any, radius: Any, widest: float) -> int:
 
 
 @njit(cache=True)
-def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int, enough: float) -> bool:
-    """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed wall x = 0: whether
-    `most` steps were enough."""
+def _relax(
+    position: Any, radius: Any, push: float, stiffness: float, most: int, enough: float
+) -> bool:
+    """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed
+    wall x = 0: whether `most` steps were enough."""
     n = len(radius)
     velocity = np.zeros((n, 2))
     force = np.zeros((n, 2))
@@ -206,7 +229,9 @@ def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int,
     for _ in range(most):
         moved = 0.0
         for a in range(n):
-            moved = max(moved, np.hypot(position[a, 0] - listed[a, 0], position[a, 1] - listed[a, 1]))
+            moved = max(
+                moved, np.hypot(position[a, 0] - listed[a, 0], position[a, 1] - listed[a, 1])
+            )
         if count < 0 or moved > skin / 2:
             listed[:] = position
             count = _pairs(position, radius, skin, pairs)
@@ -261,7 +286,10 @@ def _pairs(position: Any, radius: Any, skin: float, pairs: Any) -> int:
     n = len(radius)
     cell = 2 * radius.max() + skin
     x0, y0 = position[:, 0].min() - cell, position[:, 1].min() - cell
-    nx, ny = int((position[:, 0].max() - x0) / cell) + 3, int((position[:, 1].max() - y0) / cell) + 3
+    nx, ny = (
+        int((position[:, 0].max() - x0) / cell) + 3,
+        int((position[:, 1].max() - y0) / cell) + 3,
+    )
     head = np.full((nx, ny), -1, np.int32)
     following = np.full(n, -1, np.int32)
     count = 0

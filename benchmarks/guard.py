@@ -1,5 +1,5 @@
-"""What the guard costs: CPU seconds of the same run with and without it, alternating; the ratio of the medians and of the
-least of each.
+"""What the guard costs: CPU seconds of the same run with and without it, alternating; the ratio of
+the medians and of the least of each.
 
 Usage: python benchmarks/guard.py [--repeats N] [--engine lammps|yade] [SCENE …]
 """
@@ -45,10 +45,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", default=["arch", "jam", "corridor", "four_disks"])
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--engine", nargs="+", default=["lammps", "yade"], choices=["lammps", "yade"])
+    parser.add_argument(
+        "--engine", nargs="+", default=["lammps", "yade"], choices=["lammps", "yade"]
+    )
     arguments = parser.parse_args()
     print(describe())
-    print(f"{'engine':<8}{'scene':<14}{'without (CPU s)':>16}{'with':>9}{'medians':>10}{'least':>9}")
+    print(
+        f"{'engine':<8}{'scene':<14}{'without (CPU s)':>16}{'with':>9}{'medians':>10}{'least':>9}"
+    )
     for engine in arguments.engine:
         for scene in arguments.scenes:
             spent: dict[str, list[float]] = {"no": [], "yes": []}

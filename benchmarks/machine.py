@@ -12,7 +12,18 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-PACKAGES = ("numpy", "scipy", "numba", "piqp", "clarabel", "osqp", "qoco", "cvxopt", "qpalm", "proxsuite")
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "piqp",
+    "clarabel",
+    "osqp",
+    "qoco",
+    "cvxopt",
+    "qpalm",
+    "proxsuite",
+)
 
 
 def describe() -> str:
@@ -26,7 +37,8 @@ def describe() -> str:
 
 
 def bandwidth() -> float:
-    """Bytes per second that one core moves in a += b·c over arrays beyond any cache, best of five."""
+    """Bytes per second that one core moves in a += b·c over arrays beyond any cache, best of
+    five."""
     size = 1 << 25
     a, b, c = np.zeros(size), np.ones(size), np.ones(size)
     _triad(a[:8], b[:8], c[:8])
@@ -46,7 +58,9 @@ def _triad(a, b, c):  # type: ignore[no-untyped-def]
 
 def _processor() -> str:
     try:
-        names = re.findall(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+        names = re.findall(
+            r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        )
     except OSError:
         names = []
     return names[0] if names else platform.processor() or "unknown processor"

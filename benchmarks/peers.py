@@ -1,11 +1,12 @@
-"""Other solvers for the frictionless percussions, each in the formulation and with the settings that served it best.
+"""Other solvers for the frictionless percussions, each in the formulation and with the settings
+that served it best.
 
-Every peer is a function that brings the problem (see `scaled`) into its own matrices and returns the function that is timed,
-so that conversions are not counted against it.
+Every peer is a function that brings the problem (see `scaled`) into its own matrices and returns
+the function that is timed, so that conversions are not counted against it.
 
-That function takes the accuracy to ask for. Interior points are asked for a number of iterations instead, and for more until
-our residual is reached: what they stop at themselves bounds ours badly, and beyond it some go on for hundreds in vain.
-"""
+That function takes the accuracy to ask for. Interior points are asked for a number of iterations
+instead, and for more until our residual is reached: what they stop at themselves bounds ours badly,
+and beyond it some go on for hundreds in vain."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ NEAR = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # for methods that stop at a residual 
 
 
 class Peer(NamedTuple):
-    """Variants by name, what to ask for (loosest first: tolerances, or iterations) and the command that installs it."""
+    """Variants by name, what to ask for (loosest first: tolerances, or iterations) and the command
+    that installs it."""
 
     name: str
     variants: dict[str, Callable[[Scaled], Solver]]
@@ -45,8 +47,8 @@ class Peer(NamedTuple):
 
 
 def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
-    """PIQP on the primal with the inequalities eliminated from its KKT matrix (I + GᵀΘG), or on the dual. `step` is the
-    share of the way to the boundary that an iteration goes."""
+    """PIQP on the primal with the inequalities eliminated from its KKT matrix (I + GᵀΘG), or on the
+    dual. `step` is the share of the way to the boundary that an iteration goes."""
     import piqp as package
 
     k = problem.rows.shape[0]
@@ -85,7 +87,9 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
         if regularisation is not None:
             settings.static_regularization_constant = regularisation
             settings.static_regularization_proportional = 0.0
-        solver = package.DefaultSolver(identity, -problem.left, problem.rows, bound, cones, settings)
+        solver = package.DefaultSolver(
+            identity, -problem.left, problem.rows, bound, cones, settings
+        )
         found = solver.solve()
         return Answer(np.array(found.z), np.array(found.x))
 
@@ -93,7 +97,8 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
 
 
 def osqp(problem: Scaled, step: float, dual: bool) -> Solver:
-    """OSQP with polishing: the identified active set is solved for at the end, so that a loose tolerance may do."""
+    """OSQP with polishing: the identified active set is solved for at the end, so that a loose
+    tolerance may do."""
     import osqp as package
 
     k = problem.rows.shape[0]
@@ -138,7 +143,11 @@ def cvxopt(problem: Scaled, dual: bool) -> Solver:
 
     k = problem.rows.shape[0]
     if dual:
-        matrices = own(problem.delassus), package.matrix(-problem.approach), own(-sparse.identity(k))
+        matrices = (
+            own(problem.delassus),
+            package.matrix(-problem.approach),
+            own(-sparse.identity(k)),
+        )
     else:
         matrices = own(problem.identity), package.matrix(-problem.left), own(problem.rows)
     bound = package.matrix(0.0, (k, 1))
@@ -197,7 +206,8 @@ def qoco(problem: Scaled) -> Solver:
 
 
 def proxqp(problem: Scaled) -> Solver:
-    """ProxQP on the dual with its sparse factorisation, faster here than on the primal or without matrices."""
+    """ProxQP on the dual with its sparse factorisation, faster here than on the primal or without
+    matrices."""
     from proxsuite import proxqp as package
 
     k = problem.rows.shape[0]
@@ -207,7 +217,9 @@ def proxqp(problem: Scaled) -> Solver:
         solver = package.sparse.QP(k, 0, k)
         solver.settings.eps_abs, solver.settings.eps_rel = tolerance, 0.0
         solver.settings.sparse_backend = package.SparseBackend.SparseCholesky
-        solver.init(delassus, -problem.approach, None, None, identity, np.zeros(k), np.full(k, 1e20))
+        solver.init(
+            delassus, -problem.approach, None, None, identity, np.zeros(k), np.full(k, 1e20)
+        )
         solver.solve()
         return Answer(np.array(solver.results.x))
 
@@ -215,9 +227,13 @@ def proxqp(problem: Scaled) -> Solver:
 
 
 def siconos(problem: Scaled) -> Solver:
-    """Siconos' projected Gauss–Seidel on the complementarity problem with a sparse matrix, in the system's Python."""
+    """Siconos' projected Gauss–Seidel on the complementarity problem with a sparse matrix, in the
+    system's Python."""
     probe = [str(SYSTEM_PYTHON), "-c", "import siconos.numerics"]
-    if not SYSTEM_PYTHON.exists() or subprocess.run(probe, capture_output=True, check=False).returncode:
+    if (
+        not SYSTEM_PYTHON.exists()
+        or subprocess.run(probe, capture_output=True, check=False).returncode
+    ):
         raise ImportError("siconos")
     folder = tempfile.TemporaryDirectory()
     delassus = problem.delassus

@@ -1,7 +1,8 @@
-"""CPU seconds and recomputed residuals of the percussion solvers and of their peers, on the same contact problems.
+"""CPU seconds and recomputed residuals of the percussion solvers and of their peers, on the same
+contact problems.
 
-Usage: python benchmarks/percussions.py [--sizes 594 5000] [--families heap jammed] [--peers piqp osqp] [--limit 100]
-"""
+Usage: python benchmarks/percussions.py [--sizes 594 5000] [--families heap jammed] [--peers piqp
+osqp] [--limit 100]"""
 
 from __future__ import annotations
 
@@ -23,12 +24,13 @@ from peers import PEERS
 from tables import Row, comma_separated, exponents, markdown, rows_of
 from work_precision import TOLERANCES, picture
 
-from analysis.files import write_text
+from analysis.support.files import write_text
 from nscd import find_contacts
 from nscd.solve import SOLVERS
 
 PEER_NAMES = tuple(peer.name for peer in PEERS)
-# least bytes a contact and sweep: each row, its λ and its two disks once (and what momentum and restart add)
+# least bytes a contact and sweep: each row, its λ and its two disks once (and what momentum and
+# restart add)
 SWEEP_BYTES = {"gauss_seidel": 68, "projected_gradient": 132}
 # above, a peer runs only the variant that was fastest at the next smaller size
 ALL_VARIANTS = 5000
@@ -45,9 +47,13 @@ def main() -> None:
     parser.add_argument(
         "--limit", type=float, default=20.0, help="seconds of a solver on a case, all tolerances"
     )
-    parser.add_argument("--no-precision", action="store_true", help="leave the work-precision picture out")
     parser.add_argument(
-        "--cases", type=Path, help="keep the cases in this folder (a large jammed one takes minutes)"
+        "--no-precision", action="store_true", help="leave the work-precision picture out"
+    )
+    parser.add_argument(
+        "--cases",
+        type=Path,
+        help="keep the cases in this folder (a large jammed one takes minutes)",
     )
     parser.add_argument("--out", type=Path, default=Path("out/benchmark"))
     given = parser.parse_args()
@@ -93,9 +99,15 @@ def main() -> None:
 
 
 def run_case(
-    path: Path, case: Case, contestants: Sequence[str], before: dict[str, Outcome], limit: float, folder: Path
+    path: Path,
+    case: Case,
+    contestants: Sequence[str],
+    before: dict[str, Outcome],
+    limit: float,
+    folder: Path,
 ) -> dict[str, Outcome]:
-    """Every contestant on the case; what it did `before`, on fewer disks of the family, says where a large one starts."""
+    """Every contestant on the case; what it did `before`, on fewer disks of the family, says where
+    a large one starts."""
     outcomes = {}
     for solver in contestants:
         peer = next((peer for peer in PEERS if peer.name == solver), None)
@@ -104,7 +116,9 @@ def run_case(
         if peer and known and known.residual <= TARGET and len(case.snapshot) > ALL_VARIANTS:
             variant = known.variant
             asked = tuple(
-                a for a in peer.asked if (a >= known.asked if peer.by_iterations else a <= known.asked)
+                a
+                for a in peer.asked
+                if (a >= known.asked if peer.by_iterations else a <= known.asked)
             )
         print(f"{case.name} {len(case.snapshot)}: {solver}", file=sys.stderr, flush=True)
         try:
@@ -115,7 +129,8 @@ def run_case(
 
 
 def case_of(family: str, size: int, folder: Path) -> tuple[Case, Path]:
-    """A case and its file in the folder, made if the folder has not got it from the same families.py."""
+    """A case and its file in the folder, made if the folder has not got it from the same
+    families.py."""
     made_by = hashlib.sha256(Path(families.__file__).read_bytes()).hexdigest()[:8]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{family}_{size}_{made_by}.npz"
@@ -130,7 +145,11 @@ def precision(
     """Every solver at every tolerance, each peer in its fastest variant on this case."""
     outcomes = []
     for solver in solvers:
-        at = [r for r in rows if (r.solver, r.family, r.disks) == (solver, case.name, len(case.snapshot))]
+        at = [
+            r
+            for r in rows
+            if (r.solver, r.family, r.disks) == (solver, case.name, len(case.snapshot))
+        ]
         peer = next((peer for peer in PEERS if peer.name == solver), None)
         variant, asked = "", TOLERANCES
         if peer:
@@ -139,7 +158,9 @@ def precision(
             variant = fastest if fastest in peer.variants else next(iter(peer.variants))
         print(f"work-precision {case.name}: {solver}", file=sys.stderr, flush=True)
         try:
-            outcomes.append(compete(path, solver, folder, limit, target=0.0, asked=asked, variant=variant))
+            outcomes.append(
+                compete(path, solver, folder, limit, target=0.0, asked=asked, variant=variant)
+            )
         except MissingError:
             continue
     return outcomes
@@ -155,13 +176,12 @@ def detection(case: Case) -> str:
         best = min(best, time.process_time() - started)
         if best > 2:
             break
-    return (
-        f"{case.name}, {len(case.snapshot)} disks: {len(case.contacts)} contacts found in {best:.4f} s CPU."
-    )
+    return f"{case.name}, {len(case.snapshot)} disks: {len(case.contacts)} contacts found in {best:.4f} s CPU."
 
 
 def sweeps(case: Case, outcomes: dict[str, Outcome], bytes_per_second: float) -> list[str]:
-    """Measured time of a sweep beside what its least memory traffic would take, for the methods that sweep."""
+    """Measured time of a sweep beside what its least memory traffic would take, for the methods
+    that sweep."""
     lines = []
     for solver, least in SWEEP_BYTES.items():
         best = outcomes[solver].best if solver in outcomes else None
@@ -182,7 +202,17 @@ def save(out: Path, words: Sequence[str], rows: Sequence[Row], lines: Sequence[s
         "† against the best peer at 1e-8, since none reached 1e-10. × best peer: its CPU seconds over this solver's.",
     ]
     text = "\n".join(
-        [*words, markdown(rows), *notes, "", "Cost ∝ Nˣ (number of sizes):", "", exponents(rows), *lines, ""]
+        [
+            *words,
+            markdown(rows),
+            *notes,
+            "",
+            "Cost ∝ Nˣ (number of sizes):",
+            "",
+            exponents(rows),
+            *lines,
+            "",
+        ]
     )
     write_text(out / "percussions.md", text)
     write_text(out / "percussions.csv", comma_separated(rows))

@@ -1,7 +1,8 @@
-"""The percussions without dissipation as a quadratic problem in scaled variables, as solvers want it.
+"""The percussions without dissipation as a quadratic problem in scaled variables, as solvers want
+it.
 
-Primal: min ½|y|² − y⁻·y subject to G y ≤ 0, with y = √m u / (√m̄ ‖u⁻‖∞), G = C M^(−1/2) with rows divided by √w, and
-multipliers z = √w λ / (√m̄ ‖u⁻‖∞). Dual: min ½ z·GGᵀz − z·Gy⁻ subject to z ≥ 0.
+Primal: min ½|y|² − y⁻·y subject to G y ≤ 0, with y = √m u / (√m̄ ‖u⁻‖∞), G = C M^(−1/2) with rows
+divided by √w, and multipliers z = √w λ / (√m̄ ‖u⁻‖∞). Dual: min ½ z·GGᵀz − z·Gy⁻ subject to z ≥ 0.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from families import Case
 
 
 class Scaled(NamedTuple):
-    """The problem in scaled variables; `reaction` (k,) and `velocity` (2n,) turn z and y into N·s and m/s."""
+    """The problem in scaled variables; `reaction` (k,) and `velocity` (2n,) turn z and y into N·s
+    and m/s."""
 
     left: Any  # y⁻ (2n,)
     rows: Any  # G (k, 2n)
@@ -38,7 +40,8 @@ class Scaled(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """z (k,), y (2n,) if the solver has one, and its CPU seconds if it had to run in another process."""
+    """z (k,), y (2n,) if the solver has one, and its CPU seconds if it had to run in another
+    process."""
 
     multiplier: Any
     velocity: Any | None = None
@@ -55,5 +58,11 @@ def scaled(case: Case) -> Scaled:
     weight = np.sqrt(case.contacts.inverse_mass(case.snapshot.mass))
     left = case.left_velocity.ravel()
     size = np.sqrt(mass.mean()) * np.abs(left).max()
-    rows = sparse.diags_array(1 / weight) @ case.contacts.normal_matrix(n) @ sparse.diags_array(mass**-0.5)
-    return Scaled(left * np.sqrt(mass) / size, sparse.csc_matrix(rows), size / weight, size / np.sqrt(mass))
+    rows = (
+        sparse.diags_array(1 / weight)
+        @ case.contacts.normal_matrix(n)
+        @ sparse.diags_array(mass**-0.5)
+    )
+    return Scaled(
+        left * np.sqrt(mass) / size, sparse.csc_matrix(rows), size / weight, size / np.sqrt(mass)
+    )

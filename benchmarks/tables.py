@@ -13,9 +13,10 @@ from families import Case
 
 
 class Row(NamedTuple):
-    """One solver on one case. error: max|u⁺ − u*| / ‖u⁻‖∞ with u* the most exact answer of all solvers; times_faster:
-    CPU seconds of the best peer at 1e-10 over this solver's (best_peer_at 1e-8: no peer reached 1e-10); NaN where this
-    solver did not reach 1e-10, or no peer even 1e-8."""
+    """One solver on one case. error: max|u⁺ − u*| / ‖u⁻‖∞ with u* the most exact answer of all
+    solvers; times_faster: CPU seconds of the best peer at 1e-10 over this solver's (best_peer_at
+    1e-8: no peer reached 1e-10); NaN where this solver did not reach 1e-10, or no peer even
+    1e-8."""
 
     family: str
     disks: int
@@ -52,7 +53,9 @@ def rows_of(case: Case, outcomes: Sequence[Outcome], peers: Sequence[str]) -> li
     for best, outcome in zip(bests, outcomes, strict=True):
         head = (case.name, len(case.snapshot), len(case.contacts), outcome.solver)
         if best is None or exact is None:
-            rows.append(Row(*head, "", np.nan, np.nan, False, np.nan, np.nan, at, 0, np.nan, outcome.ended))
+            rows.append(
+                Row(*head, "", np.nan, np.nan, False, np.nan, np.nan, at, 0, np.nan, outcome.ended)
+            )
             continue
         asked = f"{best.asked:.0f} iterations" if best.asked >= 1 else f"asked {best.asked:.0e}"
         setting = ", ".join(part for part in (best.variant, asked) if part)
@@ -92,7 +95,9 @@ def markdown(rows: Sequence[Row]) -> str:
     cells = [list(columns), *([show(row) for show in columns.values()] for row in rows)]
     widths = [max(len(line[c]) for line in cells) for c in range(len(columns))]
     text = [_line(line, widths) for line in cells]
-    return "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]]) + "\n"
+    return (
+        "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]]) + "\n"
+    )
 
 
 def comma_separated(rows: Sequence[Row]) -> str:
@@ -105,7 +110,8 @@ def comma_separated(rows: Sequence[Row]) -> str:
 
 
 def exponents(rows: Sequence[Row]) -> str:
-    """Cost ∝ Nˣ, fitted to the sizes from 500 disks at which a solver reached 1e-10, by family and solver."""
+    """Cost ∝ Nˣ, fitted to the sizes from 500 disks at which a solver reached 1e-10, by family and
+    solver."""
     solvers = list(dict.fromkeys(row.solver for row in rows))
     families = list(dict.fromkeys(row.family for row in rows))
     cells = [["solver", *families]]
@@ -120,16 +126,24 @@ def exponents(rows: Sequence[Row]) -> str:
                 and row.disks >= 500
             ]
             sizes, seconds = np.array(good).reshape(-1, 2).T
-            fit = f"{np.polyfit(np.log(sizes), np.log(seconds), 1)[0]:.2f}" if len(good) > 1 else "–"
+            fit = (
+                f"{np.polyfit(np.log(sizes), np.log(seconds), 1)[0]:.2f}" if len(good) > 1 else "–"
+            )
             line.append(f"{fit} ({len(good)})" if len(good) > 1 else fit)
         cells.append(line)
     widths = [max(len(line[c]) for line in cells) for c in range(len(cells[0]))]
     text = [_line(line, widths) for line in cells]
-    return "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]]) + "\n"
+    return (
+        "\n".join([text[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *text[1:]]) + "\n"
+    )
 
 
 def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
-    return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+    return (
+        "| "
+        + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
+        + " |"
+    )
 
 
 def _seconds(value: float) -> str:

@@ -1,10 +1,11 @@
-"""Seconds to post-process a trajectory: a dump of 1,000 frames of 594 disks read, its contacts found and solved, and written.
+"""Seconds to post-process a trajectory: a dump of 1,000 frames of 594 disks read, its contacts
+found and solved, and written.
 
-A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the frames that could be corrected
-from the frame before, beside those of the same frames solved anew.
+A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the
+frames that could be corrected from the frame before, beside those of the same frames solved anew.
 
-Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR]; LAMMPS runs once a folder.
-"""
+Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
+LAMMPS runs once a folder."""
 
 from __future__ import annotations
 
@@ -20,13 +21,13 @@ import numpy as np
 from families import heap
 from machine import describe
 
-from analysis.dumps import open_bodies, snapshot_of
+from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.engines import engine
 from analysis.engines.record import RunRecord
-from analysis.making import make
-from analysis.percussions import PercussionAnalysis, left_velocity_of
-from analysis.scene import read_scene
-from analysis.trajectory import solve_dump
+from analysis.percussions.dump_to_csv import solve_dump
+from analysis.percussions.trajectory import PercussionAnalysis, left_velocity_of
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
 from nscd import solve
 
 SCENES = ("arch", "jam")
@@ -36,12 +37,15 @@ TOUCH = 1e-6
 
 
 def main() -> None:
-    """Make the dump unless the folder has it; solve it with each number of workers; print a table."""
+    """Make the dump unless the folder has it; solve it with each number of workers; print a
+    table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--disks", type=int, default=594)
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--folder", type=Path, help="where the dump is kept; a temporary one by default")
+    parser.add_argument(
+        "--folder", type=Path, help="where the dump is kept; a temporary one by default"
+    )
     given = parser.parse_args()
     print(describe())
     # compiled kernels are loaded before, so that the first row does not pay for it
@@ -49,9 +53,13 @@ def main() -> None:
     solve(case.snapshot, case.contacts, left_velocity=case.left_velocity)
     with folder_of(given.folder) as folder:
         for name in SCENES:
-            dump = dump_of(name, folder / f"{name}_{given.disks}_{given.frames}", given.disks, given.frames)
+            dump = dump_of(
+                name, folder / f"{name}_{given.disks}_{given.frames}", given.disks, given.frames
+            )
             size = dump.stat().st_size / 1e6
-            print(f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}")
+            print(
+                f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}"
+            )
             print(
                 f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms a frame':>12}{'contacts':>11}{'not solved':>12}"
             )
@@ -74,7 +82,8 @@ def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
 
 
 def frame_by_frame(dump: Path) -> None:
-    """Milliseconds of the percussions alone: frames corrected from the one before, and the same ones solved anew."""
+    """Milliseconds of the percussions alone: frames corrected from the one before, and the same
+    ones solved anew."""
     scene = read_scene(dump.parent / "scene.toml")
     universe = open_bodies(dump, RunRecord.read(dump.parent).time_step_s)
     analysis = PercussionAnalysis(

@@ -1,4 +1,5 @@
-"""What accuracy costs: residual and error of u⁺ against CPU seconds, for tolerances from loose to tight."""
+"""What accuracy costs: residual and error of u⁺ against CPU seconds, for tolerances from loose to
+tight."""
 
 from __future__ import annotations
 
@@ -12,19 +13,31 @@ from matplotlib.figure import Figure
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 # Okabe–Ito; marker and dashes tell the lines apart without colour
-COLOURS = ("#000000", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#999999", "#5A5A5A")
+COLOURS = (
+    "#000000",
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#CC79A7",
+    "#56B4E9",
+    "#D55E00",
+    "#999999",
+    "#5A5A5A",
+)
 MARKERS = "osD^v<>Px"
 DASHES = ("-", "--", "-.", ":")
 
 
 def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]], path: Path) -> None:
-    """Save as PNG: one column a case; the residual above, the error of u⁺ below. The error is against the most exact
-    answer of all solvers; below 1e-16 it is drawn at 1e-16."""
+    """Save as PNG: one column a case; the residual above, the error of u⁺ below. The error is
+    against the most exact answer of all solvers; below 1e-16 it is drawn at 1e-16."""
     figure = Figure(figsize=(5.5 * len(cases), 8), layout="constrained", dpi=150)
     panels = figure.subplots(2, len(cases), sharex="col", sharey="row", squeeze=False)
     for column, (case, outcomes) in enumerate(cases):
         scale = float(np.abs(case.left_velocity).max())
-        exact = min((a for outcome in outcomes for a in outcome.attempts), key=lambda a: a.residual).velocity
+        exact = min(
+            (a for outcome in outcomes for a in outcome.attempts), key=lambda a: a.residual
+        ).velocity
         for number, outcome in enumerate(outcomes):
             attempts = [a for a in outcome.attempts if np.isfinite(a.residual)]
             if not attempts:
@@ -42,9 +55,12 @@ def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]], path: Path) -> None
                     ls=DASHES[number % len(DASHES)],
                     ms=5,
                     lw=2 if number == 0 else 1.2,
-                    label=f"{outcome.solver}" + (f" ({attempts[0].variant})" if attempts[0].variant else ""),
+                    label=f"{outcome.solver}"
+                    + (f" ({attempts[0].variant})" if attempts[0].variant else ""),
                 )
-        panels[0, column].set_title(f"{case.name}: {len(case.snapshot)} disks, {len(case.contacts)} contacts")
+        panels[0, column].set_title(
+            f"{case.name}: {len(case.snapshot)} disks, {len(case.contacts)} contacts"
+        )
         panels[1, column].set_xlabel("CPU seconds")
     panels[0, 0].set_ylabel("residual, recomputed")
     panels[1, 0].set_ylabel("error of u⁺ / ‖u⁻‖∞")

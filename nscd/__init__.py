@@ -1,4 +1,5 @@
-"""Non-smooth contact dynamics of disks: contacts of a snapshot and the percussions at them. SI units."""
+"""Non-smooth contact dynamics of disks: contacts of a snapshot and the percussions at them. SI
+units."""
 
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import Contacts, find_contacts
@@ -6,4 +7,13 @@ from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.solve import solve
 
-__all__ = ["ContactLaw", "Contacts", "Percussions", "Snapshot", "Status", "Walls", "find_contacts", "solve"]
+__all__ = [
+    "ContactLaw",
+    "Contacts",
+    "Percussions",
+    "Snapshot",
+    "Status",
+    "Walls",
+    "find_contacts",
+    "solve",
+]

@@ -18,7 +18,9 @@ def read_only(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
     Raises ValueError naming the field (and the first bad row) when the shape or a value is wrong.
     """
     array = np.array(value, dtype=np.float64)
-    if array.ndim != len(shape) or any(s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)):
+    if array.ndim != len(shape) or any(
+        s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)
+    ):
         wanted = ", ".join("n" if s == -1 else str(s) for s in shape)
         raise ValueError(f"{name}: shape {array.shape} where ({wanted}) is needed")
     if not np.isfinite(array).all():
@@ -32,13 +34,13 @@ def read_only(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
 class Snapshot:
     """Disks at one instant.
 
-    position (n,2) m; velocity (n,2) m/s; radius (n,) m; mass (n,) kg; ids (n,) the numbers that people
-    have in the files (default 1…n); spin (n,) rad/s (default 0); time s; drive (n,2) N: the force with which
-    each person walks, where it is known. The moment of inertia of a disk is m r²/2.
+    position (n,2) m; velocity (n,2) m/s; radius (n,) m; mass (n,) kg; ids (n,) the numbers that
+    people have in the files (default 1…n); spin (n,) rad/s (default 0); time s; drive (n,2) N: the
+    force with which each person walks, where it is known. The moment of inertia of a disk is m
+    r²/2.
 
-    Raises ValueError naming the field for a wrong shape, a non-finite value, a radius or mass that is not
-    positive, or an id that occurs twice.
-    """
+    Raises ValueError naming the field for a wrong shape, a non-finite value, a radius or mass that
+    is not positive, or an id that occurs twice."""
 
     position: Floats
     velocity: Floats
@@ -58,7 +60,9 @@ class Snapshot:
             values = read_only(getattr(self, name), (n,), name)
             if not (values > 0).all():
                 row = int(np.argmin(values > 0))
-                raise ValueError(f"{name}: {values[row]:g} in row {row}; a disk needs a positive {name}")
+                raise ValueError(
+                    f"{name}: {values[row]:g} in row {row}; a disk needs a positive {name}"
+                )
             put(self, name, values)
         put(self, "spin", read_only(np.zeros(n) if self.spin is None else self.spin, (n,), "spin"))
         if self.drive is not None:
@@ -81,7 +85,8 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Walls:
-    """Straight fixed walls without thickness: start (w,2) m, end (w,2) m. A door is the space between two.
+    """Straight fixed walls without thickness: start (w,2) m, end (w,2) m. A door is the space
+    between two.
 
     Raises ValueError naming the field for a wrong shape, a non-finite value or a wall of no length.
     """
@@ -100,7 +105,8 @@ class Walls:
         return len(self.start)
 
     def nearest_point(self, position: Floats, wall: Integers) -> Floats:
-        """The point of wall number wall[i] that is nearest to position[i]; shapes (k,2), (k,) → (k,2) m."""
+        """The point of wall number wall[i] that is nearest to position[i]; shapes (k,2), (k,) →
+        (k,2) m."""
         start, along = self.start[wall], self.end[wall] - self.start[wall]
         s = ((position - start) * along).sum(1) / (along * along).sum(1)
         nearest: Floats = start + np.clip(s, 0.0, 1.0)[:, None] * along

@@ -16,13 +16,12 @@ from nscd.bodies import Floats, Integers, Snapshot, Walls, read_only
 class Contacts:
     """The k contacts of a snapshot, disk–disk and disk–wall.
 
-    first (k,) index of a disk; second (k,) index of the other disk, or of the wall where is_wall (k,) is true;
-    normal (k,2) unit, from first to second (into the wall); gap (k,) m, negative where they overlap;
-    point (k,2) m, where the surface of the first disk touches.
+    first (k,) index of a disk; second (k,) index of the other disk, or of the wall where is_wall
+    (k,) is true; normal (k,2) unit, from first to second (into the wall); gap (k,) m, negative
+    where they overlap; point (k,2) m, where the surface of the first disk touches.
 
-    Raises ValueError naming the field for wrong shapes, non-finite numbers, normals that are not unit vectors,
-    negative indices or a disk in contact with itself.
-    """
+    Raises ValueError naming the field for wrong shapes, non-finite numbers, normals that are not
+    unit vectors, negative indices or a disk in contact with itself."""
 
     first: Integers
     second: Integers
@@ -74,12 +73,14 @@ class Contacts:
         return difference
 
     def approach_velocity(self, velocity: Floats) -> Floats:
-        """v = n·D(u), positive where the contact closes: (n,2) m/s → (k,) m/s. Paper eq. (2): v = C u."""
+        """v = n·D(u), positive where the contact closes: (n,2) m/s → (k,) m/s. Paper eq. (2): v = C
+        u."""
         approach: Floats = (self.normal * self.deformation_velocity(velocity)).sum(1)
         return approach
 
     def momentum_change(self, impulse: Floats, n: int) -> Floats:
-        """−Dᵀp: what impulses (k,2) N·s, given by first to second, change each disk's momentum by, (n,2) N·s."""
+        """−Dᵀp: what impulses (k,2) N·s, given by first to second, change each disk's momentum by,
+        (n,2) N·s."""
         change = np.zeros((n, 2))
         pairs = ~self.is_wall
         for axis in (0, 1):
@@ -88,7 +89,8 @@ class Contacts:
         return change
 
     def normal_matrix(self, n: int) -> csr_array:
-        """C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n), four entries a pair, two a wall contact."""
+        """C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n), four entries a pair, two a wall
+        contact."""
         k, pairs = len(self), np.flatnonzero(~self.is_wall)
         rows = np.concatenate([np.arange(k), np.arange(k), pairs, pairs])
         columns = np.concatenate(
@@ -100,7 +102,8 @@ class Contacts:
         return csr_array((values, (rows, columns)), shape=(k, 2 * n))
 
     def inverse_mass(self, mass: Floats) -> Floats:
-        """w = 1/m_i + 1/m_j (a wall's mass is infinite), shape (k,), 1/kg: the diagonal of the Delassus operator."""
+        """w = 1/m_i + 1/m_j (a wall's mass is infinite), shape (k,), 1/kg: the diagonal of the
+        Delassus operator."""
         w: Floats = 1.0 / mass[self.first]
         pairs = ~self.is_wall
         w[pairs] += 1.0 / mass[self.second[pairs]]
@@ -108,12 +111,12 @@ class Contacts:
 
 
 def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: float) -> Contacts:
-    """All contacts with gap ≤ tolerance (m): disk pairs by (first, second), then walls by (disk, wall).
+    """All contacts with gap ≤ tolerance (m): disk pairs by (first, second), then walls by (disk,
+    wall).
 
-    Gap of a pair: |x_j − x_i| − r_i − r_j; of a wall: distance to the nearest point of its segment − r.
-    Raises ValueError for a negative or non-finite tolerance, and where two centres (or a centre and a wall)
-    coincide, since such a contact has no normal.
-    """
+    Gap of a pair: |x_j − x_i| − r_i − r_j; of a wall: distance to the nearest point of its segment
+    − r. Raises ValueError for a negative or non-finite tolerance, and where two centres (or a
+    centre and a wall) coincide, since such a contact has no normal."""
     if not (np.isfinite(tolerance) and tolerance >= 0):
         raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
     position, radius = snapshot.position, snapshot.radius
@@ -131,7 +134,9 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
 
     disk, wall, to_wall, wall_distance = _wall_neighbours(snapshot, walls, tolerance)
     if (distance == 0).any() or (wall_distance == 0).any():
-        raise ValueError("position: two disks, or a disk and a wall, coincide; their contact has no normal")
+        raise ValueError(
+            "position: two disks, or a disk and a wall, coincide; their contact has no normal"
+        )
     normal = np.concatenate([difference / distance[:, None], to_wall / wall_distance[:, None]])
     first = np.concatenate([i, disk])
     return Contacts(

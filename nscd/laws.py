@@ -13,15 +13,15 @@ from nscd.bodies import Floats
 class ContactLaw:
     """Frémond's law p = k D(u⁺ + u⁻) + λ n (paper eq. (1)).
 
-    dissipation k_n (kg) acts along the normal, tangential_dissipation k_t (kg) across it. k_t left out is the
-    paper's single coefficient (k_t = k_n), or 0 where `restitution` is given. restitution e instead of k_n sets
-    k_n = m_eff (1+e)/(1−e) contact by contact, 1/m_eff = 1/m_i + 1/m_j: exact for two disks, *not* Newton's e for
-    simultaneous contacts. maintained=True keeps every contact closed (C u⁺ = 0, paper eq. (2)); reactions may then
-    pull. The default is the purely inelastic, frictionless complementarity 0 ≤ λ ⟂ −C u⁺ ≥ 0.
+    dissipation k_n (kg) acts along the normal, tangential_dissipation k_t (kg) across it. k_t left
+    out is the paper's single coefficient (k_t = k_n), or 0 where `restitution` is given.
+    restitution e instead of k_n sets k_n = m_eff (1+e)/(1−e) contact by contact, 1/m_eff = 1/m_i +
+    1/m_j: exact for two disks, *not* Newton's e for simultaneous contacts. maintained=True keeps
+    every contact closed (C u⁺ = 0, paper eq. (2)); reactions may then pull. The default is the
+    purely inelastic, frictionless complementarity 0 ≤ λ ⟂ −C u⁺ ≥ 0.
 
-    Raises ValueError for negative or non-finite coefficients, e outside [0, 1), both k_n and e given, and for
-    friction ≠ 0, which the percussions do not model.
-    """
+    Raises ValueError for negative or non-finite coefficients, e outside [0, 1), both k_n and e
+    given, and for friction ≠ 0, which the percussions do not model."""
 
     dissipation: float = 0.0
     restitution: float | None = None
@@ -50,5 +50,7 @@ class ContactLaw:
             normal = (1 + self.restitution) / (1 - self.restitution) / inverse_mass
             tangential = 0.0 if self.tangential_dissipation is None else self.tangential_dissipation
             return normal, np.full_like(normal, tangential)
-        tangential = self.dissipation if self.tangential_dissipation is None else self.tangential_dissipation
+        tangential = (
+            self.dissipation if self.tangential_dissipation is None else self.tangential_dissipation
+        )
         return np.full_like(inverse_mass, self.dissipation), np.full_like(inverse_mass, tangential)

@@ -9,7 +9,8 @@ from nscd.bodies import Floats
 
 
 class Status(enum.StrEnum):
-    """solved: the recomputed residual is within the tolerance; inaccurate: it is not; failed: no usable answer."""
+    """solved: the recomputed residual is within the tolerance; inaccurate: it is not; failed: no
+    usable answer."""
 
     SOLVED = "solved"
     INACCURATE = "inaccurate"
@@ -20,15 +21,15 @@ class Status(enum.StrEnum):
 class Percussions:
     """Percussions of one snapshot (paper eq. (1)), with their certificate.
 
-    reaction λ (k,) N·s, normal, ≥ 0 pushes; impulse p (k,2) N·s, the whole k D(u⁺+u⁻) + λ n that the first body
-    gives to the second; right_velocity u⁺ (n,2) m/s; right_spin ω⁺ (n,) rad/s.
+    reaction λ (k,) N·s, normal, ≥ 0 pushes; impulse p (k,2) N·s, the whole k D(u⁺+u⁻) + λ n that
+    the first body gives to the second; right_velocity u⁺ (n,2) m/s; right_spin ω⁺ (n,) rad/s.
 
-    residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: the largest |m(u⁺−u⁻) + Dᵀp| of a
-    disk, relative to the momentum that it has and receives. `solved` means that both are within the tolerance.
-    energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and energy_error: its distance from −½ p·D(u⁺+u⁻), as a share
-    of the kinetic energy before. status, and the reason where it is not `solved`; choice: why this solver; canonical:
-    whether λ is the one of least elastic energy (which a unique λ is); warnings about the answer.
-    """
+    residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: the largest
+    |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum that it has and receives. `solved` means
+    that both are within the tolerance. energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and
+    energy_error: its distance from −½ p·D(u⁺+u⁻), as a share of the kinetic energy before. status,
+    and the reason where it is not `solved`; choice: why this solver; canonical: whether λ is the
+    one of least elastic energy (which a unique λ is); warnings about the answer."""
 
     reaction: Floats
     impulse: Floats

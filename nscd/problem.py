@@ -18,13 +18,14 @@ Places = NDArray[np.int32]
 class ContactProblem:
     """min ½ (u − û)·Â (u − û) subject to C u ≤ b (or C u = b where `maintained`).
 
-    With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) with u = u⁺. Each disk has d unknowns: its
-    velocity, and its spin only where tangential dissipation needs it (d = 3). λ is the multiplier: Â (u − û) + Cᵀλ = 0.
+    With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) with u = u⁺. Each disk has
+    d unknowns: its velocity, and its spin only where tangential dissipation needs it (d = 3). λ is
+    the multiplier: Â (u − û) + Cᵀλ = 0.
 
-    first, second (k,) disks, second −1 for a wall; normal_first, normal_second, tangent_first, tangent_second (k,d): rows of
-    C and of the tangential part of D; normal_weight, tangent_weight (k,) kg: k_n, k_t; mass (n,d) kg, kg m²; left u⁻,
-    free û (n,d); offset b (k,) m/s, 0 for an impact; inverse_mass w (k,) 1/kg; position (n,2) m.
-    """
+    first, second (k,) disks, second −1 for a wall; normal_first, normal_second, tangent_first,
+    tangent_second (k,d): rows of C and of the tangential part of D; normal_weight, tangent_weight
+    (k,) kg: k_n, k_t; mass (n,d) kg, kg m²; left u⁻, free û (n,d); offset b (k,) m/s, 0 for an
+    impact; inverse_mass w (k,) 1/kg; position (n,2) m."""
 
     first: Places
     second: Places
@@ -87,15 +88,17 @@ class ContactProblem:
         return momentum
 
     def residual(self, reaction: Floats, velocity: Floats) -> float:
-        """max |min(wλ, b − Cu)| / ‖u⁻‖∞ (|Cu − b| where maintained): dimensionless, 0 for an exact answer."""
+        """max |min(wλ, b − Cu)| / ‖u⁻‖∞ (|Cu − b| where maintained): dimensionless, 0 for an exact
+        answer."""
         slack = self.offset - self.approach(velocity)
         error = slack if self.maintained else np.minimum(self.inverse_mass * reaction, slack)
         return float(np.abs(error).max(initial=0.0)) / self.scale
 
     def balance_error(self, reaction: Floats, velocity: Floats) -> float:
-        """max |M(u − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, p = kD(u + u⁻) + λ n, spins by inertia over radius: how far
-        the momentum of any disk is from balance, relative to what it has and receives; rounding alone leaves about 1e-16,
-        and k/m times that where contacts dissipate."""
+        """max |M(u − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, p = kD(u + u⁻) + λ n, spins by
+        inertia over radius: how far the momentum of any disk is from balance, relative to what it
+        has and receives; rounding alone leaves about 1e-16, and k/m times that where contacts
+        dissipate."""
         n = len(self.mass)
         along, across = reaction, None
         if self.dissipative:
@@ -105,7 +108,9 @@ class ContactProblem:
         balance = self.mass * (velocity - self.left) + self.momentum(along, across)
         size = np.abs(along) + (0.0 if across is None else np.abs(across))
         pairs = self.second >= 0
-        received = np.bincount(self.first, size, n) + np.bincount(self.second[pairs], size[pairs], n)
+        received = np.bincount(self.first, size, n) + np.bincount(
+            self.second[pairs], size[pairs], n
+        )
         error = np.abs(balance[:, :2]).max(1)
         return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
 
@@ -141,8 +146,8 @@ def impact_problem(
 ) -> ContactProblem:
     """The collision problem of a snapshot with the given left velocity (n,2) m/s and law.
 
-    `free` is û = u⁻ without dissipation; with it the caller has to solve Â û = (M − DᵀKD) u⁻ (see `solve`).
-    """
+    `free` is û = u⁻ without dissipation; with it the caller has to solve Â û = (M − DᵀKD) u⁻ (see
+    `solve`)."""
     k = len(contacts)
     inverse_mass = contacts.inverse_mass(snapshot.mass)
     k_normal, k_tangential = law.coefficients(inverse_mass)

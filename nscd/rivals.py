@@ -1,4 +1,5 @@
-"""Rival contact forces on the same snapshot: the first-order model, the social force and Löhner's law."""
+"""Rival contact forces on the same snapshot: the first-order model, the social force and Löhner's
+law."""
 
 from __future__ import annotations
 
@@ -19,10 +20,9 @@ from nscd.solve import solve
 class FirstOrderAnswer:
     """What the first-order model gives: multiplier λ (k,) m/s and right velocity u⁺ (n,2) m/s.
 
-    λ is a velocity (an impulse per unit mass of a crowd in which everybody has the same mass), not a force and not a
-    percussion: λ·m is the percussion in N·s where all masses are m, and nothing where they differ.
-    residual, status, reason: as of `Percussions`.
-    """
+    λ is a velocity (an impulse per unit mass of a crowd in which everybody has the same mass), not
+    a force and not a percussion: λ·m is the percussion in N·s where all masses are m, and nothing
+    where they differ. residual, status, reason: as of `Percussions`."""
 
     multiplier: Floats
     right_velocity: Floats
@@ -39,12 +39,12 @@ def first_order(
     maintained: bool = False,
     tolerance: float = 1e-10,
 ) -> FirstOrderAnswer:
-    """The model of Maury and Venel (paper eq. (4)): 0 ≤ λ ⟂ CCᵀλ − C u⁻ ≥ 0, u⁺ = u⁻ − Cᵀλ, masses ignored.
+    """The model of Maury and Venel (paper eq. (4)): 0 ≤ λ ⟂ CCᵀλ − C u⁻ ≥ 0, u⁺ = u⁻ − Cᵀλ, masses
+    ignored.
 
-    `maintained` is the printed equality CCᵀλ = C u⁻, whose λ may pull. u⁺ is the right velocity nearest to u⁻ (n,2) m/s
-    (the snapshot's own velocity by default) in the sum of squares; λ is the one of least Σλ² where contacts are redundant.
-    Raises ValueError as `solve` does.
-    """
+    `maintained` is the printed equality CCᵀλ = C u⁻, whose λ may pull. u⁺ is the right velocity
+    nearest to u⁻ (n,2) m/s (the snapshot's own velocity by default) in the sum of squares; λ is the
+    one of least Σλ² where contacts are redundant. Raises ValueError as `solve` does."""
     unit = replace(snapshot, mass=np.ones(len(snapshot)))
     answer = solve(
         unit,
@@ -64,12 +64,12 @@ def first_order(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SocialForceLaw:
-    """Helbing, Farkas and Vicsek, Nature 407 (2000) 487–490 (paper eq. (9)), with g = d_ij − r_ij the gap (m):
+    """Helbing, Farkas and Vicsek, Nature 407 (2000) 487–490 (paper eq. (9)), with g = d_ij − r_ij
+    the gap (m):
 
-    normal A exp(−g/B) + ϱ max(−g, 0), sliding friction ς max(−g, 0) times the tangential relative velocity.
-    strength A (N), decay B (m), body_stiffness ϱ (kg/s²), sliding_friction ς (kg/(m s)).
-    Raises ValueError for a coefficient that is negative or not finite, or a decay of 0.
-    """
+    normal A exp(−g/B) + ϱ max(−g, 0), sliding friction ς max(−g, 0) times the tangential relative
+    velocity. strength A (N), decay B (m), body_stiffness ϱ (kg/s²), sliding_friction ς (kg/(m s)).
+    Raises ValueError for a coefficient that is negative or not finite, or a decay of 0."""
 
     strength: float = 2000.0
     decay: float = 0.08
@@ -95,18 +95,20 @@ class SocialForceLaw:
     def reach(self, left_out: float) -> float:
         """The gap B ln(A/left_out) (m) beyond which one pair gives less than `left_out` N.
 
-        A search up to there leaves out less than (n − 1 + walls) · left_out of the sum at any of n disks.
-        Raises ValueError unless 0 < left_out ≤ A.
-        """
+        A search up to there leaves out less than (n − 1 + walls) · left_out of the sum at any of n
+        disks. Raises ValueError unless 0 < left_out ≤ A."""
         if not 0 < left_out <= self.strength:
-            raise ValueError(f"left_out: {left_out} N; more than 0 and at most {self.strength:g} N is needed")
+            raise ValueError(
+                f"left_out: {left_out} N; more than 0 and at most {self.strength:g} N is needed"
+            )
         return self.decay * float(np.log(self.strength / left_out))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SocialForces:
-    """Social forces of k pairs: repulsion and body (k,) N along the normal, both pushing; sliding (k,2) N, what the
-    first gives to the second across the normal; pairs: the contacts they belong to; disks: how many there are."""
+    """Social forces of k pairs: repulsion and body (k,) N along the normal, both pushing; sliding
+    (k,2) N, what the first gives to the second across the normal; pairs: the contacts they belong
+    to; disks: how many there are."""
 
     pairs: Contacts
     disks: int
@@ -133,14 +135,16 @@ class SocialForces:
         return _sum_at_disks(self.pairs, self.normal, self.normal, self.disks)
 
 
-def social_force(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw | None = None) -> SocialForces:
+def social_force(
+    snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw | None = None
+) -> SocialForces:
     """Social forces (paper eq. (9)) of the given pairs of disks and of disks and walls.
 
-    Give the touching contacts only, or `find_contacts(snapshot, walls, tolerance=law.reach(left_out))` for all pairs
-    that matter. Friction is that of the original, which opposes sliding: disk i receives ς max(−g, 0) ((v_j − v_i)·t) t
-    (the paper prints Δv_ij without saying whose velocity is subtracted); a wall is at rest and acts by its nearest point.
-    Raises ValueError for pairs that name disks beyond the snapshot's.
-    """
+    Give the touching contacts only, or `find_contacts(snapshot, walls,
+    tolerance=law.reach(left_out))` for all pairs that matter. Friction is that of the original,
+    which opposes sliding: disk i receives ς max(−g, 0) ((v_j − v_i)·t) t (the paper prints Δv_ij
+    without saying whose velocity is subtracted); a wall is at rest and acts by its nearest point.
+    Raises ValueError for pairs that name disks beyond the snapshot's."""
     law = SocialForceLaw() if law is None else law
     pairs.check_disks(len(snapshot))
     tangent = np.column_stack([-pairs.normal[:, 1], pairs.normal[:, 0]])
@@ -156,8 +160,9 @@ def social_force(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw | None
 
 
 class LoehnerReading(enum.StrEnum):
-    """How eq. (10) is read. printed: f_max/(1 + d²) where d_ij ≤ r_ij, twice that beyond. text: with the two
-    cases exchanged, as a contact force would have it. Either way the force jumps by a factor 2 at touch."""
+    """How eq. (10) is read. printed: f_max/(1 + d²) where d_ij ≤ r_ij, twice that beyond. text:
+    with the two cases exchanged, as a contact force would have it. Either way the force jumps by a
+    factor 2 at touch."""
 
     PRINTED = "printed"
     TEXT = "text"
@@ -165,8 +170,9 @@ class LoehnerReading(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoehnerForces:
-    """Löhner's forces of k pairs: on_first (k,) N pushes the first disk along −normal, on_second (k,) N the second along
-    +normal (0 where that is a wall); they differ in general. pairs, disks: as of `SocialForces`."""
+    """Löhner's forces of k pairs: on_first (k,) N pushes the first disk along −normal, on_second
+    (k,) N the second along +normal (0 where that is a wall); they differ in general. pairs, disks:
+    as of `SocialForces`."""
 
     pairs: Contacts
     disks: int
@@ -174,11 +180,14 @@ class LoehnerForces:
     on_second: Floats
 
     def resultant(self) -> Floats:
-        """Vector sum of what each disk receives, (n,2) N. Its sum over the disks of a crowd without walls is not 0."""
+        """Vector sum of what each disk receives, (n,2) N. Its sum over the disks of a crowd without
+        walls is not 0."""
         total = np.zeros((self.disks, 2))
         np.add.at(total, self.pairs.first, -self.on_first[:, None] * self.pairs.normal)
         both = ~self.pairs.is_wall
-        np.add.at(total, self.pairs.second[both], (self.on_second[:, None] * self.pairs.normal)[both])
+        np.add.at(
+            total, self.pairs.second[both], (self.on_second[:, None] * self.pairs.normal)[both]
+        )
         return total
 
     def magnitude_sum(self) -> Floats:
@@ -194,18 +203,20 @@ def loehner_force(
     *,
     tolerance: float = 0.0,
 ) -> LoehnerForces:
-    """Löhner's force (Applied Mathematical Modelling 34 (2010) 366–382; paper eq. (10)), repulsive along the normal:
+    """Löhner's force (Applied Mathematical Modelling 34 (2010) 366–382; paper eq. (10)), repulsive
+    along the normal:
 
-    on i from j: c f_max,i / (1 + d_i²), d_i = d_ij / r_i, with c = 1 in contact and 2 beyond (`printed`) or the reverse
-    (`text`). The law has no direction of its own; the pairs' normals supply it. d_i counts the distance between the
-    centres in radii of the receiver, so that it is 2 at touch for equal radii (f_max/5 or 2 f_max/5, never f_max), and a
-    large disk receives more from a small one than it gives: f_ij ≠ −f_ji unless radii and f_max are equal.
+    on i from j: c f_max,i / (1 + d_i²), d_i = d_ij / r_i, with c = 1 in contact and 2 beyond
+    (`printed`) or the reverse (`text`). The law has no direction of its own; the pairs' normals
+    supply it. d_i counts the distance between the centres in radii of the receiver, so that it is 2
+    at touch for equal radii (f_max/5 or 2 f_max/5, never f_max), and a large disk receives more
+    from a small one than it gives: f_ij ≠ −f_ji unless radii and f_max are equal.
 
-    maximum_force f_max (N): one number or (n,), by receiver. In contact means gap ≤ tolerance (m), so that rounding
-    does not decide at touch. The law names no walls: one acts as a neighbour without radius at its nearest point.
-    Raises ValueError for a maximum force that is negative, not finite or of another shape, a tolerance that is negative
-    or not finite, pairs that name disks beyond the snapshot's, or an unknown reading.
-    """
+    maximum_force f_max (N): one number or (n,), by receiver. In contact means gap ≤ tolerance (m),
+    so that rounding does not decide at touch. The law names no walls: one acts as a neighbour
+    without radius at its nearest point. Raises ValueError for a maximum force that is negative, not
+    finite or of another shape, a tolerance that is negative or not finite, pairs that name disks
+    beyond the snapshot's, or an unknown reading."""
     n = len(snapshot)
     pairs.check_disks(n)
     limit = np.asarray(maximum_force, dtype=np.float64)
@@ -234,4 +245,6 @@ def loehner_force(
 def _sum_at_disks(pairs: Contacts, on_first: Floats, on_second: Floats, disks: int) -> Floats:
     both = ~pairs.is_wall
     received = np.bincount(pairs.first, on_first, disks)
-    return np.asarray(received + np.bincount(pairs.second[both], on_second[both], disks), dtype=np.float64)
+    return np.asarray(
+        received + np.bincount(pairs.second[both], on_second[both], disks), dtype=np.float64
+    )

@@ -1,4 +1,5 @@
-"""`solve`: percussions of a snapshot by the method that serves, with a certificate recomputed from the answer."""
+"""`solve`: percussions of a snapshot by the method that serves, with a certificate recomputed from
+the answer."""
 
 from __future__ import annotations
 
@@ -9,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from nscd.bodies import Snapshot, read_only
 from nscd.contacts import Contacts
-from nscd.ladder import SOLVERS, Outcome, climb, with_free_velocity
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
+from nscd.solvers.ladder import SOLVERS, Outcome, climb, with_free_velocity
 
 
 def solve(
@@ -26,19 +27,21 @@ def solve(
     guess: Percussions | None = None,
     canonical: bool = True,
 ) -> Percussions:
-    """Percussions of the contacts for the left velocity u⁻ (n,2) m/s, the snapshot's own by default.
+    """Percussions of the contacts for the left velocity u⁻ (n,2) m/s, the snapshot's own by
+    default.
 
-    M(u⁺ − u⁻) + Dᵀp = 0, p = k D(u⁺ + u⁻) + λ n, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected; C u⁺ = 0 where the
-    law says `maintained`). The residual is recomputed from the answer; beyond `tolerance` the status is `inaccurate`.
-    For contact forces of a blocked crowd give the desired velocity as u⁻: f = p/τ.
+    M(u⁺ − u⁻) + Dᵀp = 0, p = k D(u⁺ + u⁻) + λ n, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected; C u⁺
+    = 0 where the law says `maintained`). The residual is recomputed from the answer; beyond
+    `tolerance` the status is `inaccurate`. For contact forces of a blocked crowd give the desired
+    velocity as u⁻: f = p/τ.
 
-    u⁺ is unique, λ is not where contacts are redundant: `canonical` takes the λ of least elastic energy (least Σλ², the
-    stiff limit of a packing of equal stiffness loaded from rest), and the answer says whether it is. A `guess`, the answer
-    of a similar problem with the same contacts, makes the solution cheaper.
+    u⁺ is unique, λ is not where contacts are redundant: `canonical` takes the λ of least elastic
+    energy (least Σλ², the stiff limit of a packing of equal stiffness loaded from rest), and the
+    answer says whether it is. A `guess`, the answer of a similar problem with the same contacts,
+    makes the solution cheaper.
 
-    Raises ValueError for a left velocity of the wrong shape or not finite, contacts that name disks which do not
-    exist, a tolerance below 1e-14 or an unknown solver.
-    """
+    Raises ValueError for a left velocity of the wrong shape or not finite, contacts that name disks
+    which do not exist, a tolerance below 1e-14 or an unknown solver."""
     started = time.perf_counter()
     law = ContactLaw() if law is None else law
     if not 1e-14 <= tolerance < 1:
@@ -56,7 +59,9 @@ def solve(
         outcome = Outcome("none", "no contacts", np.empty(0), problem.free, 0, True)
     else:
         problem = with_free_velocity(problem)
-        start = guess.reaction if guess is not None and len(guess.reaction) == len(contacts) else None
+        start = (
+            guess.reaction if guess is not None and len(guess.reaction) == len(contacts) else None
+        )
         outcome = climb(problem, tolerance, solver, start, canonical)
     return certify(snapshot, contacts, problem, outcome, tolerance, started)
 
@@ -69,7 +74,8 @@ def certify(
     tolerance: float,
     started: float,
 ) -> Percussions:
-    """The answer with its residual, momentum and energy recomputed from the outcome's reactions and velocities."""
+    """The answer with its residual, momentum and energy recomputed from the outcome's reactions and
+    velocities."""
     reaction, right = outcome.reaction, outcome.velocity
     total = right + problem.left
     along, across = problem.approach(total), problem.sliding(total)
@@ -80,7 +86,10 @@ def certify(
     energy = 0.5 * float((problem.mass * problem.left**2).sum())
     energy_change = 0.5 * float((problem.mass * (right - problem.left) * total).sum())
     work = 0.5 * float(normal @ along + tangential @ across)
-    residual, momentum_error = problem.residual(reaction, right), problem.balance_error(reaction, right)
+    residual, momentum_error = (
+        problem.residual(reaction, right),
+        problem.balance_error(reaction, right),
+    )
     status, reason = Status.SOLVED, ""
     if not np.isfinite(residual + momentum_error):
         status, reason = Status.FAILED, "the answer is not finite"

@@ -1,9 +1,9 @@
 """From contacts to fields: stress, wall traction, density and momentum of disks, coarse-grained.
 
-Goldhirsch, Granular Matter 12 (2010) 239–252; walls: Weinhart, Thornton, Luding, Bokhove, Granular Matter 14 (2012)
-289–294. A disk counts as a point at its centre; a contact carries its percussion along the branch ℓ from centre to centre,
-or from the centre to the contact point on a wall. With percussions (N·s) stresses are in N·s/m, with forces (N) in N/m.
-"""
+Goldhirsch, Granular Matter 12 (2010) 239–252; walls: Weinhart, Thornton, Luding, Bokhove, Granular
+Matter 14 (2012) 289–294. A disk counts as a point at its centre; a contact carries its percussion
+along the branch ℓ from centre to centre, or from the centre to the contact point on a wall. With
+percussions (N·s) stresses are in N·s/m, with forces (N) in N/m."""
 
 from __future__ import annotations
 
@@ -18,17 +18,20 @@ from numpy.typing import ArrayLike, NDArray
 from nscd.bodies import Floats, Integers, Snapshot, read_only
 from nscd.contacts import Contacts
 
-# below this length, in widths, a branch is a point: erf's difference would lose more than the midpoint does
+# below this length, in widths, a branch is a point: erf's difference would lose more than the
+# midpoint does
 SHORT = 1e-5
 MOST_CELLS = 512
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kernel:
-    """An isotropic kernel φ of unit integral in the plane; width w (m): its standard deviation along an axis.
+    """An isotropic kernel φ of unit integral in the plane; width w (m): its standard deviation
+    along an axis.
 
-    Gaussian: φ = exp(−r²/2w²)/(2πw²), cut where r > cutoff·w; what is cut is below exp(−cutoff²/2) of φ(0).
-    compact: φ = 4/(πR²)·(1 − r²/R²)³ for r < R = √10 w, twice continuously differentiable, nothing to cut.
+    Gaussian: φ = exp(−r²/2w²)/(2πw²), cut where r > cutoff·w; what is cut is below exp(−cutoff²/2)
+    of φ(0). compact: φ = 4/(πR²)·(1 − r²/R²)³ for r < R = √10 w, twice continuously differentiable,
+    nothing to cut.
 
     Raises ValueError for a width that is not positive and finite, or a cutoff below 1.
     """
@@ -51,17 +54,19 @@ class Kernel:
     @property
     def neglected(self) -> float:
         """Largest value (1/m²) that the kernel has beyond its reach."""
-        return 0.0 if self.compact else math.exp(-0.5 * self.cutoff**2) / (2 * math.pi * self.width**2)
+        return (
+            0.0 if self.compact else math.exp(-0.5 * self.cutoff**2) / (2 * math.pi * self.width**2)
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StressField:
     """Coarse-grained contact stress at m points.
 
-    stress Σ (m,2,2) N·s/m, negative in compression, Σ[:, a, b] = −Σ_c p_a ℓ_b ∫φ; divergence div Σ (m,2) N·s/m², from the
-    closed form of the derivative; traction t (m,2) N·s/m², what walls give; truncation (N·s/m): bound on the error of
-    Σ by the cut of the kernel. All per second less (N/m, N/m²) where forces were given.
-    """
+    stress Σ (m,2,2) N·s/m, negative in compression, Σ[:, a, b] = −Σ_c p_a ℓ_b ∫φ; divergence div Σ
+    (m,2) N·s/m², from the closed form of the derivative; traction t (m,2) N·s/m², what walls give;
+    truncation (N·s/m): bound on the error of Σ by the cut of the kernel. All per second less (N/m,
+    N/m²) where forces were given."""
 
     stress: Floats
     divergence: Floats
@@ -77,8 +82,9 @@ class StressField:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlowField:
-    """Coarse-grained motion at m points: density Σmφ (m,) kg/m², momentum Σmuφ (m,2) kg/(m s), their ratio velocity (m,2) m/s
-    and its gradient (m,2,2) 1/s, gradient[:, a, b] = ∂u_a/∂x_b; both are NaN where no disk is within reach."""
+    """Coarse-grained motion at m points: density Σmφ (m,) kg/m², momentum Σmuφ (m,2) kg/(m s),
+    their ratio velocity (m,2) m/s and its gradient (m,2,2) 1/s, gradient[:, a, b] = ∂u_a/∂x_b; both
+    are NaN where no disk is within reach."""
 
     density: Floats
     momentum: Floats
@@ -89,15 +95,16 @@ class FlowField:
 def stress_field(
     snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike, kernel: Kernel, at: ArrayLike
 ) -> StressField:
-    """Stress, its divergence and wall traction at the points `at` (m,2) m, of impulses p (k,2) N·s or forces (k,2) N that
-    the first body of each contact gives to the second.
+    """Stress, its divergence and wall traction at the points `at` (m,2) m, of impulses p (k,2) N·s
+    or forces (k,2) N that the first body of each contact gives to the second.
 
     Σ(x) = −Σ_c p_c ⊗ ℓ_c ∫₀¹ φ(x − x_i − sℓ_c) ds, ℓ = x_j − x_i (wall: contact point − x_i), and
-    t(x) = −Σ_wall p φ(x − x_contact). Exact for any kernel: Σ_i m_iΔu_iφ(x − x_i) = div Σ + t. The line integral is
-    a difference of erf (Gaussian) or a polynomial (compact). No contacts: no stress.
+    t(x) = −Σ_wall p φ(x − x_contact). Exact for any kernel: Σ_i m_iΔu_iφ(x − x_i) = div Σ + t. The
+    line integral is a difference of erf (Gaussian) or a polynomial (compact). No contacts: no
+    stress.
 
-    Raises ValueError for wrong shapes, non-finite numbers and contacts that name disks which do not exist.
-    """
+    Raises ValueError for wrong shapes, non-finite numbers and contacts that name disks which do not
+    exist."""
     points = read_only(at, (-1, 2), "at")
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
@@ -115,7 +122,8 @@ def stress_field(
 
 
 def branches(snapshot: Snapshot, contacts: Contacts) -> Floats:
-    """ℓ of each contact (k,2) m: from the first centre to the second, or to the contact point of a wall."""
+    """ℓ of each contact (k,2) m: from the first centre to the second, or to the contact point of a
+    wall."""
     end = contacts.point.copy()
     pairs = ~contacts.is_wall
     end[pairs] = snapshot.position[contacts.second[pairs]]
@@ -124,33 +132,42 @@ def branches(snapshot: Snapshot, contacts: Contacts) -> Floats:
 
 
 def virial(snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike) -> Floats:
-    """∫Σ dx over the plane = −Σ_c p_c ⊗ ℓ_c, (2,2) N·s m (N m of forces). Raises ValueError as `stress_field` does."""
+    """∫Σ dx over the plane = −Σ_c p_c ⊗ ℓ_c, (2,2) N·s m (N m of forces). Raises ValueError as
+    `stress_field` does."""
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
     total: Floats = -p.T @ branches(snapshot, contacts)
     return total
 
 
-def smear(position: ArrayLike, values: ArrayLike, kernel: Kernel, at: ArrayLike) -> tuple[Floats, Floats]:
-    """Σ_i values_i φ(x − x_i) at the points (m,2), shape (m,d), and its gradient (m,d,2), of values (n,d) at position (n,2) m.
+def smear(
+    position: ArrayLike, values: ArrayLike, kernel: Kernel, at: ArrayLike
+) -> tuple[Floats, Floats]:
+    """Σ_i values_i φ(x − x_i) at the points (m,2), shape (m,d), and its gradient (m,d,2), of values
+    (n,d) at position (n,2) m.
 
-    With a quadrature's points and weights × values it convolves a continuous field with the same kernel.
-    Raises ValueError for wrong shapes and non-finite numbers.
-    """
+    With a quadrature's points and weights × values it convolves a continuous field with the same
+    kernel. Raises ValueError for wrong shapes and non-finite numbers."""
     points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
     what = read_only(values, (len(where), -1), "values")
-    field, gradient = np.zeros((len(points), what.shape[1])), np.zeros((len(points), what.shape[1], 2))
+    field, gradient = (
+        np.zeros((len(points), what.shape[1])),
+        np.zeros((len(points), what.shape[1], 2)),
+    )
     if len(points) and len(where):
         cells = _cells(points, kernel.reach)
-        _add_points(points, *cells, where, what, kernel.width, kernel.reach, kernel.compact, field, gradient)
+        _add_points(
+            points, *cells, where, what, kernel.width, kernel.reach, kernel.compact, field, gradient
+        )
     return field, gradient
 
 
 def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: ArrayLike) -> FlowField:
-    """Density, momentum, velocity and its gradient at the points (m,2) m, of disks that move with velocity (n,2) m/s.
+    """Density, momentum, velocity and its gradient at the points (m,2) m, of disks that move with
+    velocity (n,2) m/s.
 
-    ρ = Σmφ, ρu = Σmu_iφ, ∂u_a/∂x_b = (∂(ρu_a)/∂x_b − u_a ∂ρ/∂x_b)/ρ. Raises ValueError as `smear` does.
-    """
+    ρ = Σmφ, ρu = Σmu_iφ, ∂u_a/∂x_b = (∂(ρu_a)/∂x_b − u_a ∂ρ/∂x_b)/ρ. Raises ValueError as `smear`
+    does."""
     u = read_only(velocity, (len(snapshot), 2), "velocity")
     mass = snapshot.mass[:, None]
     field, slope = smear(snapshot.position, np.hstack([mass, mass * u]), kernel, at)
@@ -165,8 +182,11 @@ def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: Arra
     )
 
 
-def _cells(points: Floats, reach: float) -> tuple[Integers, Integers, int, int, float, float, float]:
-    """Points sorted into square cells: order (m,), where each cell begins, cells along x and y, corner and side (m)."""
+def _cells(
+    points: Floats, reach: float
+) -> tuple[Integers, Integers, int, int, float, float, float]:
+    """Points sorted into square cells: order (m,), where each cell begins, cells along x and y,
+    corner and side (m)."""
     low, extent = points.min(0), float(np.ptp(points, axis=0).max())
     side = max(reach, extent / MOST_CELLS)
     column, row = ((points - low) / side).astype(np.int64).T
@@ -196,7 +216,8 @@ def _slope(d2: float, width: float, compact: bool) -> float:
 
 @njit(cache=True)
 def _along(along: float, across: float, length: float, width: float, compact: bool) -> float:
-    """∫₀¹ φ ds on a branch of this length, seen from a point that is `along` after its start and `across` beside it (m)."""
+    """∫₀¹ φ ds on a branch of this length, seen from a point that is `along` after its start and
+    `across` beside it (m)."""
     if length < SHORT * width:
         return _value((along - 0.5 * length) ** 2 + across * across, width, compact)
     if compact:
@@ -226,7 +247,8 @@ def _along(along: float, across: float, length: float, width: float, compact: bo
 
 @njit(cache=True)
 def _window(low: float, high: float, side: float, count: int) -> tuple[int, int]:
-    """First and last of `count` cells that the interval meets (m from the first cell); first > last: none."""
+    """First and last of `count` cells that the interval meets (m from the first cell); first >
+    last: none."""
     return max(math.floor(low / side), 0), min(math.floor(high / side), count - 1)
 
 
@@ -243,7 +265,9 @@ def _add_contacts(
             continue
         length = math.sqrt(lx * lx + ly * ly)
         ex, ey = (lx / length, ly / length) if length > 0.0 else (1.0, 0.0)
-        first, last = _window(min(sx, sx + lx) - reach - x0, max(sx, sx + lx) + reach - x0, side, nx)
+        first, last = _window(
+            min(sx, sx + lx) - reach - x0, max(sx, sx + lx) + reach - x0, side, nx
+        )
         low, high = _window(min(sy, sy + ly) - reach - y0, max(sy, sy + ly) + reach - y0, side, ny)
         for column in range(first, last + 1):
             if low > high:

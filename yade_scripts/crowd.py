@@ -1,9 +1,10 @@
-"""A crowd of disks between straight walls, by the penalty method, in YADE. From the root of a checkout:
+"""A crowd of disks between straight walls, by the penalty method, in YADE. From the root of a
+checkout:
 
     PYTHONPATH=yade_scripts yade -L noserver -n -x yade_scripts/crowd.py arch
 
-README.md beside this file lists what may be given after the scene, and what the dumps hold. SI units.
-"""
+README.md beside this file lists what may be given after the scene, and what the dumps hold. SI
+units."""
 
 import atexit
 import contextlib
@@ -42,7 +43,9 @@ def remove_temporary_folder():
 
 if not str(getattr(yade.remote, "__file__", "")).startswith(str(HERE)):
     # started without `-L noserver`: start again with it, so that no port stays open
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
+    os.environ["PYTHONPATH"] = os.pathsep.join(
+        filter(None, [str(HERE), os.environ.get("PYTHONPATH")])
+    )
     sys.stdout.flush()
     remove_temporary_folder()
     os.execv(sys.yade_argv[0], [sys.yade_argv[0], "-L", "noserver", *sys.yade_argv[1:]])
@@ -62,7 +65,11 @@ def main(words):
     """Run the scene named first, with the given key=value words; write the dumps."""
     if not words:
         raise SceneFileError("which scene? yade … crowd.py SCENE [key=value …]")
-    path = Path(words[0]) if words[0].endswith(".toml") else HERE.parent / "scenes" / f"{words[0]}.toml"
+    path = (
+        Path(words[0])
+        if words[0].endswith(".toml")
+        else HERE.parent / "scenes" / f"{words[0]}.toml"
+    )
     given = dict(word.split("=", 1) if "=" in word else (word, "") for word in words[1:])
     out = Path(given.pop("out", Path("out") / path.stem / "yade"))
     guarded = given.pop("guard", "yes")
@@ -84,7 +91,9 @@ def main(words):
     if penalty.time_step > 1.000001 * penalty.safe_time_step:
         print("WARNING: the time step is longer than the safe one")
     crowd = Crowd(scene, disks, penalty, guarded == "yes")
-    sys.modules["__main__"].crowd_after_step = crowd.after_step  # where YADE looks for the observer's command
+    sys.modules[
+        "__main__"
+    ].crowd_after_step = crowd.after_step  # where YADE looks for the observer's command
     sys.modules["__main__"].crowd_guard = crowd.look
     with (out / "bodies.dump").open("w") as bodies, (out / "contacts.dump").open("w") as contacts:
         crowd.run(bodies, contacts)
@@ -101,9 +110,9 @@ def in_plane(vectors):
 class Crowd:
     """YADE's bodies for a scene, and what happens between its steps.
 
-    YADE keeps velocities half a step behind positions. The dumps hold those at the same instant, v + dt
-    f/(2m), as LAMMPS does, and the first step is half a one, so that both engines compute the same numbers.
-    """
+    YADE keeps velocities half a step behind positions. The dumps hold those at the same instant, v
+    + dt f/(2m), as LAMMPS does, and the first step is half a one, so that both engines compute the
+    same numbers."""
 
     def __init__(self, scene, disks, penalty, guarded):
         self.guarded, self.broken, self.seen = guarded, "", (-1, None)
@@ -114,8 +123,8 @@ class Crowd:
             penalty.wall_damping,
             penalty.tangential_stiffness,
         )
-        # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and this give
-        # wall_c
+        # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and
+        # this give wall_c
         wall_cn = 2 * c * wall_c / (2 * c - wall_c) if c else 0.0
         angle = math.atan(penalty.friction)
         common = {"kn": 2 * k, "ks": 2 * kt, "cs": 0.0, "frictionAngle": angle, "density": 1.0}
@@ -123,10 +132,14 @@ class Crowd:
         self.wall_material = O.materials.append(ViscElMat(cn=wall_cn, **common))
         self.states = [
             self._add_disk(*row)
-            for row in zip(disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True)
+            for row in zip(
+                disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True
+            )
         ]
         walls = scene.get("walls", [])
-        self.wall_numbers = {self._add_wall(wall): number for number, wall in enumerate(walls, start=1)}
+        self.wall_numbers = {
+            self._add_wall(wall): number for number, wall in enumerate(walls, start=1)
+        }
         self.held = np.zeros((len(disks.ids), 2))
         self.observer = PyRunner(command="crowd_after_step()", iterPeriod=1, dead=True)
         self.watch = PyRunner(command="crowd_guard()", iterPeriod=1, dead=True)
@@ -194,8 +207,8 @@ class Crowd:
             raise RuntimeError(f"stopped after step {self.last_written} of {self.penalty.steps}")
 
     def _let_go_of_touching(self, force):
-        """Take away the damping of disks that touch without overlap: a contact begins with an overlap, as in
-        LAMMPS."""
+        """Take away the damping of disks that touch without overlap: a contact begins with an
+        overlap, as in LAMMPS."""
         for interaction in O.interactions:
             if interaction.isReal and interaction.geom.penetrationDepth <= 0:
                 for body, sign in ((interaction.id1, 1.0), (interaction.id2, -1.0)):
@@ -212,7 +225,9 @@ class Crowd:
     def look(self):
         """Called after a step at the guard's interval: stop a run that cannot be right."""
         step, dt = O.iter, self.penalty.time_step
-        broken = self.guard.look(self._position, lambda: in_plane([state.vel for state in self.states]))
+        broken = self.guard.look(
+            self._position, lambda: in_plane([state.vel for state in self.states])
+        )
         if broken:
             kind, words = broken
             self.broken = f"GUARD {kind} at t = {step * dt:.6g} s (step {step}): {words}"
@@ -266,13 +281,18 @@ class Crowd:
         self._head(self.bodies, step, len(table), "ATOMS", names)
         self.bodies.writelines(row % tuple(values) for values in table.tolist())
         rows = sorted(
-            filter(None, map(self._contact, O.interactions)), key=lambda values: (values[2], *values[:2])
+            filter(None, map(self._contact, O.interactions)),
+            key=lambda values: (values[2], *values[:2]),
         )
-        self._head(self.contacts, step, len(rows), "ENTRIES", "first second is_wall nx ny overlap fx fy")
+        self._head(
+            self.contacts, step, len(rows), "ENTRIES", "first second is_wall nx ny overlap fx fy"
+        )
         self.contacts.writelines(CONTACT_ROW % values for values in rows)
         self.last_written = step
         energy = 0.5 * float(disks.mass @ (velocity**2).sum(1))
-        print(f"{step:10d} {step * self.penalty.time_step:.6g} {len(table)} {energy:.8g}", flush=True)
+        print(
+            f"{step:10d} {step * self.penalty.time_step:.6g} {len(table)} {energy:.8g}", flush=True
+        )
 
     def _head(self, file, step, count, kind, names):
         box = "".join(self.disks.box)
@@ -282,12 +302,15 @@ class Crowd:
         file.write(f"ITEM: {kind} {names}\n")
 
     def _contact(self, interaction):
-        """A row of the contact dump: the first disk, the second disk or the wall, and what the first does to
-        it."""
+        """A row of the contact dump: the first disk, the second disk or the wall, and what the
+        first does to it."""
         overlap = interaction.geom.penetrationDepth
         if not interaction.isReal or overlap <= 0:
             return None
-        normal, force = interaction.geom.normal, interaction.phys.normalForce + interaction.phys.shearForce
+        normal, force = (
+            interaction.geom.normal,
+            interaction.phys.normalForce + interaction.phys.shearForce,
+        )
         first, second = interaction.id1, interaction.id2
         wall = first in self.wall_numbers or second in self.wall_numbers
         if first in self.wall_numbers or (not wall and first > second):

@@ -1,4 +1,5 @@
-"""The guard: every few steps it asks whether the run can still be right, as lammps_inputs/guard.in does.
+"""The guard: every few steps it asks whether the run can still be right, as lammps_inputs/guard.in
+does.
 
 What it asks, why and with which limits: docs/guard.md.
 """
@@ -16,9 +17,10 @@ STOPPED = 3  # exit status
 
 
 def interval_of(scene, disks, penalty):
-    """Steps between two looks: within 2 sqrt(m/k) of the lightest disk no contact begins and ends unseen, nobody
-    at the fastest speed asked for passes half the smallest radius, and the drive changes little; at least ten
-    looks a run. A driven run is looked at where its drive is evaluated, if that is often enough."""
+    """Steps between two looks: within 2 sqrt(m/k) of the lightest disk no contact begins and ends
+    unseen, nobody at the fastest speed asked for passes half the smallest radius, and the drive
+    changes little; at least ten looks a run. A driven run is looked at where its drive is
+    evaluated, if that is often enough."""
     drive = scene.get("drive")
     speed = max(float(np.hypot(*disks.velocity.T).max()), drive["speed_m_per_s"] if drive else 0.0)
     span = min(
@@ -57,10 +59,13 @@ class Guard:
         self.laid_over = self._inside(disks.position)
         self.isolated = not drive and not len(self.walls)
         self.momentum = disks.mass @ disks.velocity
-        self.low, self.high = np.array([[float(word) for word in line.split()] for line in disks.box[:2]]).T
+        self.low, self.high = np.array(
+            [[float(word) for word in line.split()] for line in disks.box[:2]]
+        ).T
 
     def look(self, position, velocity):
-        """The kind of what is broken and a sentence, or None. position and velocity (n,2) are functions."""
+        """The kind of what is broken and a sentence, or None. position and velocity (n,2) are
+        functions."""
         kinetic = utils.kineticEnergy()
         if not math.isfinite(kinetic):
             return "finite", "the kinetic energy is not a finite number"
@@ -99,7 +104,8 @@ class Guard:
 
     def _lost(self, position):
         low, high = (
-            np.array([corner[0], corner[1]]) for corner in utils.aabbExtrema(cutoff=0.0, centers=True)
+            np.array([corner[0], corner[1]])
+            for corner in utils.aabbExtrema(cutoff=0.0, centers=True)
         )
         if (low >= self.low).all() and (high <= self.high).all():
             return None

@@ -1,8 +1,7 @@
 """Keeps YADE from opening network ports: `yade -L noserver …` with this folder on PYTHONPATH.
 
-YADE starts a Python prompt and an XML-RPC server on all interfaces before it runs a script. Imported first
-(-L), this file puts itself in the place of the module that does so.
-"""
+YADE starts a Python prompt and an XML-RPC server on all interfaces before it runs a script.
+Imported first (-L), this file puts itself in the place of the module that does so."""
 
 import importlib.util
 import sys

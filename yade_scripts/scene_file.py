@@ -1,5 +1,5 @@
-"""A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the command
-line."""
+"""A scene as the scripts need it: its TOML file, its LAMMPS data file and what was given on the
+command line."""
 
 import math
 import tomllib
@@ -28,8 +28,8 @@ class SceneFileError(ValueError):
 
 @dataclass(frozen=True)
 class Disks:
-    """ids (n,), radius (n,) m, mass (n,) kg, position and velocity (n,2) m, m/s, spin (n,) rad/s, box: its
-    three lines."""
+    """ids (n,), radius (n,) m, mass (n,) kg, position and velocity (n,2) m, m/s, spin (n,) rad/s,
+    box: its three lines."""
 
     ids: np.ndarray
     radius: np.ndarray
@@ -50,7 +50,9 @@ def read_scene(path, given):
         raise SceneFileError(f"{path}: {error}") from None
     for name, text in given.items():
         if name not in NUMBERS:
-            raise SceneFileError(f"{name}={text}: unknown; there are: {', '.join([*NUMBERS, 'out'])}")
+            raise SceneFileError(
+                f"{name}={text}: unknown; there are: {', '.join([*NUMBERS, 'out'])}"
+            )
         table, key = NUMBERS[name]
         try:
             scene[table][key] = type(scene[table].get(key, 0.0))(float(text))
@@ -64,7 +66,8 @@ def read_scene(path, given):
 
 
 def read_disks(path):
-    """The disks of a LAMMPS data file (atom_style sphere). The density column is that of a sphere."""
+    """The disks of a LAMMPS data file (atom_style sphere). The density column is that of a
+    sphere."""
     section, rows, bounds = "", {"Atoms": [], "Velocities": []}, {}
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
@@ -80,7 +83,9 @@ def read_disks(path):
             elif len(words) == 4 and words[3][1:] == "hi":
                 bounds[words[2]] = tuple(map(float, words[:2]))
         except ValueError:
-            raise SceneFileError(f"{path}, line {number}: not a row of numbers: {line.strip()!r}") from None
+            raise SceneFileError(
+                f"{path}, line {number}: not a row of numbers: {line.strip()!r}"
+            ) from None
     atoms, motion = (np.array(sorted(rows[name])) for name in ("Atoms", "Velocities"))
     if (
         atoms.ndim != 2
@@ -103,18 +108,19 @@ def read_disks(path):
 
 
 def restitution_of(ratio):
-    """Restitution of two bodies that repel with max(0, k overlap + c approach) at damping ratio c/(2 sqrt(k
-    m_eff)).
+    """Restitution of two bodies that repel with max(0, k overlap + c approach) at damping ratio
+    c/(2 sqrt(k m_eff)).
 
-    Schwager and Poeschel, Granular Matter 9 (2007) 465; 1e-300 gives the limit exp(-2) at critical damping.
-    """
+    Schwager and Poeschel, Granular Matter 9 (2007) 465; 1e-300 gives the limit exp(-2) at critical
+    damping."""
     root = math.sqrt(abs(1 - ratio * ratio) + 1e-300)
     below = math.atan2(2 * ratio * root, 2 * ratio * ratio - 1)
     return math.exp(-ratio / root * (below if ratio < 1 else 2 * math.log(ratio + root)))
 
 
 def damping_ratio_for(restitution):
-    """The damping ratio whose restitution is the one asked, by bisection; at most 10 (restitution 0.0024)."""
+    """The damping ratio whose restitution is the one asked, by bisection; at most 10 (restitution
+    0.0024)."""
     if restitution >= 1:
         return 0.0
     low, high = 0.0, LARGEST_DAMPING_RATIO
@@ -128,8 +134,8 @@ def damping_ratio_for(restitution):
 
 @dataclass(frozen=True)
 class Penalty:
-    """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the heaviest
-    disks."""
+    """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the
+    heaviest disks."""
 
     stiffness: float
     friction: float
@@ -174,8 +180,8 @@ def penalty_of(scene, mass):
 
 
 def drive_force(drive, mass, position, velocity):
-    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the door (or its centre), and outward beyond
-    the door."""
+    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the door (or its centre), and
+    outward beyond the door."""
     start, end = np.array(drive["door_start_m"]), np.array(drive["door_end_m"])
     outward = np.array(drive["outward"])
     gone = (position - start) @ outward >= 0
@@ -186,5 +192,9 @@ def drive_force(drive, mass, position, velocity):
     way = start + share[:, None] * along - position
     distance = np.hypot(*way.T)
     gone |= distance == 0
-    direction = np.where(gone[:, None], outward, way / np.where(distance > 0, distance, 1.0)[:, None])
-    return mass[:, None] * (drive["speed_m_per_s"] * direction - velocity) / drive["relaxation_time_s"]
+    direction = np.where(
+        gone[:, None], outward, way / np.where(distance > 0, distance, 1.0)[:, None]
+    )
+    return (
+        mass[:, None] * (drive["speed_m_per_s"] * direction - velocity) / drive["relaxation_time_s"]
+    )

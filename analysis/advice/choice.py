@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from analysis.advice.curve import Curves, Errors
+from analysis.advice.error_curves import Curves, Errors
 from analysis.advice.library import Entry, Library, Rates
 from analysis.advice.likeness import Likeness, likeness_of
 from analysis.advice.price import lasts, price_of, safe_step
 from analysis.advice.safety import factor
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 from analysis.work_precision.pareto import WORTH
 from analysis.work_precision.point import Point
 from analysis.work_precision.soft_runs import STIFFER
@@ -25,9 +25,11 @@ LOADS = {
     "wall-load": "what all walls together carry",
     "displacement": "where each disk goes",
 }
-# So little more is paid for a smaller error: less than the cost of a run varies from one to the next.
+# So little more is paid for a smaller error: less than the cost of a run varies from one to the
+# next.
 MARGIN = 0.1
-# Longer steps, as shares of the safe one, can survive the window and heat the crowd unnoticed in a longer run.
+# Longer steps, as shares of the safe one, can survive the window and heat the crowd unnoticed in a
+# longer run.
 LONGEST = 4.0
 # The next better choice is one with an error smaller by this factor.
 BETTER = 0.5
@@ -35,8 +37,9 @@ BETTER = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A method with a setting on the scene: its expected numerical and model error, their sum with safety factors
-    (promised), and what it should cost. time_step_share of the safe step; None or "" for what a method does not have."""
+    """A method with a setting on the scene: its expected numerical and model error, their sum with
+    safety factors (promised), and what it should cost. time_step_share of the safe step; None or ""
+    for what a method does not have."""
 
     method: str
     law: str
@@ -55,11 +58,11 @@ class Candidate:
 class Advice:
     """What was asked and what is advised.
 
-    choice: None where nothing reaches the asked error. better: the cheapest with half the choice's error or less, None where
-    there is none. best: the smallest error promised, whatever it costs; None where nothing is known. curve: the candidates
-    that no cheaper one beats, from cheap to accurate. by_method: the cheapest of each method that reaches. read: which
-    scenes it was read from, with their weights. own: from a chart of this very scene.
-    """
+    choice: None where nothing reaches the asked error. better: the cheapest with half the choice's
+    error or less, None where there is none. best: the smallest error promised, whatever it costs;
+    None where nothing is known. curve: the candidates that no cheaper one beats, from cheap to
+    accurate. by_method: the cheapest of each method that reaches. read: which scenes it was read
+    from, with their weights. own: from a chart of this very scene."""
 
     scene: Scene
     likeness: Likeness
@@ -86,14 +89,15 @@ def advise(
     library: Library,
     chart: Sequence[Point] | None = None,
 ) -> Advice:
-    """The cheapest of the methods that promises an error ≤ asked (a share, e.g. 0.05) in the quantity, see `LOADS`.
+    """The cheapest of the methods that promises an error ≤ asked (a share, e.g. 0.05) in the
+    quantity, see `LOADS`.
 
-    Errors are rms over all components relative to the rms of the rigid model's, of the window of the scene. Against `rigid`
-    numerical and model error count, and law and stiffness are free; against `model` the numerical error alone, with the
-    scene's own law and stiffness, and the rigid model is no candidate. A chart of the scene is read instead of the library,
-    without safety factors. Prices are of the window, or of the whole run. Raises ValueError as `likeness_of`, for an unknown
-    quantity, one that nothing like the scene has, and a chart of another scene.
-    """
+    Errors are rms over all components relative to the rms of the rigid model's, of the window of
+    the scene. Against `rigid` numerical and model error count, and law and stiffness are free;
+    against `model` the numerical error alone, with the scene's own law and stiffness, and the rigid
+    model is no candidate. A chart of the scene is read instead of the library, without safety
+    factors. Prices are of the window, or of the whole run. Raises ValueError as `likeness_of`, for
+    an unknown quantity, one that nothing like the scene has, and a chart of another scene."""
     _check_quantity(scene, quantity)
     likeness = likeness_of(scene)
     load = quantity.split("-")[0]
@@ -121,7 +125,9 @@ def advise(
         against=against,
         choice=choice,
         better=_cheapest(
-            c for c in found if choice is not None and c.promised_error <= BETTER * choice.promised_error
+            c
+            for c in found
+            if choice is not None and c.promised_error <= BETTER * choice.promised_error
         ),
         best=min(found, key=lambda c: (c.promised_error, c.cpu_seconds), default=None),
         curve=tuple(_front(found)),
@@ -136,7 +142,8 @@ def advise(
 
 
 def entry_of_chart(scene: Scene, likeness: Likeness, points: Sequence[Point]) -> Entry:
-    """The points of a chart of the scene as an entry. Raises ValueError where they are of another scene."""
+    """The points of a chart of the scene as an entry. Raises ValueError where they are of another
+    scene."""
     ours = tuple(p for p in points if p.scene == scene.name)
     base = scene.contact.stiffness_N_per_m
     if not any(p.stiffness_N_per_m == base for p in ours):
@@ -145,7 +152,11 @@ def entry_of_chart(scene: Scene, likeness: Likeness, points: Sequence[Point]) ->
             + ", ".join(sorted({p.scene for p in points}))
         )
     return Entry(
-        name=scene.name, likeness=likeness, stiffness_N_per_m=base, window_s=window_of(scene), points=ours
+        name=scene.name,
+        likeness=likeness,
+        stiffness_N_per_m=base,
+        window_s=window_of(scene),
+        points=ours,
     )
 
 
@@ -246,9 +257,12 @@ def _soft(
 
 
 def _promise(errors: Errors, curves: Curves, rates: Rates | None, against: Against) -> float:
-    """Numerical plus model error, each with its safety factor; against `model` the numerical error alone."""
+    """Numerical plus model error, each with its safety factor; against `model` the numerical error
+    alone."""
     numerical, model = (
-        (1.0, 1.0) if rates is None else (factor(rates, curves, "numerical"), factor(rates, curves, "model"))
+        (1.0, 1.0)
+        if rates is None
+        else (factor(rates, curves, "numerical"), factor(rates, curves, "model"))
     )
     return numerical * errors.numerical + (model * errors.model if against == "rigid" else 0.0)
 

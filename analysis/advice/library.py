@@ -1,4 +1,5 @@
-"""The stored library: scenes that were measured, each with its likeness and its points, machine and date."""
+"""The stored library: scenes that were measured, each with its likeness and its points, machine and
+date."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from analysis.advice.likeness import Likeness
 from analysis.work_precision.point import Point, PointStatus
 
 FORMAT = 1
-FILE = "advice_library.json"
+FILE = "library.json"
 # What the points of one run have in common, in this order, then the errors of each quantity.
 RUN = (
     "method", "law", "solver", "time_step_s", "time_step_share", "stiffness_N_per_m", "tolerance", "cpu_seconds",
@@ -27,8 +28,8 @@ Rates = dict[tuple[bool, str, str], float]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Entry:
-    """A measured scene: its name, what it is like, its own stiffness, how long its window is at that stiffness, and its
-    points."""
+    """A measured scene: its name, what it is like, its own stiffness, how long its window is at
+    that stiffness, and its points."""
 
     name: str
     likeness: Likeness
@@ -39,10 +40,13 @@ class Entry:
     def hardness(self, point: Point) -> float:
         """The hardness (see `Likeness`) of a point's contacts."""
         assert point.stiffness_N_per_m is not None
-        return self.likeness.hardness * float((point.stiffness_N_per_m / self.stiffness_N_per_m) ** 0.5)
+        return self.likeness.hardness * float(
+            (point.stiffness_N_per_m / self.stiffness_N_per_m) ** 0.5
+        )
 
     def particle_steps(self, point: Point) -> float:
-        """Disks times steps of a point's run over the window, which for an impact shortens as √k grows."""
+        """Disks times steps of a point's run over the window, which for an impact shortens as √k
+        grows."""
         assert point.time_step_s is not None
         assert point.stiffness_N_per_m is not None
         window = self.window_s
@@ -53,14 +57,16 @@ class Entry:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Library:
-    """Measured scenes, and the rates of the safety factors that they were found to need (see `safety.rates_of`)."""
+    """Measured scenes, and the rates of the safety factors that they were found to need (see
+    `safety.rates_of`)."""
 
     entries: tuple[Entry, ...]
     rates: Rates
 
 
 def library_text(library: Library) -> str:
-    """The library as JSON, one line a run: what its points have in common (`RUN`), then `ERRORS` of each quantity."""
+    """The library as JSON, one line a run: what its points have in common (`RUN`), then `ERRORS` of
+    each quantity."""
     scenes = []
     for entry in library.entries:
         first = entry.points[0]
@@ -83,7 +89,9 @@ def library_text(library: Library) -> str:
             f"{run[:-1]}, {json.dumps([found.get(quantity) for quantity, _ in quantities])}]"
             for run, found in runs.items()
         ]
-        scenes.append(json.dumps(head, ensure_ascii=False)[:-1] + ', "runs": [\n' + ",\n".join(rows) + "\n]}")
+        scenes.append(
+            json.dumps(head, ensure_ascii=False)[:-1] + ', "runs": [\n' + ",\n".join(rows) + "\n]}"
+        )
     rates = [[*key, _short(rate)] for key, rate in sorted(library.rates.items())]
     top = json.dumps({"format": FORMAT, "rates": rates, "run": RUN, "errors": ERRORS})
     return top[:-1] + ', "scenes": [\n' + ",\n".join(scenes) + "\n]}\n"
@@ -92,7 +100,11 @@ def library_text(library: Library) -> str:
 def library_of(text: str) -> Library:
     """The library of what `library_text` gave. Raises ValueError for another format."""
     content = json.loads(text)
-    if content.get("format") != FORMAT or tuple(content["run"]) != RUN or tuple(content["errors"]) != ERRORS:
+    if (
+        content.get("format") != FORMAT
+        or tuple(content["run"]) != RUN
+        or tuple(content["errors"]) != ERRORS
+    ):
         raise ValueError(f"{FILE}: format {content.get('format')}; {FORMAT} is needed")
     return Library(
         entries=tuple(_entry(scene) for scene in content["scenes"]),
@@ -103,7 +115,7 @@ def library_of(text: str) -> Library:
 @functools.cache
 def stored_library() -> Library:
     """The library that the product brings along."""
-    return library_of((files("analysis") / "data" / FILE).read_text(encoding="utf-8"))
+    return library_of((files("analysis.advice") / FILE).read_text(encoding="utf-8"))
 
 
 def _entry(scene: dict[str, Any]) -> Entry:

@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from analysis.engines.penalty import damping_ratio_for
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 from analysis.work_precision.window import DRIVEN_SHARE
 from nscd import Contacts, find_contacts
 
@@ -21,13 +21,14 @@ ISOSTATIC = 2.0
 class Likeness:
     """Dimensionless numbers of a scene and its window.
 
-    driven: pressed by a drive, else an impact. disks: how many. depth: how many disks a push passes through: contacts
-    between the two disks farthest apart in the contact graph; of a crowd still to be pressed together, the mean diameters
-    from the door to its farthest disk. links: contacts a disk. door: its width in mean diameters, 1 for an impact.
-    mass_ratio: heaviest over lightest disk. damping_ratio: ζ at the asked restitution. periods: √(m̄/k) in the window.
-    hardness: how hard the scene's own contacts are for their load, ∝ √k: r̄/(U √(m̄/k)) of an impact at speed U (a radius over
-    the deepest overlap), periods/depth of a driven crowd (how often a push can cross it).
-    """
+    driven: pressed by a drive, else an impact. disks: how many. depth: how many disks a push passes
+    through: contacts between the two disks farthest apart in the contact graph; of a crowd still to
+    be pressed together, the mean diameters from the door to its farthest disk. links: contacts a
+    disk. door: its width in mean diameters, 1 for an impact. mass_ratio: heaviest over lightest
+    disk. damping_ratio: ζ at the asked restitution. periods: √(m̄/k) in the window. hardness: how
+    hard the scene's own contacts are for their load, ∝ √k: r̄/(U √(m̄/k)) of an impact at speed U
+    (a radius over the deepest overlap), periods/depth of a driven crowd (how often a push can cross
+    it)."""
 
     driven: bool
     disks: int
@@ -40,8 +41,9 @@ class Likeness:
     hardness: float
 
     def distance(self, other: Likeness) -> float:
-        """How unlike: root of the sum of squares of log₂ of the ratios of depth, links, door, mass ratio, ζ and, for
-        impacts, periods; infinite between an impact and a driven crowd. Hardness is no part: curves run over it."""
+        """How unlike: root of the sum of squares of log₂ of the ratios of depth, links, door, mass
+        ratio, ζ and, for impacts, periods; infinite between an impact and a driven crowd. Hardness
+        is no part: curves run over it."""
         if self.driven != other.driven:
             return float("inf")
         return float(np.linalg.norm(np.log2(self._compared()) - np.log2(other._compared())))
@@ -64,8 +66,8 @@ class Likeness:
 
 
 def likeness_of(scene: Scene) -> Likeness:
-    """The numbers of a scene. Raises ValueError for a scene with friction, which nothing was measured with, and for an
-    impact or a real crowd in which nobody touches anybody."""
+    """The numbers of a scene. Raises ValueError for a scene with friction, which nothing was
+    measured with, and for an impact or a real crowd in which nobody touches anybody."""
     if scene.contact.friction:
         raise ValueError(
             f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; advice is for frictionless contacts"
@@ -81,7 +83,9 @@ def likeness_of(scene: Scene) -> Likeness:
             snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
         )
         if not len(contacts):
-            raise ValueError(f"scene {scene.name}: nobody touches anybody at the start: nothing to compute")
+            raise ValueError(
+                f"scene {scene.name}: nobody touches anybody at the start: nothing to compute"
+            )
         depth, links = float(_longest_way(contacts, len(snapshot))), len(contacts) / len(snapshot)
     if drive is not None:
         periods = DRIVEN_SHARE * drive.relaxation_time_s / period
@@ -115,7 +119,8 @@ def _to_the_door(scene: Scene) -> float:
 
 
 def _longest_way(contacts: Contacts, n: int) -> int:
-    """Contacts between the disks farthest apart in the largest island: from its last disk in breadth-first order, again."""
+    """Contacts between the disks farthest apart in the largest island: from its last disk in
+    breadth-first order, again."""
     pairs = contacts.select(~contacts.is_wall)
     graph = coo_array((np.ones(len(pairs)), (pairs.first, pairs.second)), shape=(n, n)).tocsr()
     longest = 0

@@ -1,4 +1,5 @@
-"""What a run costs: an engine's start and its cost per disk and step, fitted to the measured runs."""
+"""What a run costs: an engine's start and its cost per disk and step, fitted to the measured
+runs."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from scipy.optimize import nnls
 
 from analysis.advice.library import Entry
 from analysis.engines.penalty import penalty_of
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +27,8 @@ class Price:
 
 
 def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
-    """Fitted to all runs of that engine and law that ended, by non-negative least squares of the relative error."""
+    """Fitted to all runs of that engine and law that ended, by non-negative least squares of the
+    relative error."""
     runs = {
         (entry.name, point.stiffness_N_per_m, point.time_step_share): (
             entry.particle_steps(point),
@@ -42,7 +44,8 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
 
 
 def lasts(scene: Scene, stiffness: float, whole_run: bool, window_s: float) -> float:
-    """How long the window, or the scene's whole run, is (s) at a stiffness (N/m): an impact is over sooner, ∝ 1/√k."""
+    """How long the window, or the scene's whole run, is (s) at a stiffness (N/m): an impact is over
+    sooner, ∝ 1/√k."""
     if scene.drive is not None:
         return scene.run.duration_s if whole_run else window_s
     return scene.run.duration_s * float(np.sqrt(scene.contact.stiffness_N_per_m / stiffness))

@@ -25,7 +25,11 @@ def percent(share: float) -> str:
 def seconds(value: float) -> str:
     """CPU time, two digits."""
     return (
-        f"{1e3 * value:.2g} ms" if value < 0.0995 else f"{value:.2g} s" if value < 99.5 else f"{value:.0f} s"
+        f"{1e3 * value:.2g} ms"
+        if value < 0.0995
+        else f"{value:.2g} s"
+        if value < 99.5
+        else f"{value:.0f} s"
     )
 
 
@@ -58,12 +62,17 @@ def headline(advice: Advice) -> str:
 def where_measured(advice: Advice, library: Library, chart: Sequence[Point] | None) -> list[str]:
     """Machine and date of the points that were read, each pair once."""
     names = {name for name, _ in advice.read}
-    points = chart if chart is not None else [p for e in library.entries if e.name in names for p in e.points]
+    points = (
+        chart
+        if chart is not None
+        else [p for e in library.entries if e.name in names for p in e.points]
+    )
     return sorted({f"{point.machine}, {point.date}" for point in points})
 
 
 def report(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> list[str]:
-    """All lines: the question, the choice, the next better one, each method, the curve, where it was read, what was left out.
+    """All lines: the question, the choice, the next better one, each method, the curve, where it
+    was read, what was left out.
 
     measured: machine and date of what was read.
     """

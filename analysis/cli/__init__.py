@@ -22,11 +22,13 @@ def doctor() -> None:
 
     Example: percussions doctor
     """
-    from analysis.doctor import examine
+    from analysis.engines.doctor import examine
 
     findings = examine()
     for finding in findings:
-        print(f"{finding.name:<12}{finding.state:<10}{finding.version or '–'}  {finding.path or ''}")
+        print(
+            f"{finding.name:<12}{finding.state:<10}{finding.version or '–'}  {finding.path or ''}"
+        )
         if finding.advice:
             print(f"{'':<12}{finding.advice}")
     if any(finding.state == "missing" for finding in findings):
@@ -37,7 +39,9 @@ def main() -> None:
     """Run the command; errors of the input are one line and exit status 1."""
     from analysis.engines.record import EngineError
 
-    logging.basicConfig(level=logging.INFO if "-v" in sys.argv else logging.WARNING, format="%(message)s")
+    logging.basicConfig(
+        level=logging.INFO if "-v" in sys.argv else logging.WARNING, format="%(message)s"
+    )
     try:
         app()
     except SystemExit as end:

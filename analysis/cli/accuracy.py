@@ -26,12 +26,13 @@ def chart(
     jobs: Jobs = None,
     out: Out = Path("chart"),
 ) -> None:
-    """Cost against error of every method on a scene: a page with charts, and its points as CSV and JSON.
+    """Cost against error of every method on a scene: a page with charts, and its points as CSV and
+    JSON.
 
     Example: percussions chart arch --out chart/arch
     """
-    from analysis.scene import read_scene
-    from analysis.work_precision.build import build_chart
+    from analysis.scene.scene import read_scene
+    from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart
 
     chosen = read_scene(scene)
@@ -40,7 +41,9 @@ def chart(
     page = write_chart(made, out, command_line())
     for quantity in made.measured.quantities:
         head, rows = front_table(made, quantity)
-        print(f"\nPareto fronts, all methods and soft contacts alone: {quantity.words} ({quantity.unit})")
+        print(
+            f"\nPareto fronts, all methods and soft contacts alone: {quantity.words} ({quantity.unit})"
+        )
         for row in (head, *rows):
             print(f"{row[0]:<28}{row[1]:<46}" + "".join(f"{cell:>12}" for cell in row[2:]))
     for warning in made.warnings:
@@ -87,7 +90,10 @@ def advise(
     scene: SceneName,
     error: Annotated[str, typer.Option(help="Error that is allowed, such as 5% or 0.05.")],
     quantity: Annotated[
-        str, typer.Option(help="disk-load, contact-load, wall-load or displacement (of a driven crowd).")
+        str,
+        typer.Option(
+            help="disk-load, contact-load, wall-load or displacement (of a driven crowd)."
+        ),
     ] = "disk-load",
     against: Annotated[
         Literal["rigid", "model"],
@@ -97,28 +103,33 @@ def advise(
     ] = "rigid",
     method: Annotated[
         list[str] | None,
-        typer.Option(help="rigid, lammps or yade; give it several times. Left out: all that are installed."),
+        typer.Option(
+            help="rigid, lammps or yade; give it several times. Left out: all that are installed."
+        ),
     ] = None,
     chart: Annotated[
         Path | None,
-        typer.Option(help="Folder of a chart of this very scene, to read instead of the stored library."),
+        typer.Option(
+            help="Folder of a chart of this very scene, to read instead of the stored library."
+        ),
     ] = None,
     runs: Runs = Path("out"),
     out: Out = Path("advice"),
 ) -> None:
-    """The cheapest method whose measured error on such a scene is within what is asked. Exit status 1 if there is none.
+    """The cheapest method whose measured error on such a scene is within what is asked. Exit status
+    1 if there is none.
 
     Example: percussions advise arch --error 5% --quantity wall-load
     """
+    from analysis.advice.advised_run import methods_here
     from analysis.advice.asked import asked_error
     from analysis.advice.choice import advise as choose
-    from analysis.advice.left_out import left_out
     from analysis.advice.library import stored_library
-    from analysis.advice.running import methods_here
+    from analysis.advice.unneeded import left_out
     from analysis.advice.words import report as words
     from analysis.advice.words import to_json, where_measured
-    from analysis.files import write_text
-    from analysis.scene import read_scene
+    from analysis.scene.scene import read_scene
+    from analysis.support.files import write_text
     from analysis.work_precision.point import read_points
 
     chosen = read_scene(scene)

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from analysis.study import Progress as Report
+from analysis.support.progress import Progress as Report
 
 app = typer.Typer(
     add_completion=False,

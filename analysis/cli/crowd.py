@@ -14,12 +14,16 @@ from analysis.cli.app import Out, SceneName, progress
 
 commands = typer.Typer()
 
-Stiffness = Annotated[float | None, typer.Option(help="Contact stiffness in N/m, instead of the scene's.")]
+Stiffness = Annotated[
+    float | None, typer.Option(help="Contact stiffness in N/m, instead of the scene's.")
+]
 
 
 @commands.command()
 def scenes(
-    make: Annotated[str | None, typer.Option(help="Make this scene anew instead of listing.")] = None,
+    make: Annotated[
+        str | None, typer.Option(help="Make this scene anew instead of listing.")
+    ] = None,
     disks: Annotated[int | None, typer.Option(help="Number of disks.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 1,
     out: Out = Path("."),
@@ -28,8 +32,8 @@ def scenes(
 
     Example: percussions scenes --make arch --disks 5000 --seed 3 --out mine
     """
-    from analysis.making import make as make_scene
-    from analysis.scene import read_scene, scene_names
+    from analysis.scene.scene import read_scene, scene_names
+    from analysis.scene.shipped_scenes import make as make_scene
 
     if make is not None:
         scene = make_scene(make, disks, seed)
@@ -48,16 +52,21 @@ def scenes(
 def run(
     scene: SceneName,
     engine: Annotated[
-        str | None, typer.Option(help="lammps or yade; lammps if left out, or what --error chooses.")
+        str | None,
+        typer.Option(help="lammps or yade; lammps if left out, or what --error chooses."),
     ] = None,
     error: Annotated[
         str | None,
-        typer.Option(help="Let law, stiffness and time step be advised for this error, such as 5%."),
+        typer.Option(
+            help="Let law, stiffness and time step be advised for this error, such as 5%."
+        ),
     ] = None,
     stiffness: Stiffness = None,
     restitution: Annotated[float | None, typer.Option(help="Asked restitution, 0 to 1.")] = None,
     law: Annotated[str | None, typer.Option(help="hooke or hertz.")] = None,
-    time_step: Annotated[float | None, typer.Option(help="Time step in s, instead of the rule's.")] = None,
+    time_step: Annotated[
+        float | None, typer.Option(help="Time step in s, instead of the rule's.")
+    ] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated time in s.")] = None,
     out: Out = Path("out"),
 ) -> None:
@@ -65,8 +74,8 @@ def run(
 
     Example: percussions run arch --engine yade --stiffness 1e7
     """
-    from analysis.scene import read_scene
-    from analysis.study import run_engine, run_folder
+    from analysis.engines.run import run_engine, run_folder
+    from analysis.scene.scene import read_scene
 
     chosen = read_scene(scene)
     if error is not None and (stiffness, law, time_step) != (None, None, None):
@@ -76,11 +85,13 @@ def run(
     for warning in chosen.check(scene):
         print(f"warning: {warning}", file=sys.stderr)
     contact = {"stiffness_N_per_m": stiffness, "restitution": restitution, "law": law}
-    chosen = chosen.with_contact(**{key: value for key, value in contact.items() if value is not None})
+    chosen = chosen.with_contact(
+        **{key: value for key, value in contact.items() if value is not None}
+    )
     timing = {"time_step_s": time_step, "duration_s": duration}
     chosen = chosen.with_run(**{key: value for key, value in timing.items() if value is not None})
     if error is not None:
-        from analysis.advice.running import scene_within
+        from analysis.advice.advised_run import scene_within
 
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")
@@ -99,25 +110,31 @@ def import_(
     file: Annotated[Path, typer.Argument(help="Trajectory file that PedPy can load.")],
     frame: Annotated[int, typer.Option(help="Number of the frame.")],
     room: Annotated[
-        Path, typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene.")
+        Path,
+        typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene."),
     ],
     radius: Annotated[float, typer.Option(help="Radius of each disk in m.")] = 0.18,
     mass: Annotated[float, typer.Option(help="Mass of each person in kg.")] = 75.0,
-    name: Annotated[str | None, typer.Option(help="Name of the scene; the room's by default.")] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the scene; the room's by default.")
+    ] = None,
     unit: Annotated[
         Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
     ] = None,
     frame_rate: Annotated[
         float | None, typer.Option(help="Frames per second, where the file does not say.")
     ] = None,
-    window: Annotated[float, typer.Option(help="Time in s over which velocities are measured.")] = 0.4,
+    window: Annotated[
+        float, typer.Option(help="Time in s over which velocities are measured.")
+    ] = 0.4,
     out: Out = Path("."),
 ) -> None:
-    """Turn one frame of a real trajectory into a scene: heads become disks, overlaps are reconciled and reported.
+    """Turn one frame of a real trajectory into a scene: heads become disks, overlaps are reconciled
+    and reported.
 
-    Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml --name mine
-    """
-    from analysis.real_crowd import import_crowd
+    Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
+    --name mine"""
+    from analysis.scene.real.import_crowd import import_crowd
 
     imported = import_crowd(
         file,

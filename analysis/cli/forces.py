@@ -19,7 +19,8 @@ commands = typer.Typer()
 @commands.command()
 def solve(
     dump: Annotated[
-        Path, typer.Argument(help="LAMMPS text dump with at least id, x, y, radius and mass or density.")
+        Path,
+        typer.Argument(help="LAMMPS text dump with at least id, x, y, radius and mass or density."),
     ],
     walls: Annotated[
         Path | None,
@@ -36,24 +37,38 @@ def solve(
     window: Annotated[float | None, typer.Option(help="Δt of --left-velocity free, in s.")] = None,
     time_step: Annotated[
         float | None,
-        typer.Option(help="Time step of the simulation in s (from run.json beside the dump if there)."),
+        typer.Option(
+            help="Time step of the simulation in s (from run.json beside the dump if there)."
+        ),
     ] = None,
     contact_tolerance: Annotated[
         float, typer.Option(help="Gap in m up to which disks are in contact.")
     ] = 1e-6,
-    tolerance: Annotated[float, typer.Option(help="Residual up to which a frame counts as solved.")] = 1e-8,
+    tolerance: Annotated[
+        float, typer.Option(help="Residual up to which a frame counts as solved.")
+    ] = 1e-8,
     workers: Annotated[int, typer.Option(help="Processes.")] = 1,
     out: Annotated[Path, typer.Option(help="CSV file, one row a contact.")] = Path("contacts.csv"),
 ) -> None:
-    """Percussions at every contact of every frame of a dump. Exit status 0 only if every frame is solved.
+    """Percussions at every contact of every frame of a dump. Exit status 0 only if every frame is
+    solved.
 
-    Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired --out contacts.csv
-    """
-    from analysis.trajectory import solve_dump
+    Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
+    --out contacts.csv"""
+    from analysis.percussions.dump_to_csv import solve_dump
 
     with progress() as report:
         unsolved = solve_dump(
-            dump, walls, left_velocity, window, time_step, contact_tolerance, tolerance, workers, out, report
+            dump,
+            walls,
+            left_velocity,
+            window,
+            time_step,
+            contact_tolerance,
+            tolerance,
+            workers,
+            out,
+            report,
         )
     if unsolved:
         for line in unsolved:
@@ -65,16 +80,21 @@ def solve(
 @commands.command()
 def compare(
     runs: Annotated[list[Path], typer.Argument(help="Folders of finished runs.")],
-    time: Annotated[float | None, typer.Option(help="Instant in s, instead of the scene's.")] = None,
+    time: Annotated[
+        float | None, typer.Option(help="Instant in s, instead of the scene's.")
+    ] = None,
 ) -> None:
-    """Compare finished runs with the percussions of their snapshots; writes comparison.csv and .json into each.
+    """Compare finished runs with the percussions of their snapshots; writes comparison.csv and
+    .json into each.
 
     Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/yade_hooke_k1e+06
     """
-    from analysis.charts import engine_label
-    from analysis.compare import compare_run, statistics
-    from analysis.files import write_text
-    from analysis.report import jsonable, number, write_contacts
+    from analysis.compare.comparison import compare_run, statistics
+    from analysis.pages.html import jsonable
+    from analysis.pages.numbers import number
+    from analysis.pages.report import write_contacts
+    from analysis.pages.report_charts import engine_label
+    from analysis.support.files import write_text
 
     table = Table("quantity")
     columns = []
@@ -90,10 +110,12 @@ def compare(
             **numbers,
         }
         write_text(
-            folder / "comparison.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n"
+            folder / "comparison.json",
+            json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n",
         )
         table.add_column(
-            f"{comparison.scene.name}: {engine_label(comparison)} ({comparison.unit})", justify="right"
+            f"{comparison.scene.name}: {engine_label(comparison)} ({comparison.unit})",
+            justify="right",
         )
         columns.append(
             {
@@ -125,15 +147,16 @@ def report(
     runs: Runs = Path("out"),
     out: Out = Path("report"),
 ) -> None:
-    """Run, solve, compare: one HTML page, CSV and JSON beside it. Exit status 1 if a run failed or a snapshot is not solved.
+    """Run, solve, compare: one HTML page, CSV and JSON beside it. Exit status 1 if a run failed or
+    a snapshot is not solved.
 
     Example: percussions report arch gate --out report
     """
+    from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines import engine as find_engine
-    from analysis.report import write_report
-    from analysis.scene import read_scene
-    from analysis.study import study
+    from analysis.pages.report import write_report
+    from analysis.scene.scene import read_scene
 
     chosen = [read_scene(name) for name in scenes]
     names = engine or [known.NAME for known in ENGINES]

@@ -33,7 +33,8 @@ def paper(
     runs: Runs = Path("out"),
     out: Out = Path("paper"),
 ) -> None:
-    """Make the paper's figures anew: one HTML page that says which of its statements hold, and the pictures as files.
+    """Make the paper's figures anew: one HTML page that says which of its statements hold, and the
+    pictures as files.
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper
     """

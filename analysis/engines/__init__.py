@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Protocol
 
 from analysis.engines import lammps, yade
+from analysis.engines.process import Progress
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import Progress
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 
 __all__ = ["ENGINES", "Engine", "EngineError", "RunRecord", "engine"]
 
@@ -42,4 +42,6 @@ def engine(name: str) -> Engine:
     for known in ENGINES:
         if name == known.NAME:
             return known
-    raise EngineError(f"unknown engine {name!r}; there are: {', '.join(known.NAME for known in ENGINES)}")
+    raise EngineError(
+        f"unknown engine {name!r}; there are: {', '.join(known.NAME for known in ENGINES)}"
+    )

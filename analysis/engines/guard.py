@@ -1,8 +1,8 @@
-"""The guard of a run: what the engines look for while they run, as their last words say it, and how a stopped run ends.
+"""The guard of a run: what the engines look for while they run, as their last words say it, and how
+a stopped run ends.
 
-The looking itself is done by the engines' own means (lammps_inputs/guard.in, yade_scripts/crowd_guard.py), so that a plain
-run has it too. docs/guard.md derives the bounds.
-"""
+The looking itself is done by the engines' own means (lammps_inputs/guard.in,
+yade_scripts/crowd_guard.py), so that a plain run has it too. docs/guard.md derives the bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 from nscd import find_contacts
 from nscd.bodies import Floats
 
@@ -29,7 +29,9 @@ ADVICE = (
     "or none: then it follows from the stiffness. Overlaps that are too deep need a stiffer contact."
 )
 _SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$")
-_NOT_A_NUMBER = "ERROR: Variable guard_kinetic: Non-numeric"  # how LAMMPS itself ends at the guard's question
+_NOT_A_NUMBER = (
+    "ERROR: Variable guard_kinetic: Non-numeric"  # how LAMMPS itself ends at the guard's question
+)
 _DEATHS = (
     (
         re.compile(r"ERROR: Lost atoms: original (\d+) current (\d+)"),
@@ -49,7 +51,8 @@ class RunStoppedError(EngineError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a guard said: kind (finite, lost, overlap, speed, energy or momentum), its words, time (s) and step."""
+    """What a guard said: kind (finite, lost, overlap, speed, energy or momentum), its words, time
+    (s) and step."""
 
     kind: str
     words: str
@@ -68,7 +71,10 @@ class Verdict:
 def stopped(record: RunRecord, verdict: Verdict) -> RunStoppedError:
     """The end of a run that its guard stopped."""
     ended = dataclasses.replace(
-        record, exit_state=STOPPED, reason=f"{verdict.kind}: {verdict.words}", stopped_at_s=verdict.time_s
+        record,
+        exit_state=STOPPED,
+        reason=f"{verdict.kind}: {verdict.words}",
+        stopped_at_s=verdict.time_s,
     )
     return RunStoppedError(
         f"{record.engine}, {record.scene}, t = {verdict.time_s:.6g} s (step {verdict.step}): stopped by its guard: "
@@ -101,7 +107,8 @@ def died(record: RunRecord, status: int, step: int, last: Iterable[str]) -> RunS
 
 
 def garbage(record: RunRecord, reason: str, step: int | None = None) -> RunStoppedError:
-    """The end of a run that finished with status 0 and whose dumps cannot be right; `step`: of the first bad frame."""
+    """The end of a run that finished with status 0 and whose dumps cannot be right; `step`: of the
+    first bad frame."""
     time_s = None if step is None else step * record.time_step_s
     where = "" if step is None else f", t = {time_s:.6g} s (step {step})"
     return RunStoppedError(
@@ -119,7 +126,8 @@ def speed_most(scene: Scene) -> float:
 
 
 def energy_besides(scene: Scene) -> float:
-    """Energy at the start that is not the motion of the centres (J): spins, ½ I ω², and overlaps."""
+    """Energy at the start that is not the motion of the centres (J): spins, ½ I ω², and
+    overlaps."""
     snapshot = scene.snapshot
     assert snapshot.spin is not None
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
@@ -133,7 +141,8 @@ def energy_besides(scene: Scene) -> float:
 
 
 def elastic_energy(scene: Scene, overlap: Floats, effective_radius: Floats) -> Floats:
-    """Energy (k,) J of contacts of overlap δ (k,) m and effective radius R (k,) m: ½ k δ² (hooke), ⅖ K √R δ^2.5 (hertz)."""
+    """Energy (k,) J of contacts of overlap δ (k,) m and effective radius R (k,) m: ½ k δ² (hooke),
+    ⅖ K √R δ^2.5 (hertz)."""
     k = scene.contact.stiffness_N_per_m
     if scene.contact.law == "hooke":
         hooke: Floats = 0.5 * k * overlap**2

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.engines.dump_checks import check_bodies, check_contacts
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
-from analysis.engines.outcome import check_bodies, check_contacts
+from analysis.engines.process import Progress, digest_of, run_process, stage, staged
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import Progress, digest_of, run_process, stage, staged
-from analysis.files import write_text
-from analysis.scene import Drive, Scene, Wall
-from analysis.shipped import shipped
+from analysis.scene.scene import Drive, Scene, Wall
+from analysis.support.files import write_text
+from analysis.support.shipped import shipped
 
 NAME = "lammps"
 DECKS = "decks"
@@ -35,12 +35,15 @@ def find() -> Path | None:
 
 
 def version() -> str | None:
-    """LAMMPS' version, such as `22 Jul 2025 - Update 2`; None where it is missing or does not start."""
+    """LAMMPS' version, such as `22 Jul 2025 - Update 2`; None where it is missing or does not
+    start."""
     command = find()
     if command is None:
         return None
     try:
-        said = subprocess.run([command, "-h"], capture_output=True, text=True, timeout=60, check=False).stdout
+        said = subprocess.run(
+            [command, "-h"], capture_output=True, text=True, timeout=60, check=False
+        ).stdout
     except (OSError, subprocess.TimeoutExpired):
         return None
     match = re.search(r"Simulator - (.+)", said)
@@ -59,8 +62,8 @@ def deck_digest() -> str:
 
 
 def prepare(scene: Scene, folder: Path) -> None:
-    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is
-    whole.
+    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the
+    run is whole.
 
     Raises EngineError if LAMMPS is missing.
     """
@@ -80,12 +83,11 @@ def prepare(scene: Scene, folder: Path) -> None:
 
 
 def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
-    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump, contacts.dump, logs and
-    run.json.
+    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump,
+    contacts.dump, logs and run.json.
 
-    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost disks, an
-    explosion); then, and when interrupted, `folder` stays as it was.
-    """
+    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost
+    disks, an explosion); then, and when interrupted, `folder` stays as it was."""
     with staged(folder, NAME) as (staging, record, scene):
         command = find()
         if command is None:
@@ -164,8 +166,8 @@ def _drive_values(drive: Drive) -> dict[str, object]:
 
 
 def _wall_values(wall: Wall) -> tuple[str, float, float, float, float, float]:
-    """Name, block (x low, x high, y low, y high; m) and the angle (rad) by which it is turned about its low
-    corner."""
+    """Name, block (x low, x high, y low, y high; m) and the angle (rad) by which it is turned about
+    its low corner."""
     (x0, y0), (x1, y1) = wall.start_m, wall.end_m
     if x0 == x1 or y0 == y1:
         return wall.name, min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1), 0.0

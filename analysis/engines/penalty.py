@@ -1,5 +1,5 @@
-"""The penalty law in numbers: damping for an asked restitution, the restitution really obtained, a safe time
-step."""
+"""The penalty law in numbers: damping for an asked restitution, the restitution really obtained, a
+safe time step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
 LARGEST_DAMPING_RATIO = 10.0
@@ -16,11 +16,11 @@ STEP_FRACTION = 0.1
 
 
 def restitution_of(damping_ratio: float) -> float:
-    """Restitution of two bodies that repel with max(0, kδ + cδ'), at damping ratio ζ = c / (2 √(k m_eff)).
+    """Restitution of two bodies that repel with max(0, kδ + cδ'), at damping ratio ζ = c / (2 √(k
+    m_eff)).
 
-    e = exp(−ζφ/s), s = √(1−ζ²), φ = atan2(2ζs, 2ζ²−1) for ζ < 1; e⁻² at ζ = 1;
-    exp(−(ζ/s) ln((ζ+s)/(ζ−s))), s = √(ζ²−1), beyond. Schwager & Pöschel, Granular Matter 9 (2007) 465.
-    """
+    e = exp(−ζφ/s), s = √(1−ζ²), φ = atan2(2ζs, 2ζ²−1) for ζ < 1; e⁻² at ζ = 1; exp(−(ζ/s)
+    ln((ζ+s)/(ζ−s))), s = √(ζ²−1), beyond. Schwager & Pöschel, Granular Matter 9 (2007) 465."""
     z = damping_ratio
     if abs(z - 1) < 1e-9:
         return float(np.exp(-2.0))
@@ -36,7 +36,13 @@ def damping_ratio_for(restitution: float) -> float:
     if restitution <= restitution_of(LARGEST_DAMPING_RATIO):
         return LARGEST_DAMPING_RATIO
     return float(
-        brentq(lambda z: restitution_of(z) - restitution, 0.0, LARGEST_DAMPING_RATIO, xtol=1e-15, rtol=1e-14)
+        brentq(
+            lambda z: restitution_of(z) - restitution,
+            0.0,
+            LARGEST_DAMPING_RATIO,
+            xtol=1e-15,
+            rtol=1e-14,
+        )
     )
 
 
@@ -44,12 +50,12 @@ def damping_ratio_for(restitution: float) -> float:
 class Penalty:
     """Numbers of a scene's penalty law, the same in every engine (SI).
 
-    One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The dashpots
-    have the asked damping ratio at the heaviest disks; lighter ones are damped more: their restitution is
-    between restitution_least and restitution_most, which are what is really obtained. Hertz contacts have the
-    tangent stiffness `stiffness` at an overlap of 1 % of the mean radius, and all the same damping ratio, so
-    both restitutions are the same; the dashpot constants are then those of the linear law of that stiffness.
-    """
+    One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The
+    dashpots have the asked damping ratio at the heaviest disks; lighter ones are damped more: their
+    restitution is between restitution_least and restitution_most, which are what is really
+    obtained. Hertz contacts have the tangent stiffness `stiffness` at an overlap of 1 % of the mean
+    radius, and all the same damping ratio, so both restitutions are the same; the dashpot constants
+    are then those of the linear law of that stiffness."""
 
     stiffness: float  # N/m
     damping: float  # N·s/m, between disks

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.engines.penalty import Penalty
-from analysis.files import write_text
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
+from analysis.support.files import write_text
 
 FILE = "run.json"
 PREPARED, FINISHED = "prepared", "finished"
@@ -18,17 +18,17 @@ FAILED = "failed"  # the engine died, or its dumps cannot be right
 
 
 class EngineError(RuntimeError):
-    """An engine that is missing, cannot run a scene, died or gave nonsense; the message says what to do."""
+    """An engine that is missing, cannot run a scene, died or gave nonsense; the message says what
+    to do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecord:
     """One run of an engine on a scene (SI; restitutions of two bodies: see Penalty).
 
-    deck_digest: of the decks or scripts that make it. exit_state: prepared, finished, stopped (by its guard) or failed (the
-    engine died, or its dumps cannot be right);
-    reason and stopped_at_s say why and when one of the last two ended.
-    """
+    deck_digest: of the decks or scripts that make it. exit_state: prepared, finished, stopped (by
+    its guard) or failed (the engine died, or its dumps cannot be right); reason and stopped_at_s
+    say why and when one of the last two ended."""
 
     engine: str
     version: str
@@ -80,8 +80,9 @@ class RunRecord:
 
     @classmethod
     def read(cls, folder: Path, *, even_stopped: bool = False) -> RunRecord:
-        """Read run.json of a folder. Raises EngineError naming the file, and the key, for one that is missing
-        or broken, and giving the reason for a run that did not end well, unless `even_stopped`."""
+        """Read run.json of a folder. Raises EngineError naming the file, and the key, for one that
+        is missing or broken, and giving the reason for a run that did not end well, unless
+        `even_stopped`."""
         path = folder / FILE
         try:
             content = json.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,5 @@
-"""YADE as an engine: yade_scripts/crowd.py on a scene, in a process of its own, without network ports."""
+"""YADE as an engine: yade_scripts/crowd.py on a scene, in a process of its own, without network
+ports."""
 
 from __future__ import annotations
 
@@ -8,11 +9,11 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from analysis.engines.outcome import check_bodies, check_contacts
+from analysis.engines.dump_checks import check_bodies, check_contacts
+from analysis.engines.process import SCENE_FILE, Progress, digest_of, run_process, stage, staged
 from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.staging import SCENE_FILE, Progress, digest_of, run_process, stage, staged
-from analysis.scene import Scene
-from analysis.shipped import shipped
+from analysis.scene.scene import Scene
+from analysis.support.shipped import shipped
 
 NAME = "yade"
 INSTALL = "YADE (the command yade) is not found; install it from the system's packages: apt-get install yade"
@@ -51,15 +52,17 @@ def deck_digest() -> str:
 
 
 def prepare(scene: Scene, folder: Path) -> None:
-    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the run is
-    whole.
+    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the
+    run is whole.
 
-    Raises EngineError if YADE is missing or cannot run the scene's contact law (it runs hooke only here).
-    """
+    Raises EngineError if YADE is missing or cannot run the scene's contact law (it runs hooke only
+    here)."""
     command, known = find(), version()
     if command is None or known is None:
         raise EngineError(
-            INSTALL if command is None else f"{command} does not start; reinstall it: apt-get install yade"
+            INSTALL
+            if command is None
+            else f"{command} does not start; reinstall it: apt-get install yade"
         )
     if scene.contact.law != "hooke":
         raise EngineError(
@@ -69,19 +72,22 @@ def prepare(scene: Scene, folder: Path) -> None:
 
 
 def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
-    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump, contacts.dump, a log
-    and run.json.
+    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump,
+    contacts.dump, a log and run.json.
 
-    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost disks, an
-    explosion); then, and when interrupted, `folder` stays as it was.
-    """
+    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost
+    disks, an explosion); then, and when interrupted, `folder` stays as it was."""
     with staged(folder, NAME) as (staging, record, scene):
         command = find()
         if command is None:
             raise EngineError(INSTALL)
         scripts = scripts_folder()
         # the virtual environment's Python path is not for YADE, which brings its own Python
-        environment = {"PYTHONPATH": str(scripts), "PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1"}
+        environment = {
+            "PYTHONPATH": str(scripts),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "OMP_NUM_THREADS": "1",
+        }
         words = [
             str(command),
             "-L",

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from analysis.paper.engine_runs import Cost
-from analysis.paper.section import Section
+from analysis.engines.ahead import Cost
+from analysis.pages.section import Section
 
 STUDIES = {"mesh": "Speed and accuracy", "bridge": "From contacts to stress"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Built:
-    """A section, the CPU seconds that it took here, the engine runs made for it first, and whether it was taken as it was
-    kept by an earlier build."""
+    """A section, the CPU seconds that it took here, the engine runs made for it first, and whether
+    it was taken as it was kept by an earlier build."""
 
     section: Section
     cpu_seconds: float

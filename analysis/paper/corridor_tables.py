@@ -1,15 +1,16 @@
-"""Tables of the push in a corridor: gap by gap, the front of the wave, impulses against percussions."""
+"""Tables of the push in a corridor: gap by gap, the front of the wave, impulses against
+percussions."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from analysis.charts import ENGINE_NAMES
-from analysis.compare import penalty_difference, statistics
-from analysis.paper.gaps import Gaps
-from analysis.paper.push import Push, first_arrivals, long_wave_speed
-from analysis.paper.section import Cell, Table
-from analysis.scene import Scene
+from analysis.compare.comparison import penalty_difference, statistics
+from analysis.pages.report_charts import ENGINE_NAMES
+from analysis.pages.section import Cell, Table
+from analysis.paper.discrete.fig2_corridor.columns import Gaps
+from analysis.paper.discrete.fig2_corridor.push import Push, first_arrivals, long_wave_speed
+from analysis.scene.scene import Scene
 from nscd import Contacts
 from nscd.bodies import Floats
 
@@ -40,17 +41,23 @@ def gap_table(gaps: Gaps) -> Table:
             "(5), (6) for columns (N·s)",
             "largest (N·s)",
         ],
-        rows=np.column_stack([gaps.distance, gaps.flux, gaps.gained, gaps.columns, gaps.largest]).tolist(),
+        rows=np.column_stack(
+            [gaps.distance, gaps.flux, gaps.gained, gaps.columns, gaps.largest]
+        ).tolist(),
     )
 
 
-def soft_tables(pushes: list[Push], waves: list[Push], scene: Scene, contacts: Contacts) -> list[Table]:
+def soft_tables(
+    pushes: list[Push], waves: list[Push], scene: Scene, contacts: Contacts
+) -> list[Table]:
     speeds: list[list[Cell]] = []
     for p in waves:
         closed = long_wave_speed(scene.with_contact(stiffness_N_per_m=p.stiffness), contacts)
         last = float(first_arrivals(p.comparison.snapshot.position[:, 0], p.arrival)[1][-1])
         name = ENGINE_NAMES[p.engine]
-        speeds.append([name, p.restitution, p.stiffness, last, p.speed, closed, p.speed / closed - 1])
+        speeds.append(
+            [name, p.restitution, p.stiffness, last, p.speed, closed, p.speed / closed - 1]
+        )
     shares: list[list[Cell]] = []
     for p in pushes:
         if p.restitution == ELASTIC:

@@ -21,7 +21,8 @@ class Erratum:
 
 
 def errata(section: str, page: Path = PAGE) -> list[Erratum]:
-    """The entries below the heading that starts with `## {section}`; none where the page is not there.
+    """The entries below the heading that starts with `## {section}`; none where the page is not
+    there.
 
     Raises ValueError for a page without that heading, or with an entry that lacks a part.
     """
@@ -40,7 +41,9 @@ def _entry(text: str, page: Path) -> Erratum:
     missing = [name for name in ("printed", "correct", "why") if name not in parts]
     if missing:
         raise ValueError(f"{page}: the entry '{where}' has no {missing[0].capitalize()}")
-    return Erratum(where=where.strip(), printed=parts["printed"], correct=parts["correct"], why=parts["why"])
+    return Erratum(
+        where=where.strip(), printed=parts["printed"], correct=parts["correct"], why=parts["why"]
+    )
 
 
 def _plain(words: str) -> str:

@@ -1,4 +1,5 @@
-"""Sections kept on disk, so that an interrupted build goes on where it was and an unchanged one is not made again."""
+"""Sections kept on disk, so that an interrupted build goes on where it was and an unchanged one is
+not made again."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from typing import Any
 
 import analysis
 import nscd
-from analysis.files import write_text
-from analysis.paper.section import Claim, Drawn, Picture, Section, Table, Verdict
+from analysis.pages.section import Claim, Drawn, Picture, Section, Table, Verdict
+from analysis.support.files import write_text
 
 NAME = "section.json"
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib", "numba")
@@ -21,8 +22,11 @@ LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib", "num
 
 @cache
 def edition() -> str:
-    """What the numbers of a section depend on: a digest of the sources of nscd and analysis, and the libraries' versions."""
-    digest = hashlib.sha256(" ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES).encode())
+    """What the numbers of a section depend on: a digest of the sources of nscd and analysis, and
+    the libraries' versions."""
+    digest = hashlib.sha256(
+        " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES).encode()
+    )
     for package in (nscd, analysis):
         root = Path(package.__path__[0])
         for path in sorted(root.rglob("*.py")):
@@ -31,7 +35,8 @@ def edition() -> str:
 
 
 def keep(section: Section, cpu_seconds: float, folder: Path, made_by: str) -> None:
-    """Write the section's pictures as PNG and PDF, then everything else as `section.json`; made_by: the edition."""
+    """Write the section's pictures as PNG and PDF, then everything else as `section.json`; made_by:
+    the edition."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn = [drawn_of(picture) for picture in section.pictures]
     for picture in drawn:
@@ -51,16 +56,24 @@ def keep(section: Section, cpu_seconds: float, folder: Path, made_by: str) -> No
             for t in section.tables
         ],
         "claims": [
-            {"where": c.where, "statement": c.statement, "verdict": str(c.verdict), "reason": c.reason}
+            {
+                "where": c.where,
+                "statement": c.statement,
+                "verdict": str(c.verdict),
+                "reason": c.reason,
+            }
             for c in section.claims
         ],
     }
     # last, so that it stands for files that are whole
-    write_text(folder / NAME, json.dumps(content, ensure_ascii=False, indent=1, default=_plain) + "\n")
+    write_text(
+        folder / NAME, json.dumps(content, ensure_ascii=False, indent=1, default=_plain) + "\n"
+    )
 
 
 def kept(folder: Path) -> tuple[Section, float] | None:
-    """The section of this edition from `folder` and the CPU seconds that it took; None where there is none."""
+    """The section of this edition from `folder` and the CPU seconds that it took; None where there
+    is none."""
     try:
         content = json.loads((folder / NAME).read_text(encoding="utf-8"))
         if content["edition"] != edition():
@@ -80,7 +93,10 @@ def kept(folder: Path) -> tuple[Section, float] | None:
                 for picture in content["pictures"]
             ],
             tables=[Table(**table) for table in content["tables"]],
-            claims=[Claim(**claim | {"verdict": Verdict(claim["verdict"])}) for claim in content["claims"]],
+            claims=[
+                Claim(**claim | {"verdict": Verdict(claim["verdict"])})
+                for claim in content["claims"]
+            ],
         )
         return section, float(content["cpu_seconds"])
     except (OSError, ValueError, KeyError, TypeError):

@@ -1,12 +1,11 @@
-"""The page of a part of the paper: one self-contained HTML file, with pictures, claims and tables as files beside it."""
+"""The page of a part of the paper: one self-contained HTML file, with pictures, claims and tables
+as files beside it."""
 
 from __future__ import annotations
 
-import base64
 import csv
 import json
 import os
-import re
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -15,14 +14,16 @@ from typing import Any
 
 import markupsafe
 
-from analysis.files import whole_file, write_text
+from analysis.pages.html import jsonable, prose, render, sentence, write_picture
+from analysis.pages.numbers import number
+from analysis.pages.section import Cell, Table, Verdict
+from analysis.paper.build_continuum import build_continuum
+from analysis.paper.build_discrete import build_discrete
 from analysis.paper.built import Built
-from analysis.paper.continuum import build_continuum
-from analysis.paper.discrete import build_discrete
 from analysis.paper.errata import errata
 from analysis.paper.pages import CONTINUUM, DISCRETE, PageName, link_pages
-from analysis.paper.section import Cell, Drawn, Picture, Progress, Table, Verdict
-from analysis.report import jsonable, number, render
+from analysis.support.files import whole_file, write_text
+from analysis.support.progress import Progress
 
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
 SOLVED, NONE = "solved", "–"
@@ -36,10 +37,11 @@ def write_discrete_page(
     figures: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> tuple[Path, list[str]]:
-    """Build the chosen figures of the discrete section and write `index.html`, `figures/`, `claims.csv`, `numbers.json`.
+    """Build the chosen figures of the discrete section and write `index.html`, `figures/`,
+    `claims.csv`, `numbers.json`.
 
-    Returns the page's path and the warnings, each with its figure. Raises ValueError for an unknown figure.
-    """
+    Returns the page's path and the warnings, each with its figure. Raises ValueError for an unknown
+    figure."""
     started = time.perf_counter()
     return _write_page(DISCRETE, folder, command, build_discrete(runs, figures, progress), started)
 
@@ -51,9 +53,12 @@ def write_continuum_page(
     figures: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> tuple[Path, list[str]]:
-    """The same of the continuum section: `continuum.html`, `figures/`, `continuum_claims.csv`, `continuum_numbers.json`."""
+    """The same of the continuum section: `continuum.html`, `figures/`, `continuum_claims.csv`,
+    `continuum_numbers.json`."""
     started = time.perf_counter()
-    return _write_page(CONTINUUM, folder, command, build_continuum(runs, figures, progress), started)
+    return _write_page(
+        CONTINUUM, folder, command, build_continuum(runs, figures, progress), started
+    )
 
 
 def _write_page(
@@ -78,7 +83,8 @@ def _write_page(
         verdicts=[(verdict, _claims_with(verdict, built)) for verdict in ORDER],
         claim_count=sum(len(made.section.claims) for made in built),
         errata=[
-            {name: prose(words) for name, words in asdict(entry).items()} for entry in errata(page.errata)
+            {name: prose(words) for name, words in asdict(entry).items()}
+            for entry in errata(page.errata)
         ],
         built=built,
         drawing_seconds=drawing,
@@ -93,24 +99,6 @@ def _write_page(
     return folder / page.file, warnings
 
 
-def write_picture(picture: Picture | Drawn, folder: Path) -> str:
-    """Write the picture as PNG and PDF, each whole or not at all; return the PNG as base64 text."""
-    folder.mkdir(parents=True, exist_ok=True)
-    # without the date, so that the same picture is the same file
-    for suffix, metadata in (("png", {}), ("pdf", {"CreationDate": None})):
-        path = folder / f"{picture.name}.{suffix}"
-        part = path.with_name(f".{path.name}.{os.getpid()}.part")
-        try:
-            if isinstance(picture, Drawn):
-                part.write_bytes(picture.png if suffix == "png" else picture.pdf)
-            else:
-                picture.figure.savefig(part, format=suffix, dpi=150, metadata=metadata)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
-    return base64.b64encode((folder / f"{picture.name}.png").read_bytes()).decode("ascii")
-
-
 def write_claims(path: Path, built: Sequence[Built]) -> None:
     """One row a claim: figure, where in the paper, statement, verdict, reason."""
     with whole_file(path) as file:
@@ -119,44 +107,14 @@ def write_claims(path: Path, built: Sequence[Built]) -> None:
         for made in built:
             for claim in made.section.claims:
                 rows.writerow(
-                    [made.section.number, claim.where, claim.statement, str(claim.verdict), claim.reason]
+                    [
+                        made.section.number,
+                        claim.where,
+                        claim.statement,
+                        str(claim.verdict),
+                        claim.reason,
+                    ]
                 )
-
-
-def prose(words: str) -> markupsafe.Markup:
-    """Words as HTML: `code`, 1e-05, x^2 and u_d as they are written by hand; everything else is text."""
-    parts = re.split(r"`([^`]+)`", str(markupsafe.escape(words)))
-    for i, part in enumerate(parts):
-        if i % 2:
-            parts[i] = f"<code>{part}</code>"
-            continue
-        part = re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b", _power_of_ten, part)
-        part = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(-?\d+(?:\.\d+)?|T)", _raised, part)
-        part = re.sub(r"(?<![A-Za-z0-9_])([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", _lowered, part)
-        part = re.sub(r"(?<=\d)%", "\u202f%", part)
-        parts[i] = re.sub(r"(?<![\w.)\]-])-(?=\d)", "−", part)
-    return markupsafe.Markup("".join(parts))
-
-
-def sentence(words: str) -> markupsafe.Markup:
-    """The same, beginning large and ending with a stop."""
-    return prose(words[:1].upper() + words[1:] + ("" if words.endswith(".") else "."))
-
-
-def _power_of_ten(match: re.Match[str]) -> str:
-    mantissa, exponent = match[1], int(match[2])
-    if float(mantissa) == 0:
-        return "0"
-    power = f"10<sup>{exponent}</sup>".replace("-", "−")
-    return power if mantissa == "1" else f"{mantissa}·{power}"
-
-
-def _raised(match: re.Match[str]) -> str:
-    return f"<sup>{match[1] or match[2] or match[3]}</sup>".replace("-", "−")
-
-
-def _lowered(match: re.Match[str]) -> str:
-    return f"{match[1]}<sub>{match[2] or match[3]}</sub>"
 
 
 def _claims_with(verdict: Verdict, built: Sequence[Built]) -> list[dict[str, Any]]:
@@ -200,14 +158,16 @@ def _section_content(made: Built, images: dict[str, str]) -> dict[str, Any]:
         ],
         "tables": [_table_content(table) for table in section.tables],
         "pictures": [
-            {"name": p.name, "caption": prose(p.caption), "image": images[p.name]} for p in section.pictures
+            {"name": p.name, "caption": prose(p.caption), "image": images[p.name]}
+            for p in section.pictures
         ],
     }
 
 
 def _table_content(table: Table) -> dict[str, Any]:
     rows = [
-        [_cell_content(head, cell) for head, cell in zip(table.head, row, strict=True)] for row in table.rows
+        [_cell_content(head, cell) for head, cell in zip(table.head, row, strict=True)]
+        for row in table.rows
     ]
     return {"caption": prose(table.caption), "head": _heads(table), "rows": rows}
 
@@ -230,7 +190,9 @@ def _cell_content(head: str, cell: Cell) -> tuple[markupsafe.Markup, str]:
 
 def _digits(value: float) -> int:
     """As many as DIGITS, or fewer where they are all that there is: 0.05, not 0.05000."""
-    enough = (d for d in range(1, DIGITS) if abs(value - float(f"{value:.{d}g}")) <= 1e-12 * abs(value))
+    enough = (
+        d for d in range(1, DIGITS) if abs(value - float(f"{value:.{d}g}")) <= 1e-12 * abs(value)
+    )
     return next(enough, DIGITS)
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.files import write_text
+from analysis.support.files import write_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageName:
-    """A page: its template, its file, the start of the names of the files beside it, its part of the errata."""
+    """A page: its template, its file, the start of the names of the files beside it, its part of
+    the errata."""
 
     template: str
     file: str
@@ -18,7 +19,9 @@ class PageName:
     errata: str
 
 
-DISCRETE = PageName(template="paper_discrete.html", file="index.html", prefix="", errata="Section 2")
+DISCRETE = PageName(
+    template="paper_discrete.html", file="index.html", prefix="", errata="Section 2"
+)
 CONTINUUM = PageName(
     template="paper_continuum.html", file="continuum.html", prefix="continuum_", errata="Section 3"
 )
@@ -27,7 +30,8 @@ HIDDEN = '<a class="other" hidden href="'
 
 
 def link_pages(folder: Path) -> None:
-    """Show on each page that is in the folder the link to the other one if that is there, and hide it if not."""
+    """Show on each page that is in the folder the link to the other one if that is there, and hide
+    it if not."""
     shown = HIDDEN.replace(" hidden", "")
     for page, other in ((DISCRETE, CONTINUUM), (CONTINUUM, DISCRETE)):
         path = folder / page.file

@@ -21,17 +21,17 @@ from analysis.stability.case import (
     bracket,
     narrow,
 )
-from analysis.stability.chains import long_chains
-from analysis.stability.contact_search import skin
-from analysis.stability.energy import drift, opening_contacts, restitution
-from analysis.stability.initial_overlap import initial_overlap
-from analysis.stability.limits import restart, small_speeds, stiffness
-from analysis.stability.masses import mass_ratio_engines, mass_ratio_solvers
-from analysis.stability.packings import contact_order, redundant
-from analysis.stability.passing import narrow_door, tunnelling
-from analysis.stability.time_steps import damping, time_step
-from analysis.study import Progress
-from analysis.work_precision.workers import workers
+from analysis.stability.cases.chains import long_chains
+from analysis.stability.cases.contact_search import skin
+from analysis.stability.cases.energy import drift, opening_contacts, restitution
+from analysis.stability.cases.initial_overlap import initial_overlap
+from analysis.stability.cases.limits import restart, small_speeds, stiffness
+from analysis.stability.cases.masses import mass_ratio_engines, mass_ratio_solvers
+from analysis.stability.cases.packings import contact_order, redundant
+from analysis.stability.cases.passing import narrow_door, tunnelling
+from analysis.stability.cases.time_steps import damping, time_step
+from analysis.support.parallel import workers
+from analysis.support.progress import Progress
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -57,7 +57,8 @@ CASES = (
 
 
 def choose(names: Sequence[str] | None, quick: bool) -> list[Case]:
-    """The cases of these names, or all, in the atlas' order. Raises ValueError for an unknown name."""
+    """The cases of these names, or all, in the atlas' order. Raises ValueError for an unknown
+    name."""
     every = [make(quick) for make in CASES]
     known = [case.name for case in every]
     for name in names or ():
@@ -76,9 +77,8 @@ def build(
 ) -> list[Map]:
     """Try every cell of the cases, then halve the bracket of each boundary that has a theory.
 
-    On so many processes, or a Dask cluster; runs are kept under runs/stability and taken again where nothing changed.
-    Raises what `workers` does.
-    """
+    On so many processes, or a Dask cluster; runs are kept under runs/stability and taken again
+    where nothing changed. Raises what `workers` does."""
     with workers(processes, scheduler) as pool:
         places = [
             (case, column, row)
@@ -94,7 +94,9 @@ def build(
         )  # fmt: skip
         cells = {
             case.name: tuple(
-                tried[case.name, column, row] for row in case.rows.values for column in case.columns.values
+                tried[case.name, column, row]
+                for row in case.rows.values
+                for column in case.columns.values
             )
             for case in cases
         }
@@ -114,7 +116,9 @@ def build(
         Map(
             case=case,
             cells=cells[case.name],
-            boundaries=tuple(edge for row in case.rows.values if (edge := found[case.name, row]) is not None),
+            boundaries=tuple(
+                edge for row in case.rows.values if (edge := found[case.name, row]) is not None
+            ),
         )
         for case in cases
     ]
@@ -135,9 +139,11 @@ def attempt(case: Case, column: Value, row: Value, folder: Path) -> Cell:
         )
 
 
-def boundary(case: Case, row: Value, cells: tuple[Cell, ...], folder: Path, quick: bool) -> Boundary | None:
-    """Where the outcome of a row changes: halved down where there is a theory to compare with; None where it does not
-    change."""
+def boundary(
+    case: Case, row: Value, cells: tuple[Cell, ...], folder: Path, quick: bool
+) -> Boundary | None:
+    """Where the outcome of a row changes: halved down where there is a theory to compare with; None
+    where it does not change."""
     around = bracket(case, row, cells)
     if around is None:
         return None

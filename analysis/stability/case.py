@@ -1,4 +1,5 @@
-"""What the atlas is made of: a case, its cells (one attempt each) and its boundaries, measured and from theory."""
+"""What the atlas is made of: a case, its cells (one attempt each) and its boundaries, measured and
+from theory."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One parameter of a map: its label with the unit, and its values in order. `whole`: they are whole numbers."""
+    """One parameter of a map: its label with the unit, and its values in order. `whole`: they are
+    whole numbers."""
 
     label: str
     values: tuple[Value, ...]
@@ -36,9 +38,10 @@ class Axis:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """One attempt: where it stands in its map, its outcome and why, what the method said of itself (an engine's exit status
-    or a solver's status), the measured numbers in the order of the case's quantities (NaN where there is none), and
-    whether a run that was unchanged since an earlier atlas was taken as it was."""
+    """One attempt: where it stands in its map, its outcome and why, what the method said of itself
+    (an engine's exit status or a solver's status), the measured numbers in the order of the case's
+    quantities (NaN where there is none), and whether a run that was unchanged since an earlier
+    atlas was taken as it was."""
 
     column: Value
     row: Value
@@ -62,10 +65,10 @@ Attempt = Callable[[Any, Any, Path], Cell]
 class Case:
     """A way to fail, over one or two parameters.
 
-    `attempt(column, row, folder)` makes one cell and keeps its runs in the folder; it is a function of a module, so that
-    another process can call it. `theory(row)` is where along the columns the outcome becomes (or stops being) one of `fails_as`;
-    `edge` says in words what that boundary is. `words` explain the map.
-    """
+    `attempt(column, row, folder)` makes one cell and keeps its runs in the folder; it is a function
+    of a module, so that another process can call it. `theory(row)` is where along the columns the
+    outcome becomes (or stops being) one of `fails_as`; `edge` says in words what that boundary is.
+    `words` explain the map."""
 
     name: str
     title: str
@@ -82,7 +85,8 @@ class Case:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Boundary:
-    """Where along the columns of a row the outcome changes: between low and high, by theory there (NaN without one)."""
+    """Where along the columns of a row the outcome changes: between low and high, by theory there
+    (NaN without one)."""
 
     row: Value
     low: float
@@ -107,7 +111,8 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Map:
-    """A case with all its cells (row by row) and boundaries, and the CPU-independent time it took (s of the wall)."""
+    """A case with all its cells (row by row) and boundaries, and the CPU-independent time it took
+    (s of the wall)."""
 
     case: Case
     cells: tuple[Cell, ...]
@@ -122,7 +127,8 @@ class Map:
 
 
 def bracket(case: Case, row: Value, cells: tuple[Cell, ...]) -> tuple[float, float] | None:
-    """The first two neighbouring columns of a row between which the outcome becomes, or stops being, one of `fails_as`.
+    """The first two neighbouring columns of a row between which the outcome becomes, or stops
+    being, one of `fails_as`.
 
     None where the columns are words or the outcome does not change.
     """

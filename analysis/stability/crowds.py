@@ -1,4 +1,5 @@
-"""The small crowds of the atlas: lines, closed rooms and triangular packings, as scenes without a file."""
+"""The small crowds of the atlas: lines, closed rooms and triangular packings, as scenes without a
+file."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import eigsh, spsolve
 
 from analysis.engines.penalty import penalty_of
-from analysis.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
 from nscd import Snapshot, find_contacts
 from nscd.bodies import Floats
 
@@ -52,7 +53,9 @@ def scene_of(
         ),
         walls=tuple(walls),
         drive=drive,
-        contact=ContactModel(stiffness_N_per_m=stiffness, restitution=restitution, friction=friction),
+        contact=ContactModel(
+            stiffness_N_per_m=stiffness, restitution=restitution, friction=friction
+        ),
         run=Run(duration_s=duration, frames=frames, time_step_s=time_step),
         analysis=Analysis(kind="impact"),
     )
@@ -73,14 +76,16 @@ def end_walls(low: float, high: float) -> tuple[Wall, Wall]:
 
 
 def rhombus(across: int, spacing: float = 2 * RADIUS_M) -> Floats:
-    """across² disks on the triangular lattice with the basis spacing·(1, 0), spacing·(½, √3/2), (n,2) m: touching unless
-    spaced otherwise, and then each inner one has six contacts."""
+    """across² disks on the triangular lattice with the basis spacing·(1, 0), spacing·(½, √3/2),
+    (n,2) m: touching unless spaced otherwise, and then each inner one has six contacts."""
     i, j = np.meshgrid(np.arange(across), np.arange(across), indexing="ij")
     x = spacing * (i + 0.5 * j).ravel()
     return np.column_stack([x, spacing * (np.sqrt(0.75) * j).ravel()])
 
 
-def rhombus_walls(across: int, spacing: float = 2 * RADIUS_M, distance: float = RADIUS_M) -> tuple[Wall, ...]:
+def rhombus_walls(
+    across: int, spacing: float = 2 * RADIUS_M, distance: float = RADIUS_M
+) -> tuple[Wall, ...]:
     """Four walls round the rhombus, at a distance (m) from its outer centres."""
     first, second = np.array([1.0, 0.0]), np.array([0.5, np.sqrt(0.75)])
     side, reach = spacing * (across - 1), distance / np.sqrt(0.75)
@@ -99,8 +104,8 @@ def rhombus_walls(across: int, spacing: float = 2 * RADIUS_M, distance: float = 
 
 
 def pressed_rhombus(across: int, restitution: float) -> Scene:
-    """A rhombus that its walls press so that every contact has an overlap, at rest in the penalty model: lattice constant
-    (2 − PRESSED)r, then Newton's method on the forces Σ k·overlap·n = 0."""
+    """A rhombus that its walls press so that every contact has an overlap, at rest in the penalty
+    model: lattice constant (2 − PRESSED)r, then Newton's method on the forces Σ k·overlap·n = 0."""
     spacing = (2 - PRESSED) * RADIUS_M
     # three inner disks push an outer one with √3 of a contact force
     walls = rhombus_walls(across, spacing, RADIUS_M * (1 - np.sqrt(3) * PRESSED))
@@ -120,12 +125,14 @@ def pressed_line(n: int, restitution: float) -> Scene:
     spacing = (2 - PRESSED) * RADIUS_M
     last = spacing * (n - 1)
     walls = end_walls(-RADIUS_M * (1 - PRESSED), last + RADIUS_M * (1 - PRESSED))
-    return scene_of(line(n, spacing), np.zeros((n, 2)), walls=walls, restitution=restitution, duration=1.0)
+    return scene_of(
+        line(n, spacing), np.zeros((n, 2)), walls=walls, restitution=restitution, duration=1.0
+    )
 
 
 def at_rest(scene: Scene) -> Scene:
-    """The scene with its disks where the penalty forces Σ k·overlap·n vanish. Raises ValueError if six steps of Newton's
-    method do not bring them below 1e-9 of the largest contact force."""
+    """The scene with its disks where the penalty forces Σ k·overlap·n vanish. Raises ValueError if
+    six steps of Newton's method do not bring them below 1e-9 of the largest contact force."""
     position = np.array(scene.snapshot.position)
     k = scene.contact.stiffness_N_per_m
     for _ in range(6):
@@ -142,8 +149,8 @@ def at_rest(scene: Scene) -> Scene:
 
 
 def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
-    """The scene with random velocities CᵀCξ (ξ normal, the same for a seed) of kinetic energy share · elastic energy: they
-    work on contacts only, so that a pressed line does not buckle."""
+    """The scene with random velocities CᵀCξ (ξ normal, the same for a seed) of kinetic energy share
+    · elastic energy: they work on contacts only, so that a pressed line does not buckle."""
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=0.0)
     elastic = 0.5 * scene.contact.stiffness_N_per_m * float((contacts.gap**2).sum())
     closing = contacts.normal_matrix(len(scene.snapshot))
@@ -151,16 +158,19 @@ def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
     velocity = (closing.T @ (closing @ random)).reshape(-1, 2)
     kinetic = 0.5 * float(scene.snapshot.mass @ (velocity**2).sum(1))
     velocity *= np.sqrt(share * elastic / kinetic)
-    return scene.model_copy(update={"snapshot": dataclasses.replace(scene.snapshot, velocity=velocity)})
+    return scene.model_copy(
+        update={"snapshot": dataclasses.replace(scene.snapshot, velocity=velocity)}
+    )
 
 
 def critical_time_step(scene: Scene) -> float:
-    """The largest time step (s) for which leapfrog is stable on the scene's contacts, all of them kept closed.
+    """The largest time step (s) for which leapfrog is stable on the scene's contacts, all of them
+    kept closed.
 
-    x(t+Δ) − 2x + x(t−Δ) = −Δ²M⁻¹K x − ΔM⁻¹C (x − x(t−Δ)), K = Σ k nnᵀ, C = Σ c nnᵀ: the eigenvalue −1 of the
-    map appears when Δ²K + 2ΔC − 4M is first singular, which is Δ = 2/ω_max for c = 0 and
-    Δω = 2(√(1+ζ²) − ζ) for one mode. Dampers act with the velocity of the half step before, as they do in both engines.
-    """
+    x(t+Δ) − 2x + x(t−Δ) = −Δ²M⁻¹K x − ΔM⁻¹C (x − x(t−Δ)), K = Σ k nnᵀ, C = Σ c nnᵀ: the eigenvalue
+    −1 of the map appears when Δ²K + 2ΔC − 4M is first singular, which is Δ = 2/ω_max for c = 0 and
+    Δω = 2(√(1+ζ²) − ζ) for one mode. Dampers act with the velocity of the half step before, as they
+    do in both engines."""
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=0.0)
     penalty, n = penalty_of(scene), len(scene.snapshot)
     root = diags_array(np.repeat(scene.snapshot.mass, 2) ** -0.5)
@@ -172,7 +182,9 @@ def critical_time_step(scene: Scene) -> float:
     def largest(matrix: csr_array) -> float:
         if matrix.shape[0] < 3:
             return float(np.linalg.eigvalsh(matrix.toarray())[-1])
-        return float(eigsh(matrix.tocsc(), k=1, which="LA", tol=1e-12, return_eigenvectors=False)[0])
+        return float(
+            eigsh(matrix.tocsc(), k=1, which="LA", tol=1e-12, return_eigenvectors=False)[0]
+        )
 
     undamped = 2 / np.sqrt(largest(stiffness))
     if not dashpot.any():

@@ -1,4 +1,5 @@
-"""What an engine's dumps hold, measured without asking the engine: energy, momentum, overlap, disks."""
+"""What an engine's dumps hold, measured without asking the engine: energy, momentum, overlap,
+disks."""
 
 from __future__ import annotations
 
@@ -6,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.dumps import DumpError, index_dump
-from analysis.scene import Scene
+from analysis.dumps.reader import DumpError, index_dump
+from analysis.scene.scene import Scene
 from analysis.stability.case import Cell, Outcome, Value
 from analysis.stability.trial import Trial, guard_says
 from nscd import Snapshot, find_contacts
@@ -15,7 +16,8 @@ from nscd.bodies import Floats
 
 # More energy than the start had, as a share of it, that rounding and a sound time step do not make.
 GAIN = 0.05
-# The momentum of a crowd on which nothing acts, over Σm|u|: forces are equal and opposite to the last digit.
+# The momentum of a crowd on which nothing acts, over Σm|u|: forces are equal and opposite to the
+# last digit.
 DRIFT = 1e-9
 QUANTITIES = (
     "largest energy / energy at the start",
@@ -29,11 +31,11 @@ QUANTITIES = (
 class Motion:
     """Frames of a trial that can be read (f of them).
 
-    time (f,) s; position and velocity (f,n,2) m, m/s; spin (f,n) rad/s; kinetic and elastic energy (f,) J: ½mu² and
-    Σ½k·overlap² of the linear law, from the positions; overlap (f,): the largest over the smaller radius. drift: the
-    largest change of Σmu over the largest Σm|u|, NaN where walls or a drive act. disks: how many the last frame has.
-    trouble: why later frames are not here, "" if all are.
-    """
+    time (f,) s; position and velocity (f,n,2) m, m/s; spin (f,n) rad/s; kinetic and elastic energy
+    (f,) J: ½mu² and Σ½k·overlap² of the linear law, from the positions; overlap (f,): the largest
+    over the smaller radius. drift: the largest change of Σmu over the largest Σm|u|, NaN where
+    walls or a drive act. disks: how many the last frame has. trouble: why later frames are not
+    here, "" if all are."""
 
     time: Floats
     position: Floats
@@ -71,7 +73,9 @@ def read_motion(trial: Trial, scene: Scene) -> Motion:
         for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
             disks = count
             if count != n:
-                trouble = f"{n - count} of {n} disks are gone at t = {step * trial.time_step_s:.3g} s"
+                trouble = (
+                    f"{n - count} of {n} disks are gone at t = {step * trial.time_step_s:.3g} s"
+                )
                 break
             table = index.table(frame)
             columns = [index.columns.index(name) for name in ("id", "x", "y", "vx", "vy", "omegaz")]
@@ -82,7 +86,9 @@ def read_motion(trial: Trial, scene: Scene) -> Motion:
                 break
             chosen = chosen[np.argsort(chosen[:, 0], kind="stable")]
             spins.append(chosen[:, 5])
-            rows.append((step * trial.time_step_s, *_measure(scene, chosen[:, 1:3], chosen[:, 3:5])))
+            rows.append(
+                (step * trial.time_step_s, *_measure(scene, chosen[:, 1:3], chosen[:, 3:5]))
+            )
         if not trouble and index.steps[-1] < trial.steps:
             trouble = f"ended at step {index.steps[-1]} of {trial.steps}"
     except DumpError as error:
@@ -103,15 +109,19 @@ def read_motion(trial: Trial, scene: Scene) -> Motion:
 
 
 def _drift(mass: Floats, velocity: Floats) -> float:
-    """Largest |Σmu(t) − Σmu(0)| over the largest Σm|u|, of velocities (f,n,2) m/s; 0 where nothing moves."""
+    """Largest |Σmu(t) − Σmu(0)| over the largest Σm|u|, of velocities (f,n,2) m/s; 0 where nothing
+    moves."""
     momentum = (mass[:, None] * velocity).sum(1)
     size = (mass * np.hypot(velocity[..., 0], velocity[..., 1])).sum(1).max(initial=0.0)
     change = float(np.abs(momentum - momentum[:1]).max(initial=0.0))
     return change / float(size) if size else 0.0
 
 
-def _measure(scene: Scene, position: Floats, velocity: Floats) -> tuple[Floats, Floats, float, float, float]:
-    """Position, velocity, kinetic and elastic energy (J), largest overlap over the smaller radius."""
+def _measure(
+    scene: Scene, position: Floats, velocity: Floats
+) -> tuple[Floats, Floats, float, float, float]:
+    """Position, velocity, kinetic and elastic energy (J), largest overlap over the smaller
+    radius."""
     start = scene.snapshot
     kinetic = 0.5 * float(start.mass @ (velocity**2).sum(1))
     snapshot = Snapshot(position=position, velocity=velocity, radius=start.radius, mass=start.mass)
@@ -128,7 +138,8 @@ def _measure(scene: Scene, position: Floats, velocity: Floats) -> tuple[Floats, 
 
 
 def lost(trial: Trial, motion: Motion) -> str:
-    """Why disks count as lost: gone from the dump, nowhere, or lost by the engine's own words; "" where none is."""
+    """Why disks count as lost: gone from the dump, nowhere, or lost by the engine's own words; ""
+    where none is."""
     if "gone" in motion.trouble or "finite" in motion.trouble:
         return motion.trouble
     return last_error(trial) if "ost atoms" in trial.last_words else ""
@@ -143,11 +154,15 @@ def last_error(trial: Trial) -> str:
 def common_cell(
     column: Value, row: Value, trial: Trial, motion: Motion, outcome: Outcome, reason: str
 ) -> Cell:
-    """A cell with the QUANTITIES, after what overrides any other outcome: disks that are lost, a run that ended early."""
+    """A cell with the QUANTITIES, after what overrides any other outcome: disks that are lost, a
+    run that ended early."""
     if lost(trial, motion):
         outcome, reason = Outcome.LOST, lost(trial, motion)
     elif motion.trouble and motion.gain > 1 + GAIN:
-        outcome, reason = Outcome.ENERGY_GAIN, f"{motion.trouble}, with {motion.gain:.3g} times the energy"
+        outcome, reason = (
+            Outcome.ENERGY_GAIN,
+            f"{motion.trouble}, with {motion.gain:.3g} times the energy",
+        )
     elif motion.trouble:
         outcome, reason = Outcome.REFUSED, f"{motion.trouble}: {last_error(trial)}"
     elif outcome is Outcome.STABLE and motion.drift > DRIFT:
@@ -166,7 +181,8 @@ def common_cell(
 
 
 def undriven_cell(column: Value, row: Value, trial: Trial, motion: Motion) -> Cell:
-    """A cell of a crowd that nothing drives: stable as long as its energy does not grow by more than GAIN."""
+    """A cell of a crowd that nothing drives: stable as long as its energy does not grow by more
+    than GAIN."""
     if motion.gain > 1 + GAIN:
         when = motion.time[int(np.argmax(motion.energy > (1 + GAIN) * motion.energy[0]))]
         outcome = Outcome.ENERGY_GAIN
@@ -177,7 +193,8 @@ def undriven_cell(column: Value, row: Value, trial: Trial, motion: Motion) -> Ce
 
 
 def rigid_cell(column: Value, row: Value, outcome: Outcome, reason: str, said: str) -> Cell:
-    """A cell of what runs no engine (the product's own checks, percussions): it has none of the QUANTITIES."""
+    """A cell of what runs no engine (the product's own checks, percussions): it has none of the
+    QUANTITIES."""
     nothing = (float("nan"),) * len(QUANTITIES)
     return Cell(column=column, row=row, outcome=outcome, reason=reason, said=said, numbers=nothing)
 

@@ -1,4 +1,5 @@
-"""The atlas as a page: one self-contained HTML file, with maps, cells and boundaries as files beside it."""
+"""The atlas as a page: one self-contained HTML file, with maps, cells and boundaries as files
+beside it."""
 
 from __future__ import annotations
 
@@ -11,14 +12,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from analysis.files import whole_file, write_text
-from analysis.paper.page import prose, write_picture
-from analysis.paper.section import Picture
-from analysis.report import jsonable, number, percent, render
+from analysis.pages.html import jsonable, prose, render, write_picture
+from analysis.pages.numbers import number, percent
+from analysis.pages.section import Picture
 from analysis.stability.atlas import build, choose
 from analysis.stability.case import Boundary, Map, Outcome, Value
-from analysis.stability.maps import LOOKS, draw_map
-from analysis.study import Progress
+from analysis.stability.charts import LOOKS, draw_map
+from analysis.support.files import whole_file, write_text
+from analysis.support.progress import Progress
 
 
 def write_atlas(
@@ -32,7 +33,8 @@ def write_atlas(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> tuple[Path, list[Map]]:
-    """Make the chosen cases and write `index.html`, `figures/`, `cells.csv`, `boundaries.csv` and `atlas.json`.
+    """Make the chosen cases and write `index.html`, `figures/`, `cells.csv`, `boundaries.csv` and
+    `atlas.json`.
 
     Returns the page's path and the maps. Raises ValueError for an unknown case.
     """
@@ -40,16 +42,21 @@ def write_atlas(
     maps = build(choose(names, quick), runs, quick, progress, processes, scheduler)
     images = {
         made.case.name: write_picture(
-            Picture(name=made.case.name, caption=made.case.title, figure=draw_map(made)), folder / "figures"
+            Picture(name=made.case.name, caption=made.case.title, figure=draw_map(made)),
+            folder / "figures",
         )
         for made in maps
     }
     write_cells(folder / "cells.csv", maps)
     write_boundaries(folder / "boundaries.csv", maps)
     content = {made.case.name: _numbers(made) for made in maps}
-    write_text(folder / "atlas.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n")
+    write_text(
+        folder / "atlas.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n"
+    )
     cells = [cell for made in maps for cell in made.cells]
-    wild = [cell for cell in cells if cell.guard and cell.outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)]
+    wild = [
+        cell for cell in cells if cell.guard and cell.outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)
+    ]
     page = render(
         "stability.html",
         command=command,
@@ -69,11 +76,22 @@ def write_atlas(
 
 
 def write_cells(path: Path, maps: Sequence[Map]) -> None:
-    """One row a cell and quantity: case, row, column, outcome, its own status, the guard's verdict, reason, quantity, value."""
+    """One row a cell and quantity: case, row, column, outcome, its own status, the guard's verdict,
+    reason, quantity, value."""
     with whole_file(path) as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(
-            ["case", "row", "column", "outcome", "own_status", "guard", "reason", "quantity", "value"]
+            [
+                "case",
+                "row",
+                "column",
+                "outcome",
+                "own_status",
+                "guard",
+                "reason",
+                "quantity",
+                "value",
+            ]
         )
         for made in maps:
             for cell in made.cells:
@@ -94,11 +112,20 @@ def write_cells(path: Path, maps: Sequence[Map]) -> None:
 
 
 def write_boundaries(path: Path, maps: Sequence[Map]) -> None:
-    """One row a boundary: case, row, the bracket, its middle, theory, (measured − theory)/theory and half the bracket over
-    theory."""
+    """One row a boundary: case, row, the bracket, its middle, theory, (measured − theory)/theory
+    and half the bracket over theory."""
     with whole_file(path) as file:
         rows = csv.writer(file, lineterminator="\n")
-        names = ["case", "row", "low", "high", "measured", "theory", "relative_difference", "half_bracket"]
+        names = [
+            "case",
+            "row",
+            "low",
+            "high",
+            "measured",
+            "theory",
+            "relative_difference",
+            "half_bracket",
+        ]
         rows.writerow(names)
         for made in maps:
             for edge in made.boundaries:

@@ -16,10 +16,15 @@ QUANTITIES = ("error of u⁺ / |u⁻|", "residual", "iterations")
 
 
 def solver_cell(
-    column: Value, row: Value, answer: Percussions, reference: Floats, scale: float, wrong: float = WRONG
+    column: Value,
+    row: Value,
+    answer: Percussions,
+    reference: Floats,
+    scale: float,
+    wrong: float = WRONG,
 ) -> Cell:
-    """A cell with the QUANTITIES: not converged where the residual says so, inaccurate where u⁺ differs from the reference
-    (n,2) m/s by more than `wrong` of `scale`, the largest |u⁻| (m/s)."""
+    """A cell with the QUANTITIES: not converged where the residual says so, inaccurate where u⁺
+    differs from the reference (n,2) m/s by more than `wrong` of `scale`, the largest |u⁻| (m/s)."""
     error = float(np.abs(answer.right_velocity - reference).max()) / (scale or 1.0)
     if answer.status is not Status.SOLVED:
         outcome, reason = Outcome.NOT_CONVERGED, answer.reason

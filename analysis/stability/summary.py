@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.report import number, percent
+from analysis.pages.numbers import number, percent
 from analysis.stability.case import Map, Outcome
 
 

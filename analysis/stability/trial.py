@@ -1,7 +1,7 @@
 """A trial: an engine run without its guard, kept with its exit status whatever it left behind.
 
-`analysis.study.run_engine` has the guard stop a run that cannot be right; here such runs are what is looked for.
-"""
+`analysis.compare.study.run_engine` has the guard stop a run that cannot be right; here such runs
+are what is looked for."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from analysis.engines import lammps, yade
 from analysis.engines.guard import Verdict
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import EngineError
-from analysis.files import write_text
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
+from analysis.support.files import write_text
 
 LONGEST_S = 60.0
 LAST_WORDS = 400
@@ -31,7 +31,8 @@ ENGINES = (lammps.NAME, yade.NAME)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Edit:
-    """A change to a copy of the engine's own input: in `file`, `old` (there exactly once) becomes `new`."""
+    """A change to a copy of the engine's own input: in `file`, `old` (there exactly once) becomes
+    `new`."""
 
     file: str
     old: str
@@ -40,8 +41,9 @@ class Edit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """A finished trial: engine, exit status (a word where it had to be killed), last words, time step (s), steps, seconds;
-    the dumps are in `folder`. `words` and `environment`: its command, without the folder for its results."""
+    """A finished trial: engine, exit status (a word where it had to be killed), last words, time
+    step (s), steps, seconds; the dumps are in `folder`. `words` and `environment`: its command,
+    without the folder for its results."""
 
     folder: Path
     engine: str
@@ -56,7 +58,8 @@ class Trial:
 
 
 def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = ()) -> Trial:
-    """Run the scene's deck or script with the engine's own command, or take the trial in the folder if nothing changed.
+    """Run the scene's deck or script with the engine's own command, or take the trial in the folder
+    if nothing changed.
 
     Raises EngineError where the engine is missing, ValueError where an edit does not fit.
     """
@@ -67,7 +70,9 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
     if command is None:
         raise EngineError(module.INSTALL)
     source = lammps.decks_folder() if engine == lammps.NAME else yade.scripts_folder()
-    inputs = {path.name: path.read_text(encoding="utf-8") for path in sorted(source.glob("*.[ip][ny]*"))}
+    inputs = {
+        path.name: path.read_text(encoding="utf-8") for path in sorted(source.glob("*.[ip][ny]*"))
+    }
     for edit in edits:
         if inputs.get(edit.file, "").count(edit.old) != 1:
             raise ValueError(f"edit: {edit.file} does not hold {edit.old!r} exactly once")
@@ -114,13 +119,16 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
         environment=environment,
         reused=False,
     )
-    write_text(folder / FILE, json.dumps({**asdict(trial), "folder": None, "digest": digest}, indent=1))
+    write_text(
+        folder / FILE, json.dumps({**asdict(trial), "folder": None, "digest": digest}, indent=1)
+    )
     return trial
 
 
 def guard_says(trial: Trial) -> str:
-    """What the guard of the product's own runs makes of the same run: the kind of its verdict (energy, overlap, …), the
-    engine's own end, or "nothing" where the run goes through; kept beside the trial."""
+    """What the guard of the product's own runs makes of the same run: the kind of its verdict
+    (energy, overlap, …), the engine's own end, or "nothing" where the run goes through; kept beside
+    the trial."""
     said = trial.folder / "guard.txt"
     if not said.exists():
         (trial.folder / "guarded").mkdir(exist_ok=True)
@@ -153,7 +161,8 @@ def _kept(folder: Path, digest: str) -> Trial | None:
 def _run(
     words: Sequence[str], folder: Path, environment: dict[str, str], log_name: str = "screen.log"
 ) -> tuple[str, str]:
-    """Exit status and last words of a command; the whole group of its processes ends with this call."""
+    """Exit status and last words of a command; the whole group of its processes ends with this
+    call."""
     with (folder / log_name).open("w", encoding="utf-8") as log:
         process = subprocess.Popen(
             words,

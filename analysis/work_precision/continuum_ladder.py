@@ -1,4 +1,5 @@
-"""Both continuum models over a ladder of meshes, and on two finer ones that say how wrong those are."""
+"""Both continuum models over a ladder of meshes, and on two finer ones that say how wrong those
+are."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from analysis.work_precision.window import Window
 
 # Sides of the triangles, in mean radii of the disks.
 SIDES = (4.0, 2.0, 1.0)
-# The reference has sides of the smallest times these: its change from the first to the second is its error bar.
+# The reference has sides of the smallest times these: its change from the first to the second is
+# its error bar.
 FINER = (0.5, 0.25)
 # Counts up whenever the reference comes to have other numbers.
 EDITION = 1
@@ -28,8 +30,8 @@ EDITION = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContinuumLadder:
-    """The answers of both models on each mesh; of each model its reference, on meshes twice and four times as fine as the
-    finest of them; reason: why there is none of all this, in words."""
+    """The answers of both models on each mesh; of each model its reference, on meshes twice and
+    four times as fine as the finest of them; reason: why there is none of all this, in words."""
 
     answers: tuple[ContinuumAnswer, ...] = ()
     references: tuple[tuple[ContinuumAnswer, ContinuumAnswer], ...] = ()
@@ -37,13 +39,16 @@ class ContinuumLadder:
 
 
 def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> ContinuumLadder:
-    """Solve on meshes of these sides (in mean radii), finest last; the references, which take long, are kept in `path`_*.npz."""
+    """Solve on meshes of these sides (in mean radii), finest last; the references, which take long,
+    are kept in `path`_*.npz."""
     if not sides:
         return ContinuumLadder(reason="it was not asked for")
     radius = float(window.scene.snapshot.radius.mean())
     try:
         answers = [
-            solve_continuum(window, model, side * radius) for model in ContinuumModel for side in sides
+            solve_continuum(window, model, side * radius)
+            for model in ContinuumModel
+            for side in sides
         ]
         coarse, fine = (_kept(window, share * sides[-1] * radius, path) for share in FINER)
     except ValueError as error:

@@ -1,4 +1,5 @@
-"""The two continuum models on the crowd of a window: what each disk and the walls get from the field, and its cost."""
+"""The two continuum models on the crowd of a window: what each disk and the walls get from the
+field, and its cost."""
 
 from __future__ import annotations
 
@@ -11,25 +12,26 @@ import numpy as np
 import shapely
 from skfem import MeshTri1
 
-from analysis.scene import Drive
+from analysis.scene.scene import Drive
 from analysis.work_precision.crowd_region import crowd_room
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.rigid_solves import STATUS, timed
 from analysis.work_precision.window import DISK_FORCE, DISPLACEMENT, WALL_FORCE, Quantity, Window
 from nscd.bodies import Floats, Integers, Snapshot
-from nscd.continuum.cells import Cells
 from nscd.continuum.collision import collide
-from nscd.continuum.first_order import first_order_flow
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import Medium
 from nscd.continuum.mesh import mesh_of
+from nscd.continuum.rivals.cells import Cells
+from nscd.continuum.rivals.first_order import first_order_flow
 from nscd.continuum.room import Room
 from nscd.continuum.space import Space
 from nscd.percussions import Status
 
 # Table 1 of the paper, per person: k_v, and k_s for each metre of wall.
 VOLUME, SURFACE = 9.0, 1.0
-# Means over a disk, exact to degree 5: its centre and six points at √(2/3) of the radius (Stroud, S2: 5-1).
+# Means over a disk, exact to degree 5: its centre and six points at √(2/3) of the radius (Stroud,
+# S2: 5-1).
 RING = np.arange(6) * np.pi / 3
 PLACES = np.vstack([[[0.0, 0.0]], np.sqrt(2 / 3) * np.column_stack([np.cos(RING), np.sin(RING)])])
 WEIGHTS = np.array([0.25, *[0.125] * 6])
@@ -38,7 +40,8 @@ AT_THE_DOOR = 1e-9
 
 
 class ContinuumModel(StrEnum):
-    """deformable: problem (11) with the paper's Table 1; first_order: (20) in its complementarity form."""
+    """deformable: problem (11) with the paper's Table 1; first_order: (20) in its complementarity
+    form."""
 
     DEFORMABLE = "deformable"
     FIRST_ORDER = "first_order"
@@ -46,8 +49,9 @@ class ContinuumModel(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContinuumAnswer:
-    """A model on a mesh with triangles of side_m: change (n,2) m/s, the mean of u⁺ − u⁻ over each disk, and wall_impulse
-    (2,) N·s, what all walls get; None where there is no answer. CPU seconds from the disks on, where they were taken."""
+    """A model on a mesh with triangles of side_m: change (n,2) m/s, the mean of u⁺ − u⁻ over each
+    disk, and wall_impulse (2,) N·s, what all walls get; None where there is no answer. CPU seconds
+    from the disks on, where they were taken."""
 
     model: ContinuumModel
     side_m: float
@@ -58,7 +62,8 @@ class ContinuumAnswer:
     reason: str
 
     def values(self, window: Window) -> dict[Quantity, Floats] | None:
-        """What the window compares: as for the rigid model impulses over τ are constant forces. None without an answer.
+        """What the window compares: as for the rigid model impulses over τ are constant forces.
+        None without an answer.
 
         There are no contacts in a continuum, and so no contact forces.
         """
@@ -69,17 +74,20 @@ class ContinuumAnswer:
         return {
             DISK_FORCE: received.ravel() / tau,
             WALL_FORCE: self.wall_impulse / tau,
-            DISPLACEMENT: window.rigid_motion(window.left_velocity + self.change).displacement[1].ravel(),
+            DISPLACEMENT: window.rigid_motion(window.left_velocity + self.change)
+            .displacement[1]
+            .ravel(),
         }
 
 
 def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> ContinuumAnswer:
-    """Solve a model on the crowd's region (see `crowd_room`) with P1 elements and a mesh graded to the jambs.
+    """Solve a model on the crowd's region (see `crowd_room`) with P1 elements and a mesh graded to
+    the jambs.
 
-    The density is uniform, Σm/area; u⁻ is what the drive wants. A disk receives m times the mean of u⁺ − u⁻ over what of it is
-    in the region; the walls get what the whole crowd loses, −∫ρ(u⁺ − u⁻), which is ∫(μn + k_s w) for (11) and ∫ρpn for (20).
-    Raises ValueError as `crowd_room` does; a mesh that cannot be made is a failed answer with its reason.
-    """
+    The density is uniform, Σm/area; u⁻ is what the drive wants. A disk receives m times the mean of
+    u⁺ − u⁻ over what of it is in the region; the walls get what the whole crowd loses, −∫ρ(u⁺ −
+    u⁻), which is ∫(μn + k_s w) for (11) and ∫ρpn for (20). Raises ValueError as `crowd_room` does;
+    a mesh that cannot be made is a failed answer with its reason."""
     crowd_room(window.scene)
 
     def call() -> ContinuumAnswer:
@@ -94,7 +102,8 @@ def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> Con
 
 
 def solve_both(window: Window, side_m: float) -> tuple[ContinuumAnswer, ...]:
-    """Each model on the same mesh, once and without its time. Raises ValueError as `crowd_room` does."""
+    """Each model on the same mesh, once and without its time. Raises ValueError as `crowd_room`
+    does."""
     room = crowd_room(window.scene)
     try:
         mesh = mesh_of(room, side_m)
@@ -157,8 +166,8 @@ def _failed(model: ContinuumModel, side_m: float, reason: str) -> ContinuumAnswe
 
 
 def _walking(drive: Drive) -> Field:
-    """u⁻ = speed·(P − x)/|P − x| with P(x) the nearest point of the door, or its centre; 0 there, as `toward_exit`. (Disks on the
-    door's line have passed it; a wall in that line has not.)"""
+    """u⁻ = speed·(P − x)/|P − x| with P(x) the nearest point of the door, or its centre; 0 there,
+    as `toward_exit`. (Disks on the door's line have passed it; a wall in that line has not.)"""
     start, end = (np.array(point) for point in drive.target())
     along = end - start
     square = float(along @ along) or 1.0
@@ -168,15 +177,17 @@ def _walking(drive: Drive) -> Field:
         way = start + share[:, None] * along - points
         distance = np.hypot(*way.T)[:, None]
         going = distance > AT_THE_DOOR
-        directed: Floats = drive.speed_m_per_s * np.divide(way, distance, out=np.zeros_like(way), where=going)
+        directed: Floats = drive.speed_m_per_s * np.divide(
+            way, distance, out=np.zeros_like(way), where=going
+        )
         return directed
 
     return velocity
 
 
 class _Samples(NamedTuple):
-    """Points (q,2) m in disks: of which disk (q,), with what weight (q,), in which cell (q,) of the mesh, and the shares
-    (3,q) of its vertices there."""
+    """Points (q,2) m in disks: of which disk (q,), with what weight (q,), in which cell (q,) of the
+    mesh, and the shares (3,q) of its vertices there."""
 
     point: Floats
     disk: Integers
@@ -195,12 +206,17 @@ def _samples(disks: Snapshot, room: Room, mesh: MeshTri1) -> _Samples:
     inside = shapely.contains_xy(shapely.Polygon(room.outline, room.pillars), point)
     point = point[inside]
     corners = mesh.p.T[mesh.t.T]
-    found, cells = shapely.STRtree(shapely.polygons(corners)).query(shapely.points(point), "intersects")
+    found, cells = shapely.STRtree(shapely.polygons(corners)).query(
+        shapely.points(point), "intersects"
+    )
     cell = np.empty(len(point), dtype=np.int64)
     cell[found] = cells
     a, b, c = corners[cell].swapaxes(0, 1)
     whole = _cross(b - a, c - a)
-    shares = np.stack([_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)]) / whole
+    shares = (
+        np.stack([_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)])
+        / whole
+    )
     disk = np.repeat(np.arange(len(disks)), len(PLACES))[inside]
     return _Samples(point, disk, np.tile(WEIGHTS, len(disks))[inside], cell, shares)
 

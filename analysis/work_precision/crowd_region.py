@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 from nscd.bodies import Floats
 from nscd.continuum.room import Border, Room, room_of_walls
 
-# In mean radii: a free border may run this far from the exact one, and so much wider the hall is taken for that long.
+# In mean radii: a free border may run this far from the exact one, and so much wider the hall is
+# taken for that long.
 SIMPLER = 0.15
 # Edges of a quarter of a circle.
 ARC = 8
@@ -18,12 +19,13 @@ ROUNDING = 1e-9
 
 
 def crowd_room(scene: Scene) -> Room:
-    """The hall, less every place where one more disk of mean radius would fit: the disks and what is beyond the walls,
-    closed (in the sense of morphology) by a mean radius. Holes in the crowd are filled; pillars are not.
+    """The hall, less every place where one more disk of mean radius would fit: the disks and what
+    is beyond the walls, closed (in the sense of morphology) by a mean radius. Holes in the crowd
+    are filled; pillars are not.
 
-    Its edges are "exit" on the door, "wall" on a wall, and "free" elsewhere, drawn to 0.15 mean radii. Raises ValueError
-    for a scene without a drive, whose walls and door enclose no hall, whose crowd is not in one piece or touches no wall.
-    """
+    Its edges are "exit" on the door, "wall" on a wall, and "free" elsewhere, drawn to 0.15 mean
+    radii. Raises ValueError for a scene without a drive, whose walls and door enclose no hall,
+    whose crowd is not in one piece or touches no wall."""
     if scene.drive is None:
         raise ValueError("it is for a crowd that a drive presses, and this is an impact")
     disks, drive = scene.snapshot, scene.drive

@@ -7,8 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.scene import Scene
-from analysis.work_precision.soft_reference import TOLERANCE, ReferenceError, SoftReference, soft_reference
+from analysis.scene.scene import Scene
+from analysis.work_precision.soft_reference import (
+    TOLERANCE,
+    ReferenceError,
+    SoftReference,
+    soft_reference,
+)
 from analysis.work_precision.window import Motion
 
 # Counts up whenever `soft_reference` comes to give other numbers.
@@ -16,13 +21,16 @@ EDITION = 1
 
 
 def kept_reference(scene: Scene, path: Path) -> SoftReference | str:
-    """The soft reference of the scene from `path`.npz, or made and kept there; why there is none, in words."""
+    """The soft reference of the scene from `path`.npz, or made and kept there; why there is none,
+    in words."""
     file, key = path.with_name(path.name + ".npz"), f"{scene.digest()} {TOLERANCE} {EDITION}"
     try:
         with np.load(file) as kept:
             if str(kept["key"]) == key:
                 both = [
-                    Motion(displacement=kept[f"{name}_displacement"], velocity=kept[f"{name}_velocity"])
+                    Motion(
+                        displacement=kept[f"{name}_displacement"], velocity=kept[f"{name}_velocity"]
+                    )
                     for name in ("motion", "looser")
                 ]
                 return SoftReference(motion=both[0], looser=both[1], steps=int(kept["steps"]))

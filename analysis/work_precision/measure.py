@@ -7,23 +7,23 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.study import Progress
-from analysis.work_precision.book import Book
+from analysis.support.parallel import Task, do_all
+from analysis.support.progress import Progress
 from analysis.work_precision.continuum_ladder import ContinuumLadder, continuum_ladder
 from analysis.work_precision.kept import kept_reference
 from analysis.work_precision.point import Point
+from analysis.work_precision.points_of import Book
 from analysis.work_precision.rigid_reference import RigidReference, rigid_reference
 from analysis.work_precision.rigid_solves import Solved, solve_rigid, solve_rivals
 from analysis.work_precision.soft_reference import SoftReference
 from analysis.work_precision.soft_runs import Setting, SoftRun, run_folder, run_soft, scene_of
 from analysis.work_precision.window import Quantity, Window
-from analysis.work_precision.workers import Task, do_all
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measured:
-    """The points of a window, the rigid reference, why there is no continuum (empty if there is), and the references that
-    failed, in words."""
+    """The points of a window, the rigid reference, why there is no continuum (empty if there is),
+    and the references that failed, in words."""
 
     window: Window
     rigid: RigidReference
@@ -43,12 +43,11 @@ def measure(
     *,
     mesh_sides: Sequence[float] = (),
 ) -> Measured:
-    """Run all settings of the engines, all solvers, the rivals and, on meshes of these sides (in mean radii, falling), the
-    continuum on a window of the scene `name`.
+    """Run all settings of the engines, all solvers, the rivals and, on meshes of these sides (in
+    mean radii, falling), the continuum on a window of the scene `name`.
 
-    Runs and references are kept in the folder and taken from there the next time; solutions, which take a fraction of a
-    second, are made anew.
-    """
+    Runs and references are kept in the folder and taken from there the next time; solutions, which
+    take a fraction of a second, are made anew."""
     pairs = sorted({(s.law, s.stiffness_N_per_m) for s in settings})
     variants = [window.variant(*pair) for pair in pairs]
     size = len(window.scene.snapshot)
@@ -57,7 +56,8 @@ def measure(
         Task(
             call=kept_reference,
             arguments=(variant, folder / f"reference_{law}_k{stiffness:.6g}"),
-            work=5 * _work(window, Setting(engine="", law=law, stiffness_N_per_m=stiffness, share=1.0)),
+            work=5
+            * _work(window, Setting(engine="", law=law, stiffness_N_per_m=stiffness, share=1.0)),
         )
         for (law, stiffness), variant in zip(pairs, variants, strict=True)
     ]
@@ -70,7 +70,8 @@ def measure(
         for setting in settings
     ]
     tasks += [
-        Task(call=call, arguments=(window,), work=2e5 + 1e3 * size) for call in (solve_rigid, solve_rivals)
+        Task(call=call, arguments=(window,), work=2e5 + 1e3 * size)
+        for call in (solve_rigid, solve_rivals)
     ]
     tasks.append(
         Task(
@@ -95,9 +96,15 @@ def measure(
     rigid: RigidReference = results[-2]
     continuum: ContinuumLadder = results[-1]
     book = Book(window=window, name=name, rigid=rigid)
-    points = [*book.of_soft(soft, references), *book.of_solved(solved), *book.of_continuum(continuum)]
+    points = [
+        *book.of_soft(soft, references),
+        *book.of_solved(solved),
+        *book.of_continuum(continuum),
+    ]
     warnings = [
-        f"reference {law}, k = {k:.3g} N/m: {r}" for (law, k), r in references.items() if isinstance(r, str)
+        f"reference {law}, k = {k:.3g} N/m: {r}"
+        for (law, k), r in references.items()
+        if isinstance(r, str)
     ]
     return Measured(
         window=window,

@@ -1,4 +1,5 @@
-"""The page of a chart: one self-contained HTML file, with its pictures and numbers as files beside it."""
+"""The page of a chart: one self-contained HTML file, with its pictures and numbers as files beside
+it."""
 
 from __future__ import annotations
 
@@ -8,22 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from analysis.charts import ENGINE_NAMES
-from analysis.files import write_text
-from analysis.paper.page import write_picture
-from analysis.paper.section import Picture
-from analysis.report import number, percent, render
-from analysis.work_precision.build import Chart
+from analysis.pages.html import render, write_picture
+from analysis.pages.numbers import number, percent
+from analysis.pages.report_charts import ENGINE_NAMES
+from analysis.pages.section import Picture
+from analysis.support.files import write_text
+from analysis.work_precision.chart import Chart
+from analysis.work_precision.charts import look_of, scaling_picture, work_precision_picture
 from analysis.work_precision.continuum_ladder import SIDES
 from analysis.work_precision.pareto import pareto_front
-from analysis.work_precision.pictures import look_of, scaling_picture, work_precision_picture
 from analysis.work_precision.point import Point, PointStatus, write_points
 from analysis.work_precision.scaling import ACCURACY
 from analysis.work_precision.window import Quantity
 
 
 def write_chart(chart: Chart, folder: Path, command: str) -> Path:
-    """Write `index.html`, `points`, `pareto` and `scaling` as CSV and JSON, and the pictures as PNG and PDF."""
+    """Write `index.html`, `points`, `pareto` and `scaling` as CSV and JSON, and the pictures as PNG
+    and PDF."""
     measured = chart.measured
     fronts = {q: pareto_front(_of(measured.points, q)) for q in measured.quantities}
     write_points(folder, measured.points)
@@ -40,13 +42,19 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
                 "unit": quantity.unit,
                 "image": image,
                 "front": [_row(point) for point in front],
-                "soft_front": [_row(p) for p in pareto_front(_soft(_of(measured.points, quantity)))],
+                "soft_front": [
+                    _row(p) for p in pareto_front(_soft(_of(measured.points, quantity)))
+                ],
                 "rigid_bar": _rigid_bar(measured.points, quantity),
                 "continuum_bar": _largest(
-                    p.numerical_bar for p in _of(measured.points, quantity) if p.mesh_side_m is not None
+                    p.numerical_bar
+                    for p in _of(measured.points, quantity)
+                    if p.mesh_side_m is not None
                 ),
                 "soft_bar": _largest(
-                    p.numerical_bar for p in _of(measured.points, quantity) if p.stiffness_N_per_m is not None
+                    p.numerical_bar
+                    for p in _of(measured.points, quantity)
+                    if p.stiffness_N_per_m is not None
                 ),
             }
         )
@@ -85,12 +93,15 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
 
 
 def front_table(chart: Chart, quantity: Quantity) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Head and rows of the Pareto fronts of one quantity in words: of all methods, then of soft contacts alone."""
+    """Head and rows of the Pareto fronts of one quantity in words: of all methods, then of soft
+    contacts alone."""
     head = ("method", "setting", "CPU s", "numerical", "model", "sum", "total")
     points = _of(chart.measured.points, quantity)
     rows = [_row(p) for p in (*pareto_front(points), *pareto_front(_soft(points)))]
     return head, [
-        tuple(str(row[k]) for k in ("method", "setting", "cpu", "numerical", "model", "sum", "total"))
+        tuple(
+            str(row[k]) for k in ("method", "setting", "cpu", "numerical", "model", "sum", "total")
+        )
         for row in rows
     ]
 
@@ -132,7 +143,8 @@ def _row(point: Point) -> dict[str, Any]:
 
 
 def _unfinished(points: Iterable[Point], quantities: Iterable[Quantity]) -> list[dict[str, Any]]:
-    """What is no answer, or a wrong one, each method and setting once: in the first quantity in which it is."""
+    """What is no answer, or a wrong one, each method and setting once: in the first quantity in
+    which it is."""
     points = list(points)
     rows: dict[tuple[str, str], dict[str, Any]] = {}
     for quantity in quantities:

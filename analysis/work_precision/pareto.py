@@ -10,13 +10,16 @@ WORTH = 0.05
 
 
 def pareto_front(points: Sequence[Point]) -> list[Point]:
-    """Of points of one quantity those that are `ok` and for which no cheaper one has an error as small, from cheap to
-    accurate: numerical plus model error against CPU seconds, so that no point wins by errors that cancel. A dearer point
-    has to be better by WORTH: smaller gains are lost in the noise of CPU time."""
+    """Of points of one quantity those that are `ok` and for which no cheaper one has an error as
+    small, from cheap to accurate: numerical plus model error against CPU seconds, so that no point
+    wins by errors that cancel. A dearer point has to be better by WORTH: smaller gains are lost in
+    the noise of CPU time."""
     usable = [
         (point.cpu_seconds, point.error_sum, point)
         for point in points
-        if point.status == PointStatus.OK and point.cpu_seconds is not None and point.error_sum is not None
+        if point.status == PointStatus.OK
+        and point.cpu_seconds is not None
+        and point.error_sum is not None
     ]
     front: list[Point] = []
     least = float("inf")

@@ -1,4 +1,5 @@
-"""One point of a work–precision chart: a method with its settings, what it cost, and its two errors."""
+"""One point of a work–precision chart: a method with its settings, what it cost, and its two
+errors."""
 
 from __future__ import annotations
 
@@ -11,14 +12,15 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Self
 
-from analysis.files import whole_file, write_text
+from analysis.support.files import whole_file, write_text
 
 FORMAT = 2
 
 
 class PointStatus(StrEnum):
-    """ok: the run ended and its answer is one; inaccurate: it ended, but missed its tolerance, or is wrong by more than
-    100 %; failed: there is no answer (stopped, died, not finite). The reason says more."""
+    """ok: the run ended and its answer is one; inaccurate: it ended, but missed its tolerance, or
+    is wrong by more than 100 %; failed: there is no answer (stopped, died, not finite). The reason
+    says more."""
 
     OK = "ok"
     INACCURATE = "inaccurate"
@@ -29,19 +31,22 @@ class PointStatus(StrEnum):
 class Point:
     """One method with one setting on one scene, for one quantity.
 
-    scene, disks: where it was measured. method: `lammps`, `yade`, `rigid`, `continuum`, or a rival's name. law: contact law of
-    a soft method (hooke, hertz), model of the continuum (deformable, first_order), else "". time_step_s, time_step_share (of
-    the safe one), stiffness_N_per_m: of a soft method, else None. solver, tolerance: of the rigid model, else "" and None.
-    mesh_side_m: of the continuum's triangles, else None. cpu_seconds: of the engine's process, its start included, or of the
-    solution from snapshot and contacts on (None where a failure left it unknown).
+    scene, disks: where it was measured. method: `lammps`, `yade`, `rigid`, `continuum`, or a
+    rival's name. law: contact law of a soft method (hooke, hertz), model of the continuum
+    (deformable, first_order), else "". time_step_s, time_step_share (of the safe one),
+    stiffness_N_per_m: of a soft method, else None. solver, tolerance: of the rigid model, else ""
+    and None. mesh_side_m: of the continuum's triangles, else None. cpu_seconds: of the engine's
+    process, its start included, or of the solution from snapshot and contacts on (None where a
+    failure left it unknown).
 
-    quantity: what is compared (see `quantities`), unit: in what. Errors are rms over all its components, relative to the
-    rms of the rigid reference: numerical_error: from the method's own model, converged; model_error: of that converged
-    model from the rigid reference; total_error: of the point from the rigid reference (at most their sum). numerical_bar
-    and model_bar: how well those references are known, in the same measure. None where there is no such number.
+    quantity: what is compared (see `quantities`), unit: in what. Errors are rms over all its
+    components, relative to the rms of the rigid reference: numerical_error: from the method's own
+    model, converged; model_error: of that converged model from the rigid reference; total_error: of
+    the point from the rigid reference (at most their sum). numerical_bar and model_bar: how well
+    those references are known, in the same measure. None where there is no such number.
 
-    status, reason: `ok`, `inaccurate` or `failed`, and why. machine, date: where and when it was measured (ISO date).
-    """
+    status, reason: `ok`, `inaccurate` or `failed`, and why. machine, date: where and when it was
+    measured (ISO date)."""
 
     scene: str
     disks: int
@@ -68,14 +73,18 @@ class Point:
 
     @property
     def key(self) -> str:
-        """Method, law (or model) and solver in one word: what belongs on one curve but for the stiffness."""
+        """Method, law (or model) and solver in one word: what belongs on one curve but for the
+        stiffness."""
         return "_".join(part for part in (self.method, self.law, self.solver) if part)
 
     @property
     def error_sum(self) -> float | None:
-        """Numerical plus model error, as far as the method has them: what the total error cannot exceed. The total itself
-        can be smaller by luck, where the two happen to cancel. None where neither is known, or a run's own is not."""
-        if self.stiffness_N_per_m is not None and (self.numerical_error is None or self.model_error is None):
+        """Numerical plus model error, as far as the method has them: what the total error cannot
+        exceed. The total itself can be smaller by luck, where the two happen to cancel. None where
+        neither is known, or a run's own is not."""
+        if self.stiffness_N_per_m is not None and (
+            self.numerical_error is None or self.model_error is None
+        ):
             return None
         known = [error for error in (self.numerical_error, self.model_error) if error is not None]
         return sum(known) if known else None
@@ -86,7 +95,8 @@ class Point:
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Self:
-        """The point that `to_json` gave. Raises ValueError naming a key that is missing, unknown or has a wrong value."""
+        """The point that `to_json` gave. Raises ValueError naming a key that is missing, unknown or
+        has a wrong value."""
         names = {field.name for field in dataclasses.fields(cls)}
         if missing := sorted(names - content.keys()):
             raise ValueError(f"{missing[0]}: missing in a point")
@@ -95,7 +105,9 @@ class Point:
         try:
             return cls(**(content | {"status": PointStatus(content["status"])}))
         except ValueError:
-            raise ValueError(f"status: {content['status']!r}; there are: {', '.join(PointStatus)}") from None
+            raise ValueError(
+                f"status: {content['status']!r}; there are: {', '.join(PointStatus)}"
+            ) from None
 
 
 COLUMNS = tuple(field.name for field in dataclasses.fields(Point))
@@ -112,8 +124,8 @@ def write_points(folder: Path, points: Sequence[Point], name: str = "points") ->
 
 
 def read_points(path: Path) -> list[Point]:
-    """The points of a `points.json`. Raises ValueError naming the file for one that is missing, broken or of another
-    format."""
+    """The points of a `points.json`. Raises ValueError naming the file for one that is missing,
+    broken or of another format."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != FORMAT:

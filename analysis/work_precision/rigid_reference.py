@@ -20,22 +20,25 @@ ALIGNED = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RigidReference:
-    """u⁺ (n,2) m/s of the purely inelastic impact, how it was found, and a bound of its error |u⁺ − exact|_M, kg^½ m/s."""
+    """u⁺ (n,2) m/s of the purely inelastic impact, how it was found, and a bound of its error |u⁺ −
+    exact|_M, kg^½ m/s."""
 
     right_velocity: Floats
     origin: str
     bound: float
 
 
-def rigid_reference(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> RigidReference:
+def rigid_reference(
+    snapshot: Snapshot, contacts: Contacts, left_velocity: Floats
+) -> RigidReference:
     """u⁺ of M(u⁺ − u⁻) + Cᵀλ = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected, k = 0).
 
-    In closed form for a line of touching disks that is pressed together everywhere (paper eqs. (5), (6)); else λ
-    minimises |M^(−½)Cᵀλ − M^½u⁻| over λ ≥ 0, by Lawson and Hanson's active set on dense matrices (scipy).
-    The bound: what was found is the exact answer for C u ≤ b, with b = C u⁺ where λ > 0 and max(C u⁺, 0) elsewhere, tiny. A
-    shift by w with C w = b turns one problem into the other, so |u⁺ − exact|_M ≤ 2 |w|_M ≤ 2 |b| / σ_min(C M^(−½)). Where C
-    lacks full row rank: |u⁺ − exact|²_M ≤ |λ·v| + Σλ* max(v, 0), from monotonicity, where Σλ stands for Σλ*.
-    """
+    In closed form for a line of touching disks that is pressed together everywhere (paper eqs. (5),
+    (6)); else λ minimises |M^(−½)Cᵀλ − M^½u⁻| over λ ≥ 0, by Lawson and Hanson's active set on
+    dense matrices (scipy). The bound: what was found is the exact answer for C u ≤ b, with b = C u⁺
+    where λ > 0 and max(C u⁺, 0) elsewhere, tiny. A shift by w with C w = b turns one problem into
+    the other, so |u⁺ − exact|_M ≤ 2 |w|_M ≤ 2 |b| / σ_min(C M^(−½)). Where C lacks full row rank:
+    |u⁺ − exact|²_M ≤ |λ·v| + Σλ* max(v, 0), from monotonicity, where Σλ stands for Σλ*."""
     closed = _pressed_line(snapshot, contacts, left_velocity)
     if closed is not None:
         norm = float(np.sqrt((snapshot.mass[:, None] * left_velocity**2).sum()))
@@ -65,8 +68,8 @@ def rigid_reference(snapshot: Snapshot, contacts: Contacts, left_velocity: Float
 
 
 def _pressed_line(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> Floats | None:
-    """The common velocity (n,2) m/s where all disks are one straight line, free or with one end at a wall, that moves along
-    itself and in which every contact presses; else None."""
+    """The common velocity (n,2) m/s where all disks are one straight line, free or with one end at
+    a wall, that moves along itself and in which every contact presses; else None."""
     n, k = len(snapshot), len(contacts)
     walls = int(contacts.is_wall.sum())
     if walls > 1 or k != n - 1 + walls or n < 2:

@@ -1,4 +1,5 @@
-"""The rigid model by each solver, and the rival force laws, on the start of a window: answers and their cost."""
+"""The rigid model by each solver, and the rival force laws, on the start of a window: answers and
+their cost."""
 
 from __future__ import annotations
 
@@ -13,9 +14,9 @@ from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import Motion, Window
 from nscd import find_contacts, solve
 from nscd.bodies import Floats
-from nscd.ladder import SOLVERS
 from nscd.percussions import Status
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
+from nscd.solvers.ladder import SOLVERS
 
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 # Social forces that are left out at each disk, at most, for each pair (N).
@@ -30,8 +31,9 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solved:
-    """An answer: solver and tolerance, its motion (rigid model, first-order model) or its forces (a force law: on each
-    disk (n,2) N, and of each touching contact (k,) N), CPU seconds from the snapshot on, status and reason."""
+    """An answer: solver and tolerance, its motion (rigid model, first-order model) or its forces (a
+    force law: on each disk (n,2) N, and of each touching contact (k,) N), CPU seconds from the
+    snapshot on, status and reason."""
 
     method: str
     solver: str
@@ -58,7 +60,12 @@ def _solve(window: Window, solver: str, tolerance: float) -> Solved:
         )
         # every quantity here follows from u⁺: which λ of several is of no matter
         answer = solve(
-            scene.snapshot, contacts, left_velocity=left, tolerance=tolerance, solver=solver, canonical=False
+            scene.snapshot,
+            contacts,
+            left_velocity=left,
+            tolerance=tolerance,
+            solver=solver,
+            canonical=False,
         )
         return answer.status, answer.reason, answer.right_velocity
 
@@ -77,8 +84,8 @@ def _solve(window: Window, solver: str, tolerance: float) -> Solved:
 
 
 def solve_rivals(window: Window) -> list[Solved]:
-    """The rivals that give what is compared: the first-order model always, force laws for a driven crowd only, since a
-    force is no impulse."""
+    """The rivals that give what is compared: the first-order model always, force laws for a driven
+    crowd only, since a force is no impulse."""
     found = [_first_order(window)]
     if window.driven:
         found += [_social(window), *(_loehner(window, reading) for reading in LoehnerReading)]

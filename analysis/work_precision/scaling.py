@@ -6,14 +6,14 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-from analysis.making import MAKERS, OF_FIXED_SIZE, make
-from analysis.scene import Scene
-from analysis.study import Progress
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
+from analysis.support.progress import Progress
 from analysis.work_precision.continuum_ladder import SIDES
 from analysis.work_precision.measure import measure
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.soft_runs import LAWS, STIFFER, Setting
-from analysis.work_precision.start import prepare_window
+from analysis.work_precision.window_start import prepare_window
 
 ACCURACY = 0.01
 LINES, CROWDS = (5, 10, 20, 40, 80), (75, 150, 300, 600)
@@ -21,19 +21,25 @@ SHARES = (1.0, 4.0, 8.0)
 
 
 def sizes_of(scene: Scene) -> tuple[int, ...]:
-    """The sizes at which a scene of the product is made anew; none for a scene of fixed size, or one of the user's."""
+    """The sizes at which a scene of the product is made anew; none for a scene of fixed size, or
+    one of the user's."""
     if scene.name not in MAKERS or scene.name in OF_FIXED_SIZE:
         return ()
     return CROWDS if scene.drive else LINES
 
 
 def scaling(
-    scene: Scene, engines: Sequence[str], folder: Path, executor: Executor, progress: Progress | None = None
+    scene: Scene,
+    engines: Sequence[str],
+    folder: Path,
+    executor: Executor,
+    progress: Progress | None = None,
 ) -> list[Point]:
-    """For each size and method the cheapest point whose numerical error, of what the disks receive, is within ACCURACY.
+    """For each size and method the cheapest point whose numerical error, of what the disks receive,
+    is within ACCURACY.
 
-    Soft contacts are of the middle stiffness of the chart. A method without such a point at a size is left out there.
-    """
+    Soft contacts are of the middle stiffness of the chart. A method without such a point at a size
+    is left out there."""
     found: list[Point] = []
     for size in sizes_of(scene):
         made = make(scene.name, size)
@@ -46,7 +52,9 @@ def scaling(
             for law in LAWS[name]
             for share in SHARES
         ]
-        points = measure(window, scene.name, settings, place, executor, progress, mesh_sides=SIDES).points
+        points = measure(
+            window, scene.name, settings, place, executor, progress, mesh_sides=SIDES
+        ).points
         found += cheapest(p for p in points if p.quantity.startswith("disk_"))
     return found
 
@@ -55,7 +63,11 @@ def cheapest(points: Iterable[Point], accuracy: float = ACCURACY) -> list[Point]
     """Of each method the cheapest point whose numerical error is within the accuracy."""
     best: dict[str, Point] = {}
     for point in points:
-        if point.status != PointStatus.OK or point.cpu_seconds is None or point.numerical_error is None:
+        if (
+            point.status != PointStatus.OK
+            or point.cpu_seconds is None
+            or point.numerical_error is None
+        ):
             continue
         if point.numerical_error <= accuracy:
             other = best.get(point.key)

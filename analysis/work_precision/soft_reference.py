@@ -1,4 +1,5 @@
-"""The soft-contact model solved to high accuracy without any engine: the reference of the time-stepping methods."""
+"""The soft-contact model solved to high accuracy without any engine: the reference of the
+time-stepping methods."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from numba import njit
 from scipy.integrate import DOP853
 
 from analysis.engines.penalty import damping_ratio_for
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 from analysis.work_precision.window import Motion
 from nscd import find_contacts
 from nscd.bodies import Floats
@@ -19,7 +20,8 @@ TOLERANCE = 1e-7
 # How much tighter the second integration is, whose difference from the first is the error bar.
 TIGHTER = 0.01
 MOST_STEPS = 400_000
-# Hertz contacts have the tangent stiffness asked for at an overlap of this share of the mean radius.
+# Hertz contacts have the tangent stiffness asked for at an overlap of this share of the mean
+# radius.
 HERTZ_OVERLAP = 0.01
 
 
@@ -29,8 +31,8 @@ class ReferenceError(RuntimeError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SoftReference:
-    """The motion of the soft model at the end of the scene's run, and the same with a tolerance 100 times looser: their
-    difference bounds the error as long as the integration converges."""
+    """The motion of the soft model at the end of the scene's run, and the same with a tolerance 100
+    times looser: their difference bounds the error as long as the integration converges."""
 
     motion: Motion
     looser: Motion
@@ -38,21 +40,24 @@ class SoftReference:
 
 
 def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
-    """Integrate m dv/dt = Σ contact forces + m (u_d − v)/τ over the scene's run by DOP853 (Hairer, Nørsett, Wanner, Solving
-    Ordinary Differential Equations I, II.5), twice.
+    """Integrate m dv/dt = Σ contact forces + m (u_d − v)/τ over the scene's run by DOP853 (Hairer,
+    Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5), twice.
 
-    A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′) (hertz) while
-    δ > 0. The dashpots are those of `penalty_of`, written anew from the law's definition. The drive acts continuously.
-    Raises ValueError for friction, which has a memory that this integration does not keep, and ReferenceError.
-    """
+    A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
+    (hertz) while δ > 0. The dashpots are those of `penalty_of`, written anew from the law's
+    definition. The drive acts continuously. Raises ValueError for friction, which has a memory that
+    this integration does not keep, and ReferenceError."""
     if scene.contact.friction:
         raise ValueError(
             f"contact.friction: {scene.contact.friction:g}; charts are for frictionless contacts"
         )
     speed = float(np.abs(scene.snapshot.velocity).max(initial=0.0))
     if scene.drive is not None:
-        speed = max(speed, scene.drive.speed_m_per_s * scene.run.duration_s / scene.drive.relaxation_time_s)
-    # a crowd can squeeze somebody out faster than anybody wants to walk: contacts are looked for farther until that is enough
+        speed = max(
+            speed, scene.drive.speed_m_per_s * scene.run.duration_s / scene.drive.relaxation_time_s
+        )
+    # a crowd can squeeze somebody out faster than anybody wants to walk: contacts are looked for
+    # farther until that is enough
     reach = 2.0 * (speed * scene.run.duration_s + 1e-4)
     while True:
         looser, _ = _integrate(scene, tolerance, speed, reach)
@@ -121,7 +126,8 @@ def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] 
 
 
 def _candidates(scene: Scene, reach: float) -> tuple[Any, Any, Any]:
-    """Pairs within reach (m): first, second; and the walls' second as −1 − wall number in `wall`."""
+    """Pairs within reach (m): first, second; and the walls' second as −1 − wall number in
+    `wall`."""
     near = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=reach)
     wall = np.where(near.is_wall, near.second, -1)
     return near.first.copy(), np.where(near.is_wall, 0, near.second), wall

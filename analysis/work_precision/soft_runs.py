@@ -1,4 +1,5 @@
-"""Runs of the engines over time step and stiffness: the motion of the window and its cost, kept for the next time."""
+"""Runs of the engines over time step and stiffness: the motion of the window and its cost, kept for
+the next time."""
 
 from __future__ import annotations
 
@@ -16,14 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps import DumpError, open_bodies, snapshot_of
+from analysis.dumps.reader import DumpError, open_bodies, snapshot_of
 from analysis.engines import EngineError, engine
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import FINISHED
-from analysis.files import write_text
-from analysis.scene import Scene
-from analysis.study import run_engine
-from analysis.work_precision.machine import machine
+from analysis.engines.run import run_engine
+from analysis.scene.scene import Scene
+from analysis.support.files import write_text
+from analysis.support.machine import machine
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import Motion, Window
 
@@ -50,8 +51,8 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SoftRun:
-    """What a run gave: its motion (None where it failed), time step, CPU seconds of the engine (its start included), and
-    whether it ended, where and when."""
+    """What a run gave: its motion (None where it failed), time step, CPU seconds of the engine (its
+    start included), and whether it ended, where and when."""
 
     setting: Setting
     time_step_s: float
@@ -71,14 +72,17 @@ def settings_of(window: Window, engines: tuple[str, ...]) -> Iterator[Setting]:
             for stiffer in STIFFER:
                 stiffness = stiffer * window.scene.contact.stiffness_N_per_m
                 for share in SHARES:
-                    setting = Setting(engine=name, law=law, stiffness_N_per_m=stiffness, share=share)
+                    setting = Setting(
+                        engine=name, law=law, stiffness_N_per_m=stiffness, share=share
+                    )
                     steps = penalty_of(scene_of(window, setting)).steps
                     if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
                         yield setting
 
 
 def scene_of(window: Window, setting: Setting) -> Scene:
-    """The scene to run: two frames, and a time step at most `share` of the safe one that divides the window."""
+    """The scene to run: two frames, and a time step at most `share` of the safe one that divides
+    the window."""
     variant = window.variant(setting.law, setting.stiffness_N_per_m)
     half = 0.5 * variant.run.duration_s
     steps = ceil(half / (setting.share * penalty_of(variant).safe_time_step) - 1e-9)
@@ -87,11 +91,15 @@ def scene_of(window: Window, setting: Setting) -> Scene:
 
 def run_folder(folder: Path, setting: Setting) -> Path:
     """Where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
-    return folder / f"{setting.engine}_{setting.law}_k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
+    return (
+        folder
+        / f"{setting.engine}_{setting.law}_k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
+    )
 
 
 def run_soft(scene: Scene, setting: Setting, folder: Path) -> SoftRun:
-    """Run the scene with the setting's engine, or take what is there: the finished run, or how it failed.
+    """Run the scene with the setting's engine, or take what is there: the finished run, or how it
+    failed.
 
     A run that fails is a result: its status and reason say so.
     """
@@ -128,7 +136,7 @@ def _version(name: str) -> str | None:
 def _run(scene: Scene, setting: Setting, folder: Path) -> dict[str, Any]:
     status, reason = PointStatus.OK, ""
     # a time step beyond the safe one is meant here
-    logging.getLogger("analysis.engines.staging").setLevel(logging.ERROR)
+    logging.getLogger("analysis.engines.process").setLevel(logging.ERROR)
     with _one_at_a_time:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:

@@ -7,11 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.scene import Scene
+from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, find_contacts
 from nscd.bodies import Floats
 
-# The window of a driven crowd, in relaxation times: so short that the rigid disks keep their neighbours.
+# The window of a driven crowd, in relaxation times: so short that the rigid disks keep their
+# neighbours.
 DRIVEN_SHARE = 0.04
 # An ill-conditioned C would make contact values of rounding errors.
 LARGEST_CONDITION = 1e6
@@ -19,7 +20,8 @@ LARGEST_CONDITION = 1e6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
-    """What a method makes of the window: displacement (2,n,2) m and velocity (2,n,2) m/s, halfway and at its end."""
+    """What a method makes of the window: displacement (2,n,2) m and velocity (2,n,2) m/s, halfway
+    and at its end."""
 
     displacement: Floats
     velocity: Floats
@@ -34,7 +36,9 @@ class Quantity:
     words: str
 
 
-CONTACT_IMPULSE = Quantity(name="contact_impulse", unit="N·s", words="normal impulse of each contact")
+CONTACT_IMPULSE = Quantity(
+    name="contact_impulse", unit="N·s", words="normal impulse of each contact"
+)
 DISK_IMPULSE = Quantity(
     name="disk_impulse", unit="N·s", words="impulse that each disk receives from its contacts"
 )
@@ -47,10 +51,11 @@ DISPLACEMENT = Quantity(name="displacement", unit="m", words="displacement of ea
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Window:
-    """A scene whose snapshot is the start of the window: disks that touch and, where there is a drive, stand.
+    """A scene whose snapshot is the start of the window: disks that touch and, where there is a
+    drive, stand.
 
-    For an impact the window lasts as many times √(m/k) as the scene's run does (soft contacts need that long to let go,
-    however stiff they are); for a driven crowd 0.04 τ, whatever the stiffness.
+    For an impact the window lasts as many times √(m/k) as the scene's run does (soft contacts need
+    that long to let go, however stiff they are); for a driven crowd 0.04 τ, whatever the stiffness.
     """
 
     scene: Scene
@@ -64,10 +69,13 @@ class Window:
         """Its length (s) for soft contacts of that stiffness (N/m)."""
         if self.scene.drive is not None:
             return DRIVEN_SHARE * self.scene.drive.relaxation_time_s
-        return self.scene.run.duration_s * float(np.sqrt(self.scene.contact.stiffness_N_per_m / stiffness))
+        return self.scene.run.duration_s * float(
+            np.sqrt(self.scene.contact.stiffness_N_per_m / stiffness)
+        )
 
     def variant(self, law: str, stiffness: float) -> Scene:
-        """The scene of the window with that contact law and stiffness (N/m), written halfway and at the end."""
+        """The scene of the window with that contact law and stiffness (N/m), written halfway and at
+        the end."""
         scene = self.scene.with_contact(law=law, stiffness_N_per_m=stiffness)
         return scene.with_run(duration_s=self.duration(stiffness), frames=2, time_step_s=None)
 
@@ -81,8 +89,8 @@ class Window:
 
     @cached_property
     def left_velocity(self) -> Floats:
-        """u⁻ (n,2) m/s of the rigid model: the desired velocity of a driven crowd (p/τ is then a force), else the
-        velocity at the start (an impact)."""
+        """u⁻ (n,2) m/s of the rigid model: the desired velocity of a driven crowd (p/τ is then a
+        force), else the velocity at the start (an impact)."""
         scene = self.scene
         if scene.drive is None:
             return scene.snapshot.velocity
@@ -91,26 +99,30 @@ class Window:
     def rigid_motion(self, right_velocity: Floats) -> Motion:
         """The motion of rigid disks from u⁺ (n,2) m/s, the contacts kept as they are at the start.
 
-        Driven: m du/dt = m (u_d − u)/τ − Cᵀf from rest gives u = u⁺ (1 − e^(−t/τ)) and constant forces p/τ.
-        """
+        Driven: m du/dt = m (u_d − u)/τ − Cᵀf from rest gives u = u⁺ (1 − e^(−t/τ)) and constant
+        forces p/τ."""
         if self.scene.drive is None:
             # an impact takes no time
             both = np.stack([right_velocity, right_velocity])
             return Motion(displacement=np.zeros_like(both), velocity=both)
         tau = self.scene.drive.relaxation_time_s
-        time = self.duration(self.scene.contact.stiffness_N_per_m) * np.array([0.5, 1.0])[:, None, None]
+        time = (
+            self.duration(self.scene.contact.stiffness_N_per_m)
+            * np.array([0.5, 1.0])[:, None, None]
+        )
         velocity = -right_velocity * np.expm1(-time / tau)
         return Motion(displacement=right_velocity * time - tau * velocity, velocity=velocity)
 
     def quantities(self, motion: Motion, stiffness: float) -> dict[Quantity, Floats]:
         """What the motion says of the contacts, as flat arrays in the unit of each quantity.
 
-        The impulse that a disk received is m Δu − ∫F_drive dt, with the drive's own time integral m/τ (∫u_d dt − Δq) and u_d
-        linear in time: exact balance, no sampling of forces. An impact is taken from beginning to end; for a driven crowd
-        the second half of the window counts (the first is for soft contacts to be loaded), and divided by T/2 the impulse is
-        a mean force. Walls receive the opposite of all disks together, since pair forces cancel. Contacts: the normal
-        impulses that give the disks theirs, where C of the start has full row rank; else there is no such quantity.
-        """
+        The impulse that a disk received is m Δu − ∫F_drive dt, with the drive's own time integral
+        m/τ (∫u_d dt − Δq) and u_d linear in time: exact balance, no sampling of forces. An impact
+        is taken from beginning to end; for a driven crowd the second half of the window counts (the
+        first is for soft contacts to be loaded), and divided by T/2 the impulse is a mean force.
+        Walls receive the opposite of all disks together, since pair forces cancel. Contacts: the
+        normal impulses that give the disks theirs, where C of the start has full row rank; else
+        there is no such quantity."""
         scene, snapshot = self.scene, self.scene.snapshot
         mass = snapshot.mass[:, None]
         drive = scene.drive
@@ -118,10 +130,14 @@ class Window:
             received = mass * (motion.velocity[1] - snapshot.velocity)
         else:
             half = 0.5 * self.duration(stiffness)
-            wish = sum(drive.desired_velocity(snapshot.position + moved) for moved in motion.displacement)
+            wish = sum(
+                drive.desired_velocity(snapshot.position + moved) for moved in motion.displacement
+            )
             moved = motion.displacement[1] - motion.displacement[0]
             gained = motion.velocity[1] - motion.velocity[0]
-            received = mass * (gained / half - (0.5 * wish - moved / half) / drive.relaxation_time_s)
+            received = mass * (
+                gained / half - (0.5 * wish - moved / half) / drive.relaxation_time_s
+            )
         found = {}
         if self._inverse is not None:
             found[CONTACT_FORCE if drive else CONTACT_IMPULSE] = -self._inverse @ received.ravel()
@@ -133,10 +149,12 @@ class Window:
         return found
 
     def bounds(self, error: float) -> dict[Quantity, float]:
-        """How far the rms of each quantity of the rigid model can be off for an error |Δu⁺|_M (kg^½ m/s) of u⁺."""
+        """How far the rms of each quantity of the rigid model can be off for an error |Δu⁺|_M (kg^½
+        m/s) of u⁺."""
         snapshot, drive = self.scene.snapshot, self.scene.drive
         n = len(snapshot)
-        # |M Δu| ≤ √m |Δu|_M; the impulses on n disks have 2n components, those on all walls together 2
+        # |M Δu| ≤ √m |Δu|_M; the impulses on n disks have 2n components, those on all walls
+        # together 2
         received = float(np.sqrt(snapshot.mass.max())) * error
         found = {}
         if drive is not None:
@@ -177,7 +195,8 @@ def impact_window(scene: Scene) -> Window:
 
 
 def driven_window(scene: Scene, position: Floats) -> Window:
-    """The window of a driven crowd that stands at position (n,2) m, without overlaps; who has passed the door is left out."""
+    """The window of a driven crowd that stands at position (n,2) m, without overlaps; who has
+    passed the door is left out."""
     assert scene.drive is not None
     inside = (position - np.array(scene.drive.door_start_m)) @ np.array(scene.drive.outward) < 0
     people = scene.snapshot
@@ -187,4 +206,6 @@ def driven_window(scene: Scene, position: Floats) -> Window:
         radius=people.radius[inside],
         mass=people.mass[inside],
     )
-    return Window(scene=scene.model_copy(update={"snapshot": start, "name": f"{scene.name}_window"}))
+    return Window(
+        scene=scene.model_copy(update={"snapshot": start, "name": f"{scene.name}_window"})
+    )

@@ -1,8 +1,8 @@
-"""One solver on one case, in a process of its own: from loose to tight until the residual is reached.
+"""One solver on one case, in a process of its own: from loose to tight until the residual is
+reached.
 
-Started by percussions.py, which ends it when its time is over. Prints `ready` and one line of JSON an attempt, whose
-velocities go to FOLDER/ATTEMPT.npy.
-"""
+Started by percussions.py, which ends it when its time is over. Prints `ready` and one line of JSON
+an attempt, whose velocities go to FOLDER/ATTEMPT.npy."""
 
 from __future__ import annotations
 
@@ -36,8 +36,12 @@ def main() -> int:
     parser.add_argument("case", type=Path)
     parser.add_argument("solver")
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--target", type=float, default=0.0, help="stop at this residual; 0: try all")
-    parser.add_argument("--asked", type=float, nargs="*", help="tolerances or iterations, instead of its own")
+    parser.add_argument(
+        "--target", type=float, default=0.0, help="stop at this residual; 0: try all"
+    )
+    parser.add_argument(
+        "--asked", type=float, nargs="*", help="tolerances or iterations, instead of its own"
+    )
     parser.add_argument("--variant", help="only this one")
     given = parser.parse_args()
     case = read_case(given.case)
@@ -55,7 +59,10 @@ def main() -> int:
         for asked in given.asked or ladder:
             seconds, answer = timed(run, asked)
             if isinstance(answer, Exception):
-                print(json.dumps({"variant": variant, "asked": asked, "error": str(answer)}), flush=True)
+                print(
+                    json.dumps({"variant": variant, "asked": asked, "error": str(answer)}),
+                    flush=True,
+                )
                 break
             reaction, velocity, iterations = answer
             found = accuracy(case, reaction, velocity)
@@ -94,7 +101,8 @@ def repeats(seconds: float) -> int:
 
 
 def timed(run: Run, asked: float) -> tuple[float, object]:
-    """CPU seconds of a solve, set-up included, and (λ, u, iterations), or the exception that ended it."""
+    """CPU seconds of a solve, set-up included, and (λ, u, iterations), or the exception that ended
+    it."""
     started = time.process_time()
     try:
         reaction, velocity, iterations, elsewhere = run(asked)
@@ -113,15 +121,19 @@ def peer_variants(case: Case, name: str) -> Iterator[tuple[str, tuple[float, ...
             yield variant, peer.asked, partial(run_peer, problem, prepare(problem))
 
 
-def run_peer(problem: Scaled, solver: Solver, asked: float) -> tuple[object, object, int, float | None]:
-    """λ (k,) N·s, u (2n,) m/s or None, iterations not said, CPU seconds if the solver measured them itself."""
+def run_peer(
+    problem: Scaled, solver: Solver, asked: float
+) -> tuple[object, object, int, float | None]:
+    """λ (k,) N·s, u (2n,) m/s or None, iterations not said, CPU seconds if the solver measured them
+    itself."""
     found = solver(asked)
     velocity = None if found.velocity is None else found.velocity * problem.velocity
     return found.multiplier * problem.reaction, velocity, 0, found.seconds
 
 
 def own_variants(case: Case, name: str) -> Iterator[tuple[str, tuple[float, ...], Run]]:
-    """This product's solver of that name, with its kernels loaded; none if there is no such solver."""
+    """This product's solver of that name, with its kernels loaded; none if there is no such
+    solver."""
     if name in (*SOLVERS, CANONICAL):
         run_own(name, heap(100), 1e-8)
         yield "", (1e-10, 1e-11, 1e-12), partial(run_own, name, case)

@@ -1,4 +1,5 @@
-"""What a new process pays: seconds to import nscd and to solve a case once, compiled kernels on disk.
+"""What a new process pays: seconds to import nscd and to solve a case once, compiled kernels on
+disk.
 
 Usage: python first_solve.py CASE.npz; prints one line of JSON.
 """
@@ -17,7 +18,9 @@ imported = time.perf_counter(), time.process_time()
 with np.load(sys.argv[1]) as file:
     a = {name: file[name] for name in file.files}
 snapshot = Snapshot(**{name: a[name] for name in ("position", "velocity", "radius", "mass")})
-contacts = Contacts(**{name: a[name] for name in ("first", "second", "is_wall", "normal", "gap", "point")})
+contacts = Contacts(
+    **{name: a[name] for name in ("first", "second", "is_wall", "normal", "gap", "point")}
+)
 before = time.perf_counter(), time.process_time()
 answer = solve(snapshot, contacts, left_velocity=a["left_velocity"], tolerance=1e-10)
 after = time.perf_counter(), time.process_time()

@@ -1,7 +1,8 @@
-"""Siconos' projected Gauss–Seidel: 0 ≤ z ⟂ W z − v ≥ 0 from a .npz file; run by the Python that has siconos.
+"""Siconos' projected Gauss–Seidel: 0 ≤ z ⟂ W z − v ≥ 0 from a .npz file; run by the Python that has
+siconos.
 
-Usage: python3 siconos_pgs.py GIVEN.npz TOLERANCE FOUND.npy; prints CPU seconds and iterations as one line of JSON.
-"""
+Usage: python3 siconos_pgs.py GIVEN.npz TOLERANCE FOUND.npy; prints CPU seconds and iterations as
+one line of JSON."""
 
 import json
 import sys

@@ -1,1 +1,2 @@
-"""The crowd as a deformable solid: rooms, meshes, the collision problem (11) of the paper, fields and pressure. SI units."""
+"""The crowd as a deformable solid: rooms, meshes, the collision problem (11) of the paper, fields
+and pressure. SI units."""

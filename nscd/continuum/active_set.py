@@ -10,12 +10,14 @@ from scipy.sparse.linalg import splu
 
 from nscd.bodies import Flags, Floats, Integers
 
-# Up to this many changed bounds, solving with the last factorisation is cheaper than a new one (measured from 25,000 unknowns).
+# Up to this many changed bounds, solving with the last factorisation is cheaper than a new one
+# (measured from 25,000 unknowns).
 MOST_CHANGES = 20
 
 
 class Bounded(NamedTuple):
-    """z (n,), multipliers r ≥ 0 (c,) of the bounds, which bounds hold (c,), iterations, and whether the set settled."""
+    """z (n,), multipliers r ≥ 0 (c,) of the bounds, which bounds hold (c,), iterations, and whether
+    the set settled."""
 
     z: Floats
     multiplier: Floats
@@ -33,12 +35,13 @@ def bounded_minimum(
     start: Flags | None = None,
     most: int = 60,
 ) -> Bounded:
-    """min ½z·Az − b·z subject to z[place] ≤ bound, with A symmetric positive definite (n,n), by a primal-dual active set
-    (Hintermüller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865–888): a bound holds next where r + A_ii(z − g) > 0.
+    """min ½z·Az − b·z subject to z[place] ≤ bound, with A symmetric positive definite (n,n), by a
+    primal-dual active set (Hintermüller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865–888): a bound
+    holds next where r + A_ii(z − g) > 0.
 
-    A Newton method: from the bounds `start` (c,) held (default all), a few sparse factorisations. Where a set comes back (the
-    method need not converge for every A), only the bound with the largest violation changes from then on.
-    """
+    A Newton method: from the bounds `start` (c,) held (default all), a few sparse factorisations.
+    Where a set comes back (the method need not converge for every A), only the bound with the
+    largest violation changes from then on."""
     diagonal = matrix.diagonal()[place]
     active = np.ones(len(place), dtype=bool) if start is None else start.copy()
     problem = _Factored(matrix, load)
@@ -64,7 +67,8 @@ def bounded_minimum(
 
 
 class _Factored:
-    """Minima of ½z·Az − b·z with some z fixed: a factorisation, kept while few fixed values change."""
+    """Minima of ½z·Az − b·z with some z fixed: a factorisation, kept while few fixed values
+    change."""
 
     def __init__(self, matrix: sparse.csc_array, load: Floats) -> None:
         self.matrix, self.load = matrix, load
@@ -95,7 +99,8 @@ class _Factored:
         if len(released) + len(caught) == 0:
             z[free] = self.factor.solve(right[free])
             return z
-        # the factored block bordered by what was released, and by multipliers that hold what was caught
+        # the factored block bordered by what was released, and by multipliers that hold what was
+        # caught
         old, r = np.flatnonzero(self.free), len(released)
         border = np.zeros((len(old), r + len(caught)))
         border[:, :r] = self.matrix[:, released].toarray()[old]

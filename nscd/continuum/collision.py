@@ -1,4 +1,5 @@
-"""The collision of a deformable crowd with its walls: problem (11) of the paper, solved for w = u⁺ + u⁻."""
+"""The collision of a deformable crowd with its walls: problem (11) of the paper, solved for w = u⁺
++ u⁻."""
 
 from __future__ import annotations
 
@@ -25,9 +26,8 @@ from nscd.percussions import Status
 class EnergyBalance:
     """Where the kinetic energy goes, in J: change = volume + surface + wall + external.
 
-    change ½∫ρ(|u⁺|² − |u⁻|²); volume −½k_v∫|D(w)|²; surface −½k_s∫|w|² where the wall dissipates; wall −½∫μ w·n;
-    external ½∫r_ext·w. before: ½∫ρ|u⁻|².
-    """
+    change ½∫ρ(|u⁺|² − |u⁻|²); volume −½k_v∫|D(w)|²; surface −½k_s∫|w|² where the wall dissipates;
+    wall −½∫μ w·n; external ½∫r_ext·w. before: ½∫ρ|u⁻|²."""
 
     before: float
     change: float
@@ -48,13 +48,14 @@ class EnergyBalance:
 class CollisionAnswer:
     """The right velocity of a crowd and what its walls gave, with the certificate.
 
-    velocity_sum w (nodes,d) m/s at space.nodes; left_velocity u⁻ (nodes,d) m/s there; left_field u⁻ (d,elements,q) m/s and
-    density_field ρ (elements,q) kg/m² at the quadrature points; wall_force r (c,) N·s ≥ 0: the whole reaction that the node
-    at space.wall gets, ∫μφ; active (c,): the crowd stays at the wall there, u⁺·n = 0.
+    velocity_sum w (nodes,d) m/s at space.nodes; left_velocity u⁻ (nodes,d) m/s there; left_field u⁻
+    (d,elements,q) m/s and density_field ρ (elements,q) kg/m² at the quadrature points; wall_force r
+    (c,) N·s ≥ 0: the whole reaction that the node at space.wall gets, ∫μφ; active (c,): the crowd
+    stays at the wall there, u⁺·n = 0.
 
-    residual: the largest of |Aw − b + Cᵀr|_i / A_ii and |min(r_i/A_ii, g_i − (Cw)_i)|, over ‖u⁻‖∞ (over ‖w‖∞ where u⁻ = 0),
-    recomputed from the answer in the untransformed unknowns. status: solved where it is within the tolerance.
-    """
+    residual: the largest of |Aw − b + Cᵀr|_i / A_ii and |min(r_i/A_ii, g_i − (Cw)_i)|, over ‖u⁻‖∞
+    (over ‖w‖∞ where u⁻ = 0), recomputed from the answer in the untransformed unknowns. status:
+    solved where it is within the tolerance."""
 
     space: Space
     medium: Medium
@@ -73,15 +74,17 @@ class CollisionAnswer:
 
     @property
     def right_velocity(self) -> Floats:
-        """u⁺ = w − u⁻ (nodes,d) m/s at space.nodes; where u⁻ jumps, only as good as its value at the node."""
+        """u⁺ = w − u⁻ (nodes,d) m/s at space.nodes; where u⁻ jumps, only as good as its value at
+        the node."""
         return self.velocity_sum - self.left_velocity
 
     @property
     def wall_percussion(self) -> Floats:
-        """μ (c,) N·s/m ≥ 0 at space.wall, lumped: the force of a node over the length that it stands for.
+        """μ (c,) N·s/m ≥ 0 at space.wall, lumped: the force of a node over the length that it
+        stands for.
 
-        Where μ is smooth its nodal values are of order about 3/2 (P1) and 2 (P2); the total force is of order 2 and 4.
-        """
+        Where μ is smooth its nodal values are of order about 3/2 (P1) and 2 (P2); the total force
+        is of order 2 and 4."""
         percussion: Floats = self.wall_force / self.space.wall.weight
         return percussion
 
@@ -113,14 +116,15 @@ def collide(
     surface_everywhere: bool = False,
     tolerance: float = 1e-9,
 ) -> CollisionAnswer:
-    """Solve min ½a(w,w) − 2∫ρu⁻·w − ∫_Γf r_ext·w subject to w·n ≤ u⁻·n on the walls, with
-    a(w,v) = ∫ρw·v + k_v∫D(w):D(v) + k_s∫w·v, the last over the walls where u⁻·n ≥ 0 (surface_everywhere: over all
-    walls, as the paper prints it, which pulls at a crowd that leaves). It is (11) multiplied out for w = u⁺ + u⁻, which is
-    in H¹ although u⁻ need not be. The walls' condition holds at the nodes.
+    """Solve min ½a(w,w) − 2∫ρu⁻·w − ∫_Γf r_ext·w subject to w·n ≤ u⁻·n on the walls, with a(w,v) =
+    ∫ρw·v + k_v∫D(w):D(v) + k_s∫w·v, the last over the walls where u⁻·n ≥ 0 (surface_everywhere:
+    over all walls, as the paper prints it, which pulls at a crowd that leaves). It is (11)
+    multiplied out for w = u⁺ + u⁻, which is in H¹ although u⁻ need not be. The walls' condition
+    holds at the nodes.
 
-    left_velocity u⁻: a vector (d,) m/s, one a vertex (n,d), or a function of points (m,d) → (m,d). external r_ext: the
-    same kinds, (N·s/m) on the boundary "free". Raises ValueError naming the field for a wrong shape or value.
-    """
+    left_velocity u⁻: a vector (d,) m/s, one a vertex (n,d), or a function of points (m,d) → (m,d).
+    external r_ext: the same kinds, (N·s/m) on the boundary "free". Raises ValueError naming the
+    field for a wrong shape or value."""
     begin = time.perf_counter()
     mesh, basis = space.mesh, space.basis
     if not tolerance > 0:
@@ -134,7 +138,9 @@ def collide(
         edge = space.border("wall")
         approach = (values_at(space, edge, left, "left_velocity") * np.asarray(edge.normals)).sum(0)  # type: ignore[union-attr]
         # a crowd that walks along the wall presses it with rounding of either sign
-        pressed = np.ones_like(approach) if surface_everywhere else approach >= -1e-12 * np.abs(u).max()
+        pressed = (
+            np.ones_like(approach) if surface_everywhere else approach >= -1e-12 * np.abs(u).max()
+        )
         surface = forms.surface.assemble(edge, k_s=medium.k_s * pressed)
         matrix = matrix + surface
     push = np.zeros(basis.N)
@@ -155,18 +161,27 @@ def collide(
     energy = EnergyBalance(
         before=0.5 * float((rho * (u**2).sum(0) * basis.dx).sum()),
         change=float(forms.gain.assemble(basis, rho=rho, u=u, w=basis.interpolate(w))),
-        volume=-0.5 * float(forms.dissipated.assemble(basis, w=basis.interpolate(w), k_v=medium.k_v)),
+        volume=-0.5
+        * float(forms.dissipated.assemble(basis, w=basis.interpolate(w), k_v=medium.k_v)),
         surface=-0.5 * float(w @ (surface @ w)) if surface is not None else 0.0,
         wall=-0.5 * float(force @ (space.constraints @ w)),
         external=0.5 * float(push @ w),
     )
-    size = max(float(np.abs(u).max()), float(np.abs(left_nodes).max())) or float(np.abs(w).max()) or 1.0
+    size = (
+        max(float(np.abs(u).max()), float(np.abs(left_nodes).max()))
+        or float(np.abs(w).max())
+        or 1.0
+    )
     residual = _residual(space, sparse.csr_array(matrix), 2 * load + push, w, force, bound) / size
     status, reason = Status.SOLVED, ""
     if not np.isfinite(residual):
         status, reason = Status.FAILED, "the velocities are not finite numbers"
     elif residual > tolerance:
-        what = "" if answer.settled else f"; the active set did not settle in {answer.iterations} iterations"
+        what = (
+            ""
+            if answer.settled
+            else f"; the active set did not settle in {answer.iterations} iterations"
+        )
         status, reason = Status.INACCURATE, f"residual {residual:.1e} above {tolerance:.1e}{what}"
     return CollisionAnswer(
         space=space,
@@ -186,7 +201,9 @@ def collide(
     )
 
 
-def _residual(space: Space, matrix: Any, load: Floats, w: Floats, force: Floats, bound: Floats) -> float:
+def _residual(
+    space: Space, matrix: Any, load: Floats, w: Floats, force: Floats, bound: Floats
+) -> float:
     """The worst violation of Aw + Cᵀr = b and 0 ≤ r ⟂ g − Cw ≥ 0, as velocities (m/s)."""
     diagonal = matrix.diagonal()
     stationarity = np.abs(matrix @ w - load + space.constraints.T @ force) / diagonal

@@ -1,4 +1,5 @@
-"""The integrals of the collision problem, and data (fields, values at vertices) at the points where they are taken."""
+"""The integrals of the collision problem, and data (fields, values at vertices) at the points where
+they are taken."""
 
 from __future__ import annotations
 
@@ -55,7 +56,8 @@ def _linear(space: Space) -> Any:
 
 
 def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
-    """Values at vertices (n,), linear in between, at the quadrature points (elements, q) of a basis."""
+    """Values at vertices (n,), linear in between, at the quadrature points (elements, q) of a
+    basis."""
     linear = basis.with_element(_linear(space))
     vector = np.empty(linear.N)
     vector[linear.nodal_dofs[0, : len(values)]] = values
@@ -64,7 +66,8 @@ def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
 
 
 def values_at(space: Space, basis: Any, field: Field | Floats, name: str) -> Floats:
-    """A vector field, or vectors at the vertices (n,d), at the quadrature points of a basis: (d, elements, q).
+    """A vector field, or vectors at the vertices (n,d), at the quadrature points of a basis: (d,
+    elements, q).
 
     Raises ValueError where a function gives another shape than (m,d) or a value that is not finite.
     """
@@ -109,7 +112,9 @@ def checked_values(field: Field, points: Floats, name: str) -> Floats:
     """field(points), (m,d); ValueError for another shape or a value that is not finite."""
     values = np.asarray(field(np.ascontiguousarray(points)), dtype=np.float64)
     if values.shape != points.shape:
-        raise ValueError(f"{name}: the function gives shape {values.shape} where {points.shape} is needed")
+        raise ValueError(
+            f"{name}: the function gives shape {values.shape} where {points.shape} is needed"
+        )
     if not np.isfinite(values).all():
         raise ValueError(f"{name}: the function gives a value that is not finite")
     return values

@@ -19,9 +19,9 @@ Field = Callable[[Floats], Floats]
 def toward_exit(room: Room, speed: float) -> Field:
     """u⁻ = speed·(P − x)/|P − x| with P(x) the nearest point of the exits; 0 on them.
 
-    At a jamb this takes u⁻·n = 0 from the wall's side. (The paper, section 3.2.2, prints the opposite sign.) In L² but not in H¹.
-    Raises ValueError for a room without an exit or a speed that is not finite.
-    """
+    At a jamb this takes u⁻·n = 0 from the wall's side. (The paper, section 3.2.2, prints the
+    opposite sign.) In L² but not in H¹. Raises ValueError for a room without an exit or a speed
+    that is not finite."""
     exits = room.pieces("exit")
     if len(exits) == 0:
         raise ValueError("room: it has no exit to walk to")
@@ -49,11 +49,12 @@ def toward_exit(room: Room, speed: float) -> Field:
 def random_speeds(
     room: Room, direction: Field, *, mean: float, deviation: float, seed: int, cell: float
 ) -> Field:
-    """`direction` (of length 1) times a random speed: normal with this mean and standard deviation (m/s), one value in each
-    square of side `cell` (m), the place of a person (1/√density), independent of the mesh. A negative draw walks away.
+    """`direction` (of length 1) times a random speed: normal with this mean and standard deviation
+    (m/s), one value in each square of side `cell` (m), the place of a person (1/√density),
+    independent of the mesh. A negative draw walks away.
 
-    Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not positive.
-    """
+    Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not
+    positive."""
     for name, value, ok in (
         ("mean", mean, True),
         ("deviation", deviation, deviation >= 0),
@@ -77,8 +78,8 @@ def random_speeds(
 def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Floats, Floats]:
     """Density (n,) kg/m² and velocity (n,2) m/s of disks at the vertices of a mesh.
 
-    ρ(x) = Σmφ(x − x_i)/∫_Ω φ(x − y)dy, so that a wall does not thin the crowd; u = Σmuφ/Σmφ.
-    Raises ValueError where no disk is within the kernel's reach: there is no crowd there, and no velocity.
+    ρ(x) = Σmφ(x − x_i)/∫_Ω φ(x − y)dy, so that a wall does not thin the crowd; u = Σmuφ/Σmφ. Raises
+    ValueError where no disk is within the kernel's reach: there is no crowd there, and no velocity.
     """
     points = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
     mass = snapshot.mass[:, None]
@@ -96,7 +97,8 @@ def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Flo
 
 
 def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floats:
-    """A vector field as it is, or as values at the mesh's vertices (n,d); one vector (d,) is uniform.
+    """A vector field as it is, or as values at the mesh's vertices (n,d); one vector (d,) is
+    uniform.
 
     Raises ValueError, with this name, for any other shape or a value that is not finite.
     """

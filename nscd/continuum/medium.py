@@ -14,12 +14,13 @@ from nscd.bodies import Floats, read_only
 class Medium:
     """A crowd as a deformable solid (paper Table 1).
 
-    Without mass_per_person: density ρ in kg/m², volume dissipation k_v in kg, surface dissipation k_s in kg/m. With it (kg):
-    ρ in people/m², and k_v and k_s count the same mass, so that the length h = √(k_v/ρ) stays and every percussion is
-    mass_per_person times as large. ρ is one number or one value a vertex of the mesh (n,), linear in between.
+    Without mass_per_person: density ρ in kg/m², volume dissipation k_v in kg, surface dissipation
+    k_s in kg/m. With it (kg): ρ in people/m², and k_v and k_s count the same mass, so that the
+    length h = √(k_v/ρ) stays and every percussion is mass_per_person times as large. ρ is one
+    number or one value a vertex of the mesh (n,), linear in between.
 
-    Raises ValueError for ρ ≤ 0, k_v ≤ 0, k_s < 0, a mass that is not positive, or a number that is not finite.
-    """
+    Raises ValueError for ρ ≤ 0, k_v ≤ 0, k_s < 0, a mass that is not positive, or a number that is
+    not finite."""
 
     density: float | Floats
     volume_dissipation: float
@@ -38,7 +39,9 @@ class Medium:
             if value is not None and not (np.isfinite(value) and value > least_allowed):
                 raise ValueError(f"{name}: {value:g}; a positive number is needed")
         if not (np.isfinite(self.surface_dissipation) and self.surface_dissipation >= 0):
-            raise ValueError(f"surface_dissipation: {self.surface_dissipation:g}; it cannot be negative")
+            raise ValueError(
+                f"surface_dissipation: {self.surface_dissipation:g}; it cannot be negative"
+            )
 
     @property
     def unit_mass(self) -> float:

@@ -14,25 +14,31 @@ from nscd.bodies import Floats
 from nscd.continuum.room import KINDS, Room
 
 MOST_TRIANGLES = 2_000_000
-# Sides below this share of the room's extent are too close to the generator's rounding: flat triangles.
+# Sides below this share of the room's extent are too close to the generator's rounding: flat
+# triangles.
 SMALLEST_SIDE = 4e-6
-# The wanted side is given at points that lie this many sides apart, and may change by STEEPEST for each metre between.
+# The wanted side is given at points that lie this many sides apart, and may change by STEEPEST for
+# each metre between.
 SPACING, STEEPEST = 0.5, 0.5
 
 
-def mesh_of(room: Room, size: float, *, grading: float = 0.4, reach: float | None = None) -> MeshTri1:
-    """A triangle mesh of the room with boundaries "wall", "exit" and "free" (each present, if only empty).
+def mesh_of(
+    room: Room, size: float, *, grading: float = 0.4, reach: float | None = None
+) -> MeshTri1:
+    """A triangle mesh of the room with boundaries "wall", "exit" and "free" (each present, if only
+    empty).
 
-    Triangles have about the area of an equilateral one of side `size` (m). Within `reach` (m; default a quarter of √area)
-    of a jamb the side falls with the distance d as size·(d/reach)^(1−grading), down to reach·(size/reach)^(1/grading), but
-    not below 4e-6 of the room's extent. grading 1 is uniform. With the stress r^(−1/2) at a jamb the error in energy
-    falls as N^(−s/2), s = min(order, 1/(2 grading)): below 1/2 restores the full order of P1 elements and below 1/4 that of P2,
-    of which 3/2 is left where a wall begins to hold the crowd (Grisvard, Elliptic Problems in Nonsmooth Domains, 1985, 8.4).
-    The same arguments give the same mesh.
+    Triangles have about the area of an equilateral one of side `size` (m). Within `reach` (m;
+    default a quarter of √area) of a jamb the side falls with the distance d as
+    size·(d/reach)^(1−grading), down to reach·(size/reach)^(1/grading), but not below 4e-6 of the
+    room's extent. grading 1 is uniform. With the stress r^(−1/2) at a jamb the error in energy
+    falls as N^(−s/2), s = min(order, 1/(2 grading)): below 1/2 restores the full order of P1
+    elements and below 1/4 that of P2, of which 3/2 is left where a wall begins to hold the crowd
+    (Grisvard, Elliptic Problems in Nonsmooth Domains, 1985, 8.4). The same arguments give the same
+    mesh.
 
-    Raises ValueError for a size, grading or reach that is not positive, one that asks for more than 2 million triangles, or
-    a room that the generator cannot fill.
-    """
+    Raises ValueError for a size, grading or reach that is not positive, one that asks for more than
+    2 million triangles, or a room that the generator cannot fill."""
     radius = 0.25 * math.sqrt(room.area) if reach is None else reach
     for name, value, most in (
         ("size", size, math.inf),
@@ -89,7 +95,8 @@ def _border_of(room: Room) -> Any:
 
 
 def _sides(room: Room, size: float, grading: float, reach: float) -> Floats | None:
-    """Points on rings around the jambs and the side wanted there (s,3) m; None where there are too many."""
+    """Points on rings around the jambs and the side wanted there (s,3) m; None where there are too
+    many."""
     if grading == 1.0 or len(room.jambs) == 0:
         return np.zeros((0, 3))
     extent = float(np.ptp(room.outline, axis=0).max())
@@ -103,14 +110,17 @@ def _sides(room: Room, size: float, grading: float, reach: float) -> Floats | No
         if count > MOST_TRIANGLES:
             return None
         turn = 2 * np.pi * np.arange(n) / n
-        ring.append(np.column_stack([distance * np.cos(turn), distance * np.sin(turn), np.full(n, side)]))
+        ring.append(
+            np.column_stack([distance * np.cos(turn), distance * np.sin(turn), np.full(n, side)])
+        )
         distance += SPACING * side
     around = np.vstack(ring)
     return np.vstack([around + np.array([x, y, 0.0]) for x, y in room.jambs])
 
 
 def _named(mesh: MeshTri1, facets: Any, kind: Any) -> MeshTri1:
-    """The mesh with its boundary named: facets (2,b) by their vertices, kind (b,) their places in KINDS."""
+    """The mesh with its boundary named: facets (2,b) by their vertices, kind (b,) their places in
+    KINDS."""
     code, wanted = (
         low * mesh.nvertices + high for low, high in (np.sort(mesh.facets, 0), np.sort(facets, 0))
     )

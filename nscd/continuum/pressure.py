@@ -1,8 +1,9 @@
-"""Pressure that has a mesh limit: stress, percussion density and wall percussion averaged over a body.
+"""Pressure that has a mesh limit: stress, percussion density and wall percussion averaged over a
+body.
 
-At a jamb σ ~ r^(−1/2), so the largest nodal pressure grows without limit under refinement (`largest_pressures` shows it). What is
-published is the mean over a body: ∫_Ω p(y)φ(x − y)dy / ∫_Ω φ(x − y)dy.
-"""
+At a jamb σ ~ r^(−1/2), so the largest nodal pressure grows without limit under refinement
+(`largest_pressures` shows it). What is published is the mean over a body: ∫_Ω p(y)φ(x − y)dy / ∫_Ω
+φ(x − y)dy."""
 
 from __future__ import annotations
 
@@ -23,27 +24,30 @@ from nscd.stress import Kernel, smear
 
 
 def stress(answer: CollisionAnswer) -> Floats:
-    """σ = k_v D(w), the percussion stress (d,d,elements,q) N·s/m at the quadrature points; negative in compression."""
+    """σ = k_v D(w), the percussion stress (d,d,elements,q) N·s/m at the quadrature points; negative
+    in compression."""
     gradient = np.asarray(answer.sum_field.grad)
     sigma: Floats = 0.5 * answer.medium.k_v * (gradient + gradient.swapaxes(0, 1))
     return sigma
 
 
 def pressure(answer: CollisionAnswer) -> Floats:
-    """p = −tr σ/d = −½k_v div w in the plane (elements,q) N·s/m, at the quadrature points, as computed: its maximum is the
-    mesh's, not the crowd's."""
+    """p = −tr σ/d = −½k_v div w in the plane (elements,q) N·s/m, at the quadrature points, as
+    computed: its maximum is the mesh's, not the crowd's."""
     p: Floats = -np.trace(stress(answer)) / answer.space.dimension
     return p
 
 
 def percussion_density(answer: CollisionAnswer) -> Floats:
-    """div σ = ρ(u⁺ − u⁻), the percussion per area (d,elements,q) N·s/m² at the quadrature points; over δt a force per area."""
+    """div σ = ρ(u⁺ − u⁻), the percussion per area (d,elements,q) N·s/m² at the quadrature points;
+    over δt a force per area."""
     density: Floats = answer.density_field * (answer.right_field - answer.left_field)
     return density
 
 
 class BodyFields(NamedTuple):
-    """Means over a body at m points: pressure (m,) N·s/m, stress (m,2,2) N·s/m, percussion_density (m,2) N·s/m²."""
+    """Means over a body at m points: pressure (m,) N·s/m, stress (m,2,2) N·s/m, percussion_density
+    (m,2) N·s/m²."""
 
     pressure: Floats
     stress: Floats
@@ -51,13 +55,15 @@ class BodyFields(NamedTuple):
 
 
 def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyFields:
-    """Pressure, stress and percussion density of a crowd in the plane, averaged with the kernel around the points `at` (m,2) m.
+    """Pressure, stress and percussion density of a crowd in the plane, averaged with the kernel
+    around the points `at` (m,2) m.
 
-    The kernel is normalised by its part inside the room: a body at the wall counts with what of it is inside. Its width is the
-    statement of what a body is: for a disk of radius r take width r/2, the standard deviation of its area along an axis.
+    The kernel is normalised by its part inside the room: a body at the wall counts with what of it
+    is inside. Its width is the statement of what a body is: for a disk of radius r take width r/2,
+    the standard deviation of its area along an axis.
 
-    Raises ValueError for a chain (no plane), wrong shapes, or points that are out of the room's reach.
-    """
+    Raises ValueError for a chain (no plane), wrong shapes, or points that are out of the room's
+    reach."""
     if answer.space.dimension != 2:
         raise ValueError("answer: a chain has no fields in the plane")
     points = read_only(at, (-1, 2), "at")
@@ -76,10 +82,11 @@ def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyF
 
 
 def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
-    """μ (c,) N·s/m at space.wall, averaged along its line of walls in the plane, with a Gaussian of this standard deviation (m).
+    """μ (c,) N·s/m at space.wall, averaged along its line of walls in the plane, with a Gaussian of
+    this standard deviation (m).
 
-    The nodal μ grows at the jambs as the pressure does. Raises ValueError for a width that is not positive.
-    """
+    The nodal μ grows at the jambs as the pressure does. Raises ValueError for a width that is not
+    positive."""
     if not (np.isfinite(width) and width > 0):
         raise ValueError(f"width: {width} m; a positive number is needed")
     wall = answer.space.wall
@@ -89,7 +96,9 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
     todo = np.ones(len(force), dtype=bool)
     while todo.any():
         i = int(np.argmax(todo))
-        same = (wall.normal @ wall.normal[i] > 1 - 1e-9) & (np.abs(offset - offset[i]) <= 1e-9 * extent)
+        same = (wall.normal @ wall.normal[i] > 1 - 1e-9) & (
+            np.abs(offset - offset[i]) <= 1e-9 * extent
+        )
         place = wall.point[same] @ np.array([-wall.normal[i, 1], wall.normal[i, 0]])
         share = np.exp(-0.5 * ((place[:, None] - place[None, :]) / width) ** 2)
         mean[same] = (share @ force[same]) / (share @ wall.weight[same])
@@ -98,7 +107,8 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
 
 
 class LargestPressure(NamedTuple):
-    """One mesh: side of its triangles (m), unknowns, the largest p in any triangle and as a mean over a body (N·s/m)."""
+    """One mesh: side of its triangles (m), unknowns, the largest p in any triangle and as a mean
+    over a body (N·s/m)."""
 
     size: float
     unknowns: int
@@ -110,16 +120,17 @@ def largest_pressures(
     room: Room, medium: Medium, left_velocity: ArrayLike | Field, kernel: Kernel, sizes: Sequence[float], *,
     grading: float = 1.0, order: int = 1,
 ) -> list[LargestPressure]:  # fmt: skip
-    """The largest pressure on meshes of these sizes: raw it grows as size^(−1/2) on uniform meshes where the room has a jamb
-    (as size^(−1/(2 grading)) on graded ones); over a body it settles.
+    """The largest pressure on meshes of these sizes: raw it grows as size^(−1/2) on uniform meshes
+    where the room has a jamb (as size^(−1/(2 grading)) on graded ones); over a body it settles.
 
-    Body means are taken at the same points for all: the vertices of a mesh graded to the jambs, of the largest size.
-    Raises ValueError as `mesh_of` and `collide` do.
-    """
+    Body means are taken at the same points for all: the vertices of a mesh graded to the jambs, of
+    the largest size. Raises ValueError as `mesh_of` and `collide` do."""
     at = mesh_of(room, max(sizes)).p.T
     rows = []
     for size in sizes:
         answer = collide(Space(mesh_of(room, size, grading=grading), order), medium, left_velocity)
         body = float(body_fields(answer, kernel, at).pressure.max())
-        rows.append(LargestPressure(size, int(answer.space.basis.N), float(pressure(answer).max()), body))
+        rows.append(
+            LargestPressure(size, int(answer.space.basis.N), float(pressure(answer).max()), body)
+        )
     return rows

@@ -1,4 +1,5 @@
-"""A polygonal room: the border of the crowd, cut into walls, exits and free border (paper Fig. 7)."""
+"""A polygonal room: the border of the crowd, cut into walls, exits and free border (paper Fig.
+7)."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ ROUNDING = 1e-9
 
 
 class Exit(NamedTuple):
-    """An exit cut into edge number `edge` of an outline, from `start` to `end` (m) along that edge."""
+    """An exit cut into edge number `edge` of an outline, from `start` to `end` (m) along that
+    edge."""
 
     edge: int
     start: float
@@ -31,16 +33,18 @@ class Exit(NamedTuple):
 class Room:
     """The area Ω that a crowd fills, a simple polygon, less the pillars that stand in it.
 
-    outline: vertices (v,2) m, counter-clockwise after construction (the other way round is turned); border: what edge i, from
-    vertex i to vertex i+1, is: "wall" (Γ_w), "exit" (Γ_e) or "free" (Γ_f, the border of the crowd without an obstacle).
-    pillars: polygons (v,2) m within the outline, all wall, clockwise after construction; the room is to the left of every edge.
+    outline: vertices (v,2) m, counter-clockwise after construction (the other way round is turned);
+    border: what edge i, from vertex i to vertex i+1, is: "wall" (Γ_w), "exit" (Γ_e) or "free" (Γ_f,
+    the border of the crowd without an obstacle). pillars: polygons (v,2) m within the outline, all
+    wall, clockwise after construction; the room is to the left of every edge.
 
-    A round wall must not be drawn as a polygon of many edges: a crowd that is pressed to it is held in both directions at every
-    corner, however obtuse, and cannot slide along it as along the round wall (Babuška's paradox).
+    A round wall must not be drawn as a polygon of many edges: a crowd that is pressed to it is held
+    in both directions at every corner, however obtuse, and cannot slide along it as along the round
+    wall (Babuška's paradox).
 
-    Raises ValueError naming the field for a wrong shape, an outline or pillar that is no simple polygon, a pillar that is not
-    inside or touches another, an unknown kind of border or a room without a wall.
-    """
+    Raises ValueError naming the field for a wrong shape, an outline or pillar that is no simple
+    polygon, a pillar that is not inside or touches another, an unknown kind of border or a room
+    without a wall."""
 
     outline: Floats
     border: tuple[Border, ...]
@@ -70,15 +74,20 @@ class Room:
             loop, ccw = _loop(pillar, name, "pillar")
             # a pillar that is cut out of the space must leave it in one piece, with one more hole
             rest = shapely.difference(space, shapely.Polygon(loop))
-            if not (rest.geom_type == "Polygon" and len(rest.interiors) == len(space.interiors) + 1):
-                raise ValueError(f"{name} is not inside the room, or touches its border or another pillar")
+            if not (
+                rest.geom_type == "Polygon" and len(rest.interiors) == len(space.interiors) + 1
+            ):
+                raise ValueError(
+                    f"{name} is not inside the room, or touches its border or another pillar"
+                )
             space = rest
             turned.append(read_only(loop[::-1] if ccw else loop, (-1, 2), name))
         return tuple(turned)
 
     @property
     def kinds(self) -> tuple[Border, ...]:
-        """What each edge (s,) of `segments` is: those of the outline, then the walls of the pillars."""
+        """What each edge (s,) of `segments` is: those of the outline, then the walls of the
+        pillars."""
         wall: Border = "wall"
         return self.border + (wall,) * sum(map(len, self.pillars))
 
@@ -114,11 +123,11 @@ def room_of_outline(
     border: Sequence[Border] | None = None,
     pillars: Sequence[ArrayLike] = (),
 ) -> Room:
-    """The room within `outline` (v,2) m whose edges are walls, or what `border` says, with `exits` cut into its walls and
-    `pillars` (v,2) m standing in it.
+    """The room within `outline` (v,2) m whose edges are walls, or what `border` says, with `exits`
+    cut into its walls and `pillars` (v,2) m standing in it.
 
-    Raises ValueError for an exit that is wider than its wall, lies beyond it, overlaps another exit or is in no wall.
-    """
+    Raises ValueError for an exit that is wider than its wall, lies beyond it, overlaps another exit
+    or is in no wall."""
     vertices = read_only(outline, (-1, 2), "outline")
     if len(vertices) > 1 and np.array_equal(vertices[0], vertices[-1]):
         vertices = vertices[:-1]
@@ -130,7 +139,9 @@ def room_of_outline(
             raise ValueError(f"exits: exit {number} is in edge {edge}, which is no wall")
         length = float(np.hypot(*(vertices[(edge + 1) % len(vertices)] - vertices[edge])))
         if not start < end:
-            raise ValueError(f"exits: exit {number} runs from {start:g} to {end:g} m; it needs a width")
+            raise ValueError(
+                f"exits: exit {number} runs from {start:g} to {end:g} m; it needs a width"
+            )
         if end - start > length * (1 + ROUNDING):
             raise ValueError(
                 f"exits: exit {number} is {end - start:g} m wide, its wall only {length:g} m long"
@@ -162,11 +173,12 @@ def room_of_outline(
 
 
 def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) -> Room:
-    """The room that walls, exits (k,2,2) m and free borders (f,2,2) m, given by their ends, enclose together.
+    """The room that walls, exits (k,2,2) m and free borders (f,2,2) m, given by their ends, enclose
+    together.
 
-    Walls, exits and free borders meet end to end; closed loops of walls inside are pillars. Raises ValueError where they leave
-    a gap, enclose more than one room, or an exit or free border reaches over a wall, that is, an exit wider than its space.
-    """
+    Walls, exits and free borders meet end to end; closed loops of walls inside are pillars. Raises
+    ValueError where they leave a gap, enclose more than one room, or an exit or free border reaches
+    over a wall, that is, an exit wider than its space."""
     openings = {"exits": _pieces(exits, "exits"), "free": _pieces(free, "free")}
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
     kinds: list[Border] = ["wall"] * len(lines)
@@ -213,18 +225,26 @@ def square_room(side: float, exit_width: float) -> Room:
     """
     half = 0.5 * side
     corners = [[0.0, -half], [0.0, half], [-side, half], [-side, -half]]
-    return room_of_outline(corners, exits=[Exit(0, half - 0.5 * exit_width, half + 0.5 * exit_width)])
+    return room_of_outline(
+        corners, exits=[Exit(0, half - 0.5 * exit_width, half + 0.5 * exit_width)]
+    )
 
 
 def _loop(value: ArrayLike, name: str, what: str) -> tuple[Floats, bool]:
-    """The vertices (v,2) of a simple polygon, without a last one that repeats the first, and whether they turn left."""
+    """The vertices (v,2) of a simple polygon, without a last one that repeats the first, and
+    whether they turn left."""
     loop = read_only(value, (-1, 2), name)
     if len(loop) > 1 and np.array_equal(loop[0], loop[-1]):
         loop = loop[:-1]
     if len(loop) < 3:
-        raise ValueError(f"{name}: {len(loop)} vertices do not close a {what}; at least 3 are needed")
+        raise ValueError(
+            f"{name}: {len(loop)} vertices do not close a {what}; at least 3 are needed"
+        )
     ring = shapely.LinearRing(loop)
-    if not ring.is_simple or shapely.Polygon(ring).area <= (ROUNDING * np.ptp(loop, axis=0).max()) ** 2:
+    if (
+        not ring.is_simple
+        or shapely.Polygon(ring).area <= (ROUNDING * np.ptp(loop, axis=0).max()) ** 2
+    ):
         raise ValueError(f"{name}: the edges touch or cross each other, or enclose no area")
     return loop, bool(ring.is_ccw)
 

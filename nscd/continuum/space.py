@@ -1,4 +1,5 @@
-"""Where the velocity sum w = u⁺ + u⁻ lives: continuous P1 or P2 vector elements, and the walls' normal constraints on it."""
+"""Where the velocity sum w = u⁺ + u⁻ lives: continuous P1 or P2 vector elements, and the walls'
+normal constraints on it."""
 
 from __future__ import annotations
 
@@ -21,16 +22,17 @@ from skfem import (
 
 from nscd.bodies import Floats, Integers
 
-# Two walls at a point count as one straight wall when their normals differ by less than this (squared sine).
+# Two walls at a point count as one straight wall when their normals differ by less than this
+# (squared sine).
 STRAIGHT = 1e-12
 
 
 class WallPoints(NamedTuple):
     """The c one-sided conditions n·w(x) ≤ g: at each node of each wall, twice in a corner.
 
-    node (c,) the number of the scalar degree of freedom; point (c,d) m; normal (c,d) out of the room; weight (c,) m: the
-    integral over the wall of the node's shape function (1 in one dimension).
-    """
+    node (c,) the number of the scalar degree of freedom; point (c,d) m; normal (c,d) out of the
+    room; weight (c,) m: the integral over the wall of the node's shape function (1 in one
+    dimension)."""
 
     node: Integers
     point: Floats
@@ -40,12 +42,13 @@ class WallPoints(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Vector elements of order 1 or 2 on a mesh of lines or triangles with boundaries "wall" and, if any, "exit", "free".
+    """Vector elements of order 1 or 2 on a mesh of lines or triangles with boundaries "wall" and,
+    if any, "exit", "free".
 
     Curved (quadratic) triangle meshes are isoparametric; their walls must be straight.
 
-    Raises ValueError for an order other than 1 and 2, a mesh without a boundary "wall", or one whose wall is empty.
-    """
+    Raises ValueError for an order other than 1 and 2, a mesh without a boundary "wall", or one
+    whose wall is empty."""
 
     mesh: Mesh
     order: int = 1
@@ -55,7 +58,9 @@ class Space:
             raise ValueError(f"order: {self.order}; 1 (P1) or 2 (P2) is needed")
         walls = (self.mesh.boundaries or {}).get("wall")
         if walls is None or len(walls) == 0:
-            raise ValueError("mesh: no facet is named wall; the crowd needs a wall to be pressed to")
+            raise ValueError(
+                "mesh: no facet is named wall; the crowd needs a wall to be pressed to"
+            )
 
     @property
     def dimension(self) -> int:
@@ -70,7 +75,8 @@ class Space:
 
     @cached_property
     def basis(self) -> Any:
-        """skfem basis of w; its quadrature is exact for products of two fields with a linear density, and more for P1."""
+        """skfem basis of w; its quadrature is exact for products of two fields with a linear
+        density, and more for P1."""
         return Basis(self.mesh, ElementVector(self._scalar), intorder=2 * self.order + 2)
 
     @cached_property
@@ -83,7 +89,9 @@ class Space:
         facets = (self.mesh.boundaries or {}).get(name)
         if facets is None or len(facets) == 0:
             return None
-        return FacetBasis(self.mesh, ElementVector(self._scalar), facets=facets, intorder=2 * self.order + 2)
+        return FacetBasis(
+            self.mesh, ElementVector(self._scalar), facets=facets, intorder=2 * self.order + 2
+        )
 
     @cached_property
     def components(self) -> Integers:
@@ -107,7 +115,8 @@ class Space:
 
     @cached_property
     def wall(self) -> WallPoints:
-        """The one-sided conditions of the walls; neighbouring facets of a straight wall share them."""
+        """The one-sided conditions of the walls; neighbouring facets of a straight wall share
+        them."""
         edge = self.border("wall")
         assert edge is not None
         facets = edge.find
@@ -120,7 +129,9 @@ class Space:
         node, normals = node[order], normals[order]
         # a node of a simple border has at most two wall facets
         straight = np.zeros(len(node), dtype=bool)
-        straight[1:] = (node[1:] == node[:-1]) & ((normals[1:] * normals[:-1]).sum(1) > np.sqrt(1 - STRAIGHT))
+        straight[1:] = (node[1:] == node[:-1]) & (
+            (normals[1:] * normals[:-1]).sum(1) > np.sqrt(1 - STRAIGHT)
+        )
         rows = np.empty(len(node), dtype=np.int64)
         rows[order] = np.cumsum(~straight) - 1
         rows = rows.reshape(ends.shape)
@@ -142,11 +153,14 @@ class Space:
         columns = self.components[:, wall.node]
         rows = np.tile(np.arange(len(wall.node)), (self.dimension, 1))
         shape = (len(wall.node), self.basis.N)
-        return sparse.csr_array((wall.normal.T.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+        return sparse.csr_array(
+            (wall.normal.T.ravel(), (rows.ravel(), columns.ravel())), shape=shape
+        )
 
     @cached_property
     def local(self) -> tuple[sparse.csc_array, Integers]:
-        """T (unknowns, unknowns) and places s (c,) with w = Tz, C T z = z[s]: at wall nodes z holds the normal components.
+        """T (unknowns, unknowns) and places s (c,) with w = Tz, C T z = z[s]: at wall nodes z holds
+        the normal components.
 
         One wall: w = n z₁ + t z₂. Two walls in a corner: w = N⁻¹z with the rows n₁, n₂ of N.
         """
@@ -158,7 +172,9 @@ class Space:
         if d == 2:
             frame[:, 0, 1], frame[:, 1, 1] = -wall.normal[:, 1], wall.normal[:, 0]
             twice = np.flatnonzero(wall.node[1:] == wall.node[:-1])
-            frame[twice] = np.linalg.inv(np.stack([wall.normal[twice], wall.normal[twice + 1]], axis=1))
+            frame[twice] = np.linalg.inv(
+                np.stack([wall.normal[twice], wall.normal[twice + 1]], axis=1)
+            )
             place[twice + 1] = columns[1, twice + 1]
             keep = np.setdiff1d(np.arange(len(wall.node)), twice + 1)
             frame, columns = frame[keep], columns[:, keep]

@@ -1,1 +1,2 @@
-"""Solvers of a ContactProblem: one file a method, each a function problem → (reaction, iterations)."""
+"""Solvers of a ContactProblem: one file a method, each a function problem → (reaction,
+iterations)."""

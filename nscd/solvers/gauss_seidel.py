@@ -1,4 +1,5 @@
-"""Projected Gauss–Seidel: what the field uses; kept as the baseline, with its known slow contraction."""
+"""Projected Gauss–Seidel: what the field uses; kept as the baseline, with its known slow
+contraction."""
 
 from __future__ import annotations
 
@@ -7,17 +8,17 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky import System
+from nscd.solvers.system import System
 
 CHECK = 10
 
 
 def gauss_seidel(system: System, tolerance: float, most: int = 200_000) -> tuple[Any, Any, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map residual ≤ tolerance.
+    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map
+    residual ≤ tolerance.
 
-    Contact by contact λ ← max(0, λ + (Cu − b)/w), with u updated at once. On a chain of n disks against a wall it
-    contracts by cos²(π/(2n)) a sweep.
-    """
+    Contact by contact λ ← max(0, λ + (Cu − b)/w), with u updated at once. On a chain of n disks
+    against a wall it contracts by cos²(π/(2n)) a sweep."""
     reaction, velocity, sweeps = _sweep(
         system.first, system.second, system.normal_first, system.mass, system.free, system.offset, system.inverse_mass,
         tolerance * system.scale, most,
@@ -57,7 +58,8 @@ def _sweep(
             if j >= 0:
                 u[j, 0] += x * change / mass[j, 0]
                 u[j, 1] += y * change / mass[j, 0]
-        # the error was measured along the sweep; where it is small the whole is measured before stopping
+        # the error was measured along the sweep; where it is small the whole is measured before
+        # stopping
         if error <= tolerance:
             worst = 0.0
             for c in range(k):

@@ -1,4 +1,5 @@
-"""Primal–dual interior point with a block Cholesky factor; lives with redundant, jammed and unequal crowds."""
+"""Primal–dual interior point with a block Cholesky factor; lives with redundant, jammed and unequal
+crowds."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky import (
+from nscd.solvers.system import (
     Factor,
     System,
     add_reactions,
@@ -19,8 +20,9 @@ from nscd.solvers.cholesky import (
 )
 
 MAXIMUM_ITERATIONS = 200
-# Compliance of the contacts, relative to the Delassus diagonal: keeps redundant contacts definite and leads to the reactions
-# of least energy. For rigid contacts it is a proximal term of the iteration only; 1e-10 would stall jammed ones.
+# Compliance of the contacts, relative to the Delassus diagonal: keeps redundant contacts definite
+# and leads to the reactions of least energy. For rigid contacts it is a proximal term of the
+# iteration only; 1e-10 would stall jammed ones.
 SOFT, RIGID = 1e-8, 1e-14
 TINY = 1e-300
 # Velocities (m/s) below this are taken as none.
@@ -38,15 +40,15 @@ def interior_point(
 ) -> tuple[Any, Any, int]:
     """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
 
-    Follows the central path of min ½(u−û)·Â(u−û) + ½ε Σλ²/κ, C u + s = b + ελ/κ, s ≥ 0 with one factorisation of
-    Â + CᵀΘC an iteration, Θ = 1/(s/λ + ε/κ), until the natural map max|min(wλ, b − Cu + ελ/κ)| and the imbalance are below
-    tolerance · ‖u⁻‖∞, or rounding stops it; κ is the `stiffness`, ε = `soft`, or 0 for RIGID. Mehrotra, SIAM J. Optim. 2
-    (1992) 575, with one of Gondzio's correctors, Comput. Optim. Appl. 6 (1996) 137.
+    Follows the central path of min ½(u−û)·Â(u−û) + ½ε Σλ²/κ, C u + s = b + ελ/κ, s ≥ 0 with one
+    factorisation of Â + CᵀΘC an iteration, Θ = 1/(s/λ + ε/κ), until the natural map max|min(wλ, b −
+    Cu + ελ/κ)| and the imbalance are below tolerance · ‖u⁻‖∞, or rounding stops it; κ is the
+    `stiffness`, ε = `soft`, or 0 for RIGID. Mehrotra, SIAM J. Optim. 2 (1992) 575, with one of
+    Gondzio's correctors, Comput. Optim. Appl. 6 (1996) 137.
 
-    Without a `start` from s = √w, λ = 1/√w (times one constant), which makes unequal masses harmless; from reactions and
-    velocities that are nearly right, from the point of the path that is as far from the end as they are: wλ − s is kept,
-    √(wλ·s) = AWAY · error.
-    """
+    Without a `start` from s = √w, λ = 1/√w (times one constant), which makes unequal masses
+    harmless; from reactions and velocities that are nearly right, from the point of the path that
+    is as far from the end as they are: wλ − s is kept, √(wλ·s) = AWAY · error."""
     w, scale = system.inverse_mass, system.scale
     if scale < NOTHING:  # their squares are no numbers any more
         return np.zeros(len(w)), system.free.copy(), 0
@@ -120,14 +122,19 @@ def _follow(
     u: Any,
     most: int,
 ) -> Any:
-    """`slack`, `reaction` and `u` are where it starts, and are changed. With `yields` 0 the compliance is only in the matrix:
-    a proximal term, which does not change the answer."""
+    """`slack`, `reaction` and `u` are where it starts, and are changed. With `yields` 0 the
+    compliance is only in the matrix: a proximal term, which does not change the answer."""
     n, d = system.mass.shape
     k = len(system.first)
     w, b, scale = system.inverse_mass, system.offset, system.scale
     best_reaction, best_u, best, best_at = reaction.copy(), u.copy(), np.inf, 0
     v, wanted, push, theta = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
-    complementarity, slack_step, reaction_step, primal = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    complementarity, slack_step, reaction_step, primal = (
+        np.empty(k),
+        np.empty(k),
+        np.empty(k),
+        np.empty(k),
+    )
     plain_slack, plain_reaction, plain_step = np.empty(k), np.empty(k), np.empty((n, d))
     dual, step, moved, size = np.empty((n, d)), np.empty((n, d)), np.empty((n, d)), np.empty(n)
     stalled = iteration = 0
@@ -169,14 +176,18 @@ def _follow(
                 after = 0.0
                 for c in range(k):
                     after += (
-                        (slack[c] + length * slack_step[c]) * (reaction[c] + length * reaction_step[c]) / k
+                        (slack[c] + length * slack_step[c])
+                        * (reaction[c] + length * reaction_step[c])
+                        / k
                     )
                 centring = (after / mu) ** 3
                 if length < 0.1:
                     centring = max(centring, 0.3)
                 target = centring * mu
                 for c in range(k):
-                    complementarity[c] = slack[c] * reaction[c] + slack_step[c] * reaction_step[c] - target
+                    complementarity[c] = (
+                        slack[c] * reaction[c] + slack_step[c] * reaction_step[c] - target
+                    )
             elif stage == 1:
                 if length > 0.9:
                     break

@@ -1,4 +1,5 @@
-"""Among all percussions that give the same velocities, the one of least elastic energy (equal stiffness: least norm)."""
+"""Among all percussions that give the same velocities, the one of least elastic energy (equal
+stiffness: least norm)."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky import Factor, System, add_reactions, approach, factorise, solve_factorised
+from nscd.solvers.system import Factor, System, add_reactions, approach, factorise, solve_factorised
 
 # Weight of the contacts against the inertia that keeps the Newton matrix definite.
 STIFF = 1e8
@@ -19,16 +20,19 @@ ROUNDING = 1e-14
 def least_energy(
     system: System, factor: Factor, reaction: Any, velocity: Any, tolerance: float
 ) -> tuple[Any, float, int]:
-    """Reactions λ (k,) N·s of least Σλ² with the same momentum Cᵀλ as `reaction`, λ ≥ 0, and λ = 0 where the contact opens at
-    `velocity` (n,d) by more than tolerance · ‖u⁻‖∞; the momentum error left (relative to the largest), and Newton steps.
+    """Reactions λ (k,) N·s of least Σλ² with the same momentum Cᵀλ as `reaction`, λ ≥ 0, and λ = 0
+    where the contact opens at `velocity` (n,d) by more than tolerance · ‖u⁻‖∞; the momentum error
+    left (relative to the largest), and Newton steps.
 
-    The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth Newton method with
-    line search. It is the limit of a penalty packing of equal stiffness, loaded from rest, as the stiffness grows.
-    """
+    The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth
+    Newton method with line search. It is the limit of a penalty packing of equal stiffness, loaded
+    from rest, as the stiffness grows."""
     gap = np.empty(len(reaction))
     approach(system, velocity, gap)
     may = system.offset - gap <= tolerance * system.scale
-    bare = system._replace(normal_weight=np.zeros(len(reaction)), tangent_weight=np.zeros(len(reaction)))
+    bare = system._replace(
+        normal_weight=np.zeros(len(reaction)), tangent_weight=np.zeros(len(reaction))
+    )
     found, error, steps = _newton(bare, factor, np.where(may, reaction, 0.0), may)
     return found, float(error), int(steps)
 
@@ -72,7 +76,8 @@ def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
         if step and error < best_error:
             best[:], best_error = reaction, error
         if step and (
-            error < 1e-13 or (error < 1e-10 and error > 0.5 * best_error and (pressed == before).all())
+            error < 1e-13
+            or (error < 1e-10 and error > 0.5 * best_error and (pressed == before).all())
         ):
             return best, best_error, step
         if step == 0 or not (pressed == before).all():

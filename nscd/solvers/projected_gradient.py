@@ -1,4 +1,5 @@
-"""Accelerated projected gradient on the dual, matrix-free: for large and well-conditioned crowds without dissipation."""
+"""Accelerated projected gradient on the dual, matrix-free: for large and well-conditioned crowds
+without dissipation."""
 
 from __future__ import annotations
 
@@ -7,28 +8,32 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky import System
+from nscd.solvers.system import System
 
 POWER_ITERATIONS = 20
 CHECK = 25
 EARLY = 100
 
 
-def projected_gradient(system: System, tolerance: float, most: int = 200_000) -> tuple[Any, Any, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map residual ≤ tolerance.
+def projected_gradient(
+    system: System, tolerance: float, most: int = 200_000
+) -> tuple[Any, Any, int]:
+    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map
+    residual ≤ tolerance.
 
-    min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit diagonal), by Nesterov's
-    method with the gradient restart of O'Donoghue & Candès, Found. Comput. Math. 15 (2015) 715.
-    """
+    min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit
+    diagonal), by Nesterov's method with the gradient restart of O'Donoghue & Candès, Found. Comput.
+    Math. 15 (2015) 715."""
     return descend(system, tolerance, most, -1)[:3]
 
 
 def descend(
     system: System, tolerance: float, most: int, steady: int, redundant: float = np.inf
 ) -> tuple[Any, Any, int, bool]:
-    """The same, ended early once no more than `steady` contacts (negative: never) close or open within
-    25 sweeps (the last value says whether), or, after 100, where there are more of them than `redundant` times the number of
-    unknowns: they then cannot all be told from the reactions, which are not unique."""
+    """The same, ended early once no more than `steady` contacts (negative: never) close or open
+    within 25 sweeps (the last value says whether), or, after 100, where there are more of them than
+    `redundant` times the number of unknowns: they then cannot all be told from the reactions, which
+    are not unique."""
     n = len(system.mass)
     root = np.sqrt(system.inverse_mass)
     x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root
@@ -75,7 +80,8 @@ def _approach(first: Any, second: Any, x: Any, y: Any, ux: Any, uy: Any, v: Any)
 
 @njit(cache=True, fastmath=True)
 def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
-    """The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of 2 %."""
+    """The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of
+    2 %."""
     v, ux, uy = np.empty(len(first)), np.empty(len(inverse)), np.empty(len(inverse))
     for c in range(len(v)):
         v[c] = 1.0 + 0.37 * ((c * 7919) % 101) / 101.0

@@ -1,4 +1,5 @@
-"""Contacts that form trees (pairs, chains, branches; the walls as one body): exact, in linear time."""
+"""Contacts that form trees (pairs, chains, branches; the walls as one body): exact, in linear
+time."""
 
 from __future__ import annotations
 
@@ -14,13 +15,13 @@ ROUNDS = 50
 
 
 def tree(problem: ContactProblem) -> tuple[Floats, Floats, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s and rounds, for contacts without dissipation that form trees.
+    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s and rounds, for contacts without dissipation
+    that form trees.
 
-    With its contacts closed, everything behind a disk acts on it as a mass along one normal: m_c = 1/(n·A_c⁻¹n) with
-    A_a = m_a I + Σ m_c n nᵀ over the branches behind. One pass from the leaves gives these, one pass back the
-    reactions (paper eqs. (5), (6) for a straight chain). Contacts that pull are then opened and open ones that would
-    overlap closed, until none is left.
-    """
+    With its contacts closed, everything behind a disk acts on it as a mass along one normal: m_c =
+    1/(n·A_c⁻¹n) with A_a = m_a I + Σ m_c n nᵀ over the branches behind. One pass from the leaves
+    gives these, one pass back the reactions (paper eqs. (5), (6) for a straight chain). Contacts
+    that pull are then opened and open ones that would overlap closed, until none is left."""
     n, k = len(problem.mass), len(problem.first)
     order, parent, link = _branches(n, problem.first, problem.second)
     closed = np.ones(k, dtype=np.bool_)
@@ -43,7 +44,8 @@ def tree(problem: ContactProblem) -> tuple[Floats, Floats, int]:
 
 @njit(cache=True)
 def _branches(n: int, first: Any, second: Any) -> Any:
-    """Disks from the roots outward, the parent of each (−1: a root, or the wall) and the contact that links them (−1: none)."""
+    """Disks from the roots outward, the parent of each (−1: a root, or the wall) and the contact
+    that links them (−1: none)."""
     start = np.zeros(n + 1, np.int64)
     for c in range(len(first)):
         if second[c] >= 0:

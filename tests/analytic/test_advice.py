@@ -1,4 +1,5 @@
-"""Advice on a library whose errors and costs are known by formula, and on the one that is stored."""
+"""Advice on a library whose errors and costs are known by formula, and on the one that is
+stored."""
 
 import dataclasses
 
@@ -9,15 +10,15 @@ from hypothesis import strategies as st
 
 from analysis.advice.asked import asked_error
 from analysis.advice.choice import LONGEST, MARGIN, advise
-from analysis.advice.curve import Curves
-from analysis.advice.left_out import left_out
+from analysis.advice.error_curves import Curves
 from analysis.advice.library import Entry, Library, library_of, library_text, stored_library
 from analysis.advice.likeness import likeness_of
 from analysis.advice.price import price_of
 from analysis.advice.safety import factor, rates_of
+from analysis.advice.unneeded import left_out
 from analysis.engines.penalty import damping_ratio_for
-from analysis.making import make
-from analysis.scene import read_scene
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
 from analysis.work_precision.point import Point, PointStatus
 from nscd import Snapshot
 
@@ -27,7 +28,9 @@ START, PER_STEP = 1e-6, 3e-7
 
 def changed(scene, **arrays):
     """The scene with other arrays in its snapshot."""
-    old = {name: getattr(scene.snapshot, name) for name in ("position", "velocity", "radius", "mass")}
+    old = {
+        name: getattr(scene.snapshot, name) for name in ("position", "velocity", "radius", "mass")
+    }
     return scene.model_copy(update={"snapshot": Snapshot(**(old | arrays))})
 
 
@@ -42,8 +45,11 @@ def point(scene, numerical, model, seconds, **setting):
     return Point(**given | setting)
 
 
-def entry(scene, numerical=lambda share, stiffer: 0.01 * share, model=lambda stiffer: 0.3 / stiffer**0.5):
-    """Of a driven scene: errors by formula, cost START + PER_STEP·disks·steps; one rigid solution."""
+def entry(
+    scene, numerical=lambda share, stiffer: 0.01 * share, model=lambda stiffer: 0.3 / stiffer**0.5
+):
+    """Of a driven scene: errors by formula, cost START + PER_STEP·disks·steps; one rigid
+    solution."""
     like, window = likeness_of(scene), 0.02
     points = []
     for stiffer in STIFFER:
@@ -56,8 +62,12 @@ def entry(scene, numerical=lambda share, stiffer: 0.01 * share, model=lambda sti
                     time_step_s=share * safe, time_step_share=share, stiffness_N_per_m=stiffer * 1e6,
                 )
             )  # fmt: skip
-    points.append(point(scene, 1e-9, 0.0, 0.001, method="rigid", law="", solver="auto", tolerance=1e-8))
-    return Entry(name=scene.name, likeness=like, stiffness_N_per_m=1e6, window_s=window, points=tuple(points))
+    points.append(
+        point(scene, 1e-9, 0.0, 0.001, method="rigid", law="", solver="auto", tolerance=1e-8)
+    )
+    return Entry(
+        name=scene.name, likeness=like, stiffness_N_per_m=1e6, window_s=window, points=tuple(points)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +82,9 @@ def sure(scene):
     return Library(entries=(entry(scene),), rates=rates)
 
 
-@pytest.mark.parametrize(("text", "share"), [("5%", 0.05), ("5 %", 0.05), ("0.05", 0.05), ("99.9%", 0.999)])
+@pytest.mark.parametrize(
+    ("text", "share"), [("5%", 0.05), ("5 %", 0.05), ("0.05", 0.05), ("99.9%", 0.999)]
+)
 def test_an_error_is_read(text, share):
     assert asked_error(text) == pytest.approx(share)
 
@@ -98,12 +110,16 @@ def test_likeness_has_no_units(mass, time):
     """Other units of mass and time change nothing."""
     base = make("chain_masses", 6)
     other = changed(base, mass=base.snapshot.mass * mass, velocity=base.snapshot.velocity / time)
-    other = other.with_contact(stiffness_N_per_m=1e6 * mass / time**2).with_run(duration_s=0.3 * time)
+    other = other.with_contact(stiffness_N_per_m=1e6 * mass / time**2).with_run(
+        duration_s=0.3 * time
+    )
     assert likeness_of(other).to_json() == pytest.approx(likeness_of(base).to_json(), rel=1e-9)
 
 
 def test_distance():
-    chain, longer, arch = (likeness_of(make(*what)) for what in (("chain", 9), ("chain", 17), ("arch", 30)))
+    chain, longer, arch = (
+        likeness_of(make(*what)) for what in (("chain", 9), ("chain", 17), ("arch", 30))
+    )
     assert chain.distance(chain) == 0
     assert chain.distance(longer) == longer.distance(chain)
     # twice the depth, and a few more contacts a disk
@@ -134,7 +150,9 @@ def test_what_failed_near_is_not_advised(scene):
         else p
         for p in one.points
     )
-    curves = Curves(likeness=one.likeness, load="disk", entries=[dataclasses.replace(one, points=points)])
+    curves = Curves(
+        likeness=one.likeness, load="disk", entries=[dataclasses.replace(one, points=points)]
+    )
     at = one.likeness.hardness
     assert curves.soft("lammps", "hooke", 4.0, at * 90**0.5) is None
     assert curves.soft("lammps", "hooke", 4.0, at * 2**0.5) is not None
@@ -148,8 +166,9 @@ def test_price_is_that_of_the_runs(scene):
 
 
 def test_choice_is_the_cheapest_by_hand(scene, sure):
-    """Numerical 1 % a safe step, model 30 %/√stiffer: within 5 % the softest is 100 times the scene's (3 %) with the safe step
-    (1 %); a thousand times (0.95 %) takes the fourfold step (4 %), which is cheaper by 4/√10."""
+    """Numerical 1 % a safe step, model 30 %/√stiffer: within 5 % the softest is 100 times the
+    scene's (3 %) with the safe step (1 %); a thousand times (0.95 %) takes the fourfold step (4 %),
+    which is cheaper by 4/√10."""
     advice = advise(scene, 0.05, methods=("lammps",), library=sure)
     assert (advice.choice.stiffness_N_per_m, advice.choice.time_step_share) == (1e9, 4.0)
     assert advice.choice.promised_error == pytest.approx(0.04 + 0.3 / 1000**0.5)
@@ -162,7 +181,9 @@ def test_choice_is_the_cheapest_by_hand(scene, sure):
 
 def test_against_the_model_law_and_stiffness_are_the_scenes(scene, sure):
     advice = advise(scene, 0.005, against="model", library=sure, methods=("rigid", "lammps"))
-    assert {(c.method, c.law, c.stiffness_N_per_m) for c in advice.curve} == {("lammps", "hooke", 1e6)}
+    assert {(c.method, c.law, c.stiffness_N_per_m) for c in advice.curve} == {
+        ("lammps", "hooke", 1e6)
+    }
     assert advice.choice.time_step_share == 0.25
     assert advice.choice.promised_error == pytest.approx(0.0025)
 
@@ -175,15 +196,22 @@ def test_where_nothing_reaches_the_best_is_named(scene, sure):
 
 
 def test_rates_make_up_for_what_was_off(scene):
-    """Of two scenes that look alike one has errors thrice as large, foretold from the other; the factor makes up for it."""
+    """Of two scenes that look alike one has errors thrice as large, foretold from the other; the
+    factor makes up for it."""
     twin = scene.model_copy(update={"name": "twin"})
-    pair = [entry(scene), entry(twin, lambda share, _: 0.03 * share, lambda stiffer: 0.9 / stiffer**0.5)]
+    pair = [
+        entry(scene),
+        entry(twin, lambda share, _: 0.03 * share, lambda stiffer: 0.9 / stiffer**0.5),
+    ]
     rates = rates_of(pair)
     curves = Curves(likeness=pair[1].likeness, load="disk", entries=pair[:1])
     for what in ("numerical", "model"):
         assert factor(rates, curves, what) == pytest.approx(3.0, rel=1e-6)
     # what was never foretold is never promised
-    assert factor(rates, Curves(likeness=pair[0].likeness, load="wall", entries=pair), "model") == np.inf
+    assert (
+        factor(rates, Curves(likeness=pair[0].likeness, load="wall", entries=pair), "model")
+        == np.inf
+    )
 
 
 def test_bad_questions(scene, sure):
@@ -232,7 +260,9 @@ def test_no_choice_breaks_its_promise_or_is_needlessly_dear(name, asked):
     assert advice.choice.promised_error <= asked
     within = [c for c in advice.curve if c.promised_error <= asked]
     assert advice.choice.cpu_seconds <= (1 + MARGIN) * min(c.cpu_seconds for c in within)
-    costs, errors = ([getattr(c, what) for c in advice.curve] for what in ("cpu_seconds", "promised_error"))
+    costs, errors = (
+        [getattr(c, what) for c in advice.curve] for what in ("cpu_seconds", "promised_error")
+    )
     assert costs == sorted(costs)
     assert errors == sorted(errors, reverse=True)
     assert all((c.time_step_share or 0) <= LONGEST for c in advice.curve)

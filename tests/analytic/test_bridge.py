@@ -1,28 +1,42 @@
-"""The bridge study: packings, (20) with friction against conic optimisation and without, the section of a small plan."""
+"""The bridge study: packings, (20) with friction against conic optimisation and without, the
+section of a small plan."""
 
 import numpy as np
 import pytest
 import scipy.sparse as sparse
 
-from analysis import bridge, bridge_continuum, bridge_sizes
-from analysis.bridge_continuum import Crowd
-from analysis.bridge_crowd import HALF_DOOR, Packing, area, crowd_size, sample, to_exit, toward_exit
-from analysis.bridge_friction import frictional_flow
-from analysis.packing import heap, press
+from analysis.paper.continuum.bridge import models as bridge_continuum
+from analysis.paper.continuum.bridge import section as bridge
+from analysis.paper.continuum.bridge import study as bridge_sizes
+from analysis.paper.continuum.bridge.crowd import (
+    HALF_DOOR,
+    Packing,
+    area,
+    crowd_size,
+    sample,
+    to_exit,
+    toward_exit,
+)
+from analysis.paper.continuum.bridge.models import Crowd
+from analysis.scene.packing import heap, press
 from nscd import Snapshot, Walls, find_contacts, solve
-from nscd.continuum.cells import Cells
-from nscd.continuum.first_order import first_order_flow
+from nscd.continuum.rivals.cells import Cells
+from nscd.continuum.rivals.first_order import first_order_flow
+from nscd.continuum.rivals.frictional import frictional_flow
 
 N, MEAN = 300, 0.2
 SHUT = Walls(start=[[0, -50]], end=[[0, 50]])
 
 
 def snapshot(position, radius):
-    return Snapshot(position=position, velocity=toward_exit(position), radius=radius, mass=100 * radius**2)
+    return Snapshot(
+        position=position, velocity=toward_exit(position), radius=radius, mass=100 * radius**2
+    )
 
 
 def test_a_heap_is_just_rigid_and_has_no_overlaps():
-    """Every disk after the first touches two earlier ones, or one and the wall; the same seed gives the same heap."""
+    """Every disk after the first touches two earlier ones, or one and the wall; the same seed gives
+    the same heap."""
     position, radius = heap(N, 3, MEAN, HALF_DOOR)
     contacts = find_contacts(snapshot(position, radius), SHUT, tolerance=1e-9)
     assert contacts.gap.min() > -1e-12
@@ -82,7 +96,9 @@ def kept(flow, cells, desired):
 
 def test_without_friction_it_is_the_place_equation(crowd):
     expected = first_order_flow(crowd.mesh, toward_exit)
-    flow = frictional_flow(crowd.mesh, crowd.density, expected.desired_velocity, 0.0, tolerance=1e-9)
+    flow = frictional_flow(
+        crowd.mesh, crowd.density, expected.desired_velocity, 0.0, tolerance=1e-9
+    )
     assert flow.status == expected.status == "solved"
     np.testing.assert_allclose(flow.right_velocity, expected.right_velocity, atol=1e-6)
     np.testing.assert_allclose(
@@ -105,8 +121,11 @@ def test_friction_blocks_more_and_more(crowd):
 
 
 def test_friction_agrees_with_conic_optimisation(crowd):
-    """The dual, over velocities in the cells that spread as much as they shear, by an interior-point solver."""
-    clarabel = pytest.importorskip("clarabel", reason="the conic solver of the `bench` extra is the oracle")
+    """The dual, over velocities in the cells that spread as much as they shear, by an
+    interior-point solver."""
+    clarabel = pytest.importorskip(
+        "clarabel", reason="the conic solver of the `bench` extra is the oracle"
+    )
     friction, mesh, cells = 0.3, crowd.mesh, Cells(crowd.mesh)
     desired = first_order_flow(crowd.mesh, toward_exit).desired_velocity
     weight = cells.measure
@@ -115,7 +134,10 @@ def test_friction_agrees_with_conic_optimisation(crowd):
     wall = np.zeros(mesh.nvertices, dtype=bool)
     wall[mesh.facets[:, mesh.boundaries["wall"]]] = True
     rows, cones = [], []
-    spread, shear = sparse.csr_array(sparse.hstack([gx, gy])), sparse.csr_array(sparse.hstack([gx, -gy]))
+    spread, shear = (
+        sparse.csr_array(sparse.hstack([gx, gy])),
+        sparse.csr_array(sparse.hstack([gx, -gy])),
+    )
     turn = sparse.csr_array(sparse.hstack([gy, gx]))
     for i in np.flatnonzero(~cells.open):
         parts = [spread[[i]], friction * shear[[i]]] + ([] if wall[i] else [friction * turn[[i]]])
@@ -142,12 +164,15 @@ def test_friction_refuses_bad_input(crowd):
 
 
 def test_energy_kept_is_the_projection_of_what_people_want():
-    """For k = 0, Σm|u⁺|² = Σmu⁺·u⁻: the cone's projection; and momentum: what walls take is what people lose along x."""
+    """For k = 0, Σm|u⁺|² = Σmu⁺·u⁻: the cone's projection; and momentum: what walls take is what
+    people lose along x."""
     one = sample(Packing.NEAR, 200, 2)
     position, radius = heap(200, 2, 0.215 * np.sqrt(3), HALF_DOOR)
     mass, left = radius**2 / (radius**2).sum() * 45_000, toward_exit(position)
     right = one.answer.right_velocity
-    assert one.kept == pytest.approx((mass @ (right * left).sum(1)) / (mass @ (left**2).sum(1)), abs=1e-9)
+    assert one.kept == pytest.approx(
+        (mass @ (right * left).sum(1)) / (mass @ (left**2).sum(1)), abs=1e-9
+    )
     assert one.wall_load == pytest.approx(mass @ (left - right)[:, 0], rel=1e-9)
 
 

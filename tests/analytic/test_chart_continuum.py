@@ -1,4 +1,5 @@
-"""The continuum models on the chart: the region of a crowd, their two errors, and scenes without them."""
+"""The continuum models on the chart: the region of a crowd, their two errors, and scenes without
+them."""
 
 import dataclasses
 from itertools import pairwise
@@ -7,14 +8,14 @@ import numpy as np
 import pytest
 from wall_line import line_at_a_wall
 
-from analysis.making import make
-from analysis.scene import Drive, Wall
+from analysis.scene.scene import Drive, Wall
+from analysis.scene.shipped_scenes import make
 from analysis.work_precision import continuum_ladder as ladders
-from analysis.work_precision.book import Book
 from analysis.work_precision.continuum_ladder import ContinuumLadder, continuum_ladder
 from analysis.work_precision.continuum_solves import ContinuumModel, solve_continuum
 from analysis.work_precision.crowd_region import crowd_room
 from analysis.work_precision.point import PointStatus
+from analysis.work_precision.points_of import Book
 from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.window import (
     CONTACT_FORCE,
@@ -35,10 +36,12 @@ RADIUS, ROWS, COLUMNS = 0.2, 4, 10
 
 
 def dead_end(gap=0.0):
-    """40 disks of 75 kg fill a dead end, 1.6 m wide with its end at x = 0. The door that they want to walk to at 2 m/s (τ =
-    0.5 s) is so far away behind that end that all want to walk along x. gap (m): how far the last half of them is from
-    the rest."""
-    column, row = (k.ravel() for k in np.meshgrid(np.arange(COLUMNS), np.arange(ROWS), indexing="ij"))
+    """40 disks of 75 kg fill a dead end, 1.6 m wide with its end at x = 0. The door that they want
+    to walk to at 2 m/s (τ = 0.5 s) is so far away behind that end that all want to walk along x.
+    gap (m): how far the last half of them is from the rest."""
+    column, row = (
+        k.ravel() for k in np.meshgrid(np.arange(COLUMNS), np.arange(ROWS), indexing="ij")
+    )
     x = -RADIUS * (2 * column + 1) - gap * (column >= COLUMNS // 2)
     far, wide = 1e6, 2 * RADIUS * ROWS
     corners = [
@@ -52,7 +55,8 @@ def dead_end(gap=0.0):
         mass=np.full(len(x), 75.0),
     )
     walls = tuple(
-        Wall(name=f"wall_{number}", start_m=corners[number], end_m=corners[number + 1]) for number in range(7)
+        Wall(name=f"wall_{number}", start_m=corners[number], end_m=corners[number + 1])
+        for number in range(7)
     )
     drive = Drive(
         speed_m_per_s=2.0,
@@ -72,7 +76,9 @@ def test_the_region_of_a_crowd_reaches_its_walls_and_is_free_behind():
     assert long * wide - ROWS * 0.3 * RADIUS * 2 * RADIUS < room.area < long * wide
     walls = room.pieces("wall")
     # and a little farther along the side walls, where nobody else fits in
-    assert np.hypot(*(walls[:, 1] - walls[:, 0]).T).sum() == pytest.approx(2 * long + wide, abs=1.5 * RADIUS)
+    assert np.hypot(*(walls[:, 1] - walls[:, 0]).T).sum() == pytest.approx(
+        2 * long + wide, abs=1.5 * RADIUS
+    )
     assert {tuple(point) for point in room.jambs[:, 1:].tolist()} == {(0.0,), (wide,)}
     assert len(room.pieces("exit")) == 0
 
@@ -99,17 +105,24 @@ def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
     )
     space = Space(mesh_of(room, 0.5 * RADIUS))
     density = ROWS * COLUMNS / room.area
-    medium = Medium(density=density, volume_dissipation=9.0, surface_dissipation=1.0, mass_per_person=75.0)
+    medium = Medium(
+        density=density, volume_dissipation=9.0, surface_dissipation=1.0, mass_per_person=75.0
+    )
     found = collide(space, medium, window.left_velocity.mean(0))
-    # what the walls give: reactions, and k_s w along those that are pressed (not the upper one: the door is a hair below)
+    # what the walls give: reactions, and k_s w along those that are pressed (not the upper one: the
+    # door is a hair below)
     wall, left = space.border("wall"), window.left_velocity.mean(0)
     pressed = np.einsum("k,kfq->fq", left, np.asarray(wall.normals)) >= 0
-    rubbed = medium.k_s * (np.asarray(wall.interpolate(found.unknowns)) * pressed * wall.dx).sum((1, 2))
+    rubbed = medium.k_s * (np.asarray(wall.interpolate(found.unknowns)) * pressed * wall.dx).sum(
+        (1, 2)
+    )
     given = (found.wall_force[:, None] * space.wall.normal).sum(0) + rubbed
     assert answer.wall_impulse == pytest.approx(given, rel=0.01, abs=0.01 * given[0])
     # less than everybody's momentum: this crowd can be compressed
     assert given[0] < 0.6 * 40 * 150.0
-    assert -75.0 * answer.change.sum(0) == pytest.approx(answer.wall_impulse, rel=0.02, abs=0.02 * given[0])
+    assert -75.0 * answer.change.sum(0) == pytest.approx(
+        answer.wall_impulse, rel=0.02, abs=0.02 * given[0]
+    )
 
 
 def test_scenes_without_a_continuum_say_why():
@@ -134,9 +147,15 @@ def away_from_walls():
         mass=people.mass[:2],
     )
     corners = [(5.0, -0.5), (5.0, -10.0), (-5.0, -10.0), (-5.0, 10.0), (5.0, 10.0), (5.0, 0.5)]
-    walls = tuple(Wall(name=f"wall_{n}", start_m=a, end_m=b) for n, (a, b) in enumerate(pairwise(corners)))
-    drive = window.scene.drive.model_copy(update={"door_start_m": corners[-1], "door_end_m": corners[0]})
-    return Window(scene=window.scene.model_copy(update={"snapshot": start, "walls": walls, "drive": drive}))
+    walls = tuple(
+        Wall(name=f"wall_{n}", start_m=a, end_m=b) for n, (a, b) in enumerate(pairwise(corners))
+    )
+    drive = window.scene.drive.model_copy(
+        update={"door_start_m": corners[-1], "door_end_m": corners[0]}
+    )
+    return Window(
+        scene=window.scene.model_copy(update={"snapshot": start, "walls": walls, "drive": drive})
+    )
 
 
 @pytest.fixture(scope="module")
@@ -191,12 +210,20 @@ def test_a_continuum_that_is_not_solved_is_visible(pressed):
     coarse, fine = ladder.references[0]
     unsure = dataclasses.replace(fine, status=PointStatus.INACCURATE, reason="residual 1 above 0")
     lost = dataclasses.replace(
-        ladder.answers[0], change=None, wall_impulse=None, status=PointStatus.FAILED, reason="no mesh"
+        ladder.answers[0],
+        change=None,
+        wall_impulse=None,
+        status=PointStatus.FAILED,
+        reason="no mesh",
     )
-    points = forces(book, ContinuumLadder(answers=(lost, ladder.answers[1]), references=((coarse, unsure),)))
+    points = forces(
+        book, ContinuumLadder(answers=(lost, ladder.answers[1]), references=((coarse, unsure),))
+    )
     assert len(points) == 4
     failed, rest = points[:2], points[2:]
-    assert [(p.status, p.reason, p.error_sum) for p in failed] == [(PointStatus.FAILED, "no mesh", None)] * 2
+    assert [(p.status, p.reason, p.error_sum) for p in failed] == [
+        (PointStatus.FAILED, "no mesh", None)
+    ] * 2
     for p in rest:
         assert "residual 1 above 0" in p.reason
         assert p.numerical_error is None

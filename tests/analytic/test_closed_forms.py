@@ -1,4 +1,5 @@
-"""Percussions against closed forms: pairs, chains, dissipation; equal, unequal and extreme masses."""
+"""Percussions against closed forms: pairs, chains, dissipation; equal, unequal and extreme
+masses."""
 
 import numpy as np
 import pytest
@@ -58,7 +59,9 @@ def test_pair_restitution(ratio, restitution):
     snapshot = line([75.0, 75.0 * ratio], [2.0, -1.0])
     found = answer(snapshot, restitution=restitution)
     m_eff = 75 * ratio / (1 + ratio)
-    np.testing.assert_allclose(found.impulse, [[m_eff * (1 + restitution) * 3.0, 0]], rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(
+        found.impulse, [[m_eff * (1 + restitution) * 3.0, 0]], rtol=1e-10, atol=1e-12
+    )
     separation = found.right_velocity[1, 0] - found.right_velocity[0, 0]
     np.testing.assert_allclose(separation, 3 * restitution, atol=3e-10)
     assert found.energy_error < 1e-10
@@ -82,12 +85,15 @@ def test_pair_dissipation_is_restitution(k, e):
 
 
 def test_four_disks_of_the_paper():
-    """Fig. 1: k = 10 with m = 75 is inelastic (λ¹² = 92.5, p¹² = 112.5); with m = 1 it is nearly elastic."""
+    """Fig. 1: k = 10 with m = 75 is inelastic (λ¹² = 92.5, p¹² = 112.5); with m = 1 it is nearly
+    elastic."""
     heavy = answer(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
     assert heavy.reaction[0] == pytest.approx(92.5, rel=1e-10)
     np.testing.assert_allclose(heavy.impulse[:, 0], [112.5, 75, 37.5], rtol=1e-10)
     light = answer(line([1.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
-    np.testing.assert_allclose(light.right_velocity[:, 0], [-0.7907, 0.9302, 0.9302, 0.9302], atol=5e-5)
+    np.testing.assert_allclose(
+        light.right_velocity[:, 0], [-0.7907, 0.9302, 0.9302, 0.9302], atol=5e-5
+    )
 
 
 def test_four_disks_open_beyond_three_quarters_of_the_mass():
@@ -107,7 +113,8 @@ def test_maintained_contact_can_pull_and_complementarity_cannot():
 
 
 def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_right():
-    """Hexagonal block pressed to a wall: λ is not unique, but it is admissible and stops every disk."""
+    """Hexagonal block pressed to a wall: λ is not unique, but it is admissible and stops every
+    disk."""
     rows = [(0.5 * i + 0.25 * (j % 2), 0.5 * np.sqrt(0.75) * j) for j in range(4) for i in range(5)]
     snapshot = Snapshot(
         position=rows,
@@ -115,7 +122,9 @@ def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_righ
         radius=np.full(20, 0.25),
         mass=np.full(20, 75.0),
     )
-    walls = Walls(start=[[-2, -0.25], [-0.25, -1], [2.5, -1]], end=[[5, -0.25], [-0.25, 3], [2.5, 3]])
+    walls = Walls(
+        start=[[-2, -0.25], [-0.25, -1], [2.5, -1]], end=[[5, -0.25], [-0.25, 3], [2.5, 3]]
+    )
     found = answer(snapshot, walls)
     np.testing.assert_allclose(found.right_velocity, 0, atol=1e-9)
     contacts = find_contacts(snapshot, walls, tolerance=1e-9)
@@ -136,17 +145,22 @@ def test_tangential_dissipation_turns_disks_and_keeps_angular_momentum():
         return float((m * (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0])).sum() + snapshot.inertia @ w)
 
     assert found.right_spin.min() != 0
-    before, after = angular(snapshot.velocity, np.zeros(2)), angular(found.right_velocity, found.right_spin)
+    before, after = (
+        angular(snapshot.velocity, np.zeros(2)),
+        angular(found.right_velocity, found.right_spin),
+    )
     assert after == pytest.approx(before, abs=1e-10)
     assert found.energy_change < 0
 
 
 def test_energy_gain_is_warned_of():
-    """k > 0 on a contact that is already opening, with λ > 0 beside it, can gain energy; the answer says so."""
+    """k > 0 on a contact that is already opening, with λ > 0 beside it, can gain energy; the answer
+    says so."""
     rng = np.random.default_rng(4)
     for _ in range(200):
         found = answer(
-            line(rng.uniform(1, 100, 5), rng.normal(size=5)), dissipation=float(rng.uniform(20, 300))
+            line(rng.uniform(1, 100, 5), rng.normal(size=5)),
+            dissipation=float(rng.uniform(20, 300)),
         )
         assert found.energy_error < 1e-9
         assert bool(found.warnings) == (found.energy_change > 1e-6)

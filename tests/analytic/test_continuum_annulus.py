@@ -1,10 +1,11 @@
-"""The exact case in the plane: half an annulus pressed to its middle, in modified Struve and Bessel functions."""
+"""The exact case in the plane: half an annulus pressed to its middle, in modified Struve and Bessel
+functions."""
 
 import numpy as np
 import pytest
 
+from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
 from nscd.continuum.collision import collide
-from nscd.continuum.half_annulus import HalfAnnulus
 from nscd.continuum.medium import Medium
 from nscd.continuum.pressure import pressure
 from nscd.continuum.space import Space
@@ -40,13 +41,16 @@ def test_closed_form_holds_the_equation():
     f, slope = EXACT.radial, EXACT.slope
     assert slope(r) == pytest.approx((f(r + d) - f(r - d)) / (2 * d), rel=1e-6)
     second = (slope(r + d) - slope(r - d)) / (2 * d)
-    assert second + slope(r) / r - f(r) / r**2 - f(r) / h**2 == pytest.approx(2 * 1.5 / h**2, rel=1e-6)
+    assert second + slope(r) / r - f(r) / r**2 - f(r) / h**2 == pytest.approx(
+        2 * 1.5 / h**2, rel=1e-6
+    )
     assert slope(1.0) == pytest.approx(0, abs=1e-12)
     assert 9 * slope(4.0) == pytest.approx(2.0)
 
 
 def test_closed_form_balances_momentum():
-    """∫ρ(w − 2u⁻) = ∫r_ext − ∫μn along x, where the wall's n is x̂ and r̂·x̂ integrates to −2 over the half turn."""
+    """∫ρ(w − 2u⁻) = ∫r_ext − ∫μn along x, where the wall's n is x̂ and r̂·x̂ integrates to −2 over
+    the half turn."""
     r = np.linspace(1.0, 4.0, 20_001)
     gained = -2 * 7 * np.trapezoid((EXACT.radial(r) + 2 * 1.5) * r, r)
     assert gained == pytest.approx(-2 * 2.0 * 4.0 - EXACT.wall_force, rel=1e-6)
@@ -63,7 +67,10 @@ def test_orders_of_half_annulus(order, wanted):
     [
         ({"inner": 5.0}, "inner, outer"),
         ({"medium": Medium(density=[7.0, 7.0], volume_dissipation=9)}, "density"),
-        ({"medium": Medium(density=7, volume_dissipation=9, surface_dissipation=1)}, "surface_dissipation"),
+        (
+            {"medium": Medium(density=7, volume_dissipation=9, surface_dissipation=1)},
+            "surface_dissipation",
+        ),
         ({"push": 100.0}, "leaves the wall"),
     ],
 )

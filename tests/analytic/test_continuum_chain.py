@@ -1,9 +1,10 @@
-"""The continuous chain against its closed forms: stuck, at the threshold, rebounding, a plane mode, a wall that is left."""
+"""The continuous chain against its closed forms: stuck, at the threshold, rebounding, a plane mode,
+a wall that is left."""
 
 import numpy as np
 import pytest
 
-from nscd.continuum.chain import Chain, chain_mesh
+from nscd.continuum.closed_forms.chain import Chain, chain_mesh
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import Medium
 from nscd.continuum.space import Space
@@ -44,7 +45,9 @@ def test_orders_of_chain(order, surface, sticks):
         answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(surface), [SPEED])
         assert answer.status is Status.SOLVED
         assert answer.energy.error < 1e-10
-        found.append(errors(answer, exact.right_velocity, lambda x: -exact.internal_percussion(x) / 9))
+        found.append(
+            errors(answer, exact.right_velocity, lambda x: -exact.internal_percussion(x) / 9)
+        )
         wall.append(abs(answer.wall_percussion[0] - exact.wall_percussion))
         assert answer.active.all() == sticks
     assert orders(found) == pytest.approx([order + 1, order], abs=0.03)
@@ -64,13 +67,16 @@ def test_rebound_has_the_value_of_the_closed_form():
 
 
 def test_closed_form_holds_its_own_equation():
-    """ρ[u] = −∂r_int/∂x, σ = k_v∂w/∂x and the wall's law, by differences of the closed form; both sides of the threshold."""
+    """ρ[u] = −∂r_int/∂x, σ = k_v∂w/∂x and the wall's law, by differences of the closed form; both
+    sides of the threshold."""
     x, step = np.linspace(0.5, 9.5, 19), 1e-5
     for surface in (0.0, 3.0, THRESHOLD * 0.999, THRESHOLD * 1.001, 20.0):
         chain = Chain(medium=medium(surface), length=LENGTH, left_velocity=SPEED)
         slope = (chain.right_velocity(x + step) - chain.right_velocity(x - step)) / (2 * step)
         assert chain.internal_percussion(x) == pytest.approx(-9 * slope, rel=1e-6)
-        spread = (chain.internal_percussion(x + step) - chain.internal_percussion(x - step)) / (2 * step)
+        spread = (chain.internal_percussion(x + step) - chain.internal_percussion(x - step)) / (
+            2 * step
+        )
         assert 7 * (chain.right_velocity(x) - SPEED) == pytest.approx(-spread, rel=1e-6)
         end = float(chain.right_velocity(LENGTH))
         assert chain.internal_percussion(LENGTH) == pytest.approx(
@@ -82,7 +88,8 @@ def test_closed_form_holds_its_own_equation():
 
 @pytest.mark.parametrize(("waves", "order"), [(4, 1), (4, 2), (1, 2)])
 def test_plane_mode_of_chain_that_leaves_its_wall(waves, order):
-    """u⁺/u⁻ = (1 − h²q²)/(1 + h²q²) while the wall is not pressed: an even number of half waves needs hq > 1, an odd one < 1."""
+    """u⁺/u⁻ = (1 − h²q²)/(1 + h²q²) while the wall is not pressed: an even number of half waves
+    needs hq > 1, an odd one < 1."""
     q = waves * np.pi / LENGTH
     ratio = (1 - (H * q) ** 2) / (1 + (H * q) ** 2)
     found = []
@@ -90,7 +97,9 @@ def test_plane_mode_of_chain_that_leaves_its_wall(waves, order):
         answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(), lambda x: np.cos(q * x))
         assert not answer.active.any()
         found.append(
-            errors(answer, lambda x: ratio * np.cos(q * x), lambda x: -(1 + ratio) * q * np.sin(q * x))
+            errors(
+                answer, lambda x: ratio * np.cos(q * x), lambda x: -(1 + ratio) * q * np.sin(q * x)
+            )
         )
     assert orders(found) == pytest.approx([order + 1, order], abs=0.05)
 
@@ -107,7 +116,8 @@ def test_walls_dissipate_only_where_they_are_pressed():
 
 
 def test_push_at_the_free_end():
-    """r_ext at x = 0 of a resting chain: w = r_ext h/k_v · (cosh((l − x)/h) − …) with w(l) = 0: sinh((l − x)/h)/cosh L."""
+    """r_ext at x = 0 of a resting chain: w = r_ext h/k_v · (cosh((l − x)/h) − …) with w(l) = 0:
+    sinh((l − x)/h)/cosh L."""
     push, space = 5.0, Space(chain_mesh(LENGTH, 200), 2)
     answer = collide(space, medium(), [0.0], external=[push])
     x = space.nodes[:, 0]

@@ -1,4 +1,5 @@
-"""The collision in a room: against another solver, by symmetry, units and energy, and what its pressure means."""
+"""The collision in a room: against another solver, by symmetry, units and energy, and what its
+pressure means."""
 
 import numpy as np
 import pytest
@@ -38,7 +39,8 @@ def swirl(x):
 
 @pytest.mark.parametrize(("order", "surface"), [(1, 0.0), (1, 3.0), (2, 3.0)])
 def test_interior_point_solver_finds_the_same(order, surface):
-    """Clarabel on the untransformed problem min ½wᵀAw − bᵀw, Cw ≤ g, slanted walls and corners included."""
+    """Clarabel on the untransformed problem min ½wᵀAw − bᵀw, Cw ≤ g, slanted walls and corners
+    included."""
     clarabel = pytest.importorskip("clarabel", reason="clarabel is in the extra `bench`")
     space = Space(mesh_of(SLANTED, 0.5), order)
     medium = Medium(density=7, volume_dissipation=9, surface_dissipation=surface)
@@ -51,12 +53,16 @@ def test_interior_point_solver_finds_the_same(order, surface):
     left = swirl(points.reshape(2, -1).T).T.reshape(points.shape)
     free = space.border("free")
     push = np.array([0.4, 0.1])[:, None, None] * np.ones_like(free.dx)
-    load = 2 * forms.momentum.assemble(basis, rho=rho, u=left) + forms.traction.assemble(free, r=push)
+    load = 2 * forms.momentum.assemble(basis, rho=rho, u=left) + forms.traction.assemble(
+        free, r=push
+    )
     bound = (swirl(space.wall.point) * space.wall.normal).sum(1)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-10
-    settings.equilibrate_enable = False  # its scaling of these problems ends in InsufficientProgress
+    settings.equilibrate_enable = (
+        False  # its scaling of these problems ends in InsufficientProgress
+    )
     solver = clarabel.DefaultSolver(
         sparse.csc_matrix(sparse.triu(matrix)), -load, sparse.csc_matrix(space.constraints), bound,
         [clarabel.NonnegativeConeT(len(bound))], settings,
@@ -114,7 +120,8 @@ def test_active_set_says_when_it_has_not_settled():
 
 
 def test_momentum_balance():
-    """∫ρ[u] = −∫μn − k_s∫w over the pressed walls (here none dissipates): the walls are all that pushes."""
+    """∫ρ[u] = −∫μn − k_s∫w over the pressed walls (here none dissipates): the walls are all that
+    pushes."""
     medium = Medium(density=7, volume_dissipation=9)
     answer = collide(Space(mesh_of(ROOM, 0.5), 2), medium, toward_exit(ROOM, 1.5))
     gained = (percussion_density(answer) * answer.space.basis.dx).sum((1, 2))
@@ -147,7 +154,9 @@ def test_mirrored_room_gives_mirrored_answer():
 
 
 def test_largest_pressure_grows_raw_and_settles_over_a_body():
-    rows = largest_pressures(ROOM, PAPER, toward_exit(ROOM, 1.7), Kernel(width=0.2), [0.5, 0.25, 0.125])
+    rows = largest_pressures(
+        ROOM, PAPER, toward_exit(ROOM, 1.7), Kernel(width=0.2), [0.5, 0.25, 0.125]
+    )
     raw, body = (np.array([getattr(row, name) for row in rows]) for name in ("raw", "body"))
     assert raw[2] / raw[0] == pytest.approx(2, abs=0.3)
     graded = largest_pressures(
@@ -160,7 +169,8 @@ def test_largest_pressure_grows_raw_and_settles_over_a_body():
 
 
 def test_body_fields_of_a_known_stress():
-    """w = (−cx, 0): σ = −k_v c e_x⊗e_x everywhere, p = ½k_v c, also beside a wall; the trace of the stress agrees."""
+    """w = (−cx, 0): σ = −k_v c e_x⊗e_x everywhere, p = ½k_v c, also beside a wall; the trace of the
+    stress agrees."""
     space = Space(mesh_of(ROOM, 0.5))
     answer = collide(space, PAPER, [0.0, 0.0])
     answer.velocity_sum[:, 0] = -2.0 * space.nodes[:, 0]

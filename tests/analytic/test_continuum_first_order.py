@@ -1,15 +1,16 @@
-"""The first-order model (20), as complementarity and as printed, against closed forms and other solvers."""
+"""The first-order model (20), as complementarity and as printed, against closed forms and other
+solvers."""
 
 import numpy as np
 import pytest
 from scipy.optimize import isotonic_regression, nnls
 from skfem import MeshTri, MeshTri2
 
-from nscd.continuum.cells import Cells
-from nscd.continuum.chain import chain_mesh
-from nscd.continuum.first_order import PlaceEquation, first_order_flow
+from nscd.continuum.closed_forms.chain import chain_mesh
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.mesh import mesh_of
+from nscd.continuum.rivals.cells import Cells
+from nscd.continuum.rivals.first_order import PlaceEquation, first_order_flow
 from nscd.continuum.room import room_of_outline, square_room
 from nscd.percussions import Status
 
@@ -18,7 +19,8 @@ INNER, OUTER = 0.5, 5.0
 
 
 def half_annulus(cells, outer):
-    """INNER ≤ r ≤ OUTER, x ≤ 0: a straight wall with an exit as inner arc; the outer arc is `outer`."""
+    """INNER ≤ r ≤ OUTER, x ≤ 0: a straight wall with an exit as inner arc; the outer arc is
+    `outer`."""
     s, t = np.linspace(0, 1, 2 * cells + 1), np.linspace(0, 1, 3 * cells + 1)
     flat = MeshTri.init_tensor(s, t)
     r, angle = INNER * (OUTER / INNER) ** flat.p[0], np.pi * (0.5 + flat.p[1])
@@ -64,7 +66,8 @@ def test_crowd_that_leaves_a_wall(equation, share):
 
 
 def test_chain_is_an_isotonic_regression():
-    """In one dimension u⁺ is the nearest speed that nowhere falls and is ≤ 0 at the wall: min(isotonic regression, 0)."""
+    """In one dimension u⁺ is the nearest speed that nowhere falls and is ≤ 0 at the wall:
+    min(isotonic regression, 0)."""
     rng = np.random.default_rng(3)
     for cells in (5, 40, 150):
         speed = rng.normal(0.0, 1.0, cells)
@@ -77,8 +80,12 @@ def test_chain_is_an_isotonic_regression():
 
 LOG = np.log(OUTER / INNER)
 RADIAL = {
-    ("complementarity", "wall"): lambda r: U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER)),
-    ("complementarity", "free"): lambda r: U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER)),
+    ("complementarity", "wall"): lambda r: (
+        U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER))
+    ),
+    ("complementarity", "free"): lambda r: (
+        U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER))
+    ),
     ("equality", "wall"): lambda r: -U * (r - INNER),
     ("printed", "wall"): lambda r: U * (OUTER * np.log(r / INNER) - (r - INNER)),
 }
@@ -86,7 +93,8 @@ RADIAL = {
 
 @pytest.mark.parametrize(("equation", "outer"), RADIAL)
 def test_half_annulus_with_the_logarithm(equation, outer):
-    """u_d = −U r̂: p(r) in closed form, at observed order 2 in L²; the wall that people leave carries nothing."""
+    """u_d = −U r̂: p(r) in closed form, at observed order 2 in L²; the wall that people leave
+    carries nothing."""
     errors = []
     for cells in (4, 8, 16):
         mesh = half_annulus(cells, outer)
@@ -117,7 +125,9 @@ def test_room_against_non_negative_least_squares(room):
         found, _ = nnls(root[:, None] * slopes, root * flow.desired_velocity.T.ravel())
         np.testing.assert_allclose(flow.pressure[inside], found, atol=1e-9)
         # u⁺ and ∇p are orthogonal: what is lost is ∫|∇p|²
-        energy = [cells.measure @ (v**2).sum(1) for v in (flow.desired_velocity, flow.right_velocity)]
+        energy = [
+            cells.measure @ (v**2).sum(1) for v in (flow.desired_velocity, flow.right_velocity)
+        ]
         lost = cells.measure @ (cells.gradient(flow.pressure) ** 2).sum(1)
         assert energy[0] == pytest.approx(energy[1] + lost, rel=1e-12)
         assert (cells.moment(flow.right_velocity)[inside] <= 1e-9).all()

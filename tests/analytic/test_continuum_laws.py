@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nscd.continuum.constitutive import (
+from nscd.continuum.rivals.density_laws import (
     ExponentialSpeed,
     KladekSpeed,
     PowerPressure,
@@ -11,7 +11,7 @@ from nscd.continuum.constitutive import (
     crowd_pressure,
     measured_speed,
 )
-from nscd.continuum.golas import Congestion
+from nscd.continuum.rivals.turbulence import Congestion
 
 U = 1.7
 
@@ -43,7 +43,8 @@ def test_speed_and_pressure_laws():
 
 
 def test_measured_speed_of_a_crowd_in_step():
-    """The weighted mean returns the speed that all have; the printed sum follows the density, 7 people/m² times 1.7 m/s."""
+    """The weighted mean returns the speed that all have; the printed sum follows the density, 7
+    people/m² times 1.7 m/s."""
     side = 1 / np.sqrt(7.0)
     axis = np.arange(0.0, 12.0, side)
     position = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
@@ -56,14 +57,17 @@ def test_measured_speed_of_a_crowd_in_step():
     # as a field: points that stand for ρ times an area each, however fine
     half = np.concatenate([position, position])
     np.testing.assert_allclose(
-        measured_speed(half, np.full(len(half), U), at, people=np.full(len(half), 0.5), printed=True),
+        measured_speed(
+            half, np.full(len(half), U), at, people=np.full(len(half), 0.5), printed=True
+        ),
         7 * U,
         rtol=1e-6,
     )
 
 
 def test_crowd_pressure_of_random_speeds():
-    """Independent speeds of deviation s on a lattice of density ρ: Var(V) = s²∫f²/ρ, so that M1 gives s²/(2πR²), whatever ρ."""
+    """Independent speeds of deviation s on a lattice of density ρ: Var(V) = s²∫f²/ρ, so that M1
+    gives s²/(2πR²), whatever ρ."""
     rng = np.random.default_rng(4)
     for density in (4.0, 9.0):
         side = 1 / np.sqrt(density)
@@ -71,7 +75,9 @@ def test_crowd_pressure_of_random_speeds():
         position = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
         at = rng.uniform(4, 56, (4000, 2))
         measured = measured_speed(position, rng.normal(U, 0.5, len(position)), at, reach=0.7)
-        assert float(crowd_pressure(density, measured)) == pytest.approx(0.25 / (2 * np.pi * 0.49), rel=0.1)
+        assert float(crowd_pressure(density, measured)) == pytest.approx(
+            0.25 / (2 * np.pi * 0.49), rel=0.1
+        )
 
 
 @pytest.mark.parametrize(
@@ -89,7 +95,10 @@ def test_crowd_pressure_of_random_speeds():
         (lambda: measured_speed([[0, 0]], [1.0, 2.0], [[0, 0]]), "speed: shape"),
         (lambda: measured_speed([[0, 0]], [1.0], [[0, 0]], reach=0.0), "reach: 0"),
         (lambda: measured_speed([[0, 0]], [1.0], [[0, 0]], people=[-1.0]), "people: -1"),
-        (lambda: measured_speed([[0, 0]], [1.0], [[99, 0]]), r"nobody is within reach of \(99, 0\)"),
+        (
+            lambda: measured_speed([[0, 0]], [1.0], [[99, 0]]),
+            r"nobody is within reach of \(99, 0\)",
+        ),
         (lambda: crowd_pressure(-7.0, [1.0]), "density: -7"),
         (lambda: crowd_pressure(7.0, []), "measured: an empty sample"),
     ],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from analysis.scene import read_scene
+from analysis.scene.scene import read_scene
 from nscd import Snapshot, Walls
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import fields_of_disks, random_speeds, toward_exit
@@ -22,7 +22,9 @@ THREE = Walls(start=[[4, 0], [4, 3], [0, 3]], end=[[4, 3], [0, 3], [0, 0]])
 
 def slit(width):
     """A room with a wall of this thickness (m) standing in it."""
-    return room_of_outline([[0, 0], [2, 0], [2, 2], [2 + width, 2], [2 + width, 0], [4, 0], [4, 3], [0, 3]])
+    return room_of_outline(
+        [[0, 0], [2, 0], [2, 2], [2 + width, 2], [2 + width, 0], [4, 0], [4, 3], [0, 3]]
+    )
 
 
 def lengths(room):
@@ -35,7 +37,8 @@ def lengths(room):
 def test_outline_and_walls_give_the_same_room():
     cut = room_of_outline(SQUARE, exits=[Exit(0, 1.0, 2.0), (2, 0.0, 0.5)])
     pieces = Walls(
-        start=[[0, 0], [2, 0], [4, 0], [3.5, 3], [0, 3]], end=[[1, 0], [4, 0], [4, 3], [0, 3], [0, 0]]
+        start=[[0, 0], [2, 0], [4, 0], [3.5, 3], [0, 3]],
+        end=[[1, 0], [4, 0], [4, 3], [0, 3], [0, 0]],
     )
     joined = room_of_walls(pieces, exits=[[[1, 0], [2, 0]], [[4, 3], [3.5, 3]]])
     assert cut.area == joined.area == 12.0
@@ -58,7 +61,9 @@ def test_clockwise_outline_is_turned_with_its_border():
 
 def test_room_of_the_disks_scene():
     scene = read_scene("arch")
-    room = room_of_walls(scene.wall_segments(), exits=[[scene.drive.door_start_m, scene.drive.door_end_m]])
+    room = room_of_walls(
+        scene.wall_segments(), exits=[[scene.drive.door_start_m, scene.drive.door_end_m]]
+    )
     wanted = square_room(18.0, 1.0)
     assert lengths(room) == pytest.approx(lengths(wanted))
     assert sorted(map(tuple, room.jambs)) == sorted(map(tuple, wanted.jambs))
@@ -130,7 +135,10 @@ def test_bad_external_push_is_not_called_left_velocity():
     room = Room(outline=SQUARE, border=("wall", "free", "wall", "wall"))
     with pytest.raises(ValueError, match="external: shape"):
         collide(
-            Space(mesh_of(room, 1.0)), Medium(density=7, volume_dissipation=9), [1.0, 0.0], external=[1.0]
+            Space(mesh_of(room, 1.0)),
+            Medium(density=7, volume_dissipation=9),
+            [1.0, 0.0],
+            external=[1.0],
         )
 
 
@@ -155,7 +163,10 @@ def test_mesh_fills_the_room_and_is_fine_at_the_jambs():
     edges = mesh.p[:, mesh.facets[0]] - mesh.p[:, mesh.facets[1]]
     # size²/reach at the jambs
     assert 0.25 * 0.5**2 / 1.5 < np.hypot(*edges).min() < 0.5**2 / 1.5
-    assert np.hypot(*np.diff(mesh.p[:, mesh.facets[:, mesh.boundaries["exit"]]], axis=1)[:, 0]).max() < 0.5
+    assert (
+        np.hypot(*np.diff(mesh.p[:, mesh.facets[:, mesh.boundaries["exit"]]], axis=1)[:, 0]).max()
+        < 0.5
+    )
     for kind, length in lengths(room).items():
         found = np.hypot(*edges[:, mesh.boundaries[kind]]).sum()
         assert found == pytest.approx(length)
@@ -197,12 +208,15 @@ def test_same_mesh_every_time():
 
 
 def test_crowd_around_pillars():
-    """Pillars given as polygons or as loops of walls; what they and the walls give is what the crowd gains."""
+    """Pillars given as polygons or as loops of walls; what they and the walls give is what the
+    crowd gains."""
     room = room_of_outline(SQUARE, exits=[(0, 1.0, 2.0)], pillars=PILLARS)
     loops = [np.array(p) for p in PILLARS]
     walls = Walls(
         start=np.vstack([[[0, 0], [2, 0], [4, 0], [4, 3], [0, 3]], *loops]),
-        end=np.vstack([[[1, 0], [4, 0], [4, 3], [0, 3], [0, 0]], *[np.roll(p, -1, axis=0) for p in loops]]),
+        end=np.vstack(
+            [[[1, 0], [4, 0], [4, 3], [0, 3], [0, 0]], *[np.roll(p, -1, axis=0) for p in loops]]
+        ),
     )
     joined = room_of_walls(walls, exits=[[[1, 0], [2, 0]]])
     assert room.area == pytest.approx(12 - 1 - 0.25)
@@ -262,11 +276,14 @@ def test_random_speeds_have_their_mean_and_deviation_and_know_no_mesh():
     assert not np.array_equal(other(points), drawn)
     for name, bad in (("deviation", {"deviation": -1.0}), ("cell", {"cell": 0.0})):
         with pytest.raises(ValueError, match=name):
-            random_speeds(room, east, **({"mean": 1.0, "deviation": 0.1, "seed": 0, "cell": 1.0} | bad))
+            random_speeds(
+                room, east, **({"mean": 1.0, "deviation": 0.1, "seed": 0, "cell": 1.0} | bad)
+            )
 
 
 def test_fields_of_disks_on_a_lattice():
-    """Disks on a square lattice, moving as u = (y, 1): density m/a² up to the wall, and the velocity between them."""
+    """Disks on a square lattice, moving as u = (y, 1): density m/a² up to the wall, and the
+    velocity between them."""
     room = square_room(6.0, 1.0)
     x, y = np.meshgrid(np.arange(-5.75, 0, 0.5), np.arange(-2.75, 3, 0.5))
     position = np.column_stack([x.ravel(), y.ravel()])
@@ -277,7 +294,8 @@ def test_fields_of_disks_on_a_lattice():
     mesh = mesh_of(room, 0.4)
     density, velocity = fields_of_disks(disks, mesh, Kernel(width=0.5))
     assert density == pytest.approx(300.0, rel=0.03)
-    # a Gaussian separates: a sum over a row of disks over the integral across the room, along either axis
+    # a Gaussian separates: a sum over a row of disks over the integral across the room, along
+    # either axis
     factor = [
         norm.pdf(p[:, None], q, 0.5).sum(1) / (norm.cdf(high, p, 0.5) - norm.cdf(high - 6, p, 0.5))
         for p, q, high in ((mesh.p[0], x[0], 0.0), (mesh.p[1], y[:, 0], 3.0))
@@ -289,7 +307,10 @@ def test_fields_of_disks_on_a_lattice():
     answer = collide(Space(mesh), Medium(density=density, volume_dissipation=9 * 75), velocity)
     assert answer.residual < 1e-12
     few = Snapshot(
-        position=position[:3], velocity=disks.velocity[:3], radius=disks.radius[:3], mass=disks.mass[:3]
+        position=position[:3],
+        velocity=disks.velocity[:3],
+        radius=disks.radius[:3],
+        mass=disks.mass[:3],
     )
     with pytest.raises(ValueError, match="kernel: no disk within"):
         fields_of_disks(few, mesh, Kernel(width=0.1))

@@ -1,4 +1,5 @@
-"""The crowd turbulence of Golas et al. (15)–(19) against closed forms, general optimisers and a conic solver."""
+"""The crowd turbulence of Golas et al. (15)–(19) against closed forms, general optimisers and a
+conic solver."""
 
 import sys
 
@@ -8,15 +9,15 @@ import scipy.sparse as sparse
 from scipy.optimize import minimize
 from skfem import MeshTri
 
-from nscd.continuum.cells import Cells
-from nscd.continuum.chain import chain_mesh
-from nscd.continuum.constitutive import (
-    TurbulencePressure,
-)
-from nscd.continuum.first_order import first_order_flow
-from nscd.continuum.golas import Congestion, time_step_dependence, turbulence_step
+from nscd.continuum.closed_forms.chain import chain_mesh
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of
+from nscd.continuum.rivals.cells import Cells
+from nscd.continuum.rivals.density_laws import (
+    TurbulencePressure,
+)
+from nscd.continuum.rivals.first_order import first_order_flow
+from nscd.continuum.rivals.turbulence import Congestion, time_step_dependence, turbulence_step
 from nscd.continuum.room import square_room
 from nscd.percussions import Status
 
@@ -36,7 +37,9 @@ def ring(cells):
     mesh = MeshTri(points, np.hstack([np.stack([a, c, d]), np.stack([a, d, b])]))
     radius = lambda x: np.hypot(*x)  # noqa: E731
     middle = 0.5 * (INNER + OUTER)
-    return mesh.with_boundaries({"wall": lambda x: radius(x) > middle, "free": lambda x: radius(x) < middle})
+    return mesh.with_boundaries(
+        {"wall": lambda x: radius(x) > middle, "free": lambda x: radius(x) < middle}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +48,8 @@ def room():
 
 
 def test_rotating_crowd_is_braked_by_its_rough_wall():
-    """A ring that turns with ω, p given: S_rθ = −βp (R/r)²(r⁴ − a⁴)/(R⁴ − a⁴) and ω⁺ = ω − 4βpδtR²/(ρ(R⁴ − a⁴)); order 1."""
+    """A ring that turns with ω, p given: S_rθ = −βp (R/r)²(r⁴ − a⁴)/(R⁴ − a⁴) and ω⁺ = ω −
+    4βpδtR²/(ρ(R⁴ − a⁴)); order 1."""
     omega, pressure, beta, mass, people, step = 0.8, 300.0, 0.5, 70.0, 6.0, 5.0
     brake = 4 * beta * pressure * step * OUTER**2 / (mass * people * (OUTER**4 - INNER**4))
     assert 0.01 * omega < brake < omega
@@ -76,7 +80,8 @@ def test_rotating_crowd_is_braked_by_its_rough_wall():
 
 
 def test_friction_against_a_general_optimiser():
-    """The bounded-friction problem as nonlinear programming (SLSQP), with density and pressure that vary."""
+    """The bounded-friction problem as nonlinear programming (SLSQP), with density and pressure that
+    vary."""
     mesh = mesh_of(square_room(3.0, 1.0), 1.1, grading=1.0)
     cells = Cells(mesh)
     rng = np.random.default_rng(5)
@@ -106,7 +111,10 @@ def test_friction_against_a_general_optimiser():
         v = after(s)
         weighted = -step * cells.measure[:, None] * v
         slope = np.concatenate(
-            [gx.T @ weighted[:, 0] - gy.T @ weighted[:, 1], gy.T @ weighted[:, 0] + gx.T @ weighted[:, 1]]
+            [
+                gx.T @ weighted[:, 0] - gy.T @ weighted[:, 1],
+                gy.T @ weighted[:, 0] + gx.T @ weighted[:, 1],
+            ]
         )
         return 0.5 * (cells.measure * answer.density) @ (v**2).sum(1), slope
 
@@ -142,7 +150,9 @@ def test_gradient_and_conic_path_agree(room, pressure):
     for tolerance, most in ((1e-5, 3e-4), (1e-8, 1e-6)):
         quick = turbulence_step(mesh, 7.0, field, **kept, tolerance=tolerance)
         assert quick.status is conic.status is Status.SOLVED
-        difference = np.sqrt(area @ ((quick.right_velocity - conic.right_velocity) ** 2).sum(1)) / size
+        difference = (
+            np.sqrt(area @ ((quick.right_velocity - conic.right_velocity) ** 2).sum(1)) / size
+        )
         assert difference < most
         assert difference <= quick.error_bound + conic.error_bound
 
@@ -162,7 +172,8 @@ def test_conic_path_says_what_it_needs(room, monkeypatch):
 
 
 def test_frictionless_congestion_against_a_bounded_optimiser(room):
-    """β = 0, density that varies and is in part below ρ_max: π = δt p ≥ 0 minimises ½∫ρ|v − ∇π/ρ|² + ∫π(ρ_max/ρ − 1)₊/δt."""
+    """β = 0, density that varies and is in part below ρ_max: π = δt p ≥ 0 minimises ½∫ρ|v − ∇π/ρ|²
+    + ∫π(ρ_max/ρ − 1)₊/δt."""
     mesh = mesh_of(room, 0.9, grading=1.0)
     cells = Cells(mesh)
     people = 5.5 + 0.4 * np.sin(mesh.p[0])
@@ -195,7 +206,8 @@ def test_frictionless_congestion_against_a_bounded_optimiser(room):
 
 
 def test_congested_crowd_without_friction_is_the_first_order_flow(room):
-    """ρ ≥ ρ_max and β = 0: v⁺ is that of (20), and its p is δt p/ρ; whatever the step and the mass of a person."""
+    """ρ ≥ ρ_max and β = 0: v⁺ is that of (20), and its p is δt p/ρ; whatever the step and the mass
+    of a person."""
     mesh = mesh_of(room, 0.6)
     flow = first_order_flow(mesh, toward_exit(room, U))
     for step, mass in ((0.01, 1.0), (0.3, 75.0)):
@@ -237,7 +249,8 @@ def test_friction_takes_energy_within_its_bound(room):
 
 
 def test_time_step_decides_with_a_law_and_not_in_congestion(room):
-    """A law: the same force at short steps, where friction slides, the same percussion at long ones; congestion: at all."""
+    """A law: the same force at short steps, where friction slides, the same percussion at long
+    ones; congestion: at all."""
     mesh = mesh_of(room, 0.6)
     field = random_speeds(room, toward_exit(room, 1.0), mean=U, deviation=0.5, seed=2, cell=0.38)
     kept = dict(mass_per_person=1.0, pressure=TurbulencePressure())
@@ -249,10 +262,14 @@ def test_time_step_decides_with_a_law_and_not_in_congestion(room):
     assert force[2] > 1.3 * force[3]
     assert percussion[3] > 1.3 * percussion[2]
     assert (np.diff([row.energy_left for row in rows]) < 1e-6).all()
-    rows = time_step_dependence(mesh, 7.0, field, [1e-3, 0.1], mass_per_person=1.0, pressure=Congestion())
+    rows = time_step_dependence(
+        mesh, 7.0, field, [1e-3, 0.1], mass_per_person=1.0, pressure=Congestion()
+    )
     assert rows[0].percussion == pytest.approx(rows[1].percussion, rel=1e-6)
     # a crowd with room left feels the step
-    rows = time_step_dependence(mesh, 5.0, field, [1e-3, 0.1], mass_per_person=1.0, pressure=Congestion())
+    rows = time_step_dependence(
+        mesh, 5.0, field, [1e-3, 0.1], mass_per_person=1.0, pressure=Congestion()
+    )
     assert rows[0].percussion < 0.5 * rows[1].percussion
 
 
@@ -291,7 +308,9 @@ def test_mass_of_a_person_scales_forces_only(room):
 )
 def test_turbulence_refuses_bad_input(room, change, message):
     mesh = mesh_of(room, 1.5)
-    given = dict(density=7.0, velocity=[0.0, U], mass_per_person=1.0, time_step=0.01, pressure=Congestion())
+    given = dict(
+        density=7.0, velocity=[0.0, U], mass_per_person=1.0, time_step=0.01, pressure=Congestion()
+    )
     given |= change
     if np.ndim(given["pressure"]) == 0 and isinstance(given["pressure"], float):
         given["pressure"] = np.full(mesh.nvertices, given["pressure"])

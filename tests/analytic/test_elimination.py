@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.linalg import cholesky
 
-from nscd.solvers.elimination import COLUMNS, LARGE, eliminate
+from nscd.solvers.cholesky.elimination import COLUMNS, LARGE, eliminate
 
 
 @pytest.mark.parametrize(
-    ("size", "pivots"), [(1, 1), (5, 2), (23, 23), (90, 31), (LARGE - 1, 77), (LARGE, 600), (LARGE + 87, 141)]
+    ("size", "pivots"),
+    [(1, 1), (5, 2), (23, 23), (90, 31), (LARGE - 1, 77), (LARGE, 600), (LARGE + 87, 141)],
 )
 def test_rows_of_the_factor_and_the_schur_complement(size, pivots):
     half = np.random.default_rng(size).normal(size=(size, size + 3))
@@ -18,7 +19,9 @@ def test_rows_of_the_factor_and_the_schur_complement(size, pivots):
     others = matrix[pivots:, pivots:].ravel().copy()
     assert eliminate(panel, others, np.empty(COLUMNS * size), size, pivots)
     scale = np.abs(matrix).max()
-    np.testing.assert_allclose(np.triu(panel.reshape(pivots, size)), factor[:pivots], atol=1e-12 * scale)
+    np.testing.assert_allclose(
+        np.triu(panel.reshape(pivots, size)), factor[:pivots], atol=1e-12 * scale
+    )
     left = matrix[pivots:, pivots:] - factor[:pivots, pivots:].T @ factor[:pivots, pivots:]
     rest = others.reshape(size - pivots, size - pivots)
     np.testing.assert_allclose(np.triu(rest), np.triu(left), atol=1e-12 * scale)

@@ -1,4 +1,5 @@
-"""Redundant contacts whose admissible percussions are known by hand: wedges, a flower, a corner; and bad input."""
+"""Redundant contacts whose admissible percussions are known by hand: wedges, a flower, a corner;
+and bad input."""
 
 import dataclasses
 import itertools
@@ -7,9 +8,9 @@ import numpy as np
 import pytest
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from nscd.admissible import Admissible
-from nscd.indeterminacy import admissible_determinacy, determinacy
-from nscd.intervals import (
+from nscd.indeterminacy.admissible import Admissible
+from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
+from nscd.indeterminacy.intervals import (
     Intervals,
     IntervalStatus,
     interval,
@@ -17,7 +18,7 @@ from nscd.intervals import (
     weights_of_disk,
     weights_of_wall,
 )
-from nscd.least_energy import least_energy
+from nscd.indeterminacy.least_energy import least_energy
 
 MASS, SPEED, RADIUS = 75.0, 2.0, 0.25
 LOAD = MASS * SPEED
@@ -56,11 +57,19 @@ def vertices(matrix, impulse):
 
 @pytest.mark.parametrize("speed", [0.0, SPEED])
 def test_three_disks_wedged_between_two_walls(speed):
-    """Nobody can say how hard they are squeezed: λ = s + Σ m u of those behind, for any squeeze s ≥ 0."""
+    """Nobody can say how hard they are squeezed: λ = s + Σ m u of those behind, for any squeeze s ≥
+    0."""
     walls = Walls(start=[[0, -1], [1.5, -1]], end=[[0, 1], [1.5, 1]])
     contacts, answer = crowd([[0.25, 0], [0.75, 0], [1.25, 0]], [speed, 0.0], walls)
-    behind = {(0, 0): 0, (0, 1): 1, (1, 2): 2, (2, 1): 3}  # first, second: disks ahead of the left wall
-    least = [behind[pair] * MASS * speed for pair in zip(contacts.first, contacts.second, strict=True)]
+    behind = {
+        (0, 0): 0,
+        (0, 1): 1,
+        (1, 2): 2,
+        (2, 1): 3,
+    }  # first, second: disks ahead of the left wall
+    least = [
+        behind[pair] * MASS * speed for pair in zip(contacts.first, contacts.second, strict=True)
+    ]
     known = determinacy(contacts, 3)
     assert (known.rank, known.redundant, known.determined.sum()) == (3, 1, 0)
     for contact in range(4):
@@ -75,12 +84,15 @@ def test_three_disks_wedged_between_two_walls(speed):
 
 
 def row_and_pair():
-    """Three disks across a channel that they just fill, and two behind that press them to its end."""
+    """Three disks across a channel that they just fill, and two behind that press them to its
+    end."""
     high = np.sqrt(3) * RADIUS
     position = [[-RADIUS, 2 * RADIUS * (i - 1)] for i in range(3)]
     position += [[-RADIUS - high, RADIUS * (2 * i - 1)] for i in range(2)]
     half = 3 * RADIUS
-    walls = Walls(start=[[0, -half], [0, half], [-5, -half]], end=[[0, half], [-5, half], [0, -half]])
+    walls = Walls(
+        start=[[0, -half], [0, half], [-5, -half]], end=[[0, half], [-5, half], [0, -half]]
+    )
     return crowd(position, [SPEED, 0.3 * SPEED], walls, mass=np.array([75.0, 60, 90, 50, 100]))
 
 
@@ -106,12 +118,15 @@ def test_beside_a_wedge_intervals_are_finite_and_those_of_all_vertices():
     sides[ends] = 1.0, -1.0
     found = intervals.of(sides)
     values = corners @ sides
-    assert (found.lower, found.upper) == pytest.approx((values.min(), values.max()), abs=1e-9 * LOAD)
+    assert (found.lower, found.upper) == pytest.approx(
+        (values.min(), values.max()), abs=1e-9 * LOAD
+    )
 
 
 @pytest.mark.parametrize("rim_stiffness", [1.0, 3.0])
 def test_a_flower_of_seven_disks(rim_stiffness):
-    """Six disks pressed to a seventh: each needs spoke + rim = m U; the flower has one self-stress, spokes − rim."""
+    """Six disks pressed to a seventh: each needs spoke + rim = m U; the flower has one self-stress,
+    spokes − rim."""
     angle = np.pi / 3 * np.arange(6)
     rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
     velocity = np.concatenate([[[0, 0]], -SPEED * rim / (2 * RADIUS)])
@@ -132,11 +147,14 @@ def test_a_flower_of_seven_disks(rim_stiffness):
     # least s²/1 + t²/κ with s + t = m U
     chosen = least_energy(contacts, answer, np.where(spoke, 1.0, rim_stiffness))
     np.testing.assert_allclose(chosen[spoke], LOAD / (1 + rim_stiffness), rtol=1e-12)
-    np.testing.assert_allclose(chosen[~spoke], LOAD * rim_stiffness / (1 + rim_stiffness), rtol=1e-12)
+    np.testing.assert_allclose(
+        chosen[~spoke], LOAD * rim_stiffness / (1 + rim_stiffness), rtol=1e-12
+    )
 
 
 def corner():
-    """Five disks in a corner, three on the right wall and two behind, pressed into it: eleven contacts, ten velocities."""
+    """Five disks in a corner, three on the right wall and two behind, pressed into it: eleven
+    contacts, ten velocities."""
     high = np.sqrt(3) * RADIUS
     position = [[-RADIUS, RADIUS + 2 * RADIUS * i] for i in range(3)]
     position += [[-RADIUS - high, 2 * RADIUS * (i + 1)] for i in range(2)]
@@ -159,13 +177,16 @@ def test_intervals_in_a_corner_are_those_of_all_vertices():
         found = intervals.of(weights)
         values = corners @ weights[closed]
         assert found.status is IntervalStatus.PROVEN
-        assert (found.lower, found.upper) == pytest.approx((values.min(), values.max()), abs=1e-9 * LOAD)
+        assert (found.lower, found.upper) == pytest.approx(
+            (values.min(), values.max()), abs=1e-9 * LOAD
+        )
         for reaction in (answer.reaction, least_energy(contacts, answer)):
             assert found.lower - 1e-6 <= weights @ reaction <= found.upper + 1e-6
 
 
 def test_what_a_flat_wall_carries_is_determined_though_no_contact_is():
-    """A row of redundant disks pressed straight into a wall: its load is the momentum that they lose."""
+    """A row of redundant disks pressed straight into a wall: its load is the momentum that they
+    lose."""
     contacts, answer = corner()
     right = interval(contacts, answer, weights_of_wall(contacts, 0))
     assert right.width == pytest.approx(0, abs=1e-8)
@@ -206,14 +227,24 @@ def test_no_contact_and_no_load():
         (lambda c, a: interval(c, a, [1.0]), r"weights: shape \(1,\) where \(11\) is needed"),
         (lambda c, a: interval(c, a, np.full(11, np.nan)), "weights: not a finite number in row 0"),
         (lambda c, a: weights_of_contacts(c, 11), "contact 11 where there are 11"),
-        (lambda c, a: interval(c.select([0, 1]), a, [1, 1]), "11 reactions where there are 2 contacts"),
+        (
+            lambda c, a: interval(c.select([0, 1]), a, [1, 1]),
+            "11 reactions where there are 2 contacts",
+        ),
         (lambda c, a: least_energy(c, a, np.zeros(11)), "stiffness: 0 N/m at contact 0"),
         (lambda c, a: determinacy(c, 2), "disk index 4 where there are 2 disks"),
         (
-            lambda c, a: interval(c, dataclasses.replace(a, status="failed", reason="no"), np.ones(11)),
+            lambda c, a: interval(
+                c, dataclasses.replace(a, status="failed", reason="no"), np.ones(11)
+            ),
             r"failed \(no\)",
         ),
-        (lambda c, a: interval(c, dataclasses.replace(a, reaction=a.reaction - 1e3), np.ones(11)), "pulls"),
+        (
+            lambda c, a: interval(
+                c, dataclasses.replace(a, reaction=a.reaction - 1e3), np.ones(11)
+            ),
+            "pulls",
+        ),
     ],
 )
 def test_bad_input_has_a_clear_message(wrong, message):
@@ -228,7 +259,10 @@ def test_dissipation_leaves_the_same_contacts_open():
     rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
     position = np.concatenate([[[0, 0]], rim])
     snapshot = Snapshot(
-        position=position, velocity=-SPEED * position, radius=np.full(7, RADIUS), mass=np.full(7, MASS)
+        position=position,
+        velocity=-SPEED * position,
+        radius=np.full(7, RADIUS),
+        mass=np.full(7, MASS),
     )
     contacts = find_contacts(snapshot, tolerance=1e-9)
     answer = solve(snapshot, contacts, law=ContactLaw(dissipation=10.0), tolerance=1e-10)

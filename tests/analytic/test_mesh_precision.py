@@ -1,10 +1,20 @@
-"""The chart of what a mesh buys: its errors against closed forms, its verdicts against its numbers."""
+"""The chart of what a mesh buys: its errors against closed forms, its verdicts against its
+numbers."""
 
 import numpy as np
 import pytest
 
-from analysis.paper.mesh_precision import build, seconds_to
-from analysis.paper.mesh_precision_study import ANNULUS, ROOM, TABLE, Errors, Plan, Point, _evaluated, study
+from analysis.paper.continuum.mesh.section import build, seconds_to
+from analysis.paper.continuum.mesh.study import (
+    ANNULUS,
+    ROOM,
+    TABLE,
+    Errors,
+    Plan,
+    Point,
+    _evaluated,
+    study,
+)
 from nscd.continuum.collision import collide
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.space import Space
@@ -34,7 +44,8 @@ def test_seconds_to_a_goal_follow_the_power_law_between_points():
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_fields_are_evaluated_anywhere(order):
-    """w = (x + 2y + q x², 3y − x), q = 0 for P1: its value and D(w) at any point of another mesh."""
+    """w = (x + 2y + q x², 3y − x), q = 0 for P1: its value and D(w) at any point of another
+    mesh."""
     q = 0.5 * (order - 1)
     answer = collide(Space(mesh_of(ROOM, 3.0), order), TABLE, [0.0, 0.0])
     x, y = answer.space.nodes.T
@@ -55,14 +66,18 @@ def test_errors_fall_and_graded_meshes_have_less(small):
     for coarse, fine in by_family.values():
         assert fine.errors.energy < coarse.errors.energy
     for order in ("P1", "P2"):
-        uniform, graded = by_family[f"{order} uniform"][-1].errors, by_family[f"{order} graded"][-1].errors
+        uniform, graded = (
+            by_family[f"{order} uniform"][-1].errors,
+            by_family[f"{order} graded"][-1].errors,
+        )
         assert graded.energy < 0.6 * uniform.energy
         assert graded.pressure < 0.2 * uniform.pressure
     assert small.uncertainty.energy < by_family["P2 graded"][-1].errors.energy
 
 
 def test_errors_of_the_half_annulus_have_their_orders(small):
-    """From 8 to 16 cells (P1) and 4 to 8 (P2); the load is of order 2 and better. The wall force is the closed form's."""
+    """From 8 to 16 cells (P1) and 4 to 8 (P2); the load is of order 2 and better. The wall force is
+    the closed form's."""
     assert ANNULUS.wall_force > 0
     p1, p2 = small.annulus[:2], small.annulus[2:]
     assert np.log2(p1[0].errors.energy / p1[1].errors.energy) == pytest.approx(1.0, abs=0.15)
@@ -78,7 +93,9 @@ def test_section_says_what_its_table_holds():
     assert all(len(row) == len(section.tables[0].head) for row in section.tables[0].rows)
     verdict = next(words for words in section.words if "pressure over a body:" in words)
     best = [row[7] for row in section.tables[0].rows if row[1] == "P1 uniform"]
-    assert f"P1 uniform does not get there (best {min(best, key=lambda s: float(s[:-2]))})" in verdict
+    assert (
+        f"P1 uniform does not get there (best {min(best, key=lambda s: float(s[:-2]))})" in verdict
+    )
     assert "cheapest: P2 graded" in verdict
     figure = section.pictures[0].figure
     assert [len(axes.lines) for axes in figure.axes] == [4, 4, 4, 2]

@@ -1,4 +1,5 @@
-"""Figs. 4 and 5: forces on people against closed forms, verdicts against made-up crowds, sections from small ones."""
+"""Figs. 4 and 5: forces on people against closed forms, verdicts against made-up crowds, sections
+from small ones."""
 
 from dataclasses import replace
 
@@ -6,15 +7,21 @@ import numpy as np
 import pytest
 
 from analysis.engines import ENGINES, EngineError
-from analysis.making import make
-from analysis.paper import arch as figures
-from analysis.paper import arch_masses, arch_seeds, engine_runs
-from analysis.paper.arch_claims import place_claim, ring_claim, uniformity_claim
-from analysis.paper.arch_crowd import Arch
-from analysis.paper.arch_dissipation import Maintained, dissipation_trials
-from analysis.paper.arch_seeds import Sample, growth, warnings_of
-from analysis.paper.section import Verdict
-from analysis.scene import Wall
+from analysis.engines import ahead as engine_runs
+from analysis.pages.section import Verdict
+from analysis.paper.discrete.fig4_fig5_arches import fig4 as figures
+from analysis.paper.discrete.fig4_fig5_arches import fig5 as arch_masses
+from analysis.paper.discrete.fig4_fig5_arches import random_crowds as arch_seeds
+from analysis.paper.discrete.fig4_fig5_arches.claims import (
+    place_claim,
+    ring_claim,
+    uniformity_claim,
+)
+from analysis.paper.discrete.fig4_fig5_arches.dissipation import Maintained, dissipation_trials
+from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import Arch
+from analysis.paper.discrete.fig4_fig5_arches.random_crowds import Sample, growth, warnings_of
+from analysis.scene.scene import Wall
+from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
 
 FORCE = 75.0 * 2.0 / 0.5  # N, the drive of one person
@@ -57,14 +64,22 @@ def sample(**changes):
         "lower_N": 3e4,
         "upper_N": 3e4,
     }
-    known |= {"distance_m": 1.0, "angle_degrees": 0.0, "largest_contact_N": 1e4, "contact_distance_m": 1.0}
+    known |= {
+        "distance_m": 1.0,
+        "angle_degrees": 0.0,
+        "largest_contact_N": 1e4,
+        "contact_distance_m": 1.0,
+    }
     known |= {"largest_resultant_N": 500.0, "resultant_distance_m": 1.0, "profile": (2.0, 1.0, 0.5)}
     return Sample(**(known | changes))
 
 
-@pytest.mark.parametrize("mass", [75.0, np.array([50.0, 93, 61, 75, 88, 52])], ids=["equal", "unequal"])
+@pytest.mark.parametrize(
+    "mass", [75.0, np.array([50.0, 93, 61, 75, 88, 52])], ids=["equal", "unequal"]
+)
 def test_a_queue_carries_what_is_behind_each(mass):
-    """Chain against a wall: contact i carries Σ m u/τ of all behind it; the vector sum is a person's own drive."""
+    """Chain against a wall: contact i carries Σ m u/τ of all behind it; the vector sum is a
+    person's own drive."""
     arch = queue(mass=mass)
     drive = np.broadcast_to(mass, (6,)) * 2.0 / 0.5
     front = np.cumsum(drive[::-1])[::-1]
@@ -103,7 +118,9 @@ def test_people_beyond_the_exit_are_left_out():
 def test_angles_are_seen_from_the_exit():
     arch = queue(3)
     moved = replace(arch.snapshot, position=[[-1.0, 0.0], [-1.0, 1.0], [-1e-9, -2.0]])
-    np.testing.assert_allclose(np.abs(replace(arch, snapshot=moved).angle_degrees()), [0, 45, 90], atol=1e-6)
+    np.testing.assert_allclose(
+        np.abs(replace(arch, snapshot=moved).angle_degrees()), [0, 45, 90], atol=1e-6
+    )
 
 
 def test_a_scene_without_drive_says_so():
@@ -119,7 +136,8 @@ def test_maintained_contacts_of_a_queue_push_as_they_are():
 
 
 def test_maintained_contacts_pull_where_they_would_open():
-    """Two disks of 75 kg, only one driven away from the other: 75 N·s would be needed to keep them together: 150 N."""
+    """Two disks of 75 kg, only one driven away from the other: 75 N·s would be needed to keep them
+    together: 150 N."""
     arch = free_chain(2)
     arch = replace(arch, left_velocity=np.array([[2.0, 0.0], [0.0, 0.0]]))
     found = Maintained.of(arch)
@@ -130,7 +148,8 @@ def test_maintained_contacts_pull_where_they_would_open():
 
 
 def test_dissipation_of_a_pair():
-    """Head-on along the axis: p = m_eff (1+e) U, e = max(0, (k − m_eff)/(k + m_eff)); energy −(1 − e²) m_eff U²/2."""
+    """Head-on along the axis: p = m_eff (1+e) U, e = max(0, (k − m_eff)/(k + m_eff)); energy −(1 −
+    e²) m_eff U²/2."""
     arch = replace(free_chain(2), left_velocity=np.array([[0.0, 0.0], [2.0, 0.0]]))
     for trial in dissipation_trials(arch, [0.0, 10.0, 37.5, 75.0, 375.0]):
         e = max(0.0, (trial.dissipation - 37.5) / (trial.dissipation + 37.5))
@@ -141,7 +160,11 @@ def test_dissipation_of_a_pair():
 
 @pytest.mark.parametrize(
     ("distances", "verdict"),
-    [((0.5, 1.4, 1.5), Verdict.HOLDS), ((0.5, 1.4, 1.6), Verdict.PARTLY), ((0.5, 1.6, 5.0), Verdict.FAILS)],
+    [
+        ((0.5, 1.4, 1.5), Verdict.HOLDS),
+        ((0.5, 1.4, 1.6), Verdict.PARTLY),
+        ((0.5, 1.6, 5.0), Verdict.FAILS),
+    ],
 )
 def test_where_the_maximum_lies(distances, verdict):
     claim = place_claim([sample(distance_m=d) for d in distances], "distance_m", "the sum")
@@ -159,7 +182,8 @@ def test_where_the_mean_is_largest(peaks, verdict):
 
 
 def test_uniformity():
-    """The same for all: uniform. Falling by three quarters: not. By a fifth, without scatter: in part."""
+    """The same for all: uniform. Falling by three quarters: not. By a fifth, without scatter: in
+    part."""
     arch = queue(40)
     distance = arch.distance()
     for values, verdict in (
@@ -168,7 +192,9 @@ def test_uniformity():
         (4.0 - 3.0 * distance / distance.max(), Verdict.HOLDS),
         (1.0 - 0.2 * distance / distance.max(), Verdict.PARTLY),
     ):
-        rings = replace(arch, snapshot=replace(arch.snapshot, position=arch.snapshot.position * 0.3))
+        rings = replace(
+            arch, snapshot=replace(arch.snapshot, position=arch.snapshot.position * 0.3)
+        )
         assert uniformity_claim(rings, values, "made up", "N").verdict == verdict
 
 
@@ -231,7 +257,7 @@ def test_without_engines_there_are_warnings_instead(small, tmp_path, monkeypatch
     def missing(*args, **kwargs):
         raise EngineError("engine not found")
 
-    monkeypatch.setattr("analysis.study.run_engine", missing)
+    monkeypatch.setattr("analysis.compare.study.run_engine", missing)
     monkeypatch.setattr(engine_runs, "run_engine", missing)
     sections = build(tmp_path)
     assert [s.number for s in sections] == ["4", "5"]

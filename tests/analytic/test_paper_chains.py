@@ -1,16 +1,27 @@
-"""The paper's chains and lines: the pages' own numbers against linear algebra, closed forms and finite differences."""
+"""The paper's chains and lines: the pages' own numbers against linear algebra, closed forms and
+finite differences."""
 
 import numpy as np
 import pytest
 
-from analysis.paper import chains
-from analysis.paper.chains import LENGTHS, Chain, Trial, chain_of
-from analysis.paper.cradle import aligned, newton_impact
-from analysis.paper.four_disks_laws import influence, line_restitution, opening_threshold, percussions
-from analysis.paper.gaps import gaps_of, local_contacts
-from analysis.paper.push import crossing_times, exponent, first_arrivals, long_wave_speed
-from analysis.paper.section import Verdict
-from analysis.scene import read_scene
+from analysis.pages.section import Verdict
+from analysis.paper.discrete.fig1_four_disks.study import (
+    influence,
+    line_restitution,
+    opening_threshold,
+    percussions,
+)
+from analysis.paper.discrete.fig2_corridor.columns import gaps_of, local_contacts
+from analysis.paper.discrete.fig2_corridor.push import (
+    crossing_times,
+    exponent,
+    first_arrivals,
+    long_wave_speed,
+)
+from analysis.paper.discrete.fig3_chains import section as chains
+from analysis.paper.discrete.fig3_chains.section import LENGTHS, Chain, Trial, chain_of
+from analysis.paper.discrete.line_of_disks import aligned, newton_impact
+from analysis.scene.scene import read_scene
 from nscd import ContactLaw, find_contacts, solve
 
 KINDS = [(wall, equal) for wall in (False, True) for equal in (True, False)]
@@ -37,7 +48,8 @@ def test_chains_of_every_length_meet_the_closed_forms(n, wall, equal):
 @pytest.mark.parametrize(("wall", "equal"), KINDS)
 @pytest.mark.parametrize("n", [2, 10, 56])
 def test_the_closed_forms_solve_the_delassus_equation(n, wall, equal):
-    """W λ = C u⁻ by dense linear algebra, and λ ≥ 0: the closed form is the complementarity solution."""
+    """W λ = C u⁻ by dense linear algebra, and λ ≥ 0: the closed form is the complementarity
+    solution."""
     chain = chain_of(n, wall, equal)
     closing = np.eye(n)[: n if wall else n - 1] - np.eye(n, k=1)[: n if wall else n - 1]
     delassus = closing @ np.diag(1 / chain.mass) @ closing.T
@@ -49,11 +61,15 @@ def test_the_closed_forms_solve_the_delassus_equation(n, wall, equal):
 
 
 def test_a_chain_that_opens_is_seen_to_miss_the_closed_form():
-    """The comparison can fail: (5) pulls where the left velocities grow along the chain in one place."""
+    """The comparison can fail: (5) pulls where the left velocities grow along the chain in one
+    place."""
     left = np.array([2.0, 0.5, 1.5, 0.0])
     assert Trial.of(Chain(mass=np.full(4, 75.0), left=left, wall=False)).reaction_error <= 1e-10
     assert (
-        Trial.of(Chain(mass=np.full(4, 75.0), left=np.array([2.0, 0, 3, 0]), wall=False)).reaction_error > 0.1
+        Trial.of(
+            Chain(mass=np.full(4, 75.0), left=np.array([2.0, 0, 3, 0]), wall=False)
+        ).reaction_error
+        > 0.1
     )
 
 
@@ -104,7 +120,9 @@ def test_newtons_law_with_e_0_is_the_inelastic_percussion():
     mass, left = [50.0, 90.0, 60.0, 75.0], [2.0, 0.0, 1.0, -1.0]
     line = aligned(mass, left)
     right = newton_impact(line, find_contacts(line, tolerance=1e-9), 0.0)
-    np.testing.assert_allclose(right, percussions(mass, left, ContactLaw()).right_velocity, atol=1e-9)
+    np.testing.assert_allclose(
+        right, percussions(mass, left, ContactLaw()).right_velocity, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("mass", [[75.0] * 2, [75.0] * 4, [1.0] * 4, [50.0, 90.0, 60.0, 75.0]])
@@ -118,7 +136,9 @@ def test_restitution_is_exact_for_a_pair_and_short_for_four(e):
     """(k − M)/(k + M) with the effective mass M = ½m of a pair or ¾m of one against three."""
     assert line_restitution(2, e) == pytest.approx(e, abs=1e-9)
     k_over_m = 0.5 * (1 + e) / (1 - e)
-    assert line_restitution(4, e) == pytest.approx(max(0, (k_over_m - 0.75) / (k_over_m + 0.75)), abs=1e-9)
+    assert line_restitution(4, e) == pytest.approx(
+        max(0, (k_over_m - 0.75) / (k_over_m + 0.75)), abs=1e-9
+    )
 
 
 def test_the_first_percussion_feels_the_last_disk():
@@ -158,7 +178,8 @@ def test_exponent_of_a_power_law():
 
 
 def test_long_waves_have_the_slope_of_the_lattices_dispersion():
-    """Columns of 3 and 4 disks on six springs each, as a chain of rigid columns: ω(q)/q of its dynamical matrix at small q."""
+    """Columns of 3 and 4 disks on six springs each, as a chain of rigid columns: ω(q)/q of its
+    dynamical matrix at small q."""
     scene = read_scene("corridor")
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=1e-6)
     spacing, k, m = 0.5 * np.sqrt(1 - 0.55**2), scene.contact.stiffness_N_per_m, 75.0

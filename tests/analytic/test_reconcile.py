@@ -1,4 +1,5 @@
-"""The reconciliation of overlapping disks against closed forms, optimality conditions, another optimiser."""
+"""The reconciliation of overlapping disks against closed forms, optimality conditions, another
+optimiser."""
 
 from pathlib import Path
 
@@ -8,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize, nnls
 
-from analysis.heads import read_heads
-from analysis.overlaps import SPARE_M, OverlapError, reconcile
+from analysis.scene.real.separate import SPARE_M, OverlapError, reconcile
+from analysis.scene.real.trajectory import read_heads
 from nscd import Snapshot, Walls, find_contacts
 
 EXCERPT = Path(__file__).resolve().parents[2] / "scenes" / "gate_excerpt.txt"
@@ -39,9 +40,12 @@ def test_two_disks_move_apart_by_half_the_overlap_each(distance, angle):
 
 
 def test_three_in_a_row_share_the_overlaps():
-    # least Σ|q' − q|² with q2' − q1' = q3' − q2' = 0.4: the middle one stays when the overlaps are equal
+    # least Σ|q' − q|² with q2' − q1' = q3' − q2' = 0.4: the middle one stays when the overlaps are
+    # equal
     arranged = reconcile(np.array([[-0.3, 0.0], [0.0, 0.0], [0.3, 0.0]]), np.full(3, 0.2))
-    np.testing.assert_allclose(arranged.position, [[-0.4, 0.0], [0.0, 0.0], [0.4, 0.0]], atol=DIGITS)
+    np.testing.assert_allclose(
+        arranged.position, [[-0.4, 0.0], [0.0, 0.0], [0.4, 0.0]], atol=DIGITS
+    )
 
 
 def test_unequal_overlaps_in_a_row_keep_the_centre_of_mass():
@@ -67,7 +71,8 @@ def test_a_wall_between_two_people_is_not_crossed():
 
 
 def test_a_centre_is_not_pushed_through_the_door():
-    # the second pushes the first, in the door y = 0, outwards; it stops at the line and the second gives way
+    # the second pushes the first, in the door y = 0, outwards; it stops at the line and the second
+    # gives way
     walls = Walls(start=[[-2.0, 0.0], [0.25, 0.0]], end=[[-0.25, 0.0], [2.0, 0.0]])
     door, outward = Walls(start=[[-0.25, 0.0]], end=[[0.25, 0.0]]), np.array([0.0, -1.0])
     heads = np.array([[0.0, 0.02], [0.0, 0.32]])
@@ -89,7 +94,8 @@ def gate_heads():
 
 
 def test_optimality_on_a_real_crowd():
-    """No overlap, and each displacement is a non-negative sum of contact normals (KKT), by another method."""
+    """No overlap, and each displacement is a non-negative sum of contact normals (KKT), by another
+    method."""
     heads, radius = gate_heads(), 0.18
     arranged = reconcile(heads, np.full(len(heads), radius)).position
     contacts = contacts_of(arranged, np.full(len(heads), radius))

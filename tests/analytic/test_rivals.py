@@ -1,4 +1,5 @@
-"""Rival force laws against hand-computed pairs, closed forms of a chain, symmetries and an independent solver."""
+"""Rival force laws against hand-computed pairs, closed forms of a chain, symmetries and an
+independent solver."""
 
 import numpy as np
 import pytest
@@ -32,7 +33,10 @@ def wall_after(snapshot):
 def pair(gap, radii=(0.2, 0.3), velocities=((0.0, 0.0), (0.0, 0.0))):
     """Two disks along x with the given gap, and their one contact."""
     snapshot = Snapshot(
-        position=[[0, 0], [sum(radii) + gap, 0]], velocity=velocities, radius=radii, mass=[60.0, 80.0]
+        position=[[0, 0], [sum(radii) + gap, 0]],
+        velocity=velocities,
+        radius=radii,
+        mass=[60.0, 80.0],
     )
     return snapshot, find_contacts(snapshot, tolerance=max(gap, 0) + 1e-9)
 
@@ -58,11 +62,14 @@ def test_first_order_is_the_percussion_of_equal_masses(mass):
     contacts = find_contacts(snapshot, tolerance=1e-9)
     model = first_order(snapshot, contacts)
     assert model.status == "solved"
-    np.testing.assert_allclose(model.multiplier * mass, solve(snapshot, contacts).reaction, rtol=1e-9)
+    np.testing.assert_allclose(
+        model.multiplier * mass, solve(snapshot, contacts).reaction, rtol=1e-9
+    )
 
 
 def test_first_order_misjudges_unequal_masses():
-    """Against a wall λ(i,i+1) of (4) is i·u whatever the masses; the percussion is Σ_{j≤i} m_j u."""
+    """Against a wall λ(i,i+1) of (4) is i·u whatever the masses; the percussion is Σ_{j≤i} m_j
+    u."""
     snapshot = line(UNEQUAL, 2.0)
     contacts = find_contacts(snapshot, wall_after(snapshot), tolerance=1e-9)
     model = first_order(snapshot, contacts)
@@ -75,7 +82,8 @@ def test_first_order_misjudges_unequal_masses():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_first_order_against_least_squares_with_bounds(seed):
-    """u⁺ = u⁻ − Cᵀλ is the projection of u⁻ on {C u ≤ 0}: λ of min |Cᵀλ − u⁻|, λ ≥ 0 gives the same u⁺."""
+    """u⁺ = u⁻ − Cᵀλ is the projection of u⁻ on {C u ≤ 0}: λ of min |Cᵀλ − u⁻|, λ ≥ 0 gives the same
+    u⁺."""
     snapshot = crowd(seed)
     contacts = find_contacts(snapshot, tolerance=0.02)
     model = first_order(snapshot, contacts)
@@ -98,7 +106,9 @@ def test_maintained_first_order_is_the_printed_equality(seed):
     oracle = np.linalg.lstsq(C @ C.T, C @ snapshot.velocity.ravel(), rcond=1e-10)[0]
     assert model.status == "solved"
     np.testing.assert_allclose(C @ model.right_velocity.ravel(), 0, atol=1e-9)
-    np.testing.assert_allclose(model.multiplier, oracle, atol=1e-9)  # the shortest λ where they are redundant
+    np.testing.assert_allclose(
+        model.multiplier, oracle, atol=1e-9
+    )  # the shortest λ where they are redundant
     assert model.multiplier.min() < -0.01
     assert first_order(snapshot, contacts).multiplier.min() >= 0
 
@@ -107,7 +117,8 @@ def test_maintained_first_order_is_the_printed_equality(seed):
 
 
 def test_social_force_of_an_overlapping_pair_by_hand():
-    """10 mm of overlap, the second disk passes at 0.5 m/s: 2000 e^{1/8} + 1200 N along, 1200 N across."""
+    """10 mm of overlap, the second disk passes at 0.5 m/s: 2000 e^{1/8} + 1200 N along, 1200 N
+    across."""
     snapshot, contacts = pair(-0.01, velocities=((0, 0), (0, 0.5)))
     found = social_force(snapshot, contacts)
     np.testing.assert_allclose(found.repulsion, 2266.2969061336526, rtol=1e-12)
@@ -119,7 +130,8 @@ def test_social_force_of_an_overlapping_pair_by_hand():
 
 
 def test_social_force_of_a_wall():
-    """A disk 5 mm into a wall that it slides along at 1 m/s is held back by 2.4e5 · 0.005 = 1200 N."""
+    """A disk 5 mm into a wall that it slides along at 1 m/s is held back by 2.4e5 · 0.005 = 1200
+    N."""
     snapshot = Snapshot(position=[[0, 0.245]], velocity=[[1.0, 0]], radius=[0.25], mass=[75.0])
     contacts = find_contacts(snapshot, Walls(start=[[-1, 0]], end=[[1, 0]]), tolerance=0.0)
     normal = 2000 * np.exp(0.0625) + 600
@@ -137,7 +149,8 @@ def test_social_force_at_touch_is_its_strength_all_along_a_chain():
 
 
 def test_social_force_of_next_neighbours():
-    """A pair with m disks between: A exp(−2rm/B); the sum at an end of the chain is the geometric series."""
+    """A pair with m disks between: A exp(−2rm/B); the sum at an end of the chain is the geometric
+    series."""
     snapshot = line(np.full(6, 75.0), 0.0)
     law = SocialForceLaw()
     pairs = find_contacts(snapshot, tolerance=10.0)
@@ -145,7 +158,9 @@ def test_social_force_of_next_neighbours():
     between = pairs.second - pairs.first - 1
     ratio = np.exp(-2 * RADIUS / 0.08)
     np.testing.assert_allclose(found.normal, 2000 * ratio**between, rtol=1e-10)
-    np.testing.assert_allclose(found.magnitude_sum()[0], 2000 * (1 - ratio**5) / (1 - ratio), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.magnitude_sum()[0], 2000 * (1 - ratio**5) / (1 - ratio), rtol=1e-12
+    )
 
 
 def test_what_a_search_leaves_out():
@@ -171,7 +186,9 @@ def test_social_force_keeps_momentum_and_friction_dissipates(seed):
 # Löhner
 
 
-@pytest.mark.parametrize(("gap", "printed", "text"), [(0.0, 60, 120), (1e-6, 120, 60), (-1e-6, 60, 120)])
+@pytest.mark.parametrize(
+    ("gap", "printed", "text"), [(0.0, 60, 120), (1e-6, 120, 60), (-1e-6, 60, 120)]
+)
 def test_loehner_jumps_by_two_at_touch(gap, printed, text):
     """Equal radii: d_i = 2 at touch, so f_max/5 on one side and 2 f_max/5 on the other."""
     snapshot, contacts = pair(gap, radii=(0.25, 0.25))
@@ -181,7 +198,8 @@ def test_loehner_jumps_by_two_at_touch(gap, printed, text):
 
 
 def test_loehner_is_not_symmetric_for_unequal_radii():
-    """r = 0.2 and 0.3 m at touch: d = 0.5, so 300/(1 + 2.5²) on the first and 300/(1 + (5/3)²) on the second."""
+    """r = 0.2 and 0.3 m at touch: d = 0.5, so 300/(1 + 2.5²) on the first and 300/(1 + (5/3)²) on
+    the second."""
     snapshot, contacts = pair(0.0)
     found = loehner_force(snapshot, contacts, 300.0, LoehnerReading.PRINTED, tolerance=1e-9)
     np.testing.assert_allclose(
@@ -252,6 +270,10 @@ def test_bad_loehner():
 def test_pairs_of_another_crowd():
     contacts = find_contacts(line(np.full(5, 75.0), 0.0), tolerance=1e-9)
     small = line(np.full(3, 75.0), 0.0)
-    for force in (social_force, first_order, lambda a, b: loehner_force(a, b, 1.0, LoehnerReading.TEXT)):
+    for force in (
+        social_force,
+        first_order,
+        lambda a, b: loehner_force(a, b, 1.0, LoehnerReading.TEXT),
+    ):
         with pytest.raises(ValueError, match="contacts: disk index 4"):
             force(small, contacts)

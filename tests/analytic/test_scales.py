@@ -1,4 +1,5 @@
-"""Crowds of the benchmark's families: solved to the tolerance whichever rung takes them, and by the least energy."""
+"""Crowds of the benchmark's families: solved to the tolerance whichever rung takes them, and by the
+least energy."""
 
 import sys
 from pathlib import Path
@@ -27,7 +28,9 @@ CASES = [
 def solved(request):
     family, size = request.param
     case = FAMILIES[family](size)
-    return case, solve(case.snapshot, case.contacts, left_velocity=case.left_velocity, tolerance=1e-10)
+    return case, solve(
+        case.snapshot, case.contacts, left_velocity=case.left_velocity, tolerance=1e-10
+    )
 
 
 def test_solved_and_said_so(solved):
@@ -46,8 +49,8 @@ def test_solved_and_said_so(solved):
 
 
 def test_velocities_are_those_of_non_negative_least_squares(solved):
-    """u⁺ is the M-projection of u⁻: min ½|M^½u⁻ − M^−½Cᵀλ|², λ ≥ 0, by Lawson and Hanson, with a trace of ridge since they
-    need independent columns."""
+    """u⁺ is the M-projection of u⁻: min ½|M^½u⁻ − M^−½Cᵀλ|², λ ≥ 0, by Lawson and Hanson, with a
+    trace of ridge since they need independent columns."""
     case, found = solved
     if len(case.snapshot) > 300 or case.name == "masses":
         pytest.skip("dense; and masses over six orders are beyond its rounding")
@@ -61,7 +64,8 @@ def test_velocities_are_those_of_non_negative_least_squares(solved):
 
 
 def test_reactions_have_the_least_energy(solved):
-    """Least Σλ² among λ' ≥ 0 with the same momentum: non-negative least squares with the momentum weighted up."""
+    """Least Σλ² among λ' ≥ 0 with the same momentum: non-negative least squares with the momentum
+    weighted up."""
     case, found = solved
     if len(case.snapshot) > 300 or case.name == "masses":
         pytest.skip("dense")

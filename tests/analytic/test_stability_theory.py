@@ -7,17 +7,17 @@ import pytest
 
 from analysis.stability.atlas import attempt, boundary, choose
 from analysis.stability.case import Axis, Boundary, Case, Cell, Map, Outcome, bracket
-from analysis.stability.chains import chain, chain_attempt, chain_theory, contraction
+from analysis.stability.cases.chains import chain, chain_attempt, chain_theory, contraction
+from analysis.stability.cases.energy import exact_energy, opening_attempt, restitution_attempt
+from analysis.stability.cases.initial_overlap import PRODUCT, RIGID, overlap_attempt
+from analysis.stability.cases.limits import speed_attempt
+from analysis.stability.cases.masses import solver_attempt
+from analysis.stability.cases.packings import order_attempt, pressed_corner, redundant_attempt
+from analysis.stability.cases.passing import RIGID as RIGID_DOOR
+from analysis.stability.cases.passing import door_attempt, door_theory, wall_theory
+from analysis.stability.charts import LOOKS, draw_map
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
-from analysis.stability.energy import exact_energy, opening_attempt, restitution_attempt
-from analysis.stability.initial_overlap import PRODUCT, RIGID, overlap_attempt
-from analysis.stability.limits import speed_attempt
-from analysis.stability.maps import LOOKS, draw_map
-from analysis.stability.masses import solver_attempt
-from analysis.stability.packings import order_attempt, pressed_corner, redundant_attempt
-from analysis.stability.passing import RIGID as RIGID_DOOR
-from analysis.stability.passing import door_attempt, door_theory, wall_theory
-from analysis.stability.reference import dense_percussions, exact_line
+from analysis.stability.dense_reference import dense_percussions, exact_line
 from nscd import ContactLaw, find_contacts, solve
 
 
@@ -62,7 +62,9 @@ def test_contraction_of_gauss_seidel_is_the_spectral_radius_of_its_iteration():
 def test_gauss_seidel_gives_up_on_a_long_chain_and_the_others_do_not(tmp_path):
     edge = chain_theory("gauss_seidel")
     assert chain_attempt(round(0.97 * edge), "gauss_seidel", tmp_path).outcome is Outcome.STABLE
-    assert chain_attempt(round(1.03 * edge), "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
+    assert (
+        chain_attempt(round(1.03 * edge), "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
+    )
     assert chain_attempt(round(1.03 * edge), "auto", tmp_path).outcome is Outcome.STABLE
 
 
@@ -72,7 +74,9 @@ def test_mass_ratio_ends_sweeps_but_not_the_interior_point(tmp_path):
 
 
 def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
-    free, chosen = (redundant_attempt(4.0, row, tmp_path) for row in ("gauss_seidel, any λ", "auto"))
+    free, chosen = (
+        redundant_attempt(4.0, row, tmp_path) for row in ("gauss_seidel, any λ", "auto")
+    )
     assert free.outcome is Outcome.INACCURATE
     assert free.silent
     assert chosen.outcome is Outcome.STABLE
@@ -212,6 +216,10 @@ def test_a_map_draws_every_outcome_and_its_boundary():
 
 def test_names_of_cases_are_known_or_refused():
     assert [case.name for case in choose(["skin", "drift"], quick=True)] == ["skin", "drift"]
-    assert len({case.name for case in choose(None, quick=False)}) == len(choose(None, quick=True)) == 17
+    assert (
+        len({case.name for case in choose(None, quick=False)})
+        == len(choose(None, quick=True))
+        == 17
+    )
     with pytest.raises(ValueError, match="nonsense"):
         choose(["nonsense"], quick=True)

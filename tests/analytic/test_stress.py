@@ -1,4 +1,5 @@
-"""Coarse-grained stress against closed forms: identity, chain, lattice, wall load, and what it refuses."""
+"""Coarse-grained stress against closed forms: identity, chain, lattice, wall load, and what it
+refuses."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ NAMES = ["gaussian", "compact"]
 
 
 def crowd(seed=0, n=60):
-    """Disks thrown close to a corner, pressed into both walls: pairs, walls, and points without any disk near."""
+    """Disks thrown close to a corner, pressed into both walls: pairs, walls, and points without any
+    disk near."""
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(np.arange(8) * 0.5, np.arange(8) * 0.5)
     position = np.column_stack([x.ravel(), y.ravel()])[:n] + rng.uniform(-0.04, 0.04, (n, 2)) + 0.25
@@ -51,7 +53,8 @@ def test_momentum_gained_is_divergence_and_traction(kernel, law):
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=NAMES)
 def test_divergence_is_that_of_the_stress(kernel):
-    """Differences of eighth order of Σ itself; the compact kernel is smooth only to its second derivative."""
+    """Differences of eighth order of Σ itself; the compact kernel is smooth only to its second
+    derivative."""
     snapshot, contacts = crowd()
     impulse = np.random.default_rng(2).normal(0, 1, (len(contacts), 2))
     at, h = points(m=80), 0.02 if not kernel.compact else 0.002
@@ -75,7 +78,9 @@ def test_line_integral_is_that_of_adaptive_quadrature(kernel, length):
     """Of the kernel as printed, integrated along the branch of one contact."""
     direction = np.array([np.cos(0.7), np.sin(0.7)])
     position = np.array([[0.3, -0.2], [0.3, -0.2] + length * direction])
-    snapshot = Snapshot(position=position, velocity=np.zeros((2, 2)), radius=[length / 2] * 2, mass=[1, 1])
+    snapshot = Snapshot(
+        position=position, velocity=np.zeros((2, 2)), radius=[length / 2] * 2, mass=[1, 1]
+    )
     contacts = find_contacts(snapshot, tolerance=length / 100)
     at = np.array([[0.5, 0.1], [0.3, -0.2], [1.1, 0.2], [-0.2, -0.4]])
     found = stress_field(snapshot, contacts, direction[None, :], kernel, at).pressure * 2 / length
@@ -88,7 +93,10 @@ def test_line_integral_is_that_of_adaptive_quadrature(kernel, length):
 
     for x, value in zip(at, found, strict=True):
         exact = quad(
-            lambda s, x=x: phi(((x - position[0] - s * length * direction) ** 2).sum()), 0, 1, epsabs=1e-12
+            lambda s, x=x: phi(((x - position[0] - s * length * direction) ** 2).sum()),
+            0,
+            1,
+            epsabs=1e-12,
         )[0]
         assert value == pytest.approx(exact, rel=1e-8, abs=1e-10)
 
@@ -102,14 +110,17 @@ def test_integral_of_the_stress_is_the_virial(kernel):
     axis = np.arange(-4.5, 8.5, h)
     at = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
     total = stress_field(snapshot, contacts, impulse, kernel, at).stress.sum(0) * h**2
-    expected = sum(-np.outer(p, ell) for p, ell in zip(impulse, branches(snapshot, contacts), strict=True))
+    expected = sum(
+        -np.outer(p, ell) for p, ell in zip(impulse, branches(snapshot, contacts), strict=True)
+    )
     np.testing.assert_allclose(virial(snapshot, contacts, impulse), expected, atol=1e-12)
     np.testing.assert_allclose(total, expected, atol=3e-6 if kernel.compact else 1e-12)
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=NAMES)
 def test_a_chain_carries_its_percussion_through_every_section(kernel):
-    """Twenty disks between two walls, each contact with p: ∫Σ_xx dy = −p at any x inside, and nothing else is stressed."""
+    """Twenty disks between two walls, each contact with p: ∫Σ_xx dy = −p at any x inside, and
+    nothing else is stressed."""
     n, p = 20, 112.5
     position = np.column_stack([0.25 + 0.5 * np.arange(n), np.zeros(n)])
     snapshot = Snapshot(
@@ -120,8 +131,12 @@ def test_a_chain_carries_its_percussion_through_every_section(kernel):
     y = np.arange(-4.0, 4.0, 0.05)
     for x in (4.0, 4.8137, 5.25):
         at = np.column_stack([np.full_like(y, x), y])
-        sections = stress_field(snapshot, contacts, p * contacts.normal, kernel, at).stress.sum(0) * 0.05
-        np.testing.assert_allclose(sections, [[-p, 0], [0, 0]], atol=1e-4 if kernel.compact else 1e-10)
+        sections = (
+            stress_field(snapshot, contacts, p * contacts.normal, kernel, at).stress.sum(0) * 0.05
+        )
+        np.testing.assert_allclose(
+            sections, [[-p, 0], [0, 0]], atol=1e-4 if kernel.compact else 1e-10
+        )
     # traction on the wall at x = 10 pushes back, with p in all
     grid = np.stack(np.meshgrid(np.arange(6, 14, 0.05), y), -1).reshape(-1, 2)
     field = stress_field(snapshot, contacts, p * contacts.normal, kernel, grid)
@@ -145,7 +160,9 @@ def test_a_hexagonal_packing_under_pressure_has_the_lattice_stress():
     kernel = Kernel(width=d, cutoff=9.0)
     field = stress_field(snapshot, contacts, impulse, kernel, at)
     np.testing.assert_allclose(field.pressure, np.sqrt(3) * p / d, rtol=1e-10)
-    np.testing.assert_allclose(field.stress, np.tile(-np.sqrt(3) * p / d * np.eye(2), (50, 1, 1)), atol=1e-8)
+    np.testing.assert_allclose(
+        field.stress, np.tile(-np.sqrt(3) * p / d * np.eye(2), (50, 1, 1)), atol=1e-8
+    )
     flat = np.abs(contacts.normal[:, 1]) < 1e-6
     field = stress_field(snapshot, contacts, np.where(flat[:, None], impulse, 0.0), kernel, at)
     expected = -2 * p / (np.sqrt(3) * d) * np.diag([1.0, 0.0])
@@ -165,7 +182,8 @@ def test_wide_kernels_are_cut_within_the_stated_error():
 
 
 def test_flow_field_of_a_linear_motion_and_its_gradient():
-    """Rigid rotation: at the centre of a symmetric crowd the gradient is that of smeared positions; density to Σm; far: NaN."""
+    """Rigid rotation: at the centre of a symmetric crowd the gradient is that of smeared positions;
+    density to Σm; far: NaN."""
     snapshot, _ = crowd()
     u = snapshot.position @ np.array([[0.0, 0.3], [-0.2, 0.1]])
     kernel = Kernel(width=0.5, cutoff=9.0)
@@ -191,7 +209,9 @@ def test_forces_at_rest_balance_the_drive():
     drive = np.array([[0.0, -300.0]])
     field = stress_field(snapshot, contacts, drive, kernel, at)
     np.testing.assert_allclose(
-        field.divergence + field.traction, -smear(snapshot.position, drive, kernel, at)[0], atol=1e-10
+        field.divergence + field.traction,
+        -smear(snapshot.position, drive, kernel, at)[0],
+        atol=1e-10,
     )
 
 
@@ -215,7 +235,11 @@ def test_bad_input_is_refused_by_name():
         Kernel(width=0.3, cutoff=0.5)
     with pytest.raises(ValueError, match="impulse: not a finite number in row 1"):
         stress_field(
-            snapshot, contacts, np.where(np.arange(len(good))[:, None] == 1, np.nan, good), kernel, points()
+            snapshot,
+            contacts,
+            np.where(np.arange(len(good))[:, None] == 1, np.nan, good),
+            kernel,
+            points(),
         )
     with pytest.raises(ValueError, match="impulse: shape"):
         stress_field(snapshot, contacts, good[1:], kernel, points())
@@ -225,7 +249,9 @@ def test_bad_input_is_refused_by_name():
         stress_field(snapshot, contacts, good, kernel, [[np.inf, 2.0]])
     with pytest.raises(ValueError, match="values: shape"):
         smear(snapshot.position, np.zeros(3), kernel, points())
-    beyond = Contacts(first=[7], second=[0], is_wall=[False], normal=[[1, 0]], gap=[0], point=[[0, 0]])
+    beyond = Contacts(
+        first=[7], second=[0], is_wall=[False], normal=[[1, 0]], gap=[0], point=[[0, 0]]
+    )
     for call in (
         lambda p: stress_field(snapshot, beyond, p, kernel, points()),
         lambda p: virial(snapshot, beyond, p),

@@ -1,4 +1,5 @@
-"""Work against precision: the references against closed forms, quantities against balance, fronts by hand."""
+"""Work against precision: the references against closed forms, quantities against balance, fronts
+by hand."""
 
 import dataclasses
 import json
@@ -8,16 +9,15 @@ import pytest
 from wall_line import line_at_a_wall
 
 from analysis.engines.penalty import damping_ratio_for, restitution_of
-from analysis.making import make
+from analysis.scene.shipped_scenes import make
+from analysis.work_precision.charts import scaling_picture, work_precision_picture
 from analysis.work_precision.kept import kept_reference
 from analysis.work_precision.pareto import pareto_front
-from analysis.work_precision.pictures import scaling_picture, work_precision_picture
 from analysis.work_precision.point import Point, PointStatus, read_points, write_points
 from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
 from analysis.work_precision.scaling import cheapest
 from analysis.work_precision.soft_reference import soft_reference
-from analysis.work_precision.start import prepare_window
 from analysis.work_precision.window import (
     CONTACT_FORCE,
     CONTACT_IMPULSE,
@@ -28,6 +28,7 @@ from analysis.work_precision.window import (
     impact_window,
     relative_error,
 )
+from analysis.work_precision.window_start import prepare_window
 
 POINT = Point(
     scene="pair", disks=2, method="lammps", law="hooke", solver="", time_step_s=1e-5, time_step_share=1.0,
@@ -118,7 +119,9 @@ def test_every_solver_is_within_its_tolerance_of_the_reference():
         found = window.quantities(answer.motion, 1e6)
         for quantity, values in exact.items():
             # the condition of this scene's contacts is about 60
-            assert relative_error(found[quantity], values, values) < 60 * answer.tolerance + 1e-9, answer
+            assert relative_error(found[quantity], values, values) < 60 * answer.tolerance + 1e-9, (
+                answer
+            )
     assert [answer.method for answer in solve_rivals(window)] == ["first_order"]
 
 
@@ -127,7 +130,8 @@ def test_rivals_of_a_driven_crowd_are_forces():
     window = driven_window(scene, scene.snapshot.position)
     found = {answer.method: answer for answer in solve_rivals(window)}
     assert set(found) == {"first_order", "social_force", "loehner_printed", "loehner_text"}
-    # at touch and with equal radii Löhner's law as printed gives f_max/5, f_max = m u_d/τ = 300 N; a wall is at one radius
+    # at touch and with equal radii Löhner's law as printed gives f_max/5, f_max = m u_d/τ = 300 N;
+    # a wall is at one radius
     pairs = ~window.contacts.is_wall
     assert found["loehner_printed"].contact_force[pairs] == pytest.approx([60.0, 60.0])
 
@@ -153,7 +157,9 @@ def test_a_kept_reference_is_taken_only_for_the_same_scene(tmp_path):
     first = kept_reference(window.variant("hooke", 1e6), tmp_path / "kept")
     again = kept_reference(window.variant("hooke", 1e6), tmp_path / "kept")
     assert np.array_equal(first.motion.velocity, again.motion.velocity)
-    other = kept_reference(window.variant("hooke", 1e6).with_contact(restitution=0.5), tmp_path / "kept")
+    other = kept_reference(
+        window.variant("hooke", 1e6).with_contact(restitution=0.5), tmp_path / "kept"
+    )
     assert not np.array_equal(first.motion.velocity, other.motion.velocity)
     (tmp_path / "kept.npz").write_bytes(b"broken")
     healed = kept_reference(window.variant("hooke", 1e6), tmp_path / "kept")
@@ -192,13 +198,18 @@ def test_broken_points_are_named(tmp_path, change, says):
 
 
 def at(cpu, error, **more):
-    return dataclasses.replace(POINT, cpu_seconds=cpu, total_error=error, numerical_error=error, **more)
+    return dataclasses.replace(
+        POINT, cpu_seconds=cpu, total_error=error, numerical_error=error, **more
+    )
 
 
 def test_pareto_front_by_hand():
     best = [at(1.0, 0.5), at(2.0, 0.1), at(5.0, 0.01)]
     beaten = [at(6.0, 0.0099), at(1.5, 0.5), at(2.0, 0.2), at(9.0, 0.01)]
-    useless = [at(0.1, 1e-9, status=PointStatus.INACCURATE), at(0.1, None, status=PointStatus.FAILED)]
+    useless = [
+        at(0.1, 1e-9, status=PointStatus.INACCURATE),
+        at(0.1, None, status=PointStatus.FAILED),
+    ]
     assert pareto_front([*beaten, *useless, *reversed(best)]) == best
     assert pareto_front(useless) == []
     # errors that cancel win nothing
@@ -227,8 +238,12 @@ def test_pictures_show_points_that_failed_and_methods_they_do_not_know():
         POINT,
         at(0.3, None, status=PointStatus.FAILED),
         at(0.3, 7.0, status=PointStatus.INACCURATE, stiffness_N_per_m=1e8),
-        at(1e-4, 0.0, method="rigid", law="", solver="auto", stiffness_N_per_m=None, tolerance=1e-8),
-        at(0.5, 0.01, method="continuum", law="deformable", stiffness_N_per_m=None, mesh_side_m=0.3),
+        at(
+            1e-4, 0.0, method="rigid", law="", solver="auto", stiffness_N_per_m=None, tolerance=1e-8
+        ),
+        at(
+            0.5, 0.01, method="continuum", law="deformable", stiffness_N_per_m=None, mesh_side_m=0.3
+        ),
         at(0.5, 0.01, method="a new one", law="", stiffness_N_per_m=None, time_step_s=None),
     ]
     figure = work_precision_picture(points, quantity, window.scene.name)

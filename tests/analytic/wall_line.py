@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from analysis.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
 from nscd import Snapshot
 
 
 def line_at_a_wall(disks=3, stiffness=1e6):
-    """Disks of 75 kg in a line that want to walk at 2 m/s (τ = 0.5 s) into a wall: each pushes with 300 N."""
+    """Disks of 75 kg in a line that want to walk at 2 m/s (τ = 0.5 s) into a wall: each pushes with
+    300 N."""
     radius = 0.25
     x = -radius - 2 * radius * np.arange(disks)
     snapshot = Snapshot(

@@ -6,7 +6,12 @@ import shutil
 from playwright.sync_api import sync_playwright
 
 BROWSER = next(
-    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
+    (
+        path
+        for name in ("chromium", "chromium-browser", "google-chrome")
+        if (path := shutil.which(name))
+    ),
+    None,
 )
 QUIET = [
     "--no-sandbox",
@@ -21,8 +26,8 @@ QUIET = [
 
 @contextlib.contextmanager
 def opened(address, width):
-    """The page, on a screen so many pixels wide; it must load offline and without complaint, with all its pictures, and not
-    scroll sideways."""
+    """The page, on a screen so many pixels wide; it must load offline and without complaint, with
+    all its pictures, and not scroll sideways."""
     assert address.startswith("file://")
     complaints = []
     with sync_playwright() as playwright:
@@ -33,12 +38,17 @@ def opened(address, width):
         page.on(
             "request",
             lambda request: (
-                None if request.url.startswith(("file:", "data:")) else complaints.append(request.url)
+                None
+                if request.url.startswith(("file:", "data:"))
+                else complaints.append(request.url)
             ),
         )
         page.goto(address)
         yield page
-        assert page.evaluate("[...document.images].filter(i => !i.complete || !i.naturalWidth).length") == 0
+        assert (
+            page.evaluate("[...document.images].filter(i => !i.complete || !i.naturalWidth).length")
+            == 0
+        )
         # on a phone only the tables scroll sideways, not the page
         assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
         browser.close()

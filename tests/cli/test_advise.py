@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from analysis.advice.advised_run import scene_within
 from analysis.advice.library import stored_library
-from analysis.advice.running import scene_within
 from analysis.cli import app
-from analysis.compare import compare_run
+from analysis.compare.comparison import compare_run
 from analysis.engines import lammps
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import RunRecord
-from analysis.making import make
+from analysis.scene.shipped_scenes import make
 from analysis.work_precision.point import write_points
 
 no_lammps = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
@@ -22,7 +22,14 @@ no_lammps = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
 def test_advise(percussions, tmp_path):
     made = percussions("advise", "corridor", "--error", "5%", "--quantity", "wall-load")
     assert made.returncode == 0, made.stderr
-    for words in ("advised: ", "next better", "the curve that was read", "measured on", "left out", "spin"):
+    for words in (
+        "advised: ",
+        "next better",
+        "the curve that was read",
+        "measured on",
+        "left out",
+        "spin",
+    ):
         assert words in made.stdout
     content = json.loads((tmp_path / "advice/advice.json").read_text())
     assert content["choice"]["promised_error"] <= content["asked_error"] == 0.05
@@ -57,8 +64,14 @@ def test_what_cannot_be_asked(tmp_path, monkeypatch):
     for words, says in (
         (("advise", "chain", "--error", "5%", "--quantity", "noise"), "quantity: unknown 'noise'"),
         (("advise", "chain", "--error", "5%", "--method", "magic"), "method: unknown 'magic'"),
-        (("advise", "chain", "--error", "5%", "--chart", "nowhere"), "nowhere/points.json: no such file"),
-        (("advise", "chain", "--error", "5%", "--chart", "a_chart"), "chart: no points of scene chain"),
+        (
+            ("advise", "chain", "--error", "5%", "--chart", "nowhere"),
+            "nowhere/points.json: no such file",
+        ),
+        (
+            ("advise", "chain", "--error", "5%", "--chart", "a_chart"),
+            "chart: no points of scene chain",
+        ),
         (("run", "chain", "--error", "5%", "--stiffness", "1e7"), "leave out"),
     ):
         made = CliRunner().invoke(app, words)

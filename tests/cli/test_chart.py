@@ -9,18 +9,18 @@ from typer.testing import CliRunner
 
 from analysis.cli import app, main
 from analysis.engines import lammps
-from analysis.making import make
-from analysis.scene import read_scene
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
 from analysis.stability.atlas import build, choose
 from analysis.stability.case import Outcome
+from analysis.support.parallel import Task, do_all, workers
 from analysis.work_precision import soft_runs
-from analysis.work_precision.build import Chart
+from analysis.work_precision.chart import Chart
 from analysis.work_precision.measure import measure
 from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, read_points
 from analysis.work_precision.soft_runs import Setting, run_folder, run_soft, scene_of, settings_of
 from analysis.work_precision.window import driven_window, impact_window
-from analysis.work_precision.workers import Task, do_all, workers
 
 pytestmark = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
 
@@ -37,7 +37,13 @@ def window():
 @pytest.fixture(scope="module")
 def measured(window, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
-    chosen = [setting(0.25), setting(1.0), setting(32.0), setting(0.25, "hertz"), setting(1.0, "hertz")]
+    chosen = [
+        setting(0.25),
+        setting(1.0),
+        setting(32.0),
+        setting(0.25, "hertz"),
+        setting(1.0, "hertz"),
+    ]
     with workers(1) as executor:
         return measure(window, "four_disks", chosen, folder, executor)
 
@@ -50,7 +56,8 @@ def errors(measured, law):
     }
 
 
-# Hertz's dashpot grows with overlap^¼, with an infinite slope at touch: the order comes out a little below one
+# Hertz's dashpot grows with overlap^¼, with an infinite slope at touch: the order comes out a
+# little below one
 @pytest.mark.parametrize(("law", "least"), [("hooke", 3.8), ("hertz", 3.0)])
 def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, least):
     found = errors(measured, law)
@@ -58,7 +65,11 @@ def test_numerical_error_is_of_first_order_in_the_time_step(measured, law, least
 
 
 def test_model_error_is_none_of_the_time_step(measured):
-    models = {p.model_error for p in measured.points if p.law == "hooke" and p.quantity == "contact_impulse"}
+    models = {
+        p.model_error
+        for p in measured.points
+        if p.law == "hooke" and p.quantity == "contact_impulse"
+    }
     assert len(models) == 1
     # penalty impulses at an asked restitution of 0.01 against rigid ones
     assert models.pop() == pytest.approx(0.028, abs=0.001)
@@ -124,7 +135,9 @@ def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
     assert {p.quantity for p in measured.points if p.method == "continuum"} == {
         "disk_force", "wall_force", "displacement",
     }  # fmt: skip
-    first, *rest = (p for p in measured.points if p.quantity == "wall_force" and p.method == "continuum")
+    first, *rest = (
+        p for p in measured.points if p.quantity == "wall_force" and p.method == "continuum"
+    )
     unsure = dataclasses.replace(first, status=PointStatus.INACCURATE, reason="residual 2 above 1")
     walls = tuple(q for q in measured.quantities if q.name == "wall_force")
     shown = dataclasses.replace(measured, points=(unsure, *rest), quantities=walls)
@@ -181,12 +194,18 @@ def test_on_a_dask_cluster_of_two_processes(window, tmp_path):
     ]
     with (
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=50,
         ) as cluster,
         workers(scheduler=cluster.scheduler_address) as executor,
     ):
         one, two = do_all(tasks, executor, "runs")
-        maps = build(choose(["opening_contacts"], True), tmp_path, True, scheduler=cluster.scheduler_address)
+        maps = build(
+            choose(["opening_contacts"], True), tmp_path, True, scheduler=cluster.scheduler_address
+        )
     here = run_soft(scene, setting(4.0), tmp_path / "here")
     for there in (one, two):
         assert there.status == PointStatus.OK

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from analysis.engines import yade
-from analysis.making import make
+from analysis.scene.shipped_scenes import make
 
 
 def failed(result, *words):
@@ -68,7 +68,9 @@ def test_run_solve_compare(percussions, tmp_path):
     assert numbers["status"] == "solved"
     # at rest the walls carry the whole drive, in both models: p/τ of the CSV against the engine
     with (folder / "comparison.csv").open() as file:
-        engine = sum(float(row["penalty_x_N"]) for row in csv.DictReader(file) if row["is_wall"] == "1")
+        engine = sum(
+            float(row["penalty_x_N"]) for row in csv.DictReader(file) if row["is_wall"] == "1"
+        )
     assert wall / 0.5 == pytest.approx(engine, rel=1e-3)
 
 
@@ -79,7 +81,9 @@ def test_two_workers_give_what_one_gives(percussions, tmp_path):
     for workers in (1, 2):
         result = percussions("solve", dump, "--workers", workers, "--out", f"{workers}.csv")
         assert result.returncode == 0, result.stderr
-    one, two = (np.loadtxt(tmp_path / f"{workers}.csv", delimiter=",", skiprows=1) for workers in (1, 2))
+    one, two = (
+        np.loadtxt(tmp_path / f"{workers}.csv", delimiter=",", skiprows=1) for workers in (1, 2)
+    )
     np.testing.assert_allclose(one, two, rtol=1e-6, atol=1e-6)
 
 
@@ -108,7 +112,9 @@ def test_empty_contact_set(percussions, tmp_path):
         "ITEM: ATOMS id x y radius mass\n1 0 0 0.2 75\n2 5 0 0.2 75\n"
     )
     (tmp_path / "contacts.csv").write_text("earlier\n")
-    failed(percussions("solve", "far.dump", "--time-step", 1), "far.dump", "no contact in any frame")
+    failed(
+        percussions("solve", "far.dump", "--time-step", 1), "far.dump", "no contact in any frame"
+    )
     assert (tmp_path / "contacts.csv").read_text() == "earlier\n"
     failed(percussions("solve", "far.dump"), "--time-step")
     failed(
@@ -131,7 +137,9 @@ def test_an_engine_that_dies_leaves_the_earlier_run(percussions, tmp_path):
     "engine",
     [
         "lammps",
-        pytest.param("yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed")),
+        pytest.param(
+            "yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed")
+        ),
     ],
 )
 def test_interruption_leaves_nothing_half_written(tmp_path, engine):

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.doctor import examine
 from analysis.engines import lammps
+from analysis.engines.doctor import examine
 
 
 def findings():
@@ -22,7 +22,9 @@ def test_finds_what_runs_here():
     assert found["LAMMPS"].state == "ok"
     assert (
         found["LAMMPS"].version
-        in subprocess.run([found["LAMMPS"].path, "-h"], capture_output=True, text=True, check=True).stdout
+        in subprocess.run(
+            [found["LAMMPS"].path, "-h"], capture_output=True, text=True, check=True
+        ).stdout
     )
     for name in ("MDAnalysis", "numba", "PedPy"):
         assert found[name].state == "ok"
@@ -55,7 +57,9 @@ def test_missing_programs_have_advice(monkeypatch, tmp_path):
 
 def test_a_lammps_that_does_not_start_is_missing(monkeypatch, tmp_path):
     broken = tmp_path / "lmp"
-    broken.write_text("#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n")
+    broken.write_text(
+        "#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n"
+    )
     broken.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
     assert lammps.find() == Path(broken)

@@ -1,4 +1,5 @@
-"""Import of real crowds: formats, the shipped scene bit by bit, one message for each kind of bad input."""
+"""Import of real crowds: formats, the shipped scene bit by bit, one message for each kind of bad
+input."""
 
 import json
 import sqlite3
@@ -9,11 +10,11 @@ import numpy as np
 import pytest
 import shapely
 
-from analysis.files import write_text
-from analysis.heads import TrajectoryError, read_heads
-from analysis.overlaps import OverlapError
-from analysis.real_crowd import import_crowd, read_room
-from analysis.scene import SceneError, read_scene
+from analysis.scene.real.import_crowd import import_crowd, read_room
+from analysis.scene.real.separate import OverlapError
+from analysis.scene.real.trajectory import TrajectoryError, read_heads
+from analysis.scene.scene import SceneError, read_scene
+from analysis.support.files import write_text
 
 ROOT = Path(__file__).resolve().parents[2]
 FORMATS = ROOT / "tests" / "data" / "trajectories"
@@ -37,7 +38,14 @@ def three_walkers(heads):
     np.testing.assert_allclose(heads.velocity, [[0, 1], [0, 1], [0, 1]], atol=1e-9)
 
 
-STATED = ["metres.txt", "centimetres.txt", "pathfinder.csv", "pathfinder.json", "crowdit.csv", "viswalk.pp"]
+STATED = [
+    "metres.txt",
+    "centimetres.txt",
+    "pathfinder.csv",
+    "pathfinder.json",
+    "crowdit.csv",
+    "viswalk.pp",
+]
 
 
 @pytest.mark.parametrize("name", STATED)
@@ -81,12 +89,16 @@ def test_whole_file_gives_the_shipped_scene():
     whole = import_crowd(real(WHOLE), frame=405, radius=0.18, room=GATE)
     shipped = read_scene("gate")
     for name in ("position", "velocity", "ids"):
-        np.testing.assert_array_equal(getattr(whole.scene.snapshot, name), getattr(shipped.snapshot, name))
+        np.testing.assert_array_equal(
+            getattr(whole.scene.snapshot, name), getattr(shipped.snapshot, name)
+        )
 
 
 def test_excerpt_is_unchanged_lines_of_the_whole_file():
     lines = set(real(WHOLE).read_text().splitlines())
-    assert all(line in lines for line in EXCERPT.read_text().splitlines() if not line.startswith("#"))
+    assert all(
+        line in lines for line in EXCERPT.read_text().splitlines() if not line.startswith("#")
+    )
 
 
 def test_room_holds_the_crowd_that_was_filmed():
@@ -94,7 +106,9 @@ def test_room_holds_the_crowd_that_was_filmed():
     room, _ = read_room(GATE)
     heads = np.loadtxt(real(WHOLE), usecols=(2, 3))
     before = heads[heads[:, 1] > 0]
-    area = shapely.MultiPoint([p for wall in room.walls for p in (wall.start_m, wall.end_m)]).envelope
+    area = shapely.MultiPoint(
+        [p for wall in room.walls for p in (wall.start_m, wall.end_m)]
+    ).envelope
     assert shapely.contains_xy(area, before).all()
     # the gate: all who pass y = 0 do it between the posts
     rows = np.loadtxt(WHOLE, usecols=(0, 1, 2, 3))
@@ -113,7 +127,9 @@ def test_report_agrees_with_the_scene():
     assert report.left_out == 2
     assert report.moved_largest_m == pytest.approx(moved.max(), abs=1e-6)
     assert report.moved_mean_m == pytest.approx(moved.mean(), abs=1e-6)
-    pairs = np.hypot(*(made.heads[:, None] - made.heads[None]).transpose(2, 0, 1))[np.triu_indices(55, 1)]
+    pairs = np.hypot(*(made.heads[:, None] - made.heads[None]).transpose(2, 0, 1))[
+        np.triu_indices(55, 1)
+    ]
     assert report.overlaps_before == (pairs < 0.36).sum()
     assert report.overlap_before_largest_m == pytest.approx(0.36 - pairs.min(), abs=1e-6)
     after = np.hypot(*(snapshot.position[:, None] - snapshot.position[None]).transpose(2, 0, 1))
@@ -121,7 +137,11 @@ def test_report_agrees_with_the_scene():
     assert after.min() >= 0.36 - 1e-12
     assert report.overlap_after_m == 0
     # those who overlapped now touch: exactly, not nearly
-    assert report.contacts_after == (after < 0.36 + made.scene.analysis.contact_tolerance_m).sum() >= 33
+    assert (
+        report.contacts_after
+        == (after < 0.36 + made.scene.analysis.contact_tolerance_m).sum()
+        >= 33
+    )
     assert "2 outside the walls" in made.statement
     assert "15.7 cm at most" in made.statement
 
@@ -159,8 +179,16 @@ def variant(tmp_path, old, new):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("2 2 0.500 0.200", "2 2 nan 0.200", r"changed.txt: frame 2: the position of person 2 is not a num"),
-        ("2 2 0.500 0.200", "2 2 0.000 0.200", r"frame 2: persons [12] and [12] are at the same place"),
+        (
+            "2 2 0.500 0.200",
+            "2 2 nan 0.200",
+            r"changed.txt: frame 2: the position of person 2 is not a num",
+        ),
+        (
+            "2 2 0.500 0.200",
+            "2 2 0.000 0.200",
+            r"frame 2: persons [12] and [12] are at the same place",
+        ),
         ("2 2 0.500 0.200", "1 2 0.500 0.200", r"frame 2: person 1 occurs twice"),
         ("2 2 0.500 0.200", "2 2 half 0.200", r"changed.txt: PedPy cannot read it: .*half"),
         ("x/m y/m", "x/cm y/cm", r"frame 2: neighbours are 0.005 m apart .* is the unit right"),
@@ -181,7 +209,9 @@ def test_centimetres_taken_for_metres(tmp_path):
 
 
 def test_missing_frame_and_file():
-    with pytest.raises(TrajectoryError, match=r"metres.txt: there is no frame 9; the frames go from 0 to 4"):
+    with pytest.raises(
+        TrajectoryError, match=r"metres.txt: there is no frame 9; the frames go from 0 to 4"
+    ):
         read_heads(FORMATS / "metres.txt", 9)
     with pytest.raises(TrajectoryError, match=r"none.txt: no such file"):
         read_heads(FORMATS / "none.txt", 2)
@@ -189,14 +219,22 @@ def test_missing_frame_and_file():
 
 def test_csv_with_other_columns(tmp_path):
     write_text(tmp_path / "odd.csv", "person,when,px,py\n1,0,0.0,0.0\n")
-    with pytest.raises(TrajectoryError, match=r"odd.csv: .* no columns that are known: id, frame, x, y or"):
+    with pytest.raises(
+        TrajectoryError, match=r"odd.csv: .* no columns that are known: id, frame, x, y or"
+    ):
         read_heads(tmp_path / "odd.csv", 0)
 
 
 def test_person_not_seen_long_enough(tmp_path):
-    rows = [line for line in (FORMATS / "metres.txt").read_text().splitlines() if not line.startswith("3 ")]
+    rows = [
+        line
+        for line in (FORMATS / "metres.txt").read_text().splitlines()
+        if not line.startswith("3 ")
+    ]
     write_text(tmp_path / "short.txt", "\n".join([*rows, "3 2 1.0 0.2"]) + "\n")
-    with pytest.raises(TrajectoryError, match=r"short.txt: frame 2: person 3 is not seen over 0.4 s"):
+    with pytest.raises(
+        TrajectoryError, match=r"short.txt: frame 2: person 3 is not seen over 0.4 s"
+    ):
         import_crowd(tmp_path / "short.txt", frame=2, radius=0.2, room=FREE)
 
 
@@ -206,7 +244,10 @@ def test_person_not_seen_long_enough(tmp_path):
         ({"radius": 18.0}, r"radius: 18 m; between 0.05 and 0.5 m"),
         ({"mass": 0.0}, r"mass: 0 kg"),
         ({"room": GATE.with_name("none.toml")}, r"none.toml: no such file"),
-        ({"file": FORMATS / "metres.txt", "frame": 0}, r"frame 0: nobody is inside the walls of .*gate.toml"),
+        (
+            {"file": FORMATS / "metres.txt", "frame": 0},
+            r"frame 0: nobody is inside the walls of .*gate.toml",
+        ),
     ],
 )
 def test_bad_arguments_have_one_message(change, message):
@@ -219,7 +260,11 @@ def test_bad_rooms_name_the_key(tmp_path):
     text = GATE.read_text()
     for old, new, message in [
         ('name = "back"', 'nam = "back"', r"room.toml: walls.3"),
-        ("end_m = [-2.8, 0.0]", "end_m = [-2.8, 0.1]", r"room.toml: walls: with the door they must enclose"),
+        (
+            "end_m = [-2.8, 0.0]",
+            "end_m = [-2.8, 0.1]",
+            r"room.toml: walls: with the door they must enclose",
+        ),
         ("restitution = 0.1", "restitution = 2.0", r"room.toml: contact.restitution"),
     ]:
         write_text(tmp_path / "room.toml", text.replace(old, new))

@@ -1,4 +1,5 @@
-"""The page of the paper's discrete figures: its files, and itself in a real browser from a file:// address."""
+"""The page of the paper's discrete figures: its files, and itself in a real browser from a file://
+address."""
 
 import csv
 import json
@@ -7,12 +8,12 @@ import pytest
 from browser import BROWSER, opened
 
 from analysis.engines import ENGINES, RunRecord
-from analysis.making import make
-from analysis.paper.engine_runs import Cost, EngineRun, make_ahead
+from analysis.engines.ahead import Cost, EngineRun, make_ahead
+from analysis.pages.html import prose, write_picture
+from analysis.pages.numbers import number
+from analysis.pages.section import Picture
 from analysis.paper.errata import errata
-from analysis.paper.page import prose, write_picture
-from analysis.paper.section import Picture
-from analysis.report import number
+from analysis.scene.shipped_scenes import make
 
 PAGE_SECTIONS = "section[data-figure]"
 
@@ -20,7 +21,9 @@ PAGE_SECTIONS = "section[data-figure]"
 @pytest.fixture
 def built(percussions, tmp_path):
     """The figures that need the shortest engine runs."""
-    made = percussions("paper", "discrete", "--figure", 3, "--figure", 1, "--runs", "runs", timeout=300)
+    made = percussions(
+        "paper", "discrete", "--figure", 3, "--figure", 1, "--runs", "runs", timeout=300
+    )
     assert made.returncode == 0, made.stderr
     return made, tmp_path / "paper"
 
@@ -34,7 +37,9 @@ def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path)
     assert {claim["verdict"] for claim in claims} == {"holds", "holds in part", "does not hold"}
     pictures = ["fig_1_dissipation", "fig_1_velocities", "fig_3_accuracy", "fig_3_chains"]
     assert sorted(path.stem for path in (folder / "figures").glob("*.png")) == pictures
-    assert all((folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF") for name in pictures)
+    assert all(
+        (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF") for name in pictures
+    )
     assert not list(folder.rglob("*.part"))
     if BROWSER is not None:
         _read(made.stdout.strip().splitlines()[-1], folder, numbers, claims)
@@ -42,7 +47,9 @@ def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path)
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")}
     again = percussions("paper", "discrete", "--figure", 1, "--runs", "runs", timeout=300)
     assert again.returncode == 0, again.stderr
-    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")} == before
+    assert {
+        path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")
+    } == before
     second = json.loads((folder / "numbers.json").read_text())["1"]
     assert second["engine_runs"]["made"] == 0
     assert second["engine_runs"]["reused"] == len(before)
@@ -62,16 +69,23 @@ def _read(address, folder, numbers, claims):
         for figure, content in numbers.items():
             section = page.locator(f"#fig-{figure}")
             assert section.locator("table").count() == len(content["tables"])
-            assert section.locator("tr").count() == sum(len(t["rows"]) + 1 for t in content["tables"])
+            assert section.locator("tr").count() == sum(
+                len(t["rows"]) + 1 for t in content["tables"]
+            )
             assert section.locator("[role=alert]").count() == bool(content["warnings"])
-            for cells in (section.locator("td").all_inner_texts(), section.locator("th").all_inner_texts()):
+            for cells in (
+                section.locator("td").all_inner_texts(),
+                section.locator("th").all_inner_texts(),
+            ):
                 assert all(cell.strip() for cell in cells)
         largest = numbers["3"]["tables"][0]["rows"][0][3]
         assert number(largest, 4) in page.locator("#fig-3").inner_text()
         for verdict in ("does not hold", "holds in part", "holds"):
             rows = page.locator(f"table[data-verdict='{verdict}'] tr")
             assert rows.count() == 1 + sum(claim["verdict"] == verdict for claim in claims)
-        tables = page.locator("#claims table").evaluate_all("all => all.map(t => t.dataset.verdict)")
+        tables = page.locator("#claims table").evaluate_all(
+            "all => all.map(t => t.dataset.verdict)"
+        )
         assert tables == ["does not hold", "holds in part", "holds"]
         assert page.locator("#errata tr").count() == 1 + len(errata("Section 2")) > 5
         links = page.locator("a[href^='figures/']").evaluate_all(
@@ -131,7 +145,12 @@ def test_errata_are_read_whole(tmp_path):
         "- **Why**: two\n  lines\n- **Test**: none\n\n## Section 3\n\n### (9)\n- **Printed**: a\n"
     )
     (entry,) = errata("Section 2", page)
-    assert (entry.where, entry.printed, entry.correct, entry.why) == ("(7)", "u⁺ = u", "u", "two lines")
+    assert (entry.where, entry.printed, entry.correct, entry.why) == (
+        "(7)",
+        "u⁺ = u",
+        "u",
+        "two lines",
+    )
     with pytest.raises(ValueError, match=r"\(9\).*Correct"):
         errata("Section 3", page)
     with pytest.raises(ValueError, match="Section 4"):

@@ -1,4 +1,5 @@
-"""The page of the paper's continuum figures: its files, itself in a real browser, and verdicts that follow the numbers."""
+"""The page of the paper's continuum figures: its files, itself in a real browser, and verdicts that
+follow the numbers."""
 
 import csv
 import json
@@ -10,27 +11,25 @@ from browser import BROWSER, opened
 from matplotlib.figure import Figure
 from scipy.integrate import solve_bvp
 
-from analysis.paper import (
-    continuum,
-    crowd_border,
-    density_laws,
-    exit_pressure,
-    kept_sections,
-    left_velocities,
-    solid_chain,
-    turbulence,
-    turbulence_readings,
-)
+from analysis.pages.fields import rounded
+from analysis.pages.section import Claim, Drawn, Picture, Section, Table, Verdict
+from analysis.paper import build_continuum as continuum
+from analysis.paper import kept_sections
 from analysis.paper.built import label
-from analysis.paper.exit_pressure import solve_room
-from analysis.paper.exit_room import map_of
-from analysis.paper.fields import rounded
+from analysis.paper.continuum.exit_room import map_of
+from analysis.paper.continuum.fig7_border import section as crowd_border
+from analysis.paper.continuum.fig8_turbulence import readings as turbulence_readings
+from analysis.paper.continuum.fig8_turbulence import section as turbulence
+from analysis.paper.continuum.fig8_turbulence.readings import CHECKED, Tried, error_claim, readings
+from analysis.paper.continuum.fig8_turbulence.study import Case, Forces, Setting
+from analysis.paper.continuum.fig9_exit_pressure import section as exit_pressure
+from analysis.paper.continuum.fig9_exit_pressure.section import solve_room
+from analysis.paper.continuum.fig10_density import section as density_laws
+from analysis.paper.continuum.fig11_left_velocities import section as left_velocities
+from analysis.paper.continuum.solid_chain import section as solid_chain
 from analysis.paper.kept_sections import edition, keep, kept
 from analysis.paper.pages import CONTINUUM, DISCRETE, HIDDEN, link_pages
-from analysis.paper.point_exit import point_sink
-from analysis.paper.section import Claim, Drawn, Picture, Section, Table, Verdict
-from analysis.paper.turbulence_forces import Case, Forces, Setting
-from analysis.paper.turbulence_readings import CHECKED, Tried, error_claim, readings
+from nscd.continuum.closed_forms.point_exit import point_sink
 
 COARSE = 0.8  # m
 CHOSEN = ("3.2.1", "11")
@@ -71,16 +70,22 @@ def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch)
 
 
 def _read(address, folder, numbers, claims):
-    """The page loads without complaint, offline, on a phone and on a desk, and says what the files say."""
+    """The page loads without complaint, offline, on a phone and on a desk, and says what the files
+    say."""
     assert address.endswith("/continuum.html")
     with opened(address, 400) as page:
         assert page.locator("section[data-figure]").count() == len(numbers)
         for anchor, (figure, content) in zip(("fig-3-2-1", "fig-11"), numbers.items(), strict=True):
             section = page.locator(f"#{anchor}")
             assert section.locator("h2").inner_text().startswith(label(figure))
-            assert section.locator("tr").count() == sum(len(t["rows"]) + 1 for t in content["tables"])
+            assert section.locator("tr").count() == sum(
+                len(t["rows"]) + 1 for t in content["tables"]
+            )
             assert section.locator("[role=alert]").count() == bool(content["warnings"])
-            for cells in (section.locator("td").all_inner_texts(), section.locator("th").all_inner_texts()):
+            for cells in (
+                section.locator("td").all_inner_texts(),
+                section.locator("th").all_inner_texts(),
+            ):
                 assert all(cell.strip() for cell in cells)
         for verdict in ("does not hold", "holds in part", "holds"):
             rows = page.locator(f"table[data-verdict='{verdict}'] tr")
@@ -120,7 +125,8 @@ def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
     ],
 )
 def test_sections_on_a_coarse_mesh(module, number, unsettled):
-    """Every claim has a verdict and numbers for it; a mesh too coarse for the means over a body is a warning."""
+    """Every claim has a verdict and numbers for it; a mesh too coarse for the means over a body is
+    a warning."""
     section = module.build(mesh=COARSE)
     assert section.number == number
     assert section.claims
@@ -133,7 +139,8 @@ def test_sections_on_a_coarse_mesh(module, number, unsettled):
 
 
 def test_pressure_of_a_point_exit():
-    """The closed form against the boundary-value problem k_v(f″ + f′/r − f/r²) = ρ(f + 2U), and its two limits."""
+    """The closed form against the boundary-value problem k_v(f″ + f′/r − f/r²) = ρ(f + 2U), and its
+    two limits."""
     speed, density, volume = 1.7, 525.0, 675.0
 
     def slopes(r, y):
@@ -155,7 +162,9 @@ def test_pressure_of_a_point_exit():
     assert point_sink(0.0, speed, density, volume) == pytest.approx(
         0.5 * np.pi * speed * np.sqrt(volume * density)
     )
-    assert point_sink(15.0, speed, density, volume) == pytest.approx(volume * speed / 15.0, rel=0.02)
+    assert point_sink(15.0, speed, density, volume) == pytest.approx(
+        volume * speed / 15.0, rel=0.02
+    )
 
 
 def test_a_gaussian_pressure_would_be_called_one():
@@ -172,7 +181,8 @@ def test_a_gaussian_pressure_would_be_called_one():
 
 
 def test_readings_of_the_forces():
-    """In people or in kilograms the error is the same; the mean over the largest force in any triangle is the mesh's."""
+    """In people or in kilograms the error is the same; the mean over the largest force in any
+    triangle is the mesh's."""
     plain = Setting(mesh=COARSE)
     found = {}
     for name, setting in (
@@ -218,7 +228,9 @@ def _section(figure):
         title="t",
         words=["w"],
         pictures=[Picture(name="p", caption="c", figure=figure)],
-        tables=[Table(caption="c", head=["a", "b"], rows=[["x", np.float64(0.1)], ["y", np.int64(3)]])],
+        tables=[
+            Table(caption="c", head=["a", "b"], rows=[["x", np.float64(0.1)], ["y", np.int64(3)]])
+        ],
         differs=[],
         claims=[Claim(where="(1)", statement="s", verdict=Verdict.PARTLY, reason="r")],
         warnings=["careful"],

@@ -1,4 +1,5 @@
-"""The page's section on the rivals: its numbers against closed forms, and verdicts that follow the numbers."""
+"""The page's section on the rivals: its numbers against closed forms, and verdicts that follow the
+numbers."""
 
 import shutil
 from dataclasses import replace
@@ -6,11 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.paper import rivals
-from analysis.paper.rivals_arch import PRINTED, TEXT
-from analysis.paper.rivals_chain import chain_forces, gap_that_carries
-from analysis.paper.rivals_claims import chain_claims, loehner_claims, mass_claim, surface_claim
-from analysis.scene import read_scene
+from analysis.paper.discrete.fig6_rivals import section as rivals
+from analysis.paper.discrete.fig6_rivals.claims import (
+    chain_claims,
+    loehner_claims,
+    mass_claim,
+    surface_claim,
+)
+from analysis.paper.discrete.fig6_rivals.on_chains import chain_forces, gap_that_carries
+from analysis.paper.discrete.fig6_rivals.on_crowds import PRINTED, TEXT
+from analysis.scene.scene import read_scene
 from nscd.rivals import SocialForceLaw
 
 TAU = 0.5
@@ -22,7 +28,8 @@ def chains():
 
 
 def test_chain_against_closed_forms(chains):
-    """p/τ = Σ_{j≤i} m_j u/τ; (4) sees i people; A at touch; Löhner f_max/5 between equals and f_max/2 at the wall."""
+    """p/τ = Σ_{j≤i} m_j u/τ; (4) sees i people; A at touch; Löhner f_max/5 between equals and
+    f_max/2 at the wall."""
     for chain in chains:
         load = np.cumsum(chain.mass) * 2.0 / TAU
         np.testing.assert_allclose(chain.percussion, load, rtol=1e-10)
@@ -47,7 +54,10 @@ def test_a_gap_that_carries():
 
 def test_verdicts_follow_the_numbers(chains):
     equal, unequal = chains
-    assert [claim.verdict.value for claim in chain_claims(equal, unequal)] == ["holds", "holds in part"]
+    assert [claim.verdict.value for claim in chain_claims(equal, unequal)] == [
+        "holds",
+        "holds in part",
+    ]
     assert mass_claim(unequal, []).verdict == "holds in part"
     assert mass_claim(equal, []).verdict == "does not hold"
     far_off = replace(unequal, first_order=2 * unequal.first_order)
@@ -74,7 +84,8 @@ def test_without_an_engine_the_chains_remain(monkeypatch, tmp_path):
 
 @pytest.mark.skipif(not shutil.which("lmp"), reason="LAMMPS is not at hand")
 def test_the_whole_section_and_its_second_build(tmp_path):
-    """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are taken again."""
+    """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are
+    taken again."""
     told = []
     section = rivals.build(tmp_path, lambda label, share: told.append(label))
     assert section.warnings == []

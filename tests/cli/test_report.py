@@ -5,13 +5,15 @@ import json
 import pytest
 from browser import BROWSER, opened
 
-from analysis.making import make
+from analysis.scene.shipped_scenes import make
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium (apt-get install chromium)")
 def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_path):
     make("jam", 60).with_run(duration_s=4.0, frames=8).write(tmp_path)
-    made = percussions("report", "jam.toml", "gate", "--engine", "lammps", "--out", "report", timeout=300)
+    made = percussions(
+        "report", "jam.toml", "gate", "--engine", "lammps", "--out", "report", timeout=300
+    )
     assert made.returncode == 0, made.stderr
     address = made.stdout.strip().splitlines()[-1]
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())

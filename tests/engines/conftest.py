@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from at_hand import require
 
-from analysis.dumps import EngineContacts, index_contacts, index_dump, read_contacts
+from analysis.dumps.reader import EngineContacts, index_contacts, index_dump, read_contacts
 from analysis.engines import RunRecord, engine
-from analysis.scene import read_scene
+from analysis.scene.scene import read_scene
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """A run: its record, what its body dump holds, one array (frames, disks) a column, and its contacts a
-    frame."""
+    """A run: its record, what its body dump holds, one array (frames, disks) a column, and its
+    contacts a frame."""
 
     record: RunRecord
     columns: dict[str, np.ndarray]
@@ -69,8 +69,8 @@ def impact():
 
 @pytest.fixture(scope="session")
 def command():
-    """command(words, folder) → the finished process of a command line, with this environment's commands
-    first."""
+    """command(words, folder) → the finished process of a command line, with this environment's
+    commands first."""
 
     def run(words, folder, **environment):
         path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])

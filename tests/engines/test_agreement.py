@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.making import make
+from analysis.scene.shipped_scenes import make
 
 IMPACTS = ["pair", "pair_oblique", "four_disks", "chain", "chain_wall", "chain_masses", "corridor"]
 
@@ -53,7 +53,8 @@ def test_a_driven_crowd_agrees(simulate, name):
 
 
 def test_friction_differs_by_the_overlap_and_less_in_stiffer_contacts(simulate, impact):
-    """LAMMPS takes the slip at the radius, YADE at the contact point: they differ by overlap/(2 radius)."""
+    """LAMMPS takes the slip at the radius, YADE at the contact point: they differ by overlap/(2
+    radius)."""
     spins = []
     for stiffness, time_step in ((1e6, 1e-5), (1e8, 1e-6)):
         scene = impact("pair_oblique", time_step, 0.02, friction=0.5, stiffness_N_per_m=stiffness)
@@ -61,6 +62,8 @@ def test_friction_differs_by_the_overlap_and_less_in_stiffer_contacts(simulate, 
         overlap = max(contacts.overlap.max(initial=0) for contacts in lammps.contacts) / 0.25
         assert_close(lammps, yade, ["omegaz"], overlap)
         assert_close(lammps, yade, ["x", "y"], 1e-7)
-        spins.append(np.abs(lammps["omegaz"] - yade["omegaz"]).max() / np.abs(lammps["omegaz"]).max())
+        spins.append(
+            np.abs(lammps["omegaz"] - yade["omegaz"]).max() / np.abs(lammps["omegaz"]).max()
+        )
     assert spins[0] < 2e-5
     assert spins[1] < 0.2 * spins[0]

@@ -1,15 +1,16 @@
-"""LAMMPS' forces at rest among the percussions that the mechanics allows: the stiff limit, and what history leaves."""
+"""LAMMPS' forces at rest among the percussions that the mechanics allows: the stiff limit, and what
+history leaves."""
 
 import numpy as np
 import pytest
 
-from analysis.making import make, room_with_a_door
-from analysis.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.scene.shipped_scenes import make, room_with_a_door
 from nscd import Snapshot, find_contacts, solve
-from nscd.admissible import Admissible
-from nscd.indeterminacy import admissible_determinacy, determinacy
-from nscd.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
-from nscd.least_energy import least_energy
+from nscd.indeterminacy.admissible import Admissible
+from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
+from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
+from nscd.indeterminacy.least_energy import least_energy
 
 TAU = 0.5
 
@@ -52,16 +53,21 @@ def end_of(simulation, scene):
 def percussions_of(simulation, contacts):
     """τ f of LAMMPS' last normal forces f at the given contacts (N·s)."""
     last = simulation.contacts[-1]
-    keys = zip(last.first, last.second, last.is_wall, (last.force * last.normal).sum(1), strict=True)
+    keys = zip(
+        last.first, last.second, last.is_wall, (last.force * last.normal).sum(1), strict=True
+    )
     force = {(int(i) - 1, int(j) - 1, bool(w)): f for i, j, w, f in keys}
-    wanted = zip(contacts.first.tolist(), contacts.second.tolist(), contacts.is_wall.tolist(), strict=True)
+    wanted = zip(
+        contacts.first.tolist(), contacts.second.tolist(), contacts.is_wall.tolist(), strict=True
+    )
     found = TAU * np.array([force.pop(key, 0.0) for key in wanted])
     assert not force
     return found
 
 
 def channel(stiffness):
-    """Ten touching disks of unequal mass in four rows, pressed straight to the end of a channel that they just fill."""
+    """Ten touching disks of unequal mass in four rows, pressed straight to the end of a channel
+    that they just fill."""
     r, half = 0.25, 0.75
     position = [
         (-r - row * r * np.sqrt(3), (j - (2 - row % 2) / 2) * 2 * r)
@@ -110,8 +116,8 @@ def test_stiff_forces_of_a_packing_loaded_from_rest_tend_to_the_least_energy(sim
 
 
 def hexagonal(spread):
-    """Thirty disks, too large for the door, that touch in a triangular lattice before it. `spread`: half the range of
-    their radii, relative; they then start a little apart."""
+    """Thirty disks, too large for the door, that touch in a triangular lattice before it. `spread`:
+    half the range of their radii, relative; they then start a little apart."""
     r = 0.6
     i, j = (a.ravel() for a in np.meshgrid(np.arange(8), np.arange(-8, 9), indexing="ij"))
     sites = np.column_stack([-r - i * r * np.sqrt(3), (j + 0.5 * ((i + 1) % 2)) * 2 * r])
@@ -128,9 +134,10 @@ def hexagonal(spread):
 
 
 def check_inside(simulation, scene):
-    """Assert that LAMMPS' last forces lie in the proven intervals of its own last frame, contact by contact, disk by
-    disk and wall by wall. The impulses on the disks differ by Δ, what still accelerates them; the certificates say how
-    far that moves each end. Returns contacts, forces, percussions of least energy, Intervals of the contacts."""
+    """Assert that LAMMPS' last forces lie in the proven intervals of its own last frame, contact by
+    contact, disk by disk and wall by wall. The impulses on the disks differ by Δ, what still
+    accelerates them; the certificates say how far that moves each end. Returns contacts, forces,
+    percussions of least energy, Intervals of the contacts."""
     snapshot = end_of(simulation, scene)
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     left = scene.drive.desired_velocity(snapshot.position)

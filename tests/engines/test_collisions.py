@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from analysis.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
+from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
 from nscd import Snapshot
 
 ENGINES = ["lammps", "yade"]
@@ -14,8 +14,8 @@ K = 1e6
 
 
 def collision(mass, stiffness, damping, speed):
-    """Peak force, duration and restitution of max(0, k x + c x') with effective mass `mass`, from the exact
-    x(t)."""
+    """Peak force, duration and restitution of max(0, k x + c x') with effective mass `mass`, from
+    the exact x(t)."""
     roots = np.roots([mass, damping, stiffness]).astype(complex)
     size = speed / (roots[0] - roots[1])
 
@@ -23,7 +23,9 @@ def collision(mass, stiffness, damping, speed):
         return (size * (roots[0] * np.exp(roots[0] * t) - roots[1] * np.exp(roots[1] * t))).real
 
     def force(t):
-        return stiffness * (size * (np.exp(roots[0] * t) - np.exp(roots[1] * t))).real + damping * velocity(t)
+        return stiffness * (
+            size * (np.exp(roots[0] * t) - np.exp(roots[1] * t))
+        ).real + damping * velocity(t)
 
     time = np.linspace(
         0.0, 12 * np.sqrt(mass / stiffness) * max(1, damping / np.sqrt(mass * stiffness)), 5001
@@ -37,18 +39,24 @@ def collision(mass, stiffness, damping, speed):
 def dashpot(restitution, mass):
     """The damping constant with which `collision` gives this restitution."""
     return brentq(
-        lambda damping: collision(mass, K, damping, 1.0)[2] - restitution, 1e-3, 40 * np.sqrt(K * mass)
+        lambda damping: collision(mass, K, damping, 1.0)[2] - restitution,
+        1e-3,
+        40 * np.sqrt(K * mass),
     )
 
 
 def seen(simulation, speed, first=0, second=1):
-    """Peak force, duration and restitution of a head-on collision along x, as simulated with a frame a
-    step."""
+    """Peak force, duration and restitution of a head-on collision along x, as simulated with a
+    frame a step."""
     force = np.array(
         [np.hypot(*contacts.force[0]) if len(contacts) else 0.0 for contacts in simulation.contacts]
     )
     v = simulation["vx"][-1]
-    return force.max(), (force > 0).sum() * simulation.frame_interval, (v[second] - v[first]) / speed
+    return (
+        force.max(),
+        (force > 0).sum() * simulation.frame_interval,
+        (v[second] - v[first]) / speed,
+    )
 
 
 @pytest.mark.parametrize(("name", "restitution"), [("lammps", 0.5), ("lammps", 0.1), ("yade", 0.5)])
@@ -58,7 +66,9 @@ def test_a_collision_converges_to_the_closed_form(simulate, impact, name, restit
     assert closed[2] == pytest.approx(restitution, abs=1e-9)
     errors = []
     for time_step in (1e-4, 5e-5, 2.5e-5):
-        scene = impact("pair", time_step, 0.03, every=1, restitution=restitution, stiffness_N_per_m=K)
+        scene = impact(
+            "pair", time_step, 0.03, every=1, restitution=restitution, stiffness_N_per_m=K
+        )
         peak, duration, rebound = seen(simulate(name, scene), 2.0)
         errors.append([abs(peak / closed[0] - 1), abs(rebound - restitution)])
         assert duration == pytest.approx(closed[1], abs=4 * time_step)
@@ -75,7 +85,9 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
     )
     run = Run(duration_s=0.03, frames=3000, time_step_s=1e-5)
     scene = (
-        read_scene("pair").model_copy(update={"snapshot": snapshot, "run": run}).with_contact(restitution=0.3)
+        read_scene("pair")
+        .model_copy(update={"snapshot": snapshot, "run": run})
+        .with_contact(restitution=0.3)
     )
     simulation = simulate(name, scene)
     closed = collision(
@@ -90,11 +102,21 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
 
 @pytest.mark.parametrize(
     ("name", "turn"),
-    [("lammps", 0.0), ("lammps", 90.0), ("lammps", 37.0), ("lammps", 200.0), ("yade", 90.0), ("yade", 37.0)],
+    [
+        ("lammps", 0.0),
+        ("lammps", 90.0),
+        ("lammps", 37.0),
+        ("lammps", 200.0),
+        ("yade", 90.0),
+        ("yade", 37.0),
+    ],
 )
 def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, name, turn):
     angle = np.deg2rad(turn)
-    along, normal = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    along, normal = (
+        np.array([np.cos(angle), np.sin(angle)]),
+        np.array([-np.sin(angle), np.cos(angle)]),
+    )
     velocity = 2.0 * normal + 0.7 * along
     disk = Snapshot(position=[-0.301 * normal], velocity=[velocity], radius=[0.3], mass=[80.0])
     scene = Scene(
@@ -144,7 +166,10 @@ def test_contact_forces_add_up_to_the_force_that_moves_a_disk(simulate, impact, 
         np.add.at(total, contacts.first - 1, -contacts.force)
         np.add.at(total, contacts.second[pair] - 1, contacts.force[pair])
         np.testing.assert_allclose(
-            total, np.column_stack([simulation["fx"][frame], simulation["fy"][frame]]), rtol=0, atol=1e-6
+            total,
+            np.column_stack([simulation["fx"][frame], simulation["fy"][frame]]),
+            rtol=0,
+            atol=1e-6,
         )
         assert ((contacts.force * contacts.normal).sum(1) >= 0).all()
 
@@ -162,8 +187,8 @@ def test_hertz_contacts_honour_the_restitution_too(simulate, impact, restitution
 
 
 def test_hertz_contacts_have_the_stiffness_asked_at_one_percent(simulate):
-    """An elastic collision turns at the overlap where 2/5 K x^2.5 = ½ m u²; K x^0.5 · 1.5 = k at x = 1 % of
-    the radius."""
+    """An elastic collision turns at the overlap where 2/5 K x^2.5 = ½ m u²; K x^0.5 · 1.5 = k at x
+    = 1 % of the radius."""
     scene = (
         read_scene("pair")
         .with_contact(law="hertz", restitution=1.0)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from at_hand import require
 
-from analysis.compare import compare_run
-from analysis.dumps import index_dump
-from analysis.engine_stress import stresses
+from analysis.compare.comparison import compare_run
+from analysis.compare.stress import stresses
+from analysis.dumps.reader import index_dump
 from analysis.engines import engine
-from analysis.making import make
-from analysis.scene import read_scene
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
 from nscd.stress import Kernel, smear
 
 KERNEL = Kernel(width=0.4, cutoff=9.0)
@@ -24,7 +24,8 @@ def compared(name, scene, folder):
 
 @pytest.mark.parametrize("name", ["lammps", "yade"])
 def test_a_driven_crowd(name, tmp_path):
-    """Σ(ma − F_drive)φ = div Σ + t with the engine's own forces, in N/m²; without the walls' traction it fails."""
+    """Σ(ma − F_drive)φ = div Σ + t with the engine's own forces, in N/m²; without the walls'
+    traction it fails."""
     scene = make("arch", 60).with_run(duration_s=1.0, frames=2)
     folder = compared(name, scene, tmp_path / name)
     found = compare_run(folder, time=1.0)
@@ -32,7 +33,9 @@ def test_a_driven_crowd(name, tmp_path):
     index = index_dump(folder / "bodies.dump")
     column = dict(zip(index.columns, index.table(len(index.steps) - 1).T, strict=True))
     order = np.argsort(column["id"])
-    gained = np.column_stack([column["fx"] - column["drive_x"], column["fy"] - column["drive_y"]])[order]
+    gained = np.column_stack([column["fx"] - column["drive_x"], column["fy"] - column["drive_y"]])[
+        order
+    ]
     position = found.snapshot.position
     at = position[::3] + 0.1
     penalty, _ = stresses(found, KERNEL, at)
@@ -44,7 +47,8 @@ def test_a_driven_crowd(name, tmp_path):
 
 
 def test_an_impact_has_stress_of_the_same_unit(tmp_path):
-    """Four disks in line, strongly damped: ∫f dt and p, both N·s/m, carry nearly the same; the whole is −Σ p ⊗ ℓ."""
+    """Four disks in line, strongly damped: ∫f dt and p, both N·s/m, carry nearly the same; the
+    whole is −Σ p ⊗ ℓ."""
     scene = read_scene("four_disks").with_contact(stiffness_N_per_m=1e6, restitution=0.0)
     found = compare_run(compared("lammps", scene, tmp_path / "lammps"))
     assert found.unit == "N·s"

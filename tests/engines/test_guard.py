@@ -1,4 +1,5 @@
-"""Runs that go wrong, each provoked, in both engines: who stops them, why, when, and what is left."""
+"""Runs that go wrong, each provoked, in both engines: who stops them, why, when, and what is
+left."""
 
 import dataclasses
 import json
@@ -10,15 +11,16 @@ import numpy as np
 import pytest
 from at_hand import ROOT, require
 
-from analysis.dumps import index_dump
+from analysis.compare.study import study
+from analysis.dumps.reader import index_dump
 from analysis.engines import EngineError, RunRecord
+from analysis.engines.dump_checks import check_bodies, check_contacts
 from analysis.engines.guard import ENERGY_SHARE, OVERLAP_SHARE, STEP_SHARE, energy_besides
 from analysis.engines.lammps import scene_deck
-from analysis.engines.outcome import check_bodies, check_contacts
-from analysis.making import make
-from analysis.report import write_report
-from analysis.scene import read_scene
-from analysis.study import run_engine, study
+from analysis.engines.run import run_engine
+from analysis.pages.report import write_report
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
 
 ENGINES = ["lammps", "yade"]
@@ -37,7 +39,8 @@ def timing(scene, time_step, duration, frames=10):
 
 
 def hot():
-    """A collision that gives energy: the time step is 2 ms, the critical one 2√(m_eff/k) = 12 ms, the rule's 0.09 ms."""
+    """A collision that gives energy: the time step is 2 ms, the critical one 2√(m_eff/k) = 12 ms,
+    the rule's 0.09 ms."""
     return timing(read_scene("pair"), 2e-3, 0.1)
 
 
@@ -70,7 +73,8 @@ def away():
 
 
 def boiling():
-    """A driven crowd at a time step of 0.58 √(m/k): jumps of the contact force give more than the walls take."""
+    """A driven crowd at a time step of 0.58 √(m/k): jumps of the contact force give more than the
+    walls take."""
     return timing(make("jam", 30), 5e-3, 4.0, 20)
 
 
@@ -92,7 +96,12 @@ def of_commands(name, scene, folder, command, decks="lammps_inputs", scripts="ya
         ]
         return command(words, ROOT, PYTHONPATH=str(scripts), PYTHONDONTWRITEBYTECODE="1")
     (folder / "scene.in").write_text(scene_deck(scene))
-    given = {"decks": decks, "deck": folder / "scene.in", "data": path.with_suffix(".data"), "out": folder}
+    given = {
+        "decks": decks,
+        "deck": folder / "scene.in",
+        "data": path.with_suffix(".data"),
+        "out": folder,
+    }
     variables = [word for key, value in given.items() for word in ("-var", key, str(value))]
     return command(["lmp", "-in", f"{decks}/crowd.in", "-log", "none", *variables], ROOT)
 
@@ -170,7 +179,8 @@ def test_numerical_damping_in_yade_changes_the_momentum(tmp_path, command):
 
 
 def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
-    """`coeff_restitution` with restitution 0 gives NaN; without a guard LAMMPS ends with status 0."""
+    """`coeff_restitution` with restitution 0 gives NaN; without a guard LAMMPS ends with status
+    0."""
     require("lammps")
     decks = tmp_path / "decks"
     shutil.copytree(ROOT / "lammps_inputs", decks)
@@ -184,12 +194,20 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
     (decks / "law.in").write_text(broken)
     monkeypatch.setattr("analysis.engines.lammps.decks_folder", lambda: decks)
     folder = tmp_path / "run"
-    with pytest.raises(EngineError, match="stopped by its guard: finite: the kinetic energy is not a finite"):
+    with pytest.raises(
+        EngineError, match="stopped by its guard: finite: the kinetic energy is not a finite"
+    ):
         run_engine(timing(read_scene("pair"), 1e-5, 0.01), "lammps", folder)
     # and the check of the dumps finds it, if the guard does not look
-    deck = (decks / "crowd.in").read_text().replace("variable guard index yes", "variable guard index no")
+    deck = (
+        (decks / "crowd.in")
+        .read_text()
+        .replace("variable guard index yes", "variable guard index no")
+    )
     (decks / "crowd.in").write_text(deck)
-    with pytest.raises(EngineError, match="its dumps cannot be right: not a finite number in column"):
+    with pytest.raises(
+        EngineError, match="its dumps cannot be right: not a finite number in column"
+    ):
         run_engine(timing(read_scene("pair"), 1e-5, 0.01), "lammps", folder)
     assert RunRecord.read(folder, even_stopped=True).exit_state == "failed"
 
@@ -200,7 +218,12 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
         ("lammps", "pair", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
         ("lammps", "chain", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
         ("lammps", "chain_wall_masses", {"restitution": 0.9}, {"duration_s": 0.1, "frames": 10}),
-        ("lammps", "pair_oblique", {"friction": 0.5, "restitution": 0.9}, {"duration_s": 0.1, "frames": 20}),
+        (
+            "lammps",
+            "pair_oblique",
+            {"friction": 0.5, "restitution": 0.9},
+            {"duration_s": 0.1, "frames": 20},
+        ),
         ("lammps", "corridor", {}, {"frames": 10}),
         ("lammps", "gate", {"law": "hertz"}, {"frames": 10}),
         ("lammps", "gate", {"restitution": 0.9, "stiffness_N_per_m": 3e4}, {"frames": 20}),
@@ -223,7 +246,16 @@ def test_the_guard_changes_nothing(tmp_path, command, name):
             words = ["yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py", "gate"]
             words += [f"{key}={value}" for key, value in given.items()]
         else:
-            words = ["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none", "-var", "scene", "gate"]
+            words = [
+                "lmp",
+                "-in",
+                "lammps_inputs/crowd.in",
+                "-log",
+                "none",
+                "-var",
+                "scene",
+                "gate",
+            ]
             words += [word for key, value in given.items() for word in ("-var", key, value)]
         done = command(words, ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
@@ -238,7 +270,9 @@ def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
     record = RunRecord.read(folder, even_stopped=True)
     assert record.reason.startswith("energy: kinetic energy")
     assert index_dump(folder / "bodies.dump").counts[0] == 2
-    with pytest.raises(EngineError, match=r"run: the run stopped at t = \S+ s: energy: kinetic energy"):
+    with pytest.raises(
+        EngineError, match=r"run: the run stopped at t = \S+ s: energy: kinetic energy"
+    ):
         RunRecord.read(folder)
     sound = timing(read_scene("pair"), 1e-5, 0.01)
     assert run_engine(sound, "lammps", folder).exit_state == "finished"
@@ -251,7 +285,9 @@ def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
 
 def percussions(command, folder, *words):
     return command(
-        [sys.executable, "-c", "from analysis.cli import main; main()", *words], folder, PYTHONPATH=str(ROOT)
+        [sys.executable, "-c", "from analysis.cli import main; main()", *words],
+        folder,
+        PYTHONPATH=str(ROOT),
     )
 
 
@@ -261,7 +297,9 @@ def test_the_command_ends_with_one_clear_line(tmp_path, command):
     assert done.returncode == 1
     lines = [line for line in done.stderr.splitlines() if line.startswith("percussions: ")]
     assert len(lines) == 1
-    assert re.search(r"lammps, pair, t = \S+ s \(step \d+\): stopped by its guard: energy: ", lines[0])
+    assert re.search(
+        r"lammps, pair, t = \S+ s \(step \d+\): stopped by its guard: energy: ", lines[0]
+    )
     assert "Traceback" not in done.stderr
 
 
@@ -270,8 +308,12 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
     scene = timing(read_scene("four_disks").with_contact(restitution=0.9), 1e-5, 0.2, 200)
     made = study(scene, ["lammps"], [1e6, 1e3], tmp_path / "runs")
     page = write_report([made], tmp_path / "report", "percussions report four_disks").read_text()
-    assert re.search(r'<li class="alarm">lammps, k = 1e\+03 N/m: .*stopped by its guard: overlap', page)
-    assert len(json.loads((tmp_path / "report/numbers.json").read_text())["four_disks"]["runs"]) == 1
+    assert re.search(
+        r'<li class="alarm">lammps, k = 1e\+03 N/m: .*stopped by its guard: overlap', page
+    )
+    assert (
+        len(json.loads((tmp_path / "report/numbers.json").read_text())["four_disks"]["runs"]) == 1
+    )
 
 
 def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(tmp_path, command):
@@ -282,7 +324,9 @@ def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(tmp_path, comman
     page = (tmp_path / "report/index.html").read_text()
     assert 'class="alarm">No run of this scene can be used' in page
     assert page.count("<tr data-run=") == 1
-    assert re.search(r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy", done.stderr)
+    assert re.search(
+        r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy", done.stderr
+    )
     assert "Traceback" not in done.stderr
 
 
@@ -296,7 +340,8 @@ def pair_run(tmp_path_factory):
 
 
 def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
-    """Frames that are cut off, a contact too deep, energy that comes back after it was lost: each is found."""
+    """Frames that are cut off, a contact too deep, energy that comes back after it was lost: each
+    is found."""
     folder, record, scene = pair_run
     kinetic = check_bodies(folder / "bodies.dump", record, scene)
     assert kinetic[0] == pytest.approx(0.5 * 75 * 2**2)

@@ -1,4 +1,5 @@
-"""The paper's four disks and corridor with the real engines, against an integration of the springs, long waves and limits."""
+"""The paper's four disks and corridor with the real engines, against an integration of the springs,
+long waves and limits."""
 
 import io
 
@@ -7,19 +8,27 @@ import pytest
 from at_hand import require
 from scipy.integrate import solve_ivp
 
-from analysis.compare import statistics
+from analysis.compare.comparison import statistics
 from analysis.engines import lammps, yade
-from analysis.paper import corridor, four_disks
-from analysis.paper.cradle import cradle_scene, velocities_after
-from analysis.paper.engine_runs import EngineRun
-from analysis.paper.push import exponent, first_arrivals, long_wave_speed, push_scene, run_push
-from analysis.paper.section import Verdict
-from analysis.scene import read_scene
+from analysis.engines.ahead import EngineRun
+from analysis.pages.section import Verdict
+from analysis.paper.discrete.fig1_four_disks import section as four_disks
+from analysis.paper.discrete.fig2_corridor import section as corridor
+from analysis.paper.discrete.fig2_corridor.push import (
+    exponent,
+    first_arrivals,
+    long_wave_speed,
+    push_scene,
+    run_push,
+)
+from analysis.paper.discrete.line_of_disks import cradle_scene, velocities_after
+from analysis.scene.scene import read_scene
 from nscd import find_contacts
 
 
 def springs(disks, mass, stiffness, speed, power):
-    """Velocities after a line of disks with contact forces k δ^power has come apart, by an adaptive integrator."""
+    """Velocities after a line of disks with contact forces k δ^power has come apart, by an adaptive
+    integrator."""
 
     def slope(_, state):
         x, v = state[:disks], state[disks:]
@@ -62,7 +71,9 @@ def test_figure_1_holds_every_law_and_judges_the_claims(first_figure):
     assert len(laws) == 12
     np.testing.assert_allclose(laws["percussions, k = 0"], 0.5, atol=1e-9)
     np.testing.assert_allclose(laws["percussions, k = 10 kg"], 0.5, atol=1e-9)
-    np.testing.assert_allclose(laws["percussions, k = 10⁶ m (k → ∞)"], laws["Newton, e = 1"], atol=1e-5)
+    np.testing.assert_allclose(
+        laws["percussions, k = 10⁶ m (k → ∞)"], laws["Newton, e = 1"], atol=1e-5
+    )
     np.testing.assert_allclose(laws["LAMMPS, e = 1, hooke"], laws["YADE, e = 1, hooke"], atol=1e-9)
     assert abs(laws["LAMMPS, e = 1, hooke"] - laws["Newton, e = 1"]).max() > 0.5
     # momentum, whoever computes it

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from at_hand import ROOT, require
 
-from analysis.dumps import index_contacts, index_dump
+from analysis.dumps.reader import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.engines.penalty import penalty_of
-from analysis.scene import read_scene, scene_names
+from analysis.scene.scene import read_scene, scene_names
 
 PAPER = ["pair", "four_disks", "chain", "chain_wall", "corridor", "arch", "arch_masses", "jam"]
 YADE = ["yade", "-L", "noserver", "-n", "-x", "yade_scripts/crowd.py"]
@@ -30,8 +30,8 @@ def checkout(tmp_path_factory):
 
 
 def numbers(said):
-    """What an engine says of its law: damping ratio, two dashpots, two restitutions, time step, safe one,
-    steps, interval."""
+    """What an engine says of its law: damping ratio, two dashpots, two restitutions, time step,
+    safe one, steps, interval."""
     pattern = (
         r"damping ratio (\S+), dashpots (\S+) N s/m between disks, (\S+) N s/m at walls[^\n]*\n"
         r"restitution: asked \S+, obtained (\S+) to (\S+) over the masses\n"
@@ -61,7 +61,9 @@ def test_the_committed_decks_are_those_of_the_scenes():
     folder = ROOT / "lammps_inputs" / "scenes"
     assert sorted(path.stem for path in folder.glob("*.in")) == scene_names()
     for name in scene_names():
-        assert (folder / f"{name}.in").read_text(encoding="utf-8") == scene_deck(read_scene(name)), name
+        assert (folder / f"{name}.in").read_text(encoding="utf-8") == scene_deck(
+            read_scene(name)
+        ), name
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -112,7 +114,9 @@ def test_plain_yade_runs_each_scene(checkout, command, name):
 
 @pytest.mark.parametrize("law", ["hooke", "hertz"])
 @pytest.mark.parametrize("restitution", [0.0, 0.05, 0.3, 0.95, 1.0])
-def test_the_deck_finds_the_damping_of_any_restitution(checkout, command, tmp_path, restitution, law):
+def test_the_deck_finds_the_damping_of_any_restitution(
+    checkout, command, tmp_path, restitution, law
+):
     require("lammps")
     given = {
         "scene": "chain_masses",
@@ -138,7 +142,8 @@ def test_the_deck_finds_the_damping_of_any_restitution(checkout, command, tmp_pa
 def test_a_deck_with_an_unknown_law_says_so(checkout, command):
     require("lammps")
     done = command(
-        ["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", "pair", "-var", "law", "jelly"], checkout
+        ["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", "pair", "-var", "law", "jelly"],
+        checkout,
     )
     assert done.returncode != 0
     assert "law: jelly; there are hooke and hertz" in done.stdout
@@ -175,18 +180,22 @@ def listening(pid):
         for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]
     ]
     return {
-        int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in sockets
+        int(row[1].split(":")[1], 16)
+        for row in rows
+        if row[3] == "0A" and f"socket:[{row[9]}]" in sockets
     }
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux' /proc/net/tcp")
 @pytest.mark.parametrize("started", ["as documented", "bare"])
 def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
-    """Bare, YADE itself opens two before the script runs; the script must have closed them when it starts to
-    work."""
+    """Bare, YADE itself opens two before the script runs; the script must have closed them when it
+    starts to work."""
     require("yade")
     words = YADE if started == "as documented" else ["yade", "-n", "-x", "yade_scripts/crowd.py"]
-    environment = os.environ | ({"PYTHONPATH": "yade_scripts"} if started == "as documented" else {})
+    environment = os.environ | (
+        {"PYTHONPATH": "yade_scripts"} if started == "as documented" else {}
+    )
     log = tmp_path / "log"
     with log.open("w") as said:
         process = subprocess.Popen(

@@ -15,9 +15,9 @@ import pytest
 from at_hand import ROOT, require
 
 from analysis.engines import EngineError, RunRecord, engine
-from analysis.making import make
-from analysis.scene import read_scene
-from analysis.study import finished_run
+from analysis.engines.run import finished_run
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
 
 ENGINES = ["lammps", "yade"]
 
@@ -38,7 +38,8 @@ def test_at_rest_only_the_walls_balance_the_drive(simulate, name):
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_the_drive_is_held_between_refreshes_and_is_that_of_the_scene(simulate, name):
-    """Frames a step: the force changes only after each tenth step, to that of the state at the tenth step."""
+    """Frames a step: the force changes only after each tenth step, to that of the state at the
+    tenth step."""
     scene = make("arch", 20).with_run(duration_s=0.01, frames=25, time_step_s=4e-4)
     simulation = simulate(name, scene)
     drive = np.stack([simulation["drive_x"], simulation["drive_y"]], axis=2)
@@ -55,7 +56,12 @@ def test_the_drive_points_as_the_scene_says(simulate, aim):
     """Also beyond the door, and with a door that is not along an axis."""
     base = make("arch", 60)
     drive = base.drive.model_copy(
-        update={"aim": aim, "door_start_m": (-2.0, -1.1), "door_end_m": (-1.7, -0.7), "outward": (0.8, -0.6)}
+        update={
+            "aim": aim,
+            "door_start_m": (-2.0, -1.1),
+            "door_end_m": (-1.7, -0.7),
+            "outward": (0.8, -0.6),
+        }
     )
     scene = base.model_copy(update={"drive": drive, "walls": ()}).with_run(
         duration_s=4e-4, frames=1, time_step_s=4e-4
@@ -132,7 +138,11 @@ def test_a_run_that_explodes_leaves_the_earlier_results(tmp_path, quick, name, t
     run(name, quick, folder)
     before = content(folder)
     with pytest.raises(EngineError, match=rf"{name}.*t = .*smaller time step") as caught:
-        run(name, make("arch", 100).with_run(duration_s=60, frames=60, time_step_s=time_step), folder)
+        run(
+            name,
+            make("arch", 100).with_run(duration_s=60, frames=60, time_step_s=time_step),
+            folder,
+        )
     assert any(
         word in str(caught.value)
         for word in ("kinetic energy", "lost", "Lost", "not a finite number", "status")
@@ -156,7 +166,7 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, quick, name):
     run(name, quick, folder)
     before = content(folder)
     program = (
-        "from pathlib import Path\nfrom analysis.engines import engine\nfrom analysis.making import make\n"
+        "from pathlib import Path\nfrom analysis.engines import engine\nfrom analysis.scene.shipped_scenes import make\n"
         f"name, folder = {name!r}, Path({str(folder)!r})\n"
         "engine(name).prepare(make('arch', 300).with_run(duration_s=1000, frames=10000), folder)\n"
         "engine(name).run(folder, progress=lambda share: print(share, flush=True))\n"

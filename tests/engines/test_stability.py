@@ -1,23 +1,29 @@
-"""Failures of the engines, provoked at small size and recognised from the dumps, whatever the exit status."""
+"""Failures of the engines, provoked at small size and recognised from the dumps, whatever the exit
+status."""
 
 import pytest
 from at_hand import require
 
 from analysis.stability.case import Outcome
-from analysis.stability.contact_search import CHECKED, skin_attempt, skin_theory
-from analysis.stability.crowds import line, scene_of
-from analysis.stability.energy import drift_attempt
-from analysis.stability.initial_overlap import overlap_attempt, overlap_theory
-from analysis.stability.limits import (
+from analysis.stability.cases.contact_search import CHECKED, skin_attempt, skin_theory
+from analysis.stability.cases.energy import drift_attempt
+from analysis.stability.cases.initial_overlap import overlap_attempt, overlap_theory
+from analysis.stability.cases.limits import (
     restart_attempt,
     speed_attempt,
     speed_theory,
     stiffness_attempt,
     stiffness_theory,
 )
-from analysis.stability.masses import pair_attempt, pair_theory
-from analysis.stability.passing import door_attempt, door_theory, wall_attempt, wall_theory
-from analysis.stability.time_steps import damped_attempt, damped_theory, undamped_attempt, undamped_theory
+from analysis.stability.cases.masses import pair_attempt, pair_theory
+from analysis.stability.cases.passing import door_attempt, door_theory, wall_attempt, wall_theory
+from analysis.stability.cases.time_steps import (
+    damped_attempt,
+    damped_theory,
+    undamped_attempt,
+    undamped_theory,
+)
+from analysis.stability.crowds import line, scene_of
 from analysis.stability.trial import Edit, guard_says, try_engine
 
 
@@ -115,7 +121,9 @@ def test_drift_over_many_steps(tmp_path):
 
 def test_speeds_below_the_rounding_of_positions_do_not_collide(tmp_path):
     row = "lammps, Δt = 0.01"
-    above, below = (speed_attempt(speed_theory(row) * factor, row, tmp_path) for factor in (1.05, 0.95))
+    above, below = (
+        speed_attempt(speed_theory(row) * factor, row, tmp_path) for factor in (1.05, 0.95)
+    )
     assert (above.outcome, below.outcome) == (Outcome.STABLE, Outcome.INACCURATE)
     assert below.silent
     assert speed_attempt(0.0, row, tmp_path).outcome is Outcome.STABLE

@@ -1,12 +1,13 @@
-"""Walls in every direction, their ends included, against the distance to a segment: 1,600 disks laid over 12 walls."""
+"""Walls in every direction, their ends included, against the distance to a segment: 1,600 disks
+laid over 12 walls."""
 
 import numpy as np
 import pytest
 from at_hand import ROOT, require
 
-from analysis.dumps import index_contacts, index_dump
+from analysis.dumps.reader import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
-from analysis.scene import Analysis, ContactModel, Run, Scene, Wall
+from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
 from nscd import Snapshot
 
 STIFFNESS = 1e6
@@ -14,18 +15,23 @@ STIFFNESS = 1e6
 
 @pytest.fixture(scope="module")
 def laid_over():
-    """Disks at rest that overlap walls, which no scene file may have; so the commands run it, not the adapters."""
+    """Disks at rest that overlap walls, which no scene file may have; so the commands run it, not
+    the adapters."""
     rng = np.random.default_rng(0)
     grid = np.arange(-20.0, 20.0)
     position = np.column_stack([x.ravel() for x in np.meshgrid(grid, grid)]) + rng.uniform(
         -0.2, 0.2, (1600, 2)
     )
     disks = Snapshot(
-        position=position, velocity=np.zeros((1600, 2)), radius=np.full(1600, 0.25), mass=np.full(1600, 75.0)
+        position=position,
+        velocity=np.zeros((1600, 2)),
+        radius=np.full(1600, 0.25),
+        mass=np.full(1600, 75.0),
     )
     ends = rng.uniform(-18, 18, (12, 2, 2))
     walls = [
-        Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b)) for i, (a, b) in enumerate(ends.tolist())
+        Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b))
+        for i, (a, b) in enumerate(ends.tolist())
     ]
     return Scene(
         name="laid", title="disks over walls", source="made", snapshot=disks, walls=tuple(walls),
@@ -70,17 +76,33 @@ def test_lammps(laid_over, command, tmp_path):
         ).table(0):
             distance = np.hypot(at_x - x, at_y - y)
             normal = (at_x - x) / distance, (at_y - y) / distance
-            found[int(disk), number] = (radius - distance, *normal, -(fx * normal[0] + fy * normal[1]))
+            found[int(disk), number] = (
+                radius - distance,
+                *normal,
+                -(fx * normal[0] + fy * normal[1]),
+            )
     assert_those(found, laid_over)
 
 
 def test_yade(laid_over, command, tmp_path):
     require("yade")
-    words = ["yade", "-L", "noserver", "-n", "-x", "yade_scripts/crowd.py", str(laid_over.write(tmp_path))]
-    done = command([*words, f"out={tmp_path}"], ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
+    words = [
+        "yade",
+        "-L",
+        "noserver",
+        "-n",
+        "-x",
+        "yade_scripts/crowd.py",
+        str(laid_over.write(tmp_path)),
+    ]
+    done = command(
+        [*words, f"out={tmp_path}"], ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1"
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     found = {}
-    for disk, wall, is_wall, nx, ny, overlap, fx, fy in index_contacts(tmp_path / "contacts.dump").table(0):
+    for disk, wall, is_wall, nx, ny, overlap, fx, fy in index_contacts(
+        tmp_path / "contacts.dump"
+    ).table(0):
         if is_wall:
             found[int(disk), int(wall)] = (overlap, nx, ny, fx * nx + fy * ny)
     assert_those(found, laid_over)

@@ -16,7 +16,9 @@ class Dimension:
     ped: Fraction = Fraction(0)
 
     def __mul__(self, other: Dimension) -> Dimension:
-        return Dimension(self.kg + other.kg, self.m + other.m, self.s + other.s, self.ped + other.ped)
+        return Dimension(
+            self.kg + other.kg, self.m + other.m, self.s + other.s, self.ped + other.ped
+        )
 
     def __truediv__(self, other: Dimension) -> Dimension:
         return self * other**-1

@@ -11,11 +11,12 @@ from scipy.sparse.linalg import spsolve
 
 @dataclass(frozen=True, kw_only=True)
 class Rod:
-    """A chain of people on 0 < x < l as a continuum: density ρ, k_v, k_s; a wall at l unless the chain is free.
+    """A chain of people on 0 < x < l as a continuum: density ρ, k_v, k_s; a wall at l unless the
+    chain is free.
 
-    w = u⁺ + u⁻ solves ∫ρ w v + k_v ∫w'v' + s (k_s w(l) + μ) v(l) = 2 ∫ρ u⁻ v, where s = +1 is the wall condition
-    +k_v w'(l) + k_s w(l) + μ = 0 and s = −1 the printed −k_v w'(l) + k_s w(l) + μ = 0.
-    """
+    w = u⁺ + u⁻ solves ∫ρ w v + k_v ∫w'v' + s (k_s w(l) + μ) v(l) = 2 ∫ρ u⁻ v, where s = +1 is the
+    wall condition +k_v w'(l) + k_s w(l) + μ = 0 and s = −1 the printed −k_v w'(l) + k_s w(l) + μ =
+    0."""
 
     length: float = 10.0
     density: float = 7.0
@@ -57,7 +58,8 @@ class Rod:
         return spsolve(operator.tocsc(), 2 * self.mass @ left) - left
 
     def sticking(self, left, sign=1):
-        """u⁺ with u⁺(l) = 0, and the reaction μ that this takes (positive where the wall pushes)."""
+        """u⁺ with u⁺(l) = 0, and the reaction μ that this takes (positive where the wall
+        pushes)."""
         operator, load = self.operator, 2 * self.mass @ left
         w = np.empty_like(left)
         w[-1] = left[-1]
@@ -70,7 +72,11 @@ class Rod:
         """Every admissible answer: stuck with μ ≥ 0, or leaving with u⁺(l) ≤ 0."""
         stuck, reaction = self.sticking(left, sign)
         away = self.leaving(left, sign)
-        return [right for right, admissible in ((stuck, reaction >= 0), (away, away[-1] <= 0)) if admissible]
+        return [
+            right
+            for right, admissible in ((stuck, reaction >= 0), (away, away[-1] <= 0))
+            if admissible
+        ]
 
     def energy(self, velocity):
         """½ ∫ρ u² (J for each metre of width)."""

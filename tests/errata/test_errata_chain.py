@@ -1,4 +1,5 @@
-"""Errata of the continuum chain, paper eqs. (12)–(14) and 3.2.1: the corrected form holds and the printed one fails."""
+"""Errata of the continuum chain, paper eqs. (12)–(14) and 3.2.1: the corrected form holds and the
+printed one fails."""
 
 import numpy as np
 import pytest
@@ -31,7 +32,8 @@ def internal_percussion(x, rod):
 
 
 def test_wall_pushes_with_plus_and_would_pull_with_minus():
-    """(12): +k_v ∂ₓw + k_s w + μ = 0 gives μ ≥ 0; with minus the crowd sticks only by a pull, or leaves gaining energy."""
+    """(12): +k_v ∂ₓw + k_s w + μ = 0 gives μ ≥ 0; with minus the crowd sticks only by a pull, or
+    leaves gaining energy."""
     for rod in (TABLE_1, STIFF_WALL):
         left = constant(rod)
         h = width(rod)
@@ -46,7 +48,8 @@ def test_wall_pushes_with_plus_and_would_pull_with_minus():
         assert pulls < -15
     # printed: at Table 1's values neither sticking nor leaving is admissible
     assert TABLE_1.answers(constant(TABLE_1), sign=-1) == []
-    # printed: off a stiffer wall the crowd comes back faster than it came, with work that the wall has done
+    # printed: off a stiffer wall the crowd comes back faster than it came, with work that the wall
+    # has done
     rod, left = STIFF_WALL, constant(STIFF_WALL)
     (printed,), (corrected,) = rod.answers(left, sign=-1), rod.answers(left)
     assert corrected[-1] == pytest.approx(-0.734026, abs=1e-5)
@@ -61,9 +64,12 @@ def test_wall_pushes_with_plus_and_would_pull_with_minus():
     assert rod.energy(rod.answers(left, sign=-1)[0]) > 2 * rod.energy(left)
 
 
-@pytest.mark.parametrize(("ratio", "sticks"), [(0.1, True), (0.99, True), (1.01, False), (2.5, False)])
+@pytest.mark.parametrize(
+    ("ratio", "sticks"), [(0.1, True), (0.99, True), (1.01, False), (2.5, False)]
+)
 def test_crowd_sticks_up_to_a_stiffness_of_the_wall(ratio, sticks):
-    """(13): it sticks if and only if k_s h ≤ k_v tanh(l/h); the printed right side is −tanh(l/h) < 0: always true."""
+    """(13): it sticks if and only if k_s h ≤ k_v tanh(l/h); the printed right side is −tanh(l/h) <
+    0: always true."""
     rod = Rod()
     h, L = width(rod), rod.length / width(rod)
     rod = Rod(k_s=ratio * rod.k_v / h * np.tanh(L))
@@ -79,7 +85,8 @@ def test_crowd_sticks_up_to_a_stiffness_of_the_wall(ratio, sticks):
 
 
 def test_decay_length_is_of_k_v_over_density():
-    """Under (13): h = √(k_v/ρ) = 1.13 m is a length and gives the modes; √(k̃/ρ) = 0.126 is none and does not."""
+    """Under (13): h = √(k_v/ρ) = 1.13 m is a length and gives the modes; √(k̃/ρ) = 0.126 is none
+    and does not."""
     k_v, k_s = KG, KG / M
     assert (k_v / DENSITY) ** 0.5 == M
     assert (k_s / k_v / DENSITY) ** 0.5 != M
@@ -104,7 +111,8 @@ def test_decay_length_is_of_k_v_over_density():
 
 
 def test_internal_percussion_has_the_factor_k_v():
-    """(14): r_int = k_v U sinh(x/h)/(h cosh(l/h)) is the momentum lost before x; as printed it is 9 times too small."""
+    """(14): r_int = k_v U sinh(x/h)/(h cosh(l/h)) is the momentum lost before x; as printed it is 9
+    times too small."""
     rod = TABLE_1
     (right,) = rod.answers(constant(rod))
     lost = rod.density * (U - right)
@@ -121,7 +129,8 @@ def test_internal_percussion_has_the_factor_k_v():
 
 
 def test_percussion_grows_with_density_only_near_the_wall():
-    """After (14): ∂r_int/∂ρ > 0 only within about h of the wall; farther back a denser crowd is pressed less."""
+    """After (14): ∂r_int/∂ρ > 0 only within about h of the wall; farther back a denser crowd is
+    pressed less."""
     rod, x = TABLE_1, TABLE_1.x[1:]
     denser = Rod(density=rod.density * (1 + 1e-6))
     growth = internal_percussion(x, denser) - internal_percussion(x, rod)
@@ -129,16 +138,19 @@ def test_percussion_grows_with_density_only_near_the_wall():
     assert (growth[x < turns] < 0).all()
     assert (growth[x > turns] > 0).all()
     assert rod.length - turns == pytest.approx(width(rod), rel=0.01)
-    # 4 m from the wall, doubling the density takes away more than half of the percussion (by the solver)
+    # 4 m from the wall, doubling the density takes away more than half of the percussion (by the
+    # solver)
     at = np.searchsorted(rod.x, 6.0)
     before, after = (
-        -r.k_v * np.gradient(r.answers(constant(r))[0], r.x)[at] for r in (rod, Rod(density=2 * rod.density))
+        -r.k_v * np.gradient(r.answers(constant(r))[0], r.x)[at]
+        for r in (rod, Rod(density=2 * rod.density))
     )
     assert after < 0.5 * before
 
 
 def test_stopped_chain_is_still_being_compressed():
-    """3.2.1: u⁺ falls towards the wall, by up to U tanh(l/h)/h = 1.5 1/s: people still close up; glued means ∂ₓu⁺ = 0."""
+    """3.2.1: u⁺ falls towards the wall, by up to U tanh(l/h)/h = 1.5 1/s: people still close up;
+    glued means ∂ₓu⁺ = 0."""
     rod = TABLE_1
     (right,) = rod.answers(constant(rod))
     closing = -np.gradient(right, rod.x, edge_order=2)
@@ -149,7 +161,8 @@ def test_stopped_chain_is_still_being_compressed():
 
 
 def test_free_chain_of_large_k_v_is_elastic_not_rigid():
-    """3.2.1: for k_v → ∞ a free chain with falling u⁻ gets 2ū − u⁻ and keeps its energy; rigid disks get ū."""
+    """3.2.1: for k_v → ∞ a free chain with falling u⁻ gets 2ū − u⁻ and keeps its energy; rigid
+    disks get ū."""
     rod = Rod(k_v=1e7, elements=200)
     left = 2.0 - 0.2 * rod.x
     right = rod.free(left)

@@ -4,18 +4,31 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from dimension import DENSITY, ENERGY, FORCE, GRADIENT, IMPULSE, KG, PED, PRESSURE, SPEED, STRAIN_RATE, M, S
+from dimension import (
+    DENSITY,
+    ENERGY,
+    FORCE,
+    GRADIENT,
+    IMPULSE,
+    KG,
+    PED,
+    PRESSURE,
+    SPEED,
+    STRAIN_RATE,
+    M,
+    S,
+)
 from rod import Rod
 
 from nscd import Snapshot, find_contacts, solve
 
 
 def radial_crowd(direction):
-    """Half-annulus 0.5 < r < 5 m around an exit, u⁻ = direction · 1.7 r̂, smooth straight walls: r, p and wall μ.
+    """Half-annulus 0.5 < r < 5 m around an exit, u⁻ = direction · 1.7 r̂, smooth straight walls: r,
+    p and wall μ.
 
-    w = f(r) r̂ with ∫(ρ f v + k_v (f'v' + f v/r²)) r dr = 2ρ∫u⁻v r dr, by linear elements; p = −½ k_v (f' + f/r),
-    μ = −k_v f/r.
-    """
+    w = f(r) r̂ with ∫(ρ f v + k_v (f'v' + f v/r²)) r dr = 2ρ∫u⁻v r dr, by linear elements; p = −½
+    k_v (f' + f/r), μ = −k_v f/r."""
     density, k_v, n = 7.0, 9.0, 600
     r = np.linspace(0.5, 5.0, n + 1)
     step, middle = r[1] - r[0], 0.5 * (r[1:] + r[:-1])
@@ -23,7 +36,9 @@ def radial_crowd(direction):
     mean, slope = np.array([0.5, 0.5]), np.array([-1.0, 1.0]) / step
     for e in range(n):
         here = np.ix_([e, e + 1], [e, e + 1])
-        element = (density + k_v / middle[e] ** 2) * np.outer(mean, mean) + k_v * np.outer(slope, slope)
+        element = (density + k_v / middle[e] ** 2) * np.outer(mean, mean) + k_v * np.outer(
+            slope, slope
+        )
         operator[here] += step * middle[e] * element
         load[e : e + 2] += step * middle[e] * 2 * density * direction * 1.7 * mean
     f = np.linalg.solve(operator, load)
@@ -32,7 +47,8 @@ def radial_crowd(direction):
 
 
 def test_desired_direction_points_to_the_exit():
-    """3.2.2: (P − x)/|x − P| walks to the exit and presses; (x − P)/|x − P| walks away, in tension, off the walls."""
+    """3.2.2: (P − x)/|x − P| walks to the exit and presses; (x − P)/|x − P| walks away, in tension,
+    off the walls."""
     _, pressure, wall = radial_crowd(-1.0)
     assert pressure.min() > 0
     assert wall.min() > 0
@@ -41,7 +57,9 @@ def test_desired_direction_points_to_the_exit():
     assert wall.max() < 0
 
     exit_point = np.array([1.0, -0.3])
-    disks = np.array([(0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j) for j in range(4) for i in range(5)])
+    disks = np.array(
+        [(0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j) for j in range(4) for i in range(5)]
+    )
     printed = (disks - exit_point) / np.linalg.norm(disks - exit_point, axis=1)[:, None]
     crowd = {"radius": np.full(20, 0.25), "mass": np.full(20, 75.0), "position": disks}
     total = {}
@@ -58,7 +76,8 @@ def test_desired_direction_points_to_the_exit():
 
 
 def test_external_percussion_lives_on_the_free_border():
-    """3.1: ∫_Γf r·v is bounded by the L²(Γ_f) norm; by the L²(Ω) norm it is not, and there its unit is no energy."""
+    """3.1: ∫_Γf r·v is bounded by the L²(Γ_f) norm; by the L²(Ω) norm it is not, and there its unit
+    is no energy."""
     traction = IMPULSE / M
     assert traction * SPEED * M == ENERGY
     assert traction * SPEED * M**2 != ENERGY
@@ -77,11 +96,13 @@ def test_external_percussion_lives_on_the_free_border():
 
 
 def test_surface_potential_takes_the_velocity_itself():
-    """3.1: φ_s = k_s (w/2)² gives r_int = k_s w, a vector in N·s/m; with D(w) it is a matrix in another unit."""
+    """3.1: φ_s = k_s (w/2)² gives r_int = k_s w, a vector in N·s/m; with D(w) it is a matrix in
+    another unit."""
     k_s, traction = KG / M, IMPULSE / M
     assert k_s * SPEED == traction
     assert k_s * STRAIN_RATE != traction
-    # the gradient of each potential for a crowd that slides along the wall as one body, w = (0.5, 0.2) m/s
+    # the gradient of each potential for a crowd that slides along the wall as one body, w = (0.5,
+    # 0.2) m/s
     stiffness, w, step = 1.0, np.array([0.5, 0.2]), 1e-6
     places = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
@@ -100,11 +121,14 @@ def test_surface_potential_takes_the_velocity_itself():
         return np.array([(potential(w + d) - potential(w - d)) / step for d in moved])
 
     np.testing.assert_allclose(percussion(of_velocity), stiffness * w, rtol=1e-8)
-    np.testing.assert_array_equal(percussion(of_strain), 0)  # as printed the wall would not brake them
+    np.testing.assert_array_equal(
+        percussion(of_strain), 0
+    )  # as printed the wall would not brake them
 
 
 def test_units_of_k_v_and_k_s():
-    """Table 1: N·s²/m² and N·s²/m³ balance (11) for kg/m³, in space; in the plane k_v is in kg and k_s in kg/m."""
+    """Table 1: N·s²/m² and N·s²/m³ balance (11) for kg/m³, in space; in the plane k_v is in kg and
+    k_s in kg/m."""
 
     def balances(density, k_v, k_s):
         momentum = density * SPEED
@@ -116,7 +140,8 @@ def test_units_of_k_v_and_k_s():
     assert not balances(DENSITY, *printed)
     assert not balances(PED / M**2, *printed)
     assert balances(DENSITY, KG, KG / M)
-    # people or kilograms: with 75 kg in ρ, k_v and k_s alike the velocities stay and the percussions are 75 times as large
+    # people or kilograms: with 75 kg in ρ, k_v and k_s alike the velocities stay and the
+    # percussions are 75 times as large
     left = np.full(4001, 1.7)
     people, kilograms = Rod(), Rod(density=7 * 75.0, k_v=9 * 75.0, k_s=75.0)
     (right, reaction), (same, larger) = people.sticking(left), kilograms.sticking(left)
@@ -128,7 +153,8 @@ def test_units_of_k_v_and_k_s():
 
 @pytest.mark.parametrize("gamma", [Fraction(7, 5), Fraction(2), Fraction(3)], ids=str)
 def test_unit_of_the_pressure_coefficient(gamma):
-    """Table 1: p = p₀ρ^γ beside ρ|u|² needs ped^(1−γ) m^(2γ) s⁻²; the printed m^(2+γ) is the same at γ = 2 only."""
+    """Table 1: p = p₀ρ^γ beside ρ|u|² needs ped^(1−γ) m^(2γ) s⁻²; the printed m^(2+γ) is the same
+    at γ = 2 only."""
     density = PED / M**2
     wanted = density * SPEED**2
     corrected = PED ** (1 - gamma) * M ** (2 * gamma) / S**2
@@ -138,7 +164,8 @@ def test_unit_of_the_pressure_coefficient(gamma):
 
 
 def test_percussion_is_no_pressure():
-    """Fig. 10a: σ = k_v D(w) is an impulse for each length, in proportion to the window δt; σ/δt is a pressure."""
+    """Fig. 10a: σ = k_v D(w) is an impulse for each length, in proportion to the window δt; σ/δt is
+    a pressure."""
     sigma = KG * STRAIN_RATE
     assert sigma == IMPULSE / M
     assert sigma != PRESSURE

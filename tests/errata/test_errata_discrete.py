@@ -35,7 +35,9 @@ def triangle(velocity):
 
 def block_on_floor():
     """Twelve touching disks of unequal masses, in hexagonal rows, that fall askew on a floor."""
-    rows = [(0.5 * i + 0.25 * (j % 2), 0.25 + 0.25 * np.sqrt(3) * j) for j in range(3) for i in range(4)]
+    rows = [
+        (0.5 * i + 0.25 * (j % 2), 0.25 + 0.25 * np.sqrt(3) * j) for j in range(3) for i in range(4)
+    ]
     masses = np.array([50.0, 93, 61, 75, 88, 52, 99, 70, 64, 81, 58, 77])
     velocity = np.tile([0.6, -2.0], (12, 1))
     snapshot = Snapshot(position=rows, velocity=velocity, radius=np.full(12, 0.25), mass=masses)
@@ -44,7 +46,9 @@ def block_on_floor():
 
 def answer(snapshot, walls=None, left_velocity=None, **law):
     contacts = find_contacts(snapshot, walls, tolerance=1e-9)
-    found = solve(snapshot, contacts, left_velocity=left_velocity, law=ContactLaw(**law), tolerance=1e-10)
+    found = solve(
+        snapshot, contacts, left_velocity=left_velocity, law=ContactLaw(**law), tolerance=1e-10
+    )
     assert found.status == "solved"
     return contacts, found
 
@@ -62,7 +66,8 @@ def dense_normal_matrix(contacts, n):
 
 
 def projection(snapshot, contacts):
-    """λ and u⁺ of 0 ≤ λ ⟂ Wλ − Cu⁻ ≥ 0 by non-negative least squares, independent of the product's solvers."""
+    """λ and u⁺ of 0 ≤ λ ⟂ Wλ − Cu⁻ ≥ 0 by non-negative least squares, independent of the product's
+    solvers."""
     C = dense_normal_matrix(contacts, len(snapshot))
     root = np.repeat(np.sqrt(snapshot.mass), 2)
     reaction, _ = nnls(C.T / root[:, None], root * snapshot.velocity.ravel())
@@ -70,7 +75,8 @@ def projection(snapshot, contacts):
 
 
 def test_dissipation_acts_on_the_disks_through_the_transpose():
-    """(1): Dᵀ∂φ(D·) conserves momentum; ∂φ(D·) has a row a contact, and loses momentum even where the shapes agree."""
+    """(1): Dᵀ∂φ(D·) conserves momentum; ∂φ(D·) has a row a contact, and loses momentum even where
+    the shapes agree."""
     chain = line([75.0] * 4, [2.0, 0, 0, 0])
     contacts, found = answer(chain, dissipation=20.0)
     printed = 20.0 * contacts.deformation_velocity(found.right_velocity + chain.velocity)
@@ -83,7 +89,8 @@ def test_dissipation_acts_on_the_disks_through_the_transpose():
     before = (mass * ring.velocity).sum(0)
     contacts, found = answer(ring, dissipation=k, tangential_dissipation=0.0)
     np.testing.assert_allclose((mass * found.right_velocity).sum(0), before, atol=1e-11)
-    # the same collision by dense algebra with the transpose; k is large enough that every contact opens
+    # the same collision by dense algebra with the transpose; k is large enough that every contact
+    # opens
     C = dense_normal_matrix(contacts, 3)
     M = np.diag(np.repeat(ring.mass, 2))
     right = np.linalg.solve(M + k * C.T @ C, (M - k * C.T @ C) @ ring.velocity.ravel())
@@ -98,13 +105,15 @@ def test_dissipation_acts_on_the_disks_through_the_transpose():
 
 
 def subgradient_of_indicator(slope, at, inside):
-    """Whether 1_K(y) ≥ 1_K(at) + slope (y − at) for all y, by trying y: the definition of slope ∈ ∂1_K(at)."""
+    """Whether 1_K(y) ≥ 1_K(at) + slope (y − at) for all y, by trying y: the definition of slope ∈
+    ∂1_K(at)."""
     y = np.linspace(-3, 3, 601)
     return bool(inside(at) and (slope * (y[inside(y)] - at) <= 1e-9).all())
 
 
 def test_reactions_are_subgradients_of_the_indicator_of_the_negative_half_line():
-    """After (1): λ ∈ ∂1_{ℝ⁻}(v⁺); of the printed ∂1_{ℝ⁺} neither a pushing nor an open contact is an element."""
+    """After (1): λ ∈ ∂1_{ℝ⁻}(v⁺); of the printed ∂1_{ℝ⁺} neither a pushing nor an open contact is
+    an element."""
     contacts, pressed = answer(line([75.0, 75.0], [2.0, 0.0]))
     _, parting = answer(line([75.0, 75.0], [0.0, 1.0]))
     for found, pushes in ((pressed, True), (parting, False)):
@@ -115,7 +124,8 @@ def test_reactions_are_subgradients_of_the_indicator_of_the_negative_half_line()
 
 
 def test_conditions_as_printed_allow_overlap_and_pulling():
-    """After (1): M(u⁺−u⁻) + Cᵀλ = 0 and Cu⁺·λ = 0 hold for disks that pass through each other, and for glue."""
+    """After (1): M(u⁺−u⁻) + Cᵀλ = 0 and Cu⁺·λ = 0 hold for disks that pass through each other, and
+    for glue."""
     m_eff = 37.5
     for u, right_answer in (([2.0, 0.0], [1.0, 1.0]), ([0.0, 2.0], [0.0, 2.0])):
         snapshot = line([75.0, 75.0], u)
@@ -136,7 +146,8 @@ def test_conditions_as_printed_allow_overlap_and_pulling():
 
 
 def test_maintained_contact_can_pull():
-    """(2), (8): with equality the contacts of parting disks pull by 100 and 125 N·s; 0 ≤ λ ⟂ Wλ − Cu⁻ ≥ 0 gives 0."""
+    """(2), (8): with equality the contacts of parting disks pull by 100 and 125 N·s; 0 ≤ λ ⟂ Wλ −
+    Cu⁻ ≥ 0 gives 0."""
     snapshot = line([75.0] * 3, [0.0, 1.0, 3.0])
     contacts, found = answer(snapshot)
     C = dense_normal_matrix(contacts, 3)
@@ -150,7 +161,8 @@ def test_maintained_contact_can_pull():
 
 
 def test_maintained_equation_can_be_singular():
-    """(2), (8): a chain wedged between two walls has W singular: λ + t(1, …, 1) solves Wλ = Cu⁻ for every t."""
+    """(2), (8): a chain wedged between two walls has W singular: λ + t(1, …, 1) solves Wλ = Cu⁻ for
+    every t."""
     snapshot = line([50.0, 75.0, 100.0], [0.5, 0.5, 0.5])
     walls = Walls(start=[[-0.25, -1], [1.25, -1]], end=[[-0.25, 1], [1.25, 1]])
     contacts, found = answer(snapshot, walls)
@@ -164,7 +176,8 @@ def test_maintained_equation_can_be_singular():
 
 
 def test_right_velocity_needs_the_masses_and_the_minus_sign():
-    """(7): u⁻ − M⁻¹Cᵀλ is admissible and is the projection; u⁻ + Cᵀλ drives disks into each other at > 100 m/s."""
+    """(7): u⁻ − M⁻¹Cᵀλ is admissible and is the projection; u⁻ + Cᵀλ drives disks into each other
+    at > 100 m/s."""
     snapshot, floor = block_on_floor()
     contacts, found = answer(snapshot, floor)
     C = dense_normal_matrix(contacts, 12)
@@ -184,7 +197,8 @@ def test_right_velocity_needs_the_masses_and_the_minus_sign():
 
 
 def test_common_velocity_belongs_to_the_free_chain():
-    """(5), (6): right for a free chain; against a wall they walk through it at 2 m/s and miss all of Σ m u⁻."""
+    """(5), (6): right for a free chain; against a wall they walk through it at 2 m/s and miss all
+    of Σ m u⁻."""
     mass, left = np.array([50.0, 93, 61, 75, 88, 52]), np.full(6, 2.0)
     left[0] = 2.5
     snapshot = line(mass, left)
@@ -202,7 +216,8 @@ def test_common_velocity_belongs_to_the_free_chain():
 
 
 def test_dissipation_10_is_inelastic_for_75_kg():
-    """Fig. 1c: with k = 10, four disks of 75 kg stay together as with k = 0; of 1 kg, e = 0.86 as 1 kg on 3 kg."""
+    """Fig. 1c: with k = 10, four disks of 75 kg stay together as with k = 0; of 1 kg, e = 0.86 as 1
+    kg on 3 kg."""
     for k in (0.0, 10.0):
         _, heavy = answer(line([75.0] * 4, [2.0, 0, 0, 0]), dissipation=k)
         np.testing.assert_allclose(heavy.right_velocity[:, 0], 0.5, atol=1e-9)
@@ -219,7 +234,8 @@ def test_dissipation_10_is_inelastic_for_75_kg():
 
 
 def test_force_is_percussion_over_time():
-    """2.1: −Cᵀλ/δt holds a blocked crowd whatever δt is; Cᵀλ is no force (it follows δt) and points forward."""
+    """2.1: −Cᵀλ/δt holds a blocked crowd whatever δt is; Cᵀλ is no force (it follows δt) and points
+    forward."""
     mass, speed, relaxation = np.array([50.0, 93, 61, 75, 88]), 1.5, 0.5
     snapshot = line(mass, np.zeros(5))
     drive = np.column_stack([mass * speed / relaxation, np.zeros(5)])

@@ -30,7 +30,8 @@ def test_sliding_term_has_no_comma():
 
 
 def test_social_force_without_overlap_is_not_constant():
-    """After (9): people who stand in a row against a wall and do not overlap carry 225 to 1,575 N, not A = 2,000 N each."""
+    """After (9): people who stand in a row against a wall and do not overlap carry 225 to 1,575 N,
+    not A = 2,000 N each."""
     drive = np.full(7, 75 * 1.5 / 0.5)  # m u_d/τ
     gaps = -0.08 * np.log(np.cumsum(drive) / 2000.0)
     assert gaps.min() > 0
@@ -56,21 +57,25 @@ def loehner(gap, reading, radii=(0.25, 0.25)):
 
 
 def test_loehner_force_doubles_as_touch_is_lost():
-    """(10): as printed the force doubles when a contact opens; with the cases swapped it halves, and never grows."""
+    """(10): as printed the force doubles when a contact opens; with the cases swapped it halves,
+    and never grows."""
     gaps = np.concatenate([np.linspace(-0.2, 0.0, 51), [1e-9], np.linspace(0.01, 1.0, 100)])
     sizes = {r: np.array([loehner(gap, r)[1, 0] for gap in gaps]) for r in LoehnerReading}
     printed, swapped = sizes[LoehnerReading.PRINTED], sizes[LoehnerReading.TEXT]
     np.testing.assert_allclose(
         [printed[50], swapped[50]], [20, 40], rtol=1e-9
     )  # f_max/(1 + 2²), and twice that
-    np.testing.assert_allclose([printed[51] / printed[50], swapped[51] / swapped[50]], [2, 0.5], rtol=1e-6)
+    np.testing.assert_allclose(
+        [printed[51] / printed[50], swapped[51] / swapped[50]], [2, 0.5], rtol=1e-6
+    )
     assert (np.diff(swapped) < 0).all()
     assert (np.diff(printed) > 0).sum() == 1
     assert printed[gaps > 0.09][0] > 1.4 * printed[50]  # 10 cm apart stronger than in contact
 
 
 def test_loehner_force_needs_a_direction():
-    """(10): as printed both of a pair get −f; along n_ij two equal disks balance (unequal ones still do not)."""
+    """(10): as printed both of a pair get −f; along n_ij two equal disks balance (unequal ones
+    still do not)."""
     equal = loehner(0.0, LoehnerReading.TEXT)
     printed = -np.hypot(*equal.T)
     assert printed.sum() == -80

@@ -16,9 +16,15 @@ def written_tests():
     for path in sorted(HERE.glob("test_*.py")):
         if path != Path(__file__).resolve():
             functions = [
-                node for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)
+                node
+                for node in ast.parse(path.read_text()).body
+                if isinstance(node, ast.FunctionDef)
             ]
-            names += [f"tests/errata/{path.name}::{f.name}" for f in functions if f.name.startswith("test_")]
+            names += [
+                f"tests/errata/{path.name}::{f.name}"
+                for f in functions
+                if f.name.startswith("test_")
+            ]
     return names
 
 

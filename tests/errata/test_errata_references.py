@@ -32,7 +32,8 @@ def data(entry):
 
 
 def test_reference_9_carries_the_data_of_8(references):
-    """[9] has [8]'s issue, pages and doi; Simulating dynamical features of escape panic is Nature 407, 487–490."""
+    """[9] has [8]'s issue, pages and doi; Simulating dynamical features of escape panic is Nature
+    407, 487–490."""
     assert "escape panic, Nature" in references[9]
     assert data(references[9])[:3] == data(references[8])[:3]
     assert data(references[9])[3] == "2000"
@@ -44,7 +45,9 @@ def test_reference_9_carries_the_data_of_8(references):
 def test_references_given_twice(references):
     """[3] and [15] are one article (its authors misspelt in [3]), [7] and [18] another."""
     assert references[7] == references[18]
-    journal = "A macroscopic crowd motion model of gradient flow type, Mathematical Models and Methods"
+    journal = (
+        "A macroscopic crowd motion model of gradient flow type, Mathematical Models and Methods"
+    )
     assert journal in references[3]
     assert journal in references[15]
     for entry in (references[3], references[15]):
@@ -54,7 +57,8 @@ def test_references_given_twice(references):
 
 
 def test_continuum_rival_is_reference_12(text, references):
-    """3.2.2, Fig. 8 and (M1) cite [10], a microscopic model; crowd turbulence is [12]; M1's source is not listed."""
+    """3.2.2, Fig. 8 and (M1) cite [10], a microscopic model; crowd turbulence is [12]; M1's source
+    is not listed."""
     topic = "crowd turbulence"
     assert topic in references[12]
     assert "Golas" in references[12]

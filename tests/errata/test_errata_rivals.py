@@ -9,12 +9,16 @@ RHO_C, RHO_Y, C_1, C_2, EPSILON = 3.5, 5.5, 13.33, 1.5, 0.01  # Table 1
 
 
 def test_force_of_a_positive_pressure_is_minus_its_divergence():
-    """(15), (19): with σ = pI + S and p > 0 repulsive, −∇·σ drives people apart; ∇·σ draws them together."""
+    """(15), (19): with σ = pI + S and p > 0 repulsive, −∇·σ drives people apart; ∇·σ draws them
+    together."""
     x = np.linspace(-3, 3, 121)
     X, Y = np.meshgrid(x, x, indexing="ij")
     sigma = np.exp(-(X**2) - Y**2)[..., None, None] * np.eye(2)  # a crowded spot, S = 0
     divergence = np.stack(
-        [np.gradient(sigma[..., 0, j], x, axis=0) + np.gradient(sigma[..., 1, j], x, axis=1) for j in (0, 1)],
+        [
+            np.gradient(sigma[..., 0, j], x, axis=0) + np.gradient(sigma[..., 1, j], x, axis=1)
+            for j in (0, 1)
+        ],
         axis=-1,
     )
     outward = np.stack([X, Y], axis=-1)
@@ -33,7 +37,8 @@ def turbulence_pressure(density, c_2):
 
 
 def test_pressure_law_jumps_at_the_critical_density():
-    """(16): continuous at ρ_y; at ρ_c it jumps by 31.4 with Table 1's c₂ = 1.5, and by nothing with c₂ = 32.91."""
+    """(16): continuous at ρ_y; at ρ_c it jumps by 31.4 with Table 1's c₂ = 1.5, and by nothing with
+    c₂ = 32.91."""
 
     def jump(at, c_2):
         below, above = turbulence_pressure(np.array([at - 1e-9, at + 1e-9]), c_2)
@@ -45,7 +50,8 @@ def test_pressure_law_jumps_at_the_critical_density():
 
 
 def test_kinetic_energy_of_the_friction_problem():
-    """(17): ‖ρv − δt∇p − δt∇·S‖²/(2ρ) is the energy after a step of the force −∇·σ; as printed units do not add."""
+    """(17): ‖ρv − δt∇p − δt∇·S‖²/(2ρ) is the energy after a step of the force −∇·σ; as printed
+    units do not add."""
     force, momentum = PRESSURE * GRADIENT, DENSITY * SPEED
     assert S * force == momentum
     assert momentum**2 / DENSITY * M**2 == ENERGY
@@ -62,16 +68,19 @@ def test_kinetic_energy_of_the_friction_problem():
 
 
 def mean_pressure_friction(deviator):
-    """Greatest tangential stress on the planes through a point whose normal stress is the mean pressure p.
+    """Greatest tangential stress on the planes through a point whose normal stress is the mean
+    pressure p.
 
-    There n·S n = 0. In the plane such lines are searched over all directions; in space the octahedral planes, equally
-    inclined to the principal axes, are taken.
-    """
+    There n·S n = 0. In the plane such lines are searched over all directions; in space the
+    octahedral planes, equally inclined to the principal axes, are taken."""
     d = len(deviator)
     if d == 3:
         _, axes = np.linalg.eigh(deviator)
         normals = [
-            axes @ (np.array([a, b, c]) / np.sqrt(3)) for a in (1, -1) for b in (1, -1) for c in (1, -1)
+            axes @ (np.array([a, b, c]) / np.sqrt(3))
+            for a in (1, -1)
+            for b in (1, -1)
+            for c in (1, -1)
         ]
     else:
         angle = np.linspace(0, np.pi, 200_001)
@@ -85,7 +94,8 @@ def mean_pressure_friction(deviator):
 
 
 def test_friction_bound_in_the_plane_has_the_root_of_two():
-    """(18): tangential ≤ β × normal stress means ‖S‖_F ≤ √2 β p in the plane; √3 is of space, 22 % too much here."""
+    """(18): tangential ≤ β × normal stress means ‖S‖_F ≤ √2 β p in the plane; √3 is of space, 22 %
+    too much here."""
     beta, p = 0.75, 10.0
     rng = np.random.default_rng(0)
     for dimension, factor in ((2, np.sqrt(2)), (3, np.sqrt(3))):
@@ -100,12 +110,13 @@ def test_friction_bound_in_the_plane_has_the_root_of_two():
 
 
 def place_equation(desired, edges, kind, weight=1.0):
-    """p (nodes after the first) and u⁺ = u_d − p' (cells) between p = 0 at the exit, edges[0], and a wall at edges[-1].
+    """p (nodes after the first) and u⁺ = u_d − p' (cells) between p = 0 at the exit, edges[0], and
+    a wall at edges[-1].
 
-    `complementarity`: the projection min ∫weight |u_d − p'|² over p ≥ 0, whose wall condition is p' ≥ u_d·n;
-    `equality`: the same without p ≥ 0, p' = u_d·n; `printed`: (20), −Δp = −div u_d with p' = 0 at the wall.
-    desired (cells,) m/s: u_d away from the exit; weight: 1, or r for a half-annulus.
-    """
+    `complementarity`: the projection min ∫weight |u_d − p'|² over p ≥ 0, whose wall condition is p'
+    ≥ u_d·n; `equality`: the same without p ≥ 0, p' = u_d·n; `printed`: (20), −Δp = −div u_d with p'
+    = 0 at the wall. desired (cells,) m/s: u_d away from the exit; weight: 1, or r for a
+    half-annulus."""
     step = np.diff(edges)
     n = len(step)
     root = np.sqrt(weight * step)
@@ -122,7 +133,8 @@ def place_equation(desired, edges, kind, weight=1.0):
 
 
 def test_first_order_pressure_needs_the_desired_velocity_at_the_wall():
-    """(20): a crowd that walks into a wall presses on it, p = U x; with ∂ₙp = 0 it walks through, without pressure."""
+    """(20): a crowd that walks into a wall presses on it, p = U x; with ∂ₙp = 0 it walks through,
+    without pressure."""
     U, edges = 1.7, np.linspace(0, 1, 101)
     to_wall = np.full(100, U)
     p, right = place_equation(to_wall, edges, "printed")
@@ -134,7 +146,8 @@ def test_first_order_pressure_needs_the_desired_velocity_at_the_wall():
 
 
 def test_first_order_pressure_needs_a_sign():
-    """(20): as an equality ∂ₙp = u_d·n holds a crowd that walks out, p = −U·dist < 0; with p ≥ 0 it lets it go."""
+    """(20): as an equality ∂ₙp = u_d·n holds a crowd that walks out, p = −U·dist < 0; with p ≥ 0 it
+    lets it go."""
     U, edges = 1.7, np.linspace(0, 1, 101)
     to_exit = np.full(100, -U)
     p, right = place_equation(to_exit, edges, "equality")
@@ -146,7 +159,8 @@ def test_first_order_pressure_needs_a_sign():
 
 
 def test_first_order_pressure_before_an_exit():
-    """(20), half-annulus 0.5 < r < 5 m: as printed p is greatest at the wall that people leave; with p ≥ 0 it is 0 there."""
+    """(20), half-annulus 0.5 < r < 5 m: as printed p is greatest at the wall that people leave;
+    with p ≥ 0 it is 0 there."""
     U, a, R = 1.7, 0.5, 5.0
     edges = np.linspace(a, R, 301)
     r, middle = edges[1:], 0.5 * (edges[1:] + edges[:-1])
@@ -177,14 +191,18 @@ def weidmann(density, gamma):
 
 
 def test_speed_laws_give_speed_from_density():
-    """(L1), (L2): the right sides are speeds; L2's γ is 1.913 ped/m² (capacity 1.22 ped/(m s) at 1.75), not γ = 2 of (M2)."""
+    """(L1), (L2): the right sides are speeds; L2's γ is 1.913 ped/m² (capacity 1.22 ped/(m s) at
+    1.75), not γ = 2 of (M2)."""
     density = PED / M**2
-    gamma = density  # so that γ(1/ρ − 1/ρ_max) is a number, and the right side has the unit of u_max
+    gamma = (
+        density  # so that γ(1/ρ − 1/ρ_max) is a number, and the right side has the unit of u_max
+    )
     assert gamma / density == NUMBER
     assert NUMBER / density != NUMBER  # the adiabatic exponent is a number
     assert density != SPEED
 
-    # (L1) with Table 1: at the greatest density, 8.5 ped/m², the right side is near 0, and it is u_max where nobody is
+    # (L1) with Table 1: at the greatest density, 8.5 ped/m², the right side is near 0, and it is
+    # u_max where nobody is
     right_side = 2.0 * np.exp(-7.5 * (np.array([0.0, 8.5]) / 8.5) ** 2)
     np.testing.assert_allclose(right_side, [2.0, 0.0], atol=2e-3)
     assert abs(right_side[1] - 8.5) > 8
@@ -198,7 +216,8 @@ def test_speed_laws_give_speed_from_density():
 
 
 def test_measured_velocity_is_a_weighted_mean():
-    """(M1): Σ‖u‖f/Σf returns the speed that all have, with no variance; Σ‖u‖f returns ρ times it, in m⁻¹ s⁻¹."""
+    """(M1): Σ‖u‖f/Σf returns the speed that all have, with no variance; Σ‖u‖f returns ρ times it,
+    in m⁻¹ s⁻¹."""
     assert SPEED * M**-2 != SPEED
     assert SPEED * M**-2 / M**-2 == SPEED
 

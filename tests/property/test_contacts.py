@@ -13,7 +13,9 @@ def test_pairs_are_those_of_a_brute_force_search(seed):
     rng = np.random.default_rng(seed)
     n, tolerance = 40, 0.05
     position, radius = rng.uniform(0, 3, (n, 2)), rng.uniform(0.02, 0.3, n)
-    snapshot = Snapshot(position=position, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n))
+    snapshot = Snapshot(
+        position=position, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n)
+    )
     contacts = find_contacts(snapshot, tolerance=tolerance)
     found = set(zip(contacts.first.tolist(), contacts.second.tolist(), strict=True))
     expected = {
@@ -50,7 +52,9 @@ def test_what_is_refused():
         Snapshot(position=[[0, 0], [3, 0]], velocity=np.zeros((2, 2)), radius=[1, 0], mass=[1, 1])
     with pytest.raises(ValueError, match="velocity: not a finite number in row 0"):
         Snapshot(position=[[0, 0]], velocity=[[np.nan, 0]], radius=[1], mass=[1])
-    apart = Snapshot(position=[[0, 0], [2, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1])
+    apart = Snapshot(
+        position=[[0, 0], [2, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1]
+    )
     contacts = find_contacts(apart, tolerance=1e-9)
     with pytest.raises(ValueError, match="left_velocity"):
         solve(apart, contacts, left_velocity=np.full((2, 2), np.inf))

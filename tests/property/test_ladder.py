@@ -1,4 +1,5 @@
-"""Every rung of the ladder gives the same velocities; islands, guesses and trees change the cost, not the answer."""
+"""Every rung of the ladder gives the same velocities; islands, guesses and trees change the cost,
+not the answer."""
 
 import numpy as np
 import pytest
@@ -6,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from nscd.ladder import SOLVERS
-from nscd.least_energy import least_energy
+from nscd.indeterminacy.least_energy import least_energy
+from nscd.solvers.ladder import SOLVERS
 
 WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -0.6], [2.6, 3.0]]))
 
@@ -16,7 +17,11 @@ def lattice(seed, n=25, decades=0.0):
     """Touching disks on a triangular lattice with vacancies; masses over some decades."""
     rng = np.random.default_rng(seed)
     sites = np.array(
-        [(0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(6) for i in range(6)]
+        [
+            (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
+            for j in range(6)
+            for i in range(6)
+        ]
     )
     chosen = rng.permutation(len(sites))[:n]
     return Snapshot(
@@ -77,7 +82,9 @@ def test_trees_equal_the_interior_point(seed, n, wall):
     position = [np.zeros(2)]
     while len(position) < n:
         angle = rng.uniform(0, 2 * np.pi)
-        site = position[rng.integers(len(position))] + 0.5 * np.array([np.cos(angle), np.sin(angle)])
+        site = position[rng.integers(len(position))] + 0.5 * np.array(
+            [np.cos(angle), np.sin(angle)]
+        )
         if min(np.hypot(*(site - other)) for other in position) > 0.5 - 1e-12:
             position.append(site)
     position = np.array(position)
@@ -104,7 +111,10 @@ def test_trees_equal_the_interior_point(seed, n, wall):
 def test_crowds_that_nothing_presses_need_no_solver():
     snapshot = lattice(1)
     away = Snapshot(
-        position=snapshot.position, velocity=snapshot.position, radius=snapshot.radius, mass=snapshot.mass
+        position=snapshot.position,
+        velocity=snapshot.position,
+        radius=snapshot.radius,
+        mass=snapshot.mass,
     )
     _, found = answer(away, None)
     assert found.solver == "closed_form"
@@ -114,14 +124,21 @@ def test_crowds_that_nothing_presses_need_no_solver():
 
 @pytest.mark.parametrize("n", [5, 12])
 def test_gauss_seidel_contracts_as_known(n):
-    """On a chain against a wall the error falls by cos²(π/(2n)) a sweep: W ∝ tridiag(−1, 2, −1) with 1 at the wall."""
+    """On a chain against a wall the error falls by cos²(π/(2n)) a sweep: W ∝ tridiag(−1, 2, −1)
+    with 1 at the wall."""
     x = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
     snapshot = Snapshot(
-        position=x, velocity=np.tile([2.0, 0.0], (n, 1)), radius=np.full(n, 0.25), mass=np.full(n, 75.0)
+        position=x,
+        velocity=np.tile([2.0, 0.0], (n, 1)),
+        radius=np.full(n, 0.25),
+        mass=np.full(n, 75.0),
     )
     end = 0.5 * n - 0.25
     contacts = find_contacts(snapshot, Walls(start=[[end, -1]], end=[[end, 1]]), tolerance=1e-9)
-    sweeps = [solve(snapshot, contacts, tolerance=t, solver="gauss_seidel").iterations for t in (1e-4, 1e-13)]
+    sweeps = [
+        solve(snapshot, contacts, tolerance=t, solver="gauss_seidel").iterations
+        for t in (1e-4, 1e-13)
+    ]
     measured = (1e-13 / 1e-4) ** (1 / (sweeps[1] - sweeps[0]))
     assert measured == pytest.approx(np.cos(np.pi / (2 * n)) ** 2, rel=5e-4 if n > 5 else 2e-3)
 
@@ -140,7 +157,8 @@ def test_no_speed_is_no_error(size, solver):
 
 @pytest.mark.parametrize("lost", [1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-15])
 def test_nearly_elastic_answers_are_right_or_said_to_be_inaccurate(lost):
-    """Five in a row: k = m_eff (2 − lost)/lost magnifies the rounding of u; momentum and energy then do not close."""
+    """Five in a row: k = m_eff (2 − lost)/lost magnifies the rounding of u; momentum and energy
+    then do not close."""
     x = np.column_stack([0.5 * np.arange(5), np.zeros(5)])
     left = np.array([[2.0, 0], [0, 0], [0, 0], [0, 0], [-1.0, 0]])
     snapshot = Snapshot(position=x, velocity=left, radius=np.full(5, 0.25), mass=np.full(5, 75.0))
@@ -163,10 +181,12 @@ def test_first_order_solvers_refuse_dissipation():
 @given(st.integers(0, 10**6), st.floats(0.1, 10), st.floats(0, 10))
 def test_large_and_small_factorisations_agree(seed, normal, tangential):
     """The multifrontal factorisation (forced) and the row factorisation solve the same problem."""
-    from nscd.solvers import cholesky
+    from nscd.solvers import system as cholesky
 
     snapshot = lattice(seed, decades=2.0)
-    law = ContactLaw(dissipation=normal, tangential_dissipation=tangential if tangential > 1 else 0.0)
+    law = ContactLaw(
+        dissipation=normal, tangential_dissipation=tangential if tangential > 1 else 0.0
+    )
     _, by_rows = answer(snapshot, law=law, solver="interior_point")
     many, cholesky.MANY = cholesky.MANY, 0
     try:
@@ -179,12 +199,15 @@ def test_large_and_small_factorisations_agree(seed, normal, tangential):
 
 @given(st.integers(0, 10**6))
 def test_reactions_are_those_of_least_energy(seed):
-    """The default λ is the least-norm one of all admissible percussions (an independent method: orthogonal factors)."""
+    """The default λ is the least-norm one of all admissible percussions (an independent method:
+    orthogonal factors)."""
     snapshot = lattice(seed, decades=1.0)
     contacts, found = answer(snapshot)
     assert found.canonical
     reference = least_energy(contacts, found)
-    np.testing.assert_allclose(found.reaction, reference, atol=1e-6 * max(reference.max(initial=0.0), 1e-9))
+    np.testing.assert_allclose(
+        found.reaction, reference, atol=1e-6 * max(reference.max(initial=0.0), 1e-9)
+    )
     _, other = answer(snapshot, canonical=False)
     np.testing.assert_allclose(other.right_velocity, found.right_velocity, atol=1e-7)
     assert (found.reaction**2).sum() <= (other.reaction**2).sum() * (1 + 1e-9)

@@ -10,9 +10,14 @@ WALLS = Walls(start=[[-3, -0.6], [2.6, -3]], end=[[5, -0.6], [2.6, 3]])
 
 
 def crowd(seed, n=25, spread=6.0):
-    """A touching crowd: a triangular lattice with random vacancies, masses over four decades, random velocities."""
+    """A touching crowd: a triangular lattice with random vacancies, masses over four decades,
+    random velocities."""
     rng = np.random.default_rng(seed)
-    sites = [(0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(6) for i in range(6)]
+    sites = [
+        (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
+        for j in range(6)
+        for i in range(6)
+    ]
     chosen = rng.permutation(len(sites))[:n]
     return Snapshot(
         position=np.array(sites)[chosen],
@@ -36,13 +41,16 @@ def test_balance_energy_and_complementarity(seed):
     momentum = snapshot.mass[:, None] * (answer.right_velocity - snapshot.velocity)
     size = snapshot.mass * np.abs(snapshot.velocity).max() + np.abs(answer.reaction).sum()
     assert (
-        np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot))).max(1) < 1e-9 * size
+        np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot))).max(1)
+        < 1e-9 * size
     ).all()
     assert answer.energy_change <= 1e-12
     assert answer.reaction.min() >= 0
     approach = contacts.approach_velocity(answer.right_velocity)
     assert approach.max() < 1e-9
-    assert (np.minimum(answer.reaction * contacts.inverse_mass(snapshot.mass), -approach) < 1e-9).all()
+    assert (
+        np.minimum(answer.reaction * contacts.inverse_mass(snapshot.mass), -approach) < 1e-9
+    ).all()
 
 
 @given(st.integers(0, 10**6), st.floats(0, 2 * np.pi))

@@ -1,4 +1,5 @@
-"""Laws of redundant contacts, on random lattices and against dense linear algebra, vertices and least distance."""
+"""Laws of redundant contacts, on random lattices and against dense linear algebra, vertices and
+least distance."""
 
 import numpy as np
 import pytest
@@ -8,21 +9,24 @@ from scipy.linalg import null_space
 from scipy.optimize import linprog, nnls
 
 from nscd import Snapshot, Walls, find_contacts, solve
-from nscd.admissible import Admissible
-from nscd.indeterminacy import admissible_determinacy, determinacy
-from nscd.intervals import Intervals, IntervalStatus
-from nscd.least_energy import least_energy
-from nscd.orthogonal import factorise
+from nscd.indeterminacy.admissible import Admissible
+from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
+from nscd.indeterminacy.intervals import Intervals, IntervalStatus
+from nscd.indeterminacy.least_energy import least_energy
+from nscd.indeterminacy.orthogonal import factorise
 
 WALLS = Walls(start=[[-3, -0.6], [3.1, -3]], end=[[6, -0.6], [3.1, 9]])
 SEEDS = st.integers(0, 10**6)
 
 
 def packing(seed, n=25, side=6, walls=WALLS):
-    """A touching triangular lattice with vacancies, pressed into a corner, more or less; its percussions."""
+    """A touching triangular lattice with vacancies, pressed into a corner, more or less; its
+    percussions."""
     rng = np.random.default_rng(seed)
     sites = [
-        (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j) for j in range(side) for i in range(side)
+        (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
+        for j in range(side)
+        for i in range(side)
     ]
     velocity = rng.normal(size=(n, 2)) * rng.choice([0.1, 1.0]) + [1.5, -1.0]
     snapshot = Snapshot(
@@ -69,8 +73,8 @@ def test_the_orthogonal_factor_projects_and_solves(seed, n):
 
 @given(SEEDS)
 def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
-    """Contained: the solver's, the one of least energy, and a mixture. Attained: the ends are those of the other linear
-    program, of self-stresses N α with λ + N α ≥ 0 in a dense basis N."""
+    """Contained: the solver's, the one of least energy, and a mixture. Attained: the ends are those
+    of the other linear program, of self-stresses N α with λ + N α ≥ 0 in a dense basis N."""
     contacts, answer = packing(seed)
     rng = np.random.default_rng(seed)
     admissible = Admissible.of(contacts, answer)
@@ -92,7 +96,9 @@ def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
         for reaction in (answer.reaction, chosen, 0.3 * chosen + 0.7 * answer.reaction):
             assert found.lower - 1e-6 * size <= reaction[contact] <= found.upper + 1e-6 * size
         for end, sign in ((found.lower, 1.0), (found.upper, -1.0)) if basis.shape[1] else ():
-            other = linprog(sign * (weights[closed] @ basis), A_ub=-basis, b_ub=start, bounds=(None, None))
+            other = linprog(
+                sign * (weights[closed] @ basis), A_ub=-basis, b_ub=start, bounds=(None, None)
+            )
             if other.status == 0:
                 assert end == pytest.approx(
                     size * (sign * other.fun + weights[closed] @ start), abs=1e-6 * size
@@ -106,7 +112,8 @@ def test_intervals_contain_every_admissible_percussion_and_are_attained(seed):
 
 @given(SEEDS)
 def test_certificates_hold_for_other_loads_too(seed):
-    """Any λ' ≥ 0 on the closed contacts: lower + lower_velocity·Δ ≤ Σ w λ' ≤ upper + upper_velocity·Δ."""
+    """Any λ' ≥ 0 on the closed contacts: lower + lower_velocity·Δ ≤ Σ w λ' ≤ upper +
+    upper_velocity·Δ."""
     contacts, answer = packing(seed, n=15, side=4)
     rng = np.random.default_rng(seed)
     admissible = Admissible.of(contacts, answer)
@@ -152,7 +159,8 @@ def test_least_energy_is_the_least_distance_of_lawson_and_hanson(seed, soft):
 
 @pytest.mark.parametrize("n", [1000])
 def test_a_thousand_disks_are_no_matter(n):
-    """An order of elimination that follows the packing: self-stresses of 1,000 disks balance to rounding."""
+    """An order of elimination that follows the packing: self-stresses of 1,000 disks balance to
+    rounding."""
     contacts, _ = packing(1, n, side=34, walls=None)
     factor = factorise(contacts, n)
     stress = factor.self_stress(np.random.default_rng(0).normal(size=len(contacts)))

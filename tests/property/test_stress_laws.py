@@ -48,7 +48,9 @@ def test_rotation_and_translation(seed, angle, shift, kernel):
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     by = np.array([shift, -0.3 * shift])
     before = stress_field(snapshot, contacts, impulse, kernel, at)
-    after = stress_field(*moved(snapshot, contacts, turn, by), impulse @ turn.T, kernel, at @ turn.T + by)
+    after = stress_field(
+        *moved(snapshot, contacts, turn, by), impulse @ turn.T, kernel, at @ turn.T + by
+    )
     np.testing.assert_allclose(after.stress, turn @ before.stress @ turn.T, atol=1e-9)
     np.testing.assert_allclose(after.pressure, before.pressure, atol=1e-9)
     np.testing.assert_allclose(after.divergence, before.divergence @ turn.T, atol=1e-9)
@@ -57,7 +59,8 @@ def test_rotation_and_translation(seed, angle, shift, kernel):
 @EVERY
 @given(st.integers(0, 10**6), KERNELS)
 def test_naming_the_disks_of_a_contact_the_other_way_round(seed, kernel):
-    """The second disk gives −p to the first: the same stress; and the order of contacts does not matter."""
+    """The second disk gives −p to the first: the same stress; and the order of contacts does not
+    matter."""
     snapshot, contacts, impulse, at = case(seed)
     swapped = Contacts(
         first=contacts.second[::-1],
@@ -76,13 +79,19 @@ def test_naming_the_disks_of_a_contact_the_other_way_round(seed, kernel):
 @EVERY
 @given(st.integers(0, 10**6), KERNELS)
 def test_momentum_balance_of_any_impulses(seed, kernel):
-    """What impulses give the disks, smeared, is the divergence of their stress; parts of a crowd add up."""
+    """What impulses give the disks, smeared, is the divergence of their stress; parts of a crowd
+    add up."""
     snapshot, contacts, impulse, at = case(seed)
-    given_to, _ = smear(snapshot.position, contacts.momentum_change(impulse, len(snapshot)), kernel, at)
+    given_to, _ = smear(
+        snapshot.position, contacts.momentum_change(impulse, len(snapshot)), kernel, at
+    )
     whole = stress_field(snapshot, contacts, impulse, kernel, at)
     np.testing.assert_allclose(whole.divergence, given_to, atol=1e-10)
     half = np.arange(len(contacts)) % 2 == 0
-    parts = [stress_field(snapshot, contacts.select(k), impulse[k], kernel, at).stress for k in (half, ~half)]
+    parts = [
+        stress_field(snapshot, contacts.select(k), impulse[k], kernel, at).stress
+        for k in (half, ~half)
+    ]
     np.testing.assert_allclose(whole.stress, sum(parts), atol=1e-10)
 
 
@@ -104,4 +113,6 @@ def test_cells_do_not_matter(seed, far):
     kernel = Kernel(width=0.2)
     alone = stress_field(snapshot, contacts, impulse, kernel, at).stress
     crowd = np.vstack([at, [[1e4 * far, -1e3], [-1e4, 1e5]]])
-    np.testing.assert_array_equal(stress_field(snapshot, contacts, impulse, kernel, crowd).stress[:-2], alone)
+    np.testing.assert_array_equal(
+        stress_field(snapshot, contacts, impulse, kernel, crowd).stress[:-2], alone
+    )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.dumps import DumpError, index_contacts, open_bodies, read_contacts, snapshot_of
+from analysis.dumps.reader import DumpError, index_contacts, open_bodies, read_contacts, snapshot_of
 
 COLUMNS = "id type x y z radius mass vx vy vz omegaz fx fy"
 
@@ -19,7 +19,19 @@ def frame(step, rows, columns=COLUMNS, kind="ATOMS"):
 def rows(n=4, seed=0):
     rng = np.random.default_rng(seed)
     return [
-        [i + 1, 1, *rng.normal(size=2).tolist(), 0, 0.2, 75.0 + i, *rng.normal(size=2).tolist(), 0, 0.5, 1, 2]
+        [
+            i + 1,
+            1,
+            *rng.normal(size=2).tolist(),
+            0,
+            0.2,
+            75.0 + i,
+            *rng.normal(size=2).tolist(),
+            0,
+            0.5,
+            1,
+            2,
+        ]
         for i in range(n)
     ]
 
@@ -41,7 +53,9 @@ def test_float64_and_id_order(tmp_path):
 def test_foreign_dump_with_the_least_columns(tmp_path):
     path = tmp_path / "foreign.lammpstrj"
     path.write_text(
-        frame(5, [[2, 0.5, 0.0, 0.5, 1000.0], [1, 0.0, 0.0, 0.5, 1000.0]], "id x y diameter density")
+        frame(
+            5, [[2, 0.5, 0.0, 0.5, 1000.0], [1, 0.0, 0.0, 0.5, 1000.0]], "id x y diameter density"
+        )
     )
     snapshot = snapshot_of(open_bodies(path).trajectory.ts)
     np.testing.assert_allclose(snapshot.mass, 1000 * 4 / 3 * np.pi * 0.25**3)
@@ -58,7 +72,11 @@ def test_foreign_dump_with_the_least_columns(tmp_path):
         (frame(10, rows()) + frame(10, rows()), "step 10 follows step 10"),
         (frame(0, rows()) + frame(1, rows(3)), "3 disks at step 1"),
         (
-            frame(0, [row[:-1] for row in rows()], COLUMNS[:-3].replace(" mass", "").replace(" radius", "")),
+            frame(
+                0,
+                [row[:-1] for row in rows()],
+                COLUMNS[:-3].replace(" mass", "").replace(" radius", ""),
+            ),
             "truncated",
         ),
         (frame(0, [[1, 0.0, 0.0]], "id x y"), "missing columns: radius, mass"),

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.making import MAKERS, make
-from analysis.scene import SceneError, read_scene, scene_names
-from analysis.shipped import shipped
+from analysis.scene.scene import SceneError, read_scene, scene_names
+from analysis.scene.shipped_scenes import MAKERS, make
+from analysis.support.shipped import shipped
 
 
 @pytest.mark.parametrize("name", MAKERS)

@@ -1,0 +1,62 @@
+"""A study: one scene run by several engines at several stiffnesses, each run compared with its
+percussions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.compare.comparison import Comparison, compare_run
+from analysis.engines.guard import RunStoppedError
+from analysis.engines.record import EngineError
+from analysis.engines.run import run_engine, run_folder
+from analysis.scene.scene import Scene
+from analysis.support.progress import Progress
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Study:
+    """The comparisons of one scene, in order of engine and stiffness; the runs that their guard
+    stopped or that failed; and what else a reader should know."""
+
+    scene: Scene
+    comparisons: list[Comparison]
+    failures: list[str]
+    warnings: list[str]
+
+
+def study(
+    scene: Scene,
+    engines: Sequence[str],
+    stiffnesses: Sequence[float],
+    out: Path,
+    progress: Progress | None = None,
+) -> Study:
+    """Run and compare. A run that is stopped or fails becomes a failure, a missing engine a
+    warning; the rest goes on.
+
+    Raises EngineError if no run was even tried.
+    """
+    comparisons: list[Comparison] = []
+    failures: list[str] = []
+    warnings = scene.check(scene.name)
+    for name in engines:
+        for stiffness in stiffnesses:
+            variant = scene.with_contact(stiffness_N_per_m=stiffness)
+            folder = run_folder(out, variant, name)
+            try:
+                run_engine(variant, name, folder, progress)
+                comparisons.append(compare_run(folder))
+            except EngineError as error:
+                words = f"{name}, k = {stiffness:.3g} N/m: {error}"
+                (failures if isinstance(error, RunStoppedError) else warnings).append(words)
+    if not comparisons and not failures:
+        raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
+    for comparison in comparisons:
+        if comparison.answer.status != "solved":
+            warnings.append(
+                f"percussions of {comparison.record.engine}'s snapshot: {comparison.answer.status}: {comparison.answer.reason}"
+            )
+        warnings.extend(comparison.answer.warnings)
+    return Study(scene=scene, comparisons=comparisons, failures=failures, warnings=warnings)

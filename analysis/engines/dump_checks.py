@@ -1,0 +1,99 @@
+"""Whether what an engine wrote can be right, whatever its exit status says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.dumps.reader import DumpError, index_contacts, index_dump
+from analysis.engines.guard import (
+    ENERGY_SHARE,
+    OVERLAP_SHARE,
+    elastic_energy,
+    energy_besides,
+    garbage,
+)
+from analysis.engines.record import RunRecord
+from analysis.scene.scene import Scene
+from nscd.bodies import Floats
+
+
+def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
+    """Read the whole body dump; return the kinetic energy of each frame (frames,) J, ½ Σ m u² + ½ Σ
+    I ω².
+
+    Raises RunStoppedError naming the time of the first frame that cannot be right: disks that are
+    missing, values that are not finite, frames that are missing, the last step included."""
+    kinetic = []
+    try:
+        index = index_dump(path)
+        where = [index.columns.index(name) for name in ("vx", "vy", "omegaz", "mass", "radius")]
+        for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
+            if count != record.disks:
+                raise garbage(
+                    record, f"{record.disks - count} of {record.disks} disks are lost", step
+                )
+            table = index.table(frame)
+            if not np.isfinite(table).all():
+                bad = index.columns[int(np.argmin(np.isfinite(table).all(0)))]
+                raise garbage(record, f"not a finite number in column {bad}", step)
+            vx, vy, spin, mass, radius = table[:, where].T
+            kinetic.append(0.5 * float(mass @ (vx * vx + vy * vy + 0.5 * (radius * spin) ** 2)))
+    except (DumpError, ValueError) as error:
+        raise garbage(record, str(error)) from None
+    expected = tuple(range(0, record.steps + 1, record.frame_interval))
+    if index.steps != expected:
+        raise garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
+    return np.array(kinetic)
+
+
+def check_contacts(path: Path, kinetic: Floats, record: RunRecord, scene: Scene) -> None:
+    """Read the whole contact dump and raise RunStoppedError naming the time of the first frame that
+    cannot be right.
+
+    Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V with the kinetic energy K of each
+    frame (frames,) J and V = Σ ½ k δ² (hertz ⅖ K √R δ^2.5). Without drive E never grows; with drive
+    K stays below max(E at the start, ½ M U²) and the largest V so far (docs/guard.md)."""
+    snapshot, drive = scene.snapshot, scene.drive
+    start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
+    desired = 0.5 * float(snapshot.mass.sum()) * drive.speed_m_per_s**2 if drive else 0.0
+    margin = ENERGY_SHARE * (start + desired) + 1e-12
+    # a tangential spring holds energy that is not in V and comes back
+    keeps_all = not drive and scene.contact.friction == 0
+    most, stored = max(start, desired), 0.0
+    try:
+        index = index_contacts(path)
+        if len(index.steps) != len(kinetic):
+            raise garbage(
+                record, f"{len(index.steps)} frames of contacts for {len(kinetic)} of bodies"
+            )
+        for frame, step in enumerate(index.steps):
+            rows = index.table(frame)
+            overlap, elastic = _stored(rows, scene) if len(rows) else (0.0, 0.0)
+            if not overlap <= OVERLAP_SHARE:
+                raise garbage(record, f"overlap: {overlap:.3g} of the smaller radius", step)
+            energy = float(kinetic[frame]) + (0.0 if drive else elastic)
+            stored = max(stored, elastic)
+            most_now = most + stored if drive else most
+            if energy > most_now + margin:
+                what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
+                raise garbage(record, f"{what} {energy:.4g} J; there can be {most_now:.4g} J", step)
+            if keeps_all:
+                most = min(most, energy)
+    except DumpError as error:
+        raise garbage(record, str(error)) from None
+
+
+def _stored(rows: Floats, scene: Scene) -> tuple[float, float]:
+    """The largest overlap as a share of the smaller radius, and the energy of all overlaps (J)."""
+    ids, radius = scene.snapshot.ids, scene.snapshot.radius
+    assert ids is not None
+    order = np.argsort(ids)
+    wall, overlap = rows[:, 2] > 0, rows[:, 5]
+    first = radius[order[np.searchsorted(ids[order], rows[:, 0])]]
+    other = radius[order[np.searchsorted(ids[order], np.where(wall, rows[:, 0], rows[:, 1]))]]
+    # against a wall the effective radius is the disk's own
+    effective = np.where(wall, first, first * other / (first + other))
+    energy = float(elastic_energy(scene, overlap, effective).sum())
+    return float((overlap / np.minimum(first, other)).max()), energy

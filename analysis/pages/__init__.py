@@ -1,0 +1,1 @@
+"""Words and pictures: what every page and chart is made with, and the report."""

@@ -1,0 +1,74 @@
+"""Fields in a room as pictures: filled contours, walls and exits, arrows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.tri import Triangulation
+from skfem import MeshTri1
+
+from analysis.pages.report_charts import BLACK, ORANGE
+from nscd.bodies import Floats
+from nscd.continuum.room import Room
+
+LEVELS = 13
+WIDTHS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+
+
+def rounded(top: float) -> float:
+    """Up to the next number that has 12 equal bands of a round width."""
+    band = max(top, 1e-300) / (LEVELS - 1)
+    unit = 10.0 ** np.floor(np.log10(band))
+    return float(
+        (LEVELS - 1) * unit * next(width for width in WIDTHS if width * unit >= band * (1 - 1e-9))
+    )
+
+
+def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
+    """Values at the vertices (n,) in bands between 0 and `top`, with lines between every second;
+    for a colour bar."""
+    triangles = Triangulation(mesh.p[0], mesh.p[1], mesh.t.T)
+    levels = np.linspace(0.0, top, LEVELS)
+    # less than a thousandth below 0 is rounding of the picture
+    below, above = bool(values.min() < -1e-3 * top), bool(values.max() > top)
+    extend = {
+        (False, False): "neither",
+        (False, True): "max",
+        (True, False): "min",
+        (True, True): "both",
+    }[(below, above)]
+    if not below:
+        values = np.maximum(values, 0.0)
+    drawn = axes.tricontourf(triangles, values, levels=levels, cmap="viridis", extend=extend)
+    axes.tricontour(triangles, values, levels=levels[::2], colors="white", linewidths=0.4)
+    axes.set_aspect("equal")
+    return drawn
+
+
+def draw_room(axes: Axes, room: Room) -> None:
+    """Walls black, exits dotted, free borders dashed."""
+    for start, end in room.pieces("wall"):
+        axes.plot(*np.stack([start, end]).T, color=BLACK, lw=2, solid_capstyle="butt")
+    for start, end in room.pieces("exit"):
+        axes.plot(*np.stack([start, end]).T, color=ORANGE, lw=3, ls=":")
+    for start, end in room.pieces("free"):
+        axes.plot(*np.stack([start, end]).T, color=BLACK, lw=1, ls="--")
+    axes.set_aspect("equal")
+
+
+def draw_arrows(axes: Axes, mesh: MeshTri1, vectors: Floats, spacing: float, scale: float) -> None:
+    """Arrows of vectors at the vertices (n,2), one for about each `spacing` (m), `scale` (m per
+    unit) long."""
+    cell = np.floor(mesh.p.T / spacing).astype(int)
+    _, chosen = np.unique(cell, axis=0, return_index=True)
+    axes.quiver(
+        *mesh.p[:, chosen],
+        *(scale * vectors[chosen].T),
+        angles="xy",
+        scale_units="xy",
+        scale=1,
+        width=0.0035,
+        color=BLACK,
+    )

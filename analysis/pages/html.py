@@ -1,0 +1,111 @@
+"""Pages: templates, prose, pictures as files and inside the page, values as JSON."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+import os
+import re
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import markupsafe
+from matplotlib.figure import Figure
+
+from analysis.engines.doctor import examine
+from analysis.pages.numbers import number, percent
+from analysis.pages.section import Drawn, Picture
+
+
+def render(template: str, **content: Any) -> str:
+    """A page of templates/ with its content, the date, and the versions of what made it."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("analysis.pages"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"number": number, "percent": percent}
+    return environment.get_template(template).render(
+        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        version=metadata.version("crowd-percussions"),
+        findings=examine(),
+        **content,
+    )
+
+
+def inline(figure: Figure) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130)
+    return base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def jsonable(value: Any) -> Any:
+    """NaN has no place in JSON: null."""
+    if isinstance(value, dict):
+        return {key: jsonable(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def write_picture(picture: Picture | Drawn, folder: Path) -> str:
+    """Write the picture as PNG and PDF, each whole or not at all; return the PNG as base64 text."""
+    folder.mkdir(parents=True, exist_ok=True)
+    # without the date, so that the same picture is the same file
+    for suffix, dated in (("png", {}), ("pdf", {"CreationDate": None})):
+        path = folder / f"{picture.name}.{suffix}"
+        part = path.with_name(f".{path.name}.{os.getpid()}.part")
+        try:
+            if isinstance(picture, Drawn):
+                part.write_bytes(picture.png if suffix == "png" else picture.pdf)
+            else:
+                picture.figure.savefig(part, format=suffix, dpi=150, metadata=dated)
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+    return base64.b64encode((folder / f"{picture.name}.png").read_bytes()).decode("ascii")
+
+
+def prose(words: str) -> markupsafe.Markup:
+    """Words as HTML: `code`, 1e-05, x^2 and u_d as they are written by hand; everything else is
+    text."""
+    parts = re.split(r"`([^`]+)`", str(markupsafe.escape(words)))
+    for i, part in enumerate(parts):
+        if i % 2:
+            parts[i] = f"<code>{part}</code>"
+            continue
+        part = re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b", _power_of_ten, part)
+        part = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(-?\d+(?:\.\d+)?|T)", _raised, part)
+        part = re.sub(r"(?<![A-Za-z0-9_])([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", _lowered, part)
+        part = re.sub(r"(?<=\d)%", "\u202f%", part)
+        parts[i] = re.sub(r"(?<![\w.)\]-])-(?=\d)", "−", part)
+    return markupsafe.Markup("".join(parts))
+
+
+def sentence(words: str) -> markupsafe.Markup:
+    """The same, beginning large and ending with a stop."""
+    return prose(words[:1].upper() + words[1:] + ("" if words.endswith(".") else "."))
+
+
+def _power_of_ten(match: re.Match[str]) -> str:
+    mantissa, exponent = match[1], int(match[2])
+    if float(mantissa) == 0:
+        return "0"
+    power = f"10<sup>{exponent}</sup>".replace("-", "−")
+    return power if mantissa == "1" else f"{mantissa}·{power}"
+
+
+def _raised(match: re.Match[str]) -> str:
+    return f"<sup>{match[1] or match[2] or match[3]}</sup>".replace("-", "−")
+
+
+def _lowered(match: re.Match[str]) -> str:
+    return f"{match[1]}<sub>{match[2] or match[3]}</sub>"

@@ -1,0 +1,349 @@
+"""Pictures: data → Figure, one function a chart. Colours: Okabe–Ito and viridis, readable in grey
+and by the colour-blind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from analysis.compare.comparison import FORCE, Comparison, statistics
+from analysis.scene.scene import Scene
+from nscd import Snapshot
+from nscd.bodies import Floats
+
+BLUE, ORANGE, GREEN, PINK, BLACK, GREY = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#CC79A7",
+    "#000000",
+    "#BBBBBB",
+)
+COLOURS = (BLUE, ORANGE, GREEN, PINK)
+MARKERS = "osD^v"
+LINES = ("-", "--", ":", "-.")
+ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE"}
+
+
+def engine_label(comparison: Comparison) -> str:
+    """Engine and stiffness in words."""
+    name = ENGINE_NAMES.get(comparison.record.engine, comparison.record.engine)
+    return f"{name}, k = {stiffness_label(comparison)} N/m"
+
+
+def stiffness_label(comparison: Comparison) -> str:
+    """Stiffness (N/m) as 10⁶ or 2.5·10⁶."""
+    mantissa, exponent = f"{comparison.scene.contact.stiffness_N_per_m:.2e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".")
+    return (
+        rf"$10^{{{int(exponent)}}}$"
+        if mantissa == "1"
+        else rf"${mantissa}\cdot 10^{{{int(exponent)}}}$"
+    )
+
+
+def scene_picture(scene: Scene) -> Figure:
+    """The initial state: disks, walls, the door, and who moves or walks where."""
+    snapshot = scene.snapshot
+    figure = Figure(
+        figsize=_size(snapshot.position, float(snapshot.radius.max()), 1), layout="constrained"
+    )
+    axes = figure.add_subplot()
+    _draw_disks(axes, snapshot, "#DDEAF3")
+    _draw_walls(axes, scene)
+    velocity = (
+        snapshot.velocity
+        if scene.drive is None
+        else scene.drive.desired_velocity(snapshot.position)
+    )
+    moving = np.hypot(*velocity.T) > 0
+    if moving.any():
+        x, v = snapshot.position[moving], velocity[moving]
+        label = "velocity at the start" if scene.drive is None else "desired direction"
+        size = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
+        axes.quiver(
+            *x.T,
+            *(size * v).T,
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            color=ORANGE,
+            width=0.003,
+            label=label,
+        )
+    if scene.drive is not None:
+        (x0, y0), (x1, y1) = scene.drive.door_start_m, scene.drive.door_end_m
+        axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")
+    if axes.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    _frame(axes, snapshot.position, float(snapshot.radius.max()))
+    return figure
+
+
+def force_networks(comparisons: Sequence[Comparison]) -> Figure:
+    """Contact forces of each engine and of the rigid model on the same snapshot, one colour scale:
+    width and colour grow with the normal force."""
+    parts = [(engine_label(c), c, c.normal_parts()[0]) for c in comparisons]
+    parts.append(
+        (
+            f"Percussions on the {ENGINE_NAMES.get(comparisons[0].record.engine)} snapshot",
+            comparisons[0],
+            comparisons[0].normal_parts()[1],
+        )
+    )
+    view = _contact_lines(comparisons[0]).reshape(-1, 2)
+    size = _size(view, float(comparisons[0].snapshot.radius.max()), len(parts))
+    figure = Figure(figsize=size, layout="constrained")
+    every = np.concatenate([force[force > 0] for _, _, force in parts])
+    top = float(np.quantile(every, 0.99)) if len(every) else 1.0
+    norm = Normalize(0.0, top)
+    for number, (label, comparison, force) in enumerate(parts):
+        axes = figure.add_subplot(1, len(parts), number + 1)
+        snapshot = comparison.snapshot
+        _draw_disks(axes, snapshot, "#F2F2F2")
+        _draw_walls(axes, comparison.scene)
+        lines = _contact_lines(comparison)
+        order = np.argsort(force)
+        widths = 0.2 + 4.0 * np.clip(force[order] / top, 0, 1.2)
+        axes.add_collection(
+            LineCollection(
+                list(lines[order]),
+                linewidths=list(widths),
+                array=force[order],
+                cmap="viridis_r",
+                norm=norm,
+            )
+        )
+        axes.set_title(label, fontsize=10)
+        _frame(axes, view, float(snapshot.radius.max()))
+    unit = comparisons[0].unit
+    quantity = "normal contact force" if unit == FORCE else "normal contact impulse"
+    figure.colorbar(
+        ScalarMappable(norm, "viridis_r"),
+        ax=figure.axes,
+        shrink=0.75,
+        extend="max",
+        label=f"{quantity} ({unit})",
+    )
+    return figure
+
+
+def carried_maps(comparison: Comparison) -> Figure:
+    """What each disk carries (sum of the magnitudes of its normal forces), penalty and rigid, one
+    colour scale."""
+    sums = comparison.disk_sums()
+    lines = _contact_lines(comparison).reshape(-1, 2)
+    figure = Figure(
+        figsize=_size(lines, float(comparison.snapshot.radius.max()), 2), layout="constrained"
+    )
+    norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
+    for number, (label, values) in enumerate(
+        zip((engine_label(comparison), "Percussions"), sums, strict=True)
+    ):
+        axes = figure.add_subplot(1, 2, number + 1)
+        snapshot = comparison.snapshot
+        disks = PatchCollection(
+            [
+                Circle((x, y), r)
+                for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)
+            ]
+        )
+        disks.set(array=values, cmap="viridis_r", norm=norm, edgecolor="#666666", linewidth=0.2)
+        axes.add_collection(disks)
+        _draw_walls(axes, comparison.scene)
+        axes.set_title(label, fontsize=10)
+        _frame(axes, lines, float(snapshot.radius.max()))
+    label = f"sum of normal magnitudes ({comparison.unit})"
+    figure.colorbar(
+        ScalarMappable(norm, "viridis_r"), ax=figure.axes, shrink=0.75, extend="max", label=label
+    )
+    return figure
+
+
+def scatter(comparisons: Sequence[Comparison]) -> Figure:
+    """Rigid against penalty, contact by contact; filled where mechanics determines the rigid
+    force."""
+    columns = min(len(comparisons), 4)
+    rows = -(-len(comparisons) // columns)
+    figure = Figure(figsize=(3.9 * columns, 3.9 * rows + 0.4), layout="constrained")
+    for number, comparison in enumerate(comparisons):
+        axes = figure.add_subplot(rows, columns, number + 1)
+        penalty, rigid = comparison.normal_parts()
+        fixed = comparison.determined
+        top = 1.05 * max(float(penalty.max()), float(rigid.max()), 1e-12)
+        low = min(0.0, 1.05 * float(penalty.min()), 1.05 * float(rigid.min()))
+        axes.plot([low, top], [low, top], color=BLACK, lw=0.8, label="equal")
+        axes.plot(
+            penalty[~fixed],
+            rigid[~fixed],
+            "o",
+            ms=4,
+            mfc="none",
+            mec=ORANGE,
+            mew=0.8,
+            label="not determined, or in one model only",
+        )
+        axes.plot(penalty[fixed], rigid[fixed], "s", ms=2.5, color=BLUE, label="determined")
+        unit = comparison.unit
+        axes.set(xlim=(low, top), ylim=(low, top), aspect="equal", title=engine_label(comparison))
+        axes.set_xlabel(f"penalty ({'contact force' if unit == FORCE else '∫f dt'}, {unit})")
+        axes.set_ylabel(f"rigid ({'p/τ' if unit == FORCE else 'percussion p'}, {unit})")
+        axes.title.set_fontsize(10)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def distributions(comparisons: Sequence[Comparison]) -> Figure:
+    """Share of contacts whose normal force exceeds f, over its mean: penalty of each run, and
+    rigid."""
+    figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    for number, comparison in enumerate(comparisons):
+        penalty, rigid = comparison.normal_parts()
+        colour, width = (BLUE, ORANGE, GREEN, PINK)[number % 4], 3.0 / (number + 1)
+        _exceedance(
+            axes, penalty[comparison.in_penalty], f"{engine_label(comparison)}", colour, "-", width
+        )
+        if not number:
+            _exceedance(
+                axes,
+                rigid[comparison.in_rigid],
+                "percussions on the same snapshot",
+                BLACK,
+                "--",
+                1.2,
+            )
+    axes.set(
+        yscale="log",
+        xlabel="normal force / its mean over pressed contacts",
+        ylabel="share of pressed contacts beyond",
+    )
+    axes.grid(alpha=0.3)
+    if axes.lines:
+        axes.legend(fontsize=7)
+    else:
+        axes.text(0.5, 0.5, "too few contacts", ha="center", transform=axes.transAxes)
+    return figure
+
+
+def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
+    """Relative difference of rigid and penalty forces against the stiffness, with a 1/k guide."""
+    figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    engines = sorted({c.record.engine for c in comparisons})
+    kinds = (
+        ("contact", "all contacts", BLUE),
+        ("determined", "determined contacts", ORANGE),
+        ("disk_sum", "sum at each disk", GREEN),
+    )
+    stiffness = np.array(sorted({c.scene.contact.stiffness_N_per_m for c in comparisons}))
+    for row, engine in enumerate(engines):
+        chosen = sorted(
+            (c for c in comparisons if c.record.engine == engine),
+            key=lambda c: c.scene.contact.stiffness_N_per_m,
+        )
+        for kind, words, colour in kinds:
+            values = [statistics(c)[f"{kind}_relative_difference"] for c in chosen]
+            x = [c.scene.contact.stiffness_N_per_m for c in chosen]
+            axes.plot(
+                x,
+                values,
+                MARKERS[row],
+                ls=LINES[row],
+                color=colour,
+                mfc="none" if row else colour,
+                label=f"{ENGINE_NAMES.get(engine, engine)}: {words}",
+            )
+    first = [
+        v
+        for line in axes.lines
+        for v in np.asarray(line.get_ydata())[:1]
+        if np.isfinite(v) and v > 0
+    ]
+    if first and len(stiffness) > 1:
+        axes.plot(
+            stiffness, max(first) * stiffness[0] / stiffness, color=GREY, lw=1, label="slope −1"
+        )
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="stiffness k (N/m)",
+        ylabel="rms(rigid − penalty) / rms(penalty)",
+    )
+    axes.grid(alpha=0.3, which="both")
+    axes.legend(fontsize=7)
+    return figure
+
+
+def _exceedance(
+    axes: Axes, force: Floats, label: str, colour: str, style: str, width: float
+) -> None:
+    pressed = np.sort(force[force > 1e-9 * force.max(initial=0.0)])
+    if len(pressed) > 1:
+        axes.step(
+            pressed / pressed.mean(),
+            1.0 - np.arange(len(pressed)) / len(pressed),
+            style,
+            color=colour,
+            lw=width,
+            label=label,
+        )
+
+
+def _contact_lines(comparison: Comparison) -> Floats:
+    """From centre to centre, or from centre to the wall, (k,2,2) m."""
+    snapshot = comparison.snapshot
+    assert snapshot.ids is not None
+    first = np.searchsorted(snapshot.ids, comparison.first)
+    start = snapshot.position[first]
+    reach = snapshot.radius[first]
+    pairs = ~comparison.is_wall
+    second = np.searchsorted(snapshot.ids, comparison.second[pairs])
+    reach = reach.copy()
+    reach[pairs] += snapshot.radius[second]
+    return np.stack([start, start + (reach + comparison.gap)[:, None] * comparison.normal], axis=1)
+
+
+def _draw_disks(axes: Axes, snapshot: Snapshot, colour: str) -> None:
+    disks = [
+        Circle((x, y), r) for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)
+    ]
+    axes.add_collection(
+        PatchCollection(disks, facecolor=colour, edgecolor="#888888", linewidth=0.3)
+    )
+
+
+def _draw_walls(axes: Axes, scene: Scene) -> None:
+    walls = [(w.start_m, w.end_m) for w in scene.walls]
+    axes.add_collection(
+        LineCollection(walls, colors=BLACK, linewidths=2.5, label="wall" if walls else None)
+    )
+
+
+def _size(points: Floats, margin: float, panels: int) -> tuple[float, float]:
+    """Figure size (inches) for some panels side by side that show these points at equal scale."""
+    width, height = points.max(0) - points.min(0) + 4 * margin
+    panel = min(7.0, 11.0 / panels)
+    tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)
+    wide = (tall - 1.3) * width / height + 0.7
+    return float(min(panels * max(wide, 2.6), 11.0) + 1.0), float(tall)
+
+
+def _frame(axes: Axes, points: Floats, margin: float) -> None:
+    low, high = points.min(0) - 2 * margin, points.max(0) + 2 * margin
+    axes.set(
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        aspect="equal",
+        xlabel="x (m)",
+        ylabel="y (m)",
+    )
+    axes.tick_params(labelsize=8)

@@ -1,0 +1,1 @@
+"""From contacts to stress: what percussions of ever more disks converge to."""

@@ -1,0 +1,1 @@
+"""Fig. 7: the border of the crowd."""

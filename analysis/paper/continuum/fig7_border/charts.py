@@ -1,0 +1,66 @@
+"""The picture of Fig. 7: mesh and border, pressure, what the walls give."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from skfem import MeshTri1
+
+from analysis.pages.fields import draw_field, draw_room, rounded
+from analysis.pages.report_charts import BLACK, BLUE, GREY, ORANGE, PINK
+from nscd.bodies import Floats
+from nscd.continuum.collision import CollisionAnswer
+from nscd.continuum.left_velocity import Field
+from nscd.continuum.pressure import body_wall_percussion
+from nscd.continuum.room import Room
+
+BAR = 1 / 4000  # m for each N·s/m
+ARROW = 0.8  # m
+
+
+def border(
+    room: Room, answer: CollisionAnswer, shown: MeshTri1, pressure: Floats, push: Field
+) -> Figure:
+    """The room's mesh and kinds of border; p (n,) at the vertices of `shown`, μ over a body, r_ext
+    on the free border."""
+    figure = Figure(figsize=(11.0, 5.4), layout="constrained")
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    mesh = answer.space.mesh
+    left.triplot(*mesh.p, mesh.t.T, color=GREY, lw=0.4)
+    for words, place, colour in (
+        ("$Γ_w$, wall", (0.15, 5.0), BLACK),
+        ("$Γ_e$, exit", (0.15, 1.9), ORANGE),
+        ("$Γ_f$, free", (-7.6, 4.0), BLUE),
+    ):
+        left.annotate(words, place, color=colour, fontsize=10)
+    left.annotate(
+        "Ω, the crowd", (-4.6, 1.0), fontsize=10, bbox={"fc": "white", "ec": "none", "pad": 1}
+    )
+    drawn = draw_field(right, shown, pressure, rounded(float(pressure.max())))
+    figure.colorbar(drawn, ax=right, label="pressure over a body (N·s/m)", shrink=0.9)
+    wall = answer.space.wall
+    mu = body_wall_percussion(answer, 0.1)
+    ends = wall.point + BAR * mu[:, None] * wall.normal
+    # the pillar's bars would hide the pressure around it
+    outer = (mu > 0) & (np.abs(wall.point).min(1) < 1e-9)
+    for start, end in zip(wall.point[outer], ends[outer], strict=True):
+        right.plot(*np.stack([start, end]).T, color=PINK, lw=1)
+    for start, end in room.pieces("free"):
+        share = np.linspace(0.1, 0.9, 4)[:, None]
+        at = start + share * (end - start)
+        vector = push(at)
+        vector *= ARROW / np.hypot(*vector.T).max()
+        right.quiver(
+            *(at - vector).T,
+            *vector.T,
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            width=0.004,
+            color=BLUE,
+        )
+    for axes in (left, right):
+        draw_room(axes, room)
+        axes.set(xlabel="x (m)", xlim=(-7.8, 1.6), ylim=(-1.0, 7.0))
+    left.set_ylabel("y (m)")
+    return figure

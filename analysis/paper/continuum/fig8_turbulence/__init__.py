@@ -1,0 +1,1 @@
+"""Fig. 8: crowd turbulence."""

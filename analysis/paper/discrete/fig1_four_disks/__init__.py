@@ -1,0 +1,1 @@
+"""Fig. 1: four disks."""

@@ -1,0 +1,1 @@
+"""Fig. 2: a push in a corridor."""

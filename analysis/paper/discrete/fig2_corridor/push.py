@@ -1,0 +1,142 @@
+"""A push that soft contacts pass on: when it reaches each disk, how fast, and which impulse each
+contact carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.compare.comparison import Comparison, compare_run
+from analysis.dumps.reader import open_bodies
+from analysis.engines.ahead import EngineRun
+from analysis.paper.discrete.line_of_disks import impact_time
+from analysis.scene.scene import Scene
+from analysis.support.progress import Progress
+from nscd import Contacts
+from nscd.bodies import Floats
+
+# A disk is reached once it is this share of the push as fast.
+REACHED = 0.01
+# Columns before this one (counted from the pushing one) still feel how the push began.
+FRONT_FROM = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Push:
+    """One engine's run of a push: arrival (n,) s at each disk (0 for those that push, NaN where it
+    never arrives) and the impulses against the percussions."""
+
+    comparison: Comparison
+    arrival: Floats
+
+    @property
+    def engine(self) -> str:
+        """The engine's name."""
+        return self.comparison.record.engine
+
+    @property
+    def stiffness(self) -> float:
+        """k of its contacts (N/m)."""
+        return self.comparison.scene.contact.stiffness_N_per_m
+
+    @property
+    def restitution(self) -> float:
+        """e asked of its contacts."""
+        return self.comparison.scene.contact.restitution
+
+    @property
+    def speed(self) -> float:
+        """Speed of the front (m/s): slope of distance against the first arrival in each column; NaN
+        for fewer than 3."""
+        x, first = first_arrivals(self.comparison.snapshot.position[:, 0], self.arrival)
+        known = np.isfinite(first)
+        known[:FRONT_FROM] = False
+        if known.sum() < 3:
+            return float("nan")
+        return float(1 / np.polyfit(x[known], first[known], 1)[0])
+
+
+def push_scene(
+    scene: Scene, stiffness: float, restitution: float, periods: float, frames: int
+) -> Scene:
+    """The scene with another stiffness (N/m) and restitution, run for `periods` times √(m/k)."""
+    variant = scene.model_copy(update={"name": f"{scene.name}_e{restitution:g}"})
+    variant = variant.with_contact(stiffness_N_per_m=stiffness, restitution=restitution)
+    return variant.with_run(
+        duration_s=periods * impact_time(variant), frames=frames, time_step_s=None
+    )
+
+
+def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
+    """What an engine's run of the push shows. Raises EngineError for an engine that is missing or
+    fails."""
+    scene, record = run.scene, run.record(progress)
+    trajectory = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory
+    times, speeds = [], []
+    for frame in trajectory:
+        times.append(float(frame.time))
+        speeds.append(np.hypot(frame.data["vx"], frame.data["vy"]))
+    pushing = float(np.hypot(*scene.snapshot.velocity.T).max())
+    arrival = crossing_times(np.array(times), np.array(speeds), REACHED * pushing)
+    return Push(comparison=compare_run(run.folder), arrival=arrival)
+
+
+def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
+    """When each column of values (frames, n) first reaches the level (s), linear between frames;
+    NaN where never."""
+    above = values >= level
+    crossing = np.full(values.shape[1], np.nan)
+    for column in np.flatnonzero(above.any(0)):
+        frame = int(np.argmax(above[:, column]))
+        if frame == 0:
+            crossing[column] = times[0]
+            continue
+        before, after = values[frame - 1 : frame + 1, column]
+        share = (level - before) / (after - before)
+        crossing[column] = times[frame - 1] + share * (times[frame] - times[frame - 1])
+    return crossing
+
+
+def columns(x: Floats) -> Floats:
+    """The distinct x (m) of disks that stand in columns, rising; closer than 1 µm is the same."""
+    distinct: Floats = np.unique(np.round(x, 6))
+    return distinct
+
+
+def first_arrivals(x: Floats, arrival: Floats) -> tuple[Floats, Floats]:
+    """Each column's x (m) and the earliest arrival in it (s), NaN where it was not reached."""
+    places = columns(x)
+    first = np.full(len(places), np.nan)
+    for number, place in enumerate(places):
+        reached = arrival[np.abs(x - place) < 1e-6]
+        if np.isfinite(reached).any():
+            first[number] = np.nanmin(reached)
+    return places, first
+
+
+def long_wave_speed(scene: Scene, contacts: Contacts) -> float:
+    """c = d √(K/m̄) (m/s) of long waves along columns: d their spacing, K = k Σ nₓ² over the
+    contacts between two neighbours, m̄ the mean mass of a column (inner columns; a chain of rigid
+    columns on springs)."""
+    x = scene.snapshot.position[:, 0]
+    places = columns(x)
+    middle = 0.5 * (places[1:] + places[:-1])
+    pairs = contacts.select(~contacts.is_wall)
+    a, b = x[pairs.first], x[pairs.second]
+    square = pairs.normal[:, 0] ** 2
+    stiffness = scene.contact.stiffness_N_per_m * np.mean(
+        [square[(np.minimum(a, b) < m) & (np.maximum(a, b) > m)].sum() for m in middle]
+    )
+    masses = np.array([scene.snapshot.mass[np.abs(x - place) < 1e-6].sum() for place in places])
+    # two neighbours share each kind of column, so that the mean is taken over whole pairs
+    mass = masses[: 2 * (len(masses) // 2)].mean()
+    return float(np.diff(places).mean() * np.sqrt(stiffness / mass))
+
+
+def exponent(x: Floats, y: Floats) -> float:
+    """a of y ∝ xᵃ by least squares of the logarithms; NaN for fewer than two points."""
+    known = np.isfinite(y) & (y > 0)
+    if known.sum() < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])

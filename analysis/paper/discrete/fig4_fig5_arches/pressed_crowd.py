@@ -1,0 +1,133 @@
+"""A pressed crowd at an exit and its percussions: what each person carries, and where."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.scene.scene import Drive, Scene
+from nscd import ContactLaw, Contacts, Percussions, Snapshot, find_contacts, solve
+from nscd.bodies import Floats, Integers
+from nscd.indeterminacy.admissible import ProgramError
+from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
+
+log = logging.getLogger(__name__)
+RING_M = 1.0
+# Half the exit (0.5 m) and a metre beyond: what is called the neighbourhood of the exit here.
+NEIGHBOURHOOD_M = 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arch:
+    """A snapshot of a driven crowd and its percussions for the desired velocity as u⁻ (paper (1),
+    (7) corrected).
+
+    left_velocity (n,2) m/s; window: the relaxation time τ (s) that turns percussions p into forces
+    p/τ."""
+
+    drive: Drive
+    snapshot: Snapshot
+    contacts: Contacts
+    left_velocity: Floats
+    window: float
+    answer: Percussions
+
+    @classmethod
+    def of(cls, scene: Scene, snapshot: Snapshot) -> Arch:
+        """The percussions (k = 0) of a snapshot in the room of a scene. Raises ValueError for a
+        scene without drive."""
+        if scene.drive is None:
+            raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
+        contacts = find_contacts(
+            snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
+        )
+        left = scene.drive.desired_velocity(snapshot.position)
+        answer = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
+        return cls(
+            drive=scene.drive,
+            snapshot=snapshot,
+            contacts=contacts,
+            left_velocity=left,
+            window=scene.drive.relaxation_time_s,
+            answer=answer,
+        )
+
+    def under(self, law: ContactLaw) -> Percussions:
+        """The percussions of the same snapshot and left velocity under another contact law."""
+        return solve(
+            self.snapshot, self.contacts, left_velocity=self.left_velocity, law=law, tolerance=1e-8
+        )
+
+    def normal_forces(self) -> Floats:
+        """n·p/τ at each contact, (k,) N."""
+        forces: Floats = (self.answer.impulse * self.contacts.normal).sum(1) / self.window
+        return forces
+
+    def carried(self) -> Floats:
+        """Σ |n·p|/τ over the contacts of each person, (n,) N: how hard a person is pressed, from
+        whatever side."""
+        size, n = np.abs(self.normal_forces()), len(self.snapshot)
+        pairs = ~self.contacts.is_wall
+        first = np.bincount(self.contacts.first, size, n)
+        return np.asarray(
+            first + np.bincount(self.contacts.second[pairs], size[pairs], n), dtype=np.float64
+        )
+
+    def resultants(self) -> Floats:
+        """|Σ p|/τ of each person, (n,) N: forces from opposite sides cancel; m |u⁺ − u⁻|/τ,
+        whatever the pressing."""
+        change = self.contacts.momentum_change(self.answer.impulse, len(self.snapshot))
+        return np.asarray(np.hypot(*change.T) / self.window, dtype=np.float64)
+
+    def inside(self) -> NDArray[np.bool_]:
+        """Who has not passed the line of the exit, (n,)."""
+        beyond = (self.snapshot.position - np.array(self.drive.door_start_m)) @ np.array(
+            self.drive.outward
+        )
+        return np.asarray(beyond < 0)
+
+    def distance(self) -> Floats:
+        """From the middle of the exit to each person's centre, (n,) m."""
+        return np.asarray(np.hypot(*self._from_exit().T), dtype=np.float64)
+
+    def angle_degrees(self) -> Floats:
+        """Direction of each person seen from the middle of the exit, (n,): 0 straight into the
+        room, ±90 along the wall."""
+        x, y = self._from_exit().T
+        out_x, out_y = self.drive.outward
+        return np.asarray(np.degrees(np.arctan2(y * out_x - x * out_y, -(x * out_x + y * out_y))))
+
+    def largest(self, values: Floats) -> int:
+        """The index of the person inside who has the largest value (n,)."""
+        return int(np.argmax(np.where(self.inside(), values, -np.inf)))
+
+    def overlap_share(self) -> float:
+        """The largest overlap over the mean diameter."""
+        return float(
+            max(-self.contacts.gap.min(initial=0.0), 0.0) / (2 * self.snapshot.radius.mean())
+        )
+
+    def rings(self) -> Integers:
+        """Ring of each person, (n,): 0 within a metre of the middle of the exit, then 1, …; −1 for
+        those outside."""
+        return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)
+
+    def _from_exit(self) -> Floats:
+        middle = 0.5 * (np.array(self.drive.door_start_m) + np.array(self.drive.door_end_m))
+        return np.asarray(self.snapshot.position - middle)
+
+
+def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
+    """The proven interval (N) of the sum of normal magnitudes of a person, (nan, nan) where none
+    could be proven."""
+    try:
+        found = interval(arch.contacts, arch.answer, weights_of_disk(arch.contacts, person))
+    except (ProgramError, ValueError) as error:
+        log.warning("no interval for person %d: %s", person, error)
+        return float("nan"), float("nan")
+    if found.status == IntervalStatus.UNPROVEN:
+        return float("nan"), float("nan")
+    return found.lower / arch.window, found.upper / arch.window

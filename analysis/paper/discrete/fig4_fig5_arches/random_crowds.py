@@ -1,0 +1,202 @@
+"""Random crowds at an exit: how what people carry varies over arches, and with the number of
+people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.engines import ENGINES, EngineError
+from analysis.engines.ahead import EngineRun
+from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import (
+    NEIGHBOURHOOD_M,
+    Arch,
+    carried_interval,
+)
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import make
+from analysis.support.progress import Progress
+from nscd.indeterminacy.determinacy import determinacy
+
+SEEDS: Sequence[int] = range(1, 21)
+# people → arches, beside those of SEEDS
+SIZES: Mapping[int, int] = {150: 3, 300: 3, 1200: 3, 2400: 3, 5000: 3}
+PEOPLE = 594
+# The scene `jam`: disks too large for the exit, so that an arch really blocks it.
+BLOCKED_SEEDS: Sequence[int] = range(1, 6)
+AT_REST_M_PER_S = 0.01
+# Larger crowds press harder and gather later: stiffer, so that disks overlap alike, and later, so
+# that all have arrived.
+GATHERED = 2000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """One random arch in numbers. Forces in N, of people inside: mean_N and largest_N of the sum of
+    normal magnitudes, largest_resultant_N of the vector sum, with the places (m from the middle of
+    the exit, degrees) of both maxima and of the largest contact force. lower_N, upper_N: proven
+    interval of the largest sum of magnitudes over all percussions that the mechanics allows (nan:
+    not proven). redundant: contacts − rank of C. near_share: people in the neighbourhood of the
+    exit. reach_m: the farthest person. profile: ring means of the sum of magnitudes over mean_N.
+    """
+
+    people: int
+    seed: int
+    solved: bool
+    contacts: int
+    redundant: int
+    overlap_share: float
+    near_share: float
+    reach_m: float
+    mean_N: float  # noqa: N815  (the unit is newton)
+    largest_N: float  # noqa: N815
+    lower_N: float  # noqa: N815
+    upper_N: float  # noqa: N815
+    distance_m: float
+    angle_degrees: float
+    largest_contact_N: float  # noqa: N815
+    contact_distance_m: float
+    largest_resultant_N: float  # noqa: N815
+    resultant_distance_m: float
+    profile: tuple[float, ...]
+
+    @classmethod
+    def of(cls, arch: Arch, seed: int) -> Sample:
+        """The numbers of an arch."""
+        carried, resultants, distance, inside = (
+            arch.carried(), arch.resultants(), arch.distance(), arch.inside(),
+        )  # fmt: skip
+        most, most_resultant = arch.largest(carried), arch.largest(resultants)
+        lower, upper = carried_interval(arch, most)
+        forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
+        strongest = int(np.argmax(forces))
+        ring, mean = arch.rings(), float(carried[inside].mean())
+        at_contact = (
+            arch.contacts.point[strongest] - arch.snapshot.position[arch.contacts.first[strongest]]
+        )
+        at_contact = at_contact + arch._from_exit()[arch.contacts.first[strongest]]
+        return cls(
+            people=len(arch.snapshot),
+            seed=seed,
+            solved=arch.answer.status == "solved" and arch.answer.canonical,
+            contacts=len(arch.contacts),
+            redundant=determinacy(arch.contacts, len(arch.snapshot)).redundant,
+            overlap_share=arch.overlap_share(),
+            near_share=float((inside & (distance <= NEIGHBOURHOOD_M)).sum() / inside.sum()),
+            reach_m=float(distance[inside].max()),
+            mean_N=mean,
+            largest_N=float(carried[most]),
+            lower_N=lower,
+            upper_N=upper,
+            distance_m=float(distance[most]),
+            angle_degrees=float(arch.angle_degrees()[most]),
+            largest_contact_N=float(forces[strongest]),
+            contact_distance_m=float(np.hypot(*at_contact)),
+            largest_resultant_N=float(resultants[most_resultant]),
+            resultant_distance_m=float(distance[most_resultant]),
+            profile=tuple(
+                float(carried[ring == r].mean() / mean) if (ring == r).any() else float("nan")
+                for r in range(int(ring.max()) + 1)
+            ),
+        )
+
+
+def gathered(run: EngineRun) -> Arch:
+    """The last frame of a run. Raises EngineError."""
+    record = run.record()
+    bodies = run.folder / "bodies.dump"
+    return Arch.of(
+        run.scene, snapshot_of(open_bodies(bodies, record.time_step_s).trajectory[-1], bodies)
+    )
+
+
+def installed_engine() -> str:
+    """The first engine that is there. Raises EngineError if none is."""
+    name = next((engine.NAME for engine in ENGINES if engine.find() is not None), None)
+    if name is None:
+        raise EngineError("no engine is installed to gather a crowd")
+    return name
+
+
+def seeded_scene(people: int, seed: int) -> Scene:
+    """A random crowd like that of the scene `arch`, until all have arrived."""
+    scene = make("arch", people, seed)
+    stiffness = scene.contact.stiffness_N_per_m * max(1.0, people / PEOPLE) ** 0.5
+    seconds = scene.run.duration_s * max(1.0, people / GATHERED) ** 0.5
+    return scene.with_contact(stiffness_N_per_m=stiffness).with_run(duration_s=seconds, frames=1)
+
+
+def survey_runs(runs: Path) -> dict[tuple[int, int], EngineRun]:
+    """The runs of `survey` by people and seed: SEEDS with the people of the scene, and SIZES.
+    Raises EngineError."""
+    wanted = [(PEOPLE, seed) for seed in SEEDS]
+    wanted += [(people, seed) for people, count in SIZES.items() for seed in range(1, count + 1)]
+    engine, folder = installed_engine(), runs / "arch_seeds"
+    return {
+        (people, seed): EngineRun(
+            scene=seeded_scene(people, seed),
+            engine=engine,
+            folder=folder / f"{engine}_n{people}_seed{seed}",
+        )
+        for people, seed in wanted
+    }
+
+
+def survey(runs: Path, progress: Progress | None = None) -> list[Sample]:
+    """The random arches. Raises EngineError."""
+    found, samples, done = survey_runs(runs), [], 0
+    total = sum(people for people, _ in found)
+    for (people, seed), run in found.items():
+        samples.append(Sample.of(gathered(run), seed))
+        done += people
+        if progress:
+            progress("random arches", done / total)
+    return samples
+
+
+def blocked_runs(runs: Path) -> dict[int, EngineRun]:
+    """The runs of `blocked` by seed. Raises EngineError."""
+    engine, folder = installed_engine(), runs / "jam_seeds"
+    return {
+        seed: EngineRun(
+            scene=make("jam", None, seed).with_run(frames=1),
+            engine=engine,
+            folder=folder / f"{engine}_seed{seed}",
+        )
+        for seed in BLOCKED_SEEDS
+    }
+
+
+def blocked(runs: Path, progress: Progress | None = None) -> list[Sample]:
+    """The crowds of BLOCKED_SEEDS that an arch stopped: nobody inside has a right velocity beyond
+    AT_REST_M_PER_S. Raises EngineError."""
+    samples = []
+    for done, (seed, run) in enumerate(blocked_runs(runs).items(), start=1):
+        arch = gathered(run)
+        if np.hypot(*arch.answer.right_velocity[arch.inside()].T).max() < AT_REST_M_PER_S:
+            samples.append(Sample.of(arch, seed))
+        if progress:
+            progress("blocked exits", done / len(BLOCKED_SEEDS))
+    return samples
+
+
+def warnings_of(samples: Sequence[Sample]) -> list[str]:
+    """What a reader of the samples has to know: answers that are not solved, maxima without a
+    proven interval."""
+    unsolved = [f"{s.people} people, seed {s.seed}" for s in samples if not s.solved]
+    unproven = [f"{s.people} people, seed {s.seed}" for s in samples if np.isnan(s.lower_N)]
+    out = []
+    if unsolved:
+        out.append("percussions not solved, or not canonical: " + "; ".join(unsolved))
+    if unproven:
+        out.append("no proven interval for the largest sum of magnitudes: " + "; ".join(unproven))
+    return out
+
+
+def growth(samples: Sequence[Sample], values: Sequence[float]) -> float:
+    """The exponent a of value ∝ N^a, by least squares in the logarithms."""
+    return float(np.polyfit(np.log([s.people for s in samples]), np.log(values), 1)[0])

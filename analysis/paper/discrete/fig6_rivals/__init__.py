@@ -1,0 +1,1 @@
+"""Fig. 6: rival force laws."""

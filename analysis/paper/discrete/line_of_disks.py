@@ -1,0 +1,88 @@
+"""Touching disks in a line, and what laws other than percussions make of their impact: Newton's law
+and soft contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import nnls
+
+from analysis.dumps.reader import open_bodies
+from analysis.engines.ahead import EngineRun
+from analysis.scene.scene import Scene
+from analysis.support.progress import Progress
+from nscd import Contacts, Snapshot
+from nscd.bodies import Floats
+
+# Steps of an elastic impact per √(m/k): energy then grows by less than 1e-5 of itself.
+STEPS_PER_PERIOD = 400
+
+
+def aligned(mass: ArrayLike, velocity: ArrayLike, radius: float = 0.25) -> Snapshot:
+    """Touching disks of one radius (m) along x, of masses (n,) kg and velocities along x (n,) m/s.
+
+    Raises ValueError, as Snapshot does, for masses and velocities that do not fit.
+    """
+    masses = np.asarray(mass, dtype=np.float64)
+    n = len(masses)
+    along = np.asarray(velocity, dtype=np.float64)
+    if along.shape != masses.shape:
+        raise ValueError(f"velocity: shape {along.shape} where {masses.shape} is needed")
+    return Snapshot(
+        position=np.column_stack([2 * radius * np.arange(n), np.zeros(n)]),
+        velocity=np.column_stack([along, np.zeros(n)]),
+        radius=np.full(n, radius),
+        mass=masses,
+    )
+
+
+def newton_impact(snapshot: Snapshot, contacts: Contacts, restitution: float) -> Floats:
+    """Velocities (n,2) m/s after an impact by Newton's law at all contacts at once: v = C u, C
+    M⁻¹Cᵀ = W,
+
+    0 ≤ λ ⟂ −(v⁺ + e v⁻) ≥ 0, that is λ minimises |M^(−1/2) Cᵀλ − (1+e) M^(1/2) u⁻| over λ ≥ 0; u⁺ =
+    u⁻ − M⁻¹Cᵀλ. Moreau's form of Newton's law; dense non-negative least squares, no solver of this
+    product. Raises ValueError for e outside [0, 1]."""
+    if not 0 <= restitution <= 1:
+        raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
+    n = len(snapshot)
+    closing = contacts.normal_matrix(n).toarray()
+    root = np.sqrt(np.repeat(snapshot.mass, 2))
+    left = snapshot.velocity.ravel()
+    reaction, _ = nnls(closing.T / root[:, None], (1 + restitution) * root * left)
+    right: Floats = (left - closing.T @ reaction / root**2).reshape(n, 2)
+    return right
+
+
+def impact_time(scene: Scene) -> float:
+    """√(m/k) of the heaviest disk (s): the time in which a soft contact of the scene works."""
+    return float(np.sqrt(scene.snapshot.mass.max() / scene.contact.stiffness_N_per_m))
+
+
+def cradle_scene(
+    scene: Scene, disks: int, *, law: str = "hooke", restitution: float = 1.0, periods: float = 12.0
+) -> Scene:
+    """The first disks of a line with another contact law, run for `periods` times √(m/k) and long
+    enough to part."""
+    whole = scene.snapshot
+    part = Snapshot(
+        position=whole.position[:disks],
+        velocity=whole.velocity[:disks],
+        radius=whole.radius[:disks],
+        mass=whole.mass[:disks],
+    )
+    name = f"cradle_{disks}_e{restitution:g}"
+    variant = scene.model_copy(update={"snapshot": part, "name": name})
+    variant = variant.with_contact(law=law, restitution=restitution)
+    period = impact_time(variant)
+    step = period / STEPS_PER_PERIOD if restitution == 1 else None
+    return variant.with_run(duration_s=periods * period, frames=20, time_step_s=step)
+
+
+def velocities_after(run: EngineRun, progress: Progress | None = None) -> Floats:
+    """Velocities (n,2) m/s at the end of an engine's run. Raises EngineError for an engine that is
+    missing or fails."""
+    record = run.record(progress)
+    data = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory[-1].data
+    velocity: Floats = np.column_stack([data["vx"], data["vy"]])
+    return velocity

@@ -1,0 +1,82 @@
+"""What was done to the heads of a real crowd to make a scene of them: the part `[reconciliation]`
+of a scene file."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Length = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0)]
+
+
+class Reconciliation(BaseModel):
+    """How heads became disks that do not overlap: where they come from, what was there and how far
+    people were moved.
+
+    Overlaps are those of pairs of disks; densities are local ones (one over the area of each
+    person's Voronoi cell within the room and within 0.8 m of the person): the mean over people, and
+    what a tenth of the people exceed (the largest is an artefact of cells that the door cuts)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    file: str
+    frame: int
+    people: Count
+    left_out: Count
+    radius_m: Positive
+    velocity_window_s: Positive
+    overlaps_before: Count
+    wall_overlaps_before: Count
+    overlap_before_largest_m: Length
+    overlap_before_mean_m: Length
+    overlap_before_sum_m: Length
+    overlap_after_m: Length
+    moved_mean_m: Length
+    moved_rms_m: Length
+    moved_largest_m: Length
+    moved_share_over_1_cm: Annotated[float, Field(ge=0, le=1)]
+    moved_mean_x_m: float
+    moved_mean_y_m: float
+    density_before_mean_per_m2: Length
+    density_before_decile_per_m2: Length
+    density_after_mean_per_m2: Length
+    density_after_decile_per_m2: Length
+    contacts_after: Count
+    wall_contacts_after: Count
+    linearisations: Count
+
+    @property
+    def statement(self) -> str:
+        """One paragraph in words: what this scene is and is not."""
+        overlap, mean = 100 * self.overlap_before_largest_m, 100 * self.overlap_before_mean_m
+        moved, most, share = (
+            100 * self.moved_mean_m,
+            100 * self.moved_largest_m,
+            100 * self.moved_share_over_1_cm,
+        )
+        before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
+        return (
+            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of "
+            f"{self.people + self.left_out} people; {self.left_out} outside the walls were left out. "
+            f"As disks of radius {self.radius_m:g} m round the heads, the other {self.people} overlapped "
+            f"{self.overlaps_before} times, by up to {overlap:.1f} cm ({mean:.1f} cm in the mean), "
+            f"and walls {self.wall_overlaps_before} times. They were moved until none overlap, together as "
+            f"little as possible (least sum of squares, a local minimum): {moved:.1f} cm in the mean, "
+            f"{most:.1f} cm at most, {share:.0f} % of the people more than 1 cm. The local density that "
+            f"a tenth of the people exceed went from {before:.1f} to {after:.1f} people per m². "
+            f"Afterwards {self.contacts_after} pairs touch exactly, and disks touch walls "
+            f"{self.wall_contacts_after} times: who touches whom is an outcome of the stated radius and of "
+            "this rule, not an observation, and so are the forces computed from it."
+        )
+
+    def rows(self) -> list[tuple[str, float | int | str]]:
+        """Name with unit and value, in the order of the fields, for a table."""
+        units = {"_per_m2": " (1/m²)", "_m": " (m)", "_s": " (s)"}
+        rows: list[tuple[str, float | int | str]] = []
+        for key, value in self.model_dump().items():
+            unit = next((end for end in units if key.endswith(end)), "")
+            rows.append((key.removesuffix(unit).replace("_", " ") + units.get(unit, ""), value))
+        return rows

@@ -1,0 +1,45 @@
+"""Is a crowd inside its room: overlaps, walls and doors of an initial state."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from nscd import Snapshot, Walls, find_contacts
+
+# An overlap below this share of the smaller radius is rounding or reconciliation, not a mistake.
+OVERLAP = 1e-6
+
+Door = tuple[tuple[float, float], tuple[float, float]]
+
+
+def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]:
+    """Raise ValueError naming the disks for an overlap with a disk or a wall, or for a disk outside
+    a closed room; return warnings. The room is closed where walls and door together bound a
+    polygon."""
+    assert snapshot.ids is not None
+    tolerance = OVERLAP * snapshot.radius.min()
+    contacts = find_contacts(snapshot, walls, tolerance=tolerance)
+    if len(contacts) and contacts.gap.min() < -tolerance:
+        worst = int(np.argmin(contacts.gap))
+        first, second = snapshot.ids[contacts.first[worst]], contacts.second[worst]
+        other = f"wall {second + 1}" if contacts.is_wall[worst] else f"disk {snapshot.ids[second]}"
+        raise ValueError(f"disk {first} and {other} overlap by {-contacts.gap[worst]:.3g} m")
+    lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
+    rooms = shapely.get_parts(
+        shapely.polygonize(lines + ([shapely.LineString(door)] if door else []))
+    )
+    if len(rooms):
+        inside = shapely.contains_xy(shapely.union_all(rooms), snapshot.position)
+        if not inside.all():
+            disk = int(np.argmin(inside))
+            x, y = snapshot.position[disk]
+            raise ValueError(f"disk {snapshot.ids[disk]} at ({x:g}, {y:g}) m is outside the walls")
+    warnings = []
+    if door is not None:
+        width, widest = float(np.hypot(*np.subtract(*door))), 2 * float(snapshot.radius.max())
+        if width < widest:
+            warnings.append(
+                f"the door ({width:g} m) is narrower than the widest disk ({widest:g} m)"
+            )
+    return warnings

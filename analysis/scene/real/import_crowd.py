@@ -1,0 +1,250 @@
+"""A scene from a real crowd: one frame of a trajectory, its heads made disks, the overlaps
+reconciled."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pedpy
+import shapely
+from pydantic import ValidationError
+
+from analysis.scene.account import Reconciliation
+from analysis.scene.real.separate import OverlapError, reconcile
+from analysis.scene.real.trajectory import Heads, TrajectoryError, Unit, read_heads
+from analysis.scene.scene import Room, Scene, SceneError, first_problem, head_comment
+from analysis.support.files import write_text
+from nscd import Snapshot, Walls, find_contacts
+from nscd.bodies import Floats
+
+# People farther than this from everyone have cells of this radius in the Voronoi densities.
+CELL_RADIUS_M = 0.8
+FREE_MARGIN_M = 10.0
+SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.05, 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ImportedCrowd:
+    """A scene and where its people's heads were: heads (n,2) m, in the order of the scene's
+    disks."""
+
+    scene: Scene
+    heads: Floats
+    report: Reconciliation
+
+    @property
+    def statement(self) -> str:
+        """What was done to the crowd, in one paragraph."""
+        return self.report.statement
+
+    def write(self, folder: Path) -> Path:
+        """Write the scene, and `<name>.reconciliation.json` with the report and the place of each
+        person's head and disk; return the path of the scene file."""
+        snapshot = self.scene.snapshot
+        assert snapshot.ids is not None
+        content: dict[str, object] = self.report.model_dump() | {
+            "statement": self.statement,
+            "id": snapshot.ids.tolist(),
+        }
+        for kind, points in (("head", self.heads), ("disk", snapshot.position)):
+            content |= {f"{kind}_{axis}_m": points[:, i].tolist() for i, axis in enumerate("xy")}
+        path = self.scene.write(folder)
+        lines = [
+            f'"{key}": {json.dumps(value, ensure_ascii=False)}' for key, value in content.items()
+        ]
+        write_text(
+            folder / f"{self.scene.name}.reconciliation.json", "{\n" + ",\n".join(lines) + "\n}\n"
+        )
+        return path
+
+
+def read_room(path: Path) -> tuple[Room, str]:
+    """The room in a TOML file (a scene file without disks) and the comment at its head.
+
+    Raises SceneError naming the file and the key for anything unknown, missing or out of range.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        return Room.model_validate(tomllib.loads(text)), head_comment(text)
+    except FileNotFoundError:
+        raise SceneError(f"{path}: no such file") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: {error}") from None
+    except ValidationError as error:
+        raise SceneError(f"{path}: {first_problem(error)}") from None
+
+
+def import_crowd(
+    file: Path,
+    *,
+    frame: int,
+    radius: float,
+    room: Path,
+    mass: float = 75.0,
+    name: str | None = None,
+    unit: Unit | None = None,
+    frame_rate: float | None = None,
+    window_s: float = 0.4,
+) -> ImportedCrowd:
+    """The people of one frame as disks of the given radius (m) and mass (kg) in the room of a TOML
+    file.
+
+    People outside the polygon of walls and door (where there are walls) are left out. The others
+    are moved as little as possible until no disks overlap (see `reconcile`); they keep the
+    velocities of their heads, measured over window_s seconds. The scene is called `name`, or as the
+    room's file. `unit` and `frame_rate` are needed only where the file does not state them.
+
+    Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
+    the key."""
+    if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
+        raise SceneError(
+            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is needed"
+        )
+    if not 0 < mass < 1000:
+        raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
+    parts, comment = read_room(room)
+    origin = f"{file}: frame {frame}"
+    heads = read_heads(file, frame, unit=unit, frame_rate=frame_rate, window_s=window_s)
+    area = _area(parts, room, heads.position)
+    inside = shapely.contains_xy(area, heads.position)
+    if not inside.any():
+        (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
+        raise TrajectoryError(
+            f"{origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) and "
+            f"({x1:g}, {y1:g}) m; is the unit right (m, cm)?"
+        )
+    kept = Heads(
+        ids=heads.ids[inside], position=heads.position[inside], velocity=heads.velocity[inside]
+    )
+    if not np.isfinite(kept.velocity).all():
+        person = kept.ids[int(np.argmin(np.isfinite(kept.velocity).all(axis=1)))]
+        raise TrajectoryError(
+            f"{origin}: person {person} is not seen over {window_s:g} s: no velocity"
+        )
+    walls, radii = _walls(parts), np.full(len(kept.ids), radius)
+    door = outward = None
+    if parts.drive is not None:
+        door = Walls(
+            start=np.array([parts.drive.door_start_m]), end=np.array([parts.drive.door_end_m])
+        )
+        outward = np.array(parts.drive.outward)
+    try:
+        arranged = reconcile(kept.position, radii, walls, door, outward)
+    except (OverlapError, ValueError) as error:
+        raise OverlapError(f"{origin}: {error}") from None
+    snapshot = Snapshot(
+        position=arranged.position,
+        velocity=kept.velocity.round(6),
+        radius=radii,
+        mass=np.full(len(radii), mass),
+        ids=kept.ids,
+    )
+    report = Reconciliation(
+        file=file.name,
+        frame=frame,
+        people=len(radii),
+        left_out=int((~inside).sum()),
+        radius_m=radius,
+        velocity_window_s=window_s,
+        linearisations=arranged.linearisations,
+        **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),
+    )
+    notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
+    rest = {
+        key: getattr(parts, key)
+        for key in ("title", "source", "drive", "contact", "run", "analysis")
+    }
+    scene = Scene(
+        name=name or room.stem,
+        notes=notes.strip(),
+        snapshot=snapshot,
+        walls=tuple(parts.walls),
+        reconciliation=report,
+        **rest,
+    )
+    scene.check(origin)
+    return ImportedCrowd(scene=scene, heads=kept.position, report=report)
+
+
+def _walls(parts: Room) -> Walls:
+    return Walls(
+        start=np.array([wall.start_m for wall in parts.walls]).reshape(-1, 2),
+        end=np.array([wall.end_m for wall in parts.walls]).reshape(-1, 2),
+    )
+
+
+def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
+    """The polygon that walls and door bound; without walls, a box with room for everyone."""
+    if not parts.walls:
+        return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
+    lines = [shapely.LineString([wall.start_m, wall.end_m]) for wall in parts.walls]
+    if parts.drive is not None:
+        lines.append(shapely.LineString([parts.drive.door_start_m, parts.drive.door_end_m]))
+    area = shapely.union_all(shapely.get_parts(shapely.polygonize(lines)))
+    if not isinstance(area, shapely.Polygon) or area.is_empty:
+        raise SceneError(f"{path}: walls: with the door they must enclose one room")
+    return area
+
+
+def _numbers(
+    heads: Floats, after: Snapshot, walls: Walls, area: shapely.Polygon, tolerance: float
+) -> dict[str, Any]:
+    """The measured numbers of the report, rounded to a micrometre, so that every machine gives the
+    same digits."""
+    before = Snapshot(
+        position=heads, velocity=np.zeros_like(heads), radius=after.radius, mass=after.mass
+    )
+    touching, left = (
+        find_contacts(snapshot, walls, tolerance=tolerance) for snapshot in (before, after)
+    )
+    overlapping = touching.gap < 0
+    overlap = -touching.gap[overlapping & ~touching.is_wall]
+    move = after.position - heads
+    moved = np.hypot(*move.T)
+    mean_x, mean_y = move.mean(0)
+    density = _densities(heads, area), _densities(after.position, area)
+    numbers = {
+        "overlap_before_largest_m": overlap.max(initial=0.0),
+        "overlap_before_mean_m": overlap.mean() if len(overlap) else 0.0,
+        "overlap_before_sum_m": overlap.sum(),
+        "overlap_after_m": np.maximum(-left.gap, 0.0).max(initial=0.0),
+        "moved_mean_m": moved.mean(),
+        "moved_rms_m": np.sqrt((moved**2).mean()),
+        "moved_largest_m": moved.max(),
+        "moved_share_over_1_cm": (moved > 0.01).mean(),
+        "moved_mean_x_m": mean_x,
+        "moved_mean_y_m": mean_y,
+        "density_before_mean_per_m2": density[0].mean(),
+        "density_before_decile_per_m2": np.quantile(density[0], 0.9),
+        "density_after_mean_per_m2": density[1].mean(),
+        "density_after_decile_per_m2": np.quantile(density[1], 0.9),
+    }
+    counts = {
+        "overlaps_before": len(overlap),
+        "wall_overlaps_before": int((overlapping & touching.is_wall).sum()),
+        "contacts_after": int((~left.is_wall).sum()),
+        "wall_contacts_after": int(left.is_wall.sum()),
+    }
+    return {key: round(float(value), 6) + 0.0 for key, value in numbers.items()} | counts
+
+
+def _densities(position: Floats, area: shapely.Polygon) -> Floats:
+    """1/m² of each person: one over the area of the Voronoi cell, cut at CELL_RADIUS_M and at the
+    walls, by PedPy."""
+    table = pd.DataFrame(
+        {"id": np.arange(len(position)), "frame": 0, "x": position[:, 0], "y": position[:, 1]}
+    )
+    cells = pedpy.compute_individual_voronoi_polygons(
+        traj_data=pedpy.TrajectoryData(data=table, frame_rate=1.0),
+        walkable_area=pedpy.WalkableArea(area),
+        cut_off=pedpy.Cutoff(radius=CELL_RADIUS_M, quad_segments=8),
+    )
+    density: Floats = cells["density"].to_numpy(dtype=np.float64)
+    return density

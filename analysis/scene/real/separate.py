@@ -1,0 +1,105 @@
+"""The smallest displacement that makes overlapping disks a possible crowd."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
+from nscd.bodies import Floats
+from nscd.problem import impact_problem
+from nscd.solvers.ladder import climb
+
+# Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at
+# least SPARE_M before rounding and so never negative after it.
+GRID_M = 1e-8
+SPARE_M = 3e-8
+STEP_M = 1e-9
+SOLVER_TOLERANCE = 1e-12
+MAXIMUM_ITERATIONS = 500
+
+
+class OverlapError(ValueError):
+    """No arrangement without overlaps was found; the message says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arrangement:
+    """position (n,2) m without overlaps, and the number of linearisations that it took."""
+
+    position: Floats
+    linearisations: int
+
+
+def reconcile(
+    position: Floats,
+    radius: Floats,
+    walls: Walls | None = None,
+    door: Walls | None = None,
+    outward: Floats | None = None,
+) -> Arrangement:
+    """Move disks at position (n,2) m with radius (n,) m as little as possible until none overlap.
+
+    min ½ Σ |q' − q|² subject to |q'_j − q'_i| ≥ r_i + r_j, distance to walls ≥ r, and centres on
+    their own side of the door (one segment; `outward` (2,) points out). The constraints are not
+    convex. Each iterate solves the convex problem with the normals of the one before, n·(q'_j −
+    q'_i) ≥ r_i + r_j, for all pairs with gaps up to a diameter. Its answer satisfies the true
+    constraints too, since |x| ≥ n·x, and the one before is admissible for it: the displacement
+    falls from step to step, to a point of stationarity (a local minimum; a smaller one may exist).
+
+    Raises OverlapError where there is no room for the disks, or where the iteration does not
+    settle; ValueError where two centres (or a centre and a wall) coincide."""
+    n = len(position)
+    reach = 2.0 * float(radius.max())
+    current = np.array(position, dtype=np.float64)
+    for iteration in range(MAXIMUM_ITERATIONS):
+        snapshot = Snapshot(
+            position=current, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n)
+        )
+        contacts = _with_door(
+            find_contacts(snapshot, walls, tolerance=reach), current, door, outward, reach
+        )
+        overlap = float((SPARE_M - contacts.gap).max(initial=0.0))
+        if not len(contacts) or (iteration == 0 and overlap == 0):
+            break
+        # A contact problem of unit masses whose "velocity" is the displacement from the current
+        # iterate; lengths are measured in radii (the scale of `left`).
+        home = position - current
+        problem = impact_problem(
+            snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M
+        )
+        problem = replace(problem, free=home)
+        outcome = climb(problem, SOLVER_TOLERANCE)
+        reaction, step = outcome.reaction, outcome.velocity
+        if not problem.residual(reaction, step) < 1e-6:
+            raise OverlapError(f"there is no room for {n} disks of radius up to {radius.max():g} m")
+        current = current + step
+        if np.abs(step).max() < STEP_M and overlap < STEP_M:
+            break
+    else:
+        raise OverlapError(
+            f"no end after {MAXIMUM_ITERATIONS} linearisations: the last moved {np.abs(step).max():.1e} m"
+        )
+    return Arrangement(position=np.round(current / GRID_M) * GRID_M, linearisations=iteration)
+
+
+def _with_door(
+    contacts: Contacts, position: Floats, door: Walls | None, outward: Floats | None, reach: float
+) -> Contacts:
+    """The contacts and, for those whose centre is within `reach` of the door, a stop of the centre
+    at its line."""
+    if door is None or outward is None:
+        return contacts
+    nearest = door.nearest_point(position, np.zeros(len(position), dtype=np.int64))
+    depth = (door.start[0] - position) @ outward
+    near = np.flatnonzero((np.hypot(*(nearest - position).T) <= reach) & (depth >= 0))
+    count = len(near)
+    return Contacts(
+        first=np.concatenate([contacts.first, near]),
+        second=np.concatenate([contacts.second, np.zeros(count, dtype=np.int64)]),
+        is_wall=np.concatenate([contacts.is_wall, np.ones(count, dtype=bool)]),
+        normal=np.concatenate([contacts.normal, np.tile(outward, (count, 1))]),
+        gap=np.concatenate([contacts.gap, depth[near]]),
+        point=np.concatenate([contacts.point, position[near] + depth[near, None] * outward]),
+    )

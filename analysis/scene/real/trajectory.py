@@ -1,0 +1,225 @@
+"""Heads of a real crowd: positions and velocities of one frame of a trajectory file, by PedPy."""
+
+from __future__ import annotations
+
+import gzip
+import itertools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+import pedpy
+from scipy.spatial import cKDTree
+
+from nscd.bodies import Floats, Integers
+
+Unit = Literal["m", "cm"]
+# PedPy's loaders of files that are always in metres, by ending and, for .csv, by the columns that
+# they need.
+IN_METRES = {
+    "sqlite": pedpy.load_trajectory_from_jupedsim_sqlite,
+    "h5": pedpy.load_trajectory_from_ped_data_archive_hdf5,
+    "hdf5": pedpy.load_trajectory_from_ped_data_archive_hdf5,
+    "json": pedpy.load_trajectory_from_pathfinder_json,
+    "pp": pedpy.load_trajectory_from_viswalk,
+    "fzp": pedpy.load_trajectory_from_viswalk,
+}
+CSV_COLUMNS = {
+    frozenset({"pedID", "time", "posX", "posY"}): pedpy.load_trajectory_from_crowdit,
+    frozenset({"id", "t", "x", "y"}): pedpy.load_trajectory_from_pathfinder_csv,
+    frozenset({"NO", "SIMSEC", "COORDCENTX", "COORDCENTY"}): pedpy.load_trajectory_from_viswalk,
+}
+
+
+class TrajectoryError(ValueError):
+    """A trajectory file that cannot be used; the message names the file and what is wrong in it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Heads:
+    """Heads in one frame: ids (n,), position (n,2) m, velocity (n,2) m/s (NaN for those who were
+    not seen long enough to have one)."""
+
+    ids: Integers
+    position: Floats
+    velocity: Floats
+
+
+def read_heads(
+    file: Path,
+    frame: int,
+    *,
+    unit: Unit | None = None,
+    frame_rate: float | None = None,
+    window_s: float = 0.4,
+) -> Heads:
+    """Heads of frame number `frame`, ordered by id.
+
+    Velocities are displacements over window_s seconds round the frame (half of it for people who
+    appear or vanish there). `unit` and `frame_rate` (1/s) are needed only where the file does not
+    state them.
+
+    Raises TrajectoryError naming the file, and the frame where it matters, for a file that PedPy
+    cannot read, a missing unit or frame rate, a missing frame, a position that is not a number, a
+    person who occurs twice and two people at the same place."""
+    trajectory = _load(file, unit, frame_rate)
+    every = trajectory.data
+    step = round(0.5 * window_s * trajectory.frame_rate)
+    if step < 1:
+        raise TrajectoryError(
+            f"{file}: a window of {window_s:g} s holds no three frames at {trajectory.frame_rate:g} frames/s"
+        )
+    near = every[(every.frame >= frame - step) & (every.frame <= frame + step)].sort_values(
+        ["id", "frame"]
+    )
+    now = near[near.frame == frame]
+    if not len(now):
+        first, last = every.frame.min(), every.frame.max()
+        raise TrajectoryError(
+            f"{file}: there is no frame {frame}; the frames go from {first} to {last}"
+        )
+    bad = near[~np.isfinite(near[["x", "y"]]).all(axis=1)]
+    if len(bad):
+        person = bad.id.iloc[0]
+        raise TrajectoryError(
+            f"{file}: frame {bad.frame.iloc[0]}: the position of person {person} is not a number"
+        )
+    twice = near[near.duplicated(["id", "frame"])]
+    if len(twice):
+        raise TrajectoryError(
+            f"{file}: frame {twice.frame.iloc[0]}: person {twice.id.iloc[0]} occurs twice"
+        )
+    ids, position = now.id.to_numpy(dtype=np.int64), now[["x", "y"]].to_numpy(dtype=np.float64)
+    _check_places(f"{file}: frame {frame}", ids, position)
+    try:
+        moving = pedpy.compute_individual_speed(
+            traj_data=pedpy.TrajectoryData(
+                data=near[["id", "frame", "x", "y"]], frame_rate=trajectory.frame_rate
+            ),
+            frame_step=step,
+            compute_velocity=True,
+            speed_calculation=pedpy.SpeedCalculation.BORDER_SINGLE_SIDED,
+        )
+    except (pedpy.errors.PedPyError, ValueError, KeyError) as error:
+        raise TrajectoryError(
+            f"{file}: frame {frame}: no velocities over {window_s:g} s: {_first_line(error)}"
+        ) from None
+    found = moving[moving.frame == frame].set_index("id")[["v_x", "v_y"]]
+    return Heads(ids=ids, position=position, velocity=found.reindex(ids).to_numpy(dtype=np.float64))
+
+
+def _check_places(origin: str, ids: Integers, position: Floats) -> None:
+    if len(ids) < 2:
+        return
+    distance, other = cKDTree(position).query(position, k=2)
+    nearest = distance[:, 1]
+    if nearest.min() == 0:
+        row = int(np.argmin(nearest))
+        raise TrajectoryError(
+            f"{origin}: persons {ids[row]} and {ids[other[row, 1]]} are at the same place"
+        )
+    # Heads of different people are never so near, and a crowd is never so far apart: it is the
+    # unit.
+    typical = float(np.median(nearest))
+    if not 0.05 < typical < 10:
+        raise TrajectoryError(
+            f"{origin}: neighbours are {typical:.3g} m apart in the median; is the unit right (m, cm)?"
+        )
+
+
+def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
+    if not file.is_file():
+        raise TrajectoryError(f"{file}: no such file")
+    try:
+        return _loader(file, unit, frame_rate)()
+    except TrajectoryError:
+        raise
+    except Exception as error:  # PedPy lets the errors of pandas, h5py, sqlite3 and json through
+        raise TrajectoryError(f"{file}: PedPy cannot read it: {_first_line(error)}") from None
+
+
+def _loader(
+    file: Path, unit: Unit | None, frame_rate: float | None
+) -> Callable[[], pedpy.TrajectoryData]:
+    """Which of PedPy's loaders reads the file: by its ending, and a .csv by the names of its
+    columns."""
+    end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
+    columns = _columns(file) if end == "csv" else set()
+    if columns >= {"id", "frame", "x", "y"}:
+        return lambda: _table(file, unit, frame_rate)
+    if end == "traj":
+        if frame_rate is None:
+            raise TrajectoryError(
+                f"{file}: Vadere's files state no frame rate; give one (--frame-rate)"
+            )
+        return lambda: pedpy.load_trajectory_from_vadere(
+            trajectory_file=file, frame_rate=frame_rate
+        )
+    in_metres = IN_METRES.get(end)
+    if end == "csv":
+        known = (names for names in CSV_COLUMNS if columns >= names)
+        in_metres = CSV_COLUMNS.get(next(known, frozenset()))
+        if in_metres is None:
+            needed = " or ".join(", ".join(sorted(names)) for names in CSV_COLUMNS)
+            raise TrajectoryError(
+                f"{file}: its first lines have no columns that are known: id, frame, x, y or {needed}"
+            )
+    if in_metres is None:
+        return lambda: _text(file, unit, frame_rate)
+    if unit == "cm":
+        raise TrajectoryError(f"{file}: --unit cm: files of this format are in metres")
+    return lambda: in_metres(trajectory_file=file)
+
+
+def _columns(file: Path) -> set[str]:
+    """All words between separators in the first lines: the names of the columns are among them."""
+    with gzip.open(file, "rt") if file.suffix == ".gz" else file.open() as lines:
+        top = "".join(itertools.islice(lines, 100))
+    return set(re.split(r"[,;\s]+", top.removeprefix("\ufeff").replace("$PEDESTRIAN:", "")))
+
+
+def _text(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
+    known = {"m": pedpy.TrajectoryUnit.METER, "cm": pedpy.TrajectoryUnit.CENTIMETER}
+    try:
+        return pedpy.load_trajectory(
+            trajectory_file=file,
+            default_unit=known[unit] if unit else None,
+            default_frame_rate=frame_rate,
+        )
+    except (pedpy.errors.PedPyError, ValueError) as error:
+        message = str(error)
+        if message.startswith("Unit is needed"):
+            raise TrajectoryError(
+                f"{file}: states no unit; give one (--unit m or --unit cm)"
+            ) from None
+        if message.startswith("Frame rate is needed"):
+            raise TrajectoryError(
+                f"{file}: states no frame rate; give one (--frame-rate)"
+            ) from None
+        raise
+
+
+def _table(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
+    """A table with the columns that PedPy's own data have; the frame rate follows from a column
+    `time` (s)."""
+    data = pd.read_csv(file, sep=None, engine="python")
+    if unit is None:
+        raise TrajectoryError(f"{file}: states no unit; give one (--unit m or --unit cm)")
+    if frame_rate is None:
+        if "time" not in data:
+            raise TrajectoryError(f"{file}: no column time; give a frame rate (--frame-rate)")
+        moving = data.groupby("id")[["frame", "time"]].diff().dropna()
+        frame_rate = float(np.round((moving.frame / moving.time).median(), 6))
+    scale = 0.01 if unit == "cm" else 1.0
+    place = data[["x", "y"]].astype(float) * scale
+    return pedpy.TrajectoryData(
+        data=data[["id", "frame"]].astype("int64").join(place), frame_rate=frame_rate
+    )
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]

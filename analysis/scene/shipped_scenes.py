@@ -1,0 +1,309 @@
+"""The product's scenes, made: the files in `scenes/` are what this module writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, SceneError, Wall
+from nscd import Snapshot
+
+PAPER = "Jebrane, Argoul, Hakim, El Rhabi, Applied Mathematical Modelling 74 (2019) 409-421"
+MASS_KG = 75.0
+# The restitution that stands for the inelastic limit; penalty models cannot reach e = 0 (see
+# docs/conventions.md).
+INELASTIC = 0.01
+# Dense enough to integrate a contact whose force decays within 0.3 ms, long enough for it to let go
+# again.
+IMPACT = Run(duration_s=0.3, frames=10000, time_step_s=2e-6)
+
+
+def _impact(
+    name: str,
+    title: str,
+    source: str,
+    notes: str,
+    position: Any,
+    velocity: Any,
+    mass: Any,
+    walls: Sequence[Wall] = (),
+    restitution: float = INELASTIC,
+    run: Run = IMPACT,
+) -> Scene:
+    position = np.asarray(position, dtype=float)
+    n = len(position)
+    snapshot = Snapshot(
+        position=position,
+        velocity=velocity,
+        radius=np.full(n, 0.25),
+        mass=np.broadcast_to(mass, (n,)),
+    )
+    contact = ContactModel(stiffness_N_per_m=1e6, restitution=restitution)
+    return Scene(
+        name=name,
+        title=title,
+        source=source,
+        notes=notes,
+        snapshot=snapshot,
+        walls=tuple(walls),
+        contact=contact,
+        run=run,
+        analysis=Analysis(kind="impact"),
+    )
+
+
+def pair(disks: int, seed: int) -> Scene:
+    notes = """Two equal disks of 75 kg touch; the first moves at 2 m/s straight at the second, which is at rest.
+Closed form: p = m_eff (1+e) U = 75 (1+e) N·s with m_eff = 37.5 kg."""
+    return _impact(
+        "pair",
+        "Two disks, head-on",
+        "closed-form collision of two bodies",
+        notes,
+        [[0, 0], [0.5, 0]],
+        [[2, 0], [0, 0]],
+        MASS_KG,
+    )
+
+
+def pair_oblique(disks: int, seed: int) -> Scene:
+    notes = """Two equal disks of 75 kg touch along (0.8, 0.6); the first moves at 2 m/s along x. Only the normal part of
+the velocity, 1.6 m/s, collides (no friction): p = 60 (1+e) N·s along (0.8, 0.6)."""
+    return _impact(
+        "pair_oblique",
+        "Two disks, oblique",
+        "closed-form collision of two bodies",
+        notes,
+        [[0, 0], [0.4, 0.3]],
+        [[2, 0], [0, 0]],
+        MASS_KG,
+    )
+
+
+def four_disks(disks: int, seed: int) -> Scene:
+    notes = """Four aligned disks of 75 kg touch; the first moves at 2 m/s, the others are at rest. Inelastic: all leave at
+0.5 m/s, percussions 112.5, 75 and 37.5 N·s: each feels the ones that it does not touch."""
+    x = [[0.5 * i, 0] for i in range(4)]
+    return _impact(
+        "four_disks",
+        "Four aligned disks",
+        f"{PAPER}, Fig. 1",
+        notes,
+        x,
+        [[2, 0], [0, 0], [0, 0], [0, 0]],
+        MASS_KG,
+    )
+
+
+def _chain(name: str, disks: int, seed: int, wall: bool, unequal: bool) -> Scene:
+    n = disks or 10
+    mass = np.full(n, MASS_KG)
+    if unequal:
+        mass = np.random.default_rng(seed).integers(50, 101, n).astype(float)
+    speed = np.full(n, 2.0) if wall else 2.0 * (1 - np.arange(n) / max(n - 1, 1))
+    masses = "unequal masses (50-100 kg)" if unequal else "masses of 75 kg"
+    place = "against a wall" if wall else "free"
+    if wall:
+        notes = f"""{n} aligned touching disks, {masses}, move at 2 m/s into a wall and stop:
+percussion between i and i+1 = sum of m_j u_j over j ≤ i. (The paper's "constrained" formulas hold for the free chain.)"""
+    else:
+        notes = f"""{n} aligned touching disks, {masses}, free; left velocities fall from 2 to 0 m/s along the chain, so that
+every contact closes. Closed form (5), (6): common velocity U = Σ m u / Σ m, percussions λ(i,i+1) = λ(i-1,i) - m_i (U - u_i)."""
+    end = 0.5 * (n - 1) + 0.25
+    walls = [Wall(name="wall", start_m=(end, -1.0), end_m=(end, 1.0))] if wall else []
+    velocity = np.column_stack([speed, np.zeros(n)])
+    position = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
+    return _impact(
+        name,
+        f"Chain of {n}, {place}, {masses}",
+        f"{PAPER}, Fig. 3",
+        notes,
+        position,
+        velocity,
+        mass,
+        walls,
+    )
+
+
+def corridor(disks: int, seed: int) -> Scene:
+    notes = """53 people of 75 kg at rest in a corridor, pushed by three who move at (2, 2) m/s. Columns of three and four touch
+their neighbour columns and the walls, but not within a column, so that the percussions are (nearly) unique. The paper
+gives no positions: this arrangement of its 56 disks is ours."""
+    radius, spacing = 0.25, 0.55
+    across = np.sqrt((2 * radius) ** 2 - (spacing / 2) ** 2)
+    position = [
+        (column * across, (row - (3 if column % 2 else 2) / 2) * spacing)
+        for column in range(16)
+        for row in range(4 if column % 2 else 3)
+    ]
+    velocity = np.zeros((56, 2))
+    velocity[:3] = 2.0
+    half = 1.5 * spacing + radius
+    length = (-2.0, 12.0)
+    walls = [
+        Wall(name="lower", start_m=(length[0], -half), end_m=(length[1], -half)),
+        Wall(name="upper", start_m=(length[0], half), end_m=(length[1], half)),
+    ]
+    run = Run(duration_s=0.3, frames=3000, time_step_s=5e-6)
+    return _impact(
+        "corridor",
+        "Push in a corridor",
+        f"{PAPER}, Fig. 2",
+        notes,
+        position,
+        velocity,
+        MASS_KG,
+        walls,
+        0.05,
+        run,
+    )
+
+
+def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:
+    """n disks at rest, of radius mean ± 10 % (uniform), on a jittered hexagonal lattice: the sites
+    nearest to a 1 m door at the origin, at x < 0. Neighbours are at least 0.2 r apart before the
+    jitter, so that none overlap."""
+    rng = np.random.default_rng(seed)
+    widest = 1.1 * mean_radius
+    spacing, jitter = 2.2 * widest, 0.1 * widest * 0.7
+    rows = int(np.ceil(2.0 * np.sqrt(n))) + 4
+    i, j = np.meshgrid(np.arange(rows), np.arange(-rows, rows + 1), indexing="ij")
+    x = -(widest + jitter) - i.ravel() * spacing * 0.8660254037844386
+    y = (j.ravel() + 0.5 * (i.ravel() % 2)) * spacing
+    beside = np.maximum(np.abs(y) - 0.5, 0.0)
+    nearest = np.argsort(x * x + beside * beside, kind="stable")[:n]
+    position = np.column_stack([x, y])[nearest] + jitter * rng.uniform(-1, 1, (n, 2))
+    radius = mean_radius * rng.uniform(0.9, 1.1, n)
+    return Snapshot(
+        position=position.round(9),
+        velocity=np.zeros((n, 2)),
+        radius=radius.round(9),
+        mass=np.full(n, MASS_KG),
+    )
+
+
+def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
+    """A square room at x < 0 with a 1 m door in the middle of the side x = 0, and the drive through
+    it."""
+    half = float(np.ceil(1.15 * reach))
+    corners = {"front": (0.0, half), "back": (-2 * half, half)}
+    front, back = corners["front"], corners["back"]
+    walls = (
+        Wall(name="front_lower", start_m=(0.0, -half), end_m=(0.0, -0.5)),
+        Wall(name="front_upper", start_m=(0.0, 0.5), end_m=front),
+        Wall(name="upper", start_m=front, end_m=back),
+        Wall(name="back", start_m=back, end_m=(back[0], -half)),
+        Wall(name="lower", start_m=(back[0], -half), end_m=(0.0, -half)),
+    )
+    drive = Drive(
+        speed_m_per_s=2.0,
+        relaxation_time_s=0.5,
+        door_start_m=(0.0, -0.5),
+        door_end_m=(0.0, 0.5),
+        outward=(1.0, 0.0),
+    )
+    return walls, drive
+
+
+def _driven(
+    name: str, title: str, source: str, notes: str, snapshot: Snapshot, duration: float, time: float
+) -> Scene:
+    walls, drive = room_with_a_door(
+        float(np.hypot(*snapshot.position.T).max()) + float(snapshot.radius.max())
+    )
+    return Scene(
+        name=name,
+        title=title,
+        source=source,
+        notes=notes,
+        snapshot=snapshot,
+        walls=walls,
+        drive=drive,
+        contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
+        run=Run(duration_s=duration, frames=40),
+        analysis=Analysis(kind="driven", time_s=time),
+    )
+
+
+def arch(disks: int, seed: int) -> Scene:
+    n = disks or 594
+    notes = f"""{n} pedestrians of 75 kg in a square room, desired speed 2 m/s toward the nearest point of a 1 m exit,
+relaxation time 0.5 s. Frictionless, as in the paper: disks of radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out
+and never jam at 1 m. Analysed at the instant when the crowd is pressed to the exit."""
+    snapshot = crowd_before_a_door(n, seed, 0.17)
+    return _driven(
+        "arch", f"{n} people pressed to a 1 m exit", f"{PAPER}, Fig. 4", notes, snapshot, 2.0, 2.0
+    )
+
+
+def arch_masses(disks: int, seed: int) -> Scene:
+    n = disks or 594
+    notes = f"""The crowd of `arch` with unequal masses: whole kilograms, uniform between 50 and 100 kg, independent of radius and
+place ({n} pedestrians)."""
+    base = crowd_before_a_door(n, seed, 0.17)
+    mass = np.random.default_rng([seed, 1]).integers(50, 101, n).astype(float)
+    snapshot = Snapshot(
+        position=base.position, velocity=base.velocity, radius=base.radius, mass=mass
+    )
+    return _driven(
+        "arch_masses",
+        f"{n} people of unequal mass pressed to a 1 m exit",
+        f"{PAPER}, Fig. 5",
+        notes,
+        snapshot,
+        2.0,
+        2.0,
+    )
+
+
+def jam(disks: int, seed: int) -> Scene:
+    n = disks or 300
+    notes = f"""{n} frictionless disks too large to pass a 1 m door (radius 0.30 m ± 10 %): they jam and come to rest. At rest
+nothing but contact forces balances the drive, so penalty and rigid forces can be compared strictly. Not a crowd: a test."""
+    return _driven(
+        "jam",
+        f"{n} large disks jammed at a 1 m door",
+        "made for the comparison at rest",
+        notes,
+        crowd_before_a_door(n, seed, 0.30),
+        12.0,
+        12.0,
+    )
+
+
+MAKERS: dict[str, Callable[[int, int], Scene]] = {
+    "pair": pair,
+    "pair_oblique": pair_oblique,
+    "four_disks": four_disks,
+    "chain": lambda disks, seed: _chain("chain", disks, seed, wall=False, unequal=False),
+    "chain_masses": lambda disks, seed: _chain(
+        "chain_masses", disks, seed, wall=False, unequal=True
+    ),
+    "chain_wall": lambda disks, seed: _chain("chain_wall", disks, seed, wall=True, unequal=False),
+    "chain_wall_masses": lambda disks, seed: _chain(
+        "chain_wall_masses", disks, seed, wall=True, unequal=True
+    ),
+    "corridor": corridor,
+    "arch": arch,
+    "arch_masses": arch_masses,
+    "jam": jam,
+}
+OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
+
+
+def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
+    """The scene `name` with the given number of disks (the scene's own by default) and seed, the
+    same bit by bit each time. Raises SceneError for an unknown name, a number of disks that the
+    scene cannot have, or a negative seed."""
+    if name not in MAKERS:
+        raise SceneError(f"unknown scene {name!r} to make; there are: {', '.join(MAKERS)}")
+    if disks is not None and (name in OF_FIXED_SIZE or disks < 2):
+        raise SceneError(
+            f"--disks {disks}: {name} "
+            + ("has a fixed number of disks" if name in OF_FIXED_SIZE else "needs at least 2")
+        )
+    if seed < 0:
+        raise SceneError(f"--seed {seed}: a number ≥ 0 is needed")
+    return MAKERS[name](disks or 0, seed)

@@ -1,0 +1,1 @@
+"""The cases of the atlas, one file each."""

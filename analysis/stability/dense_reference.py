@@ -1,0 +1,91 @@
+"""Percussions by another road: dense non-negative least squares, no solver of this product."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import nnls
+
+from nscd import Contacts, Snapshot
+from nscd.bodies import Floats
+
+# The share of Σλ² that chooses among the reactions of redundant contacts.
+LITTLE = 1e-10
+
+
+def dense_percussions(
+    snapshot: Snapshot, contacts: Contacts, left_velocity: ArrayLike, *, least: bool = False
+) -> tuple[Floats, Floats]:
+    """λ (k,) N·s and u⁺ (n,2) m/s of the inelastic, frictionless law: λ minimises |M^(−½) Cᵀλ −
+    M^(½) u⁻| over λ ≥ 0, and u⁺ = u⁻ − M⁻¹Cᵀλ (Lawson and Hanson's active set, dense). `least` adds
+    LITTLE·|λ|², which leads to the reactions of least Σλ² where they are not unique."""
+    root = np.sqrt(np.repeat(snapshot.mass, 2))
+    left = np.asarray(left_velocity, dtype=np.float64).ravel()
+    closing = contacts.normal_matrix(len(snapshot)).toarray()
+    columns, wanted = closing.T / root[:, None], root * left
+    if least:
+        size = np.sqrt(LITTLE) * np.linalg.norm(columns, 2)
+        columns = np.vstack([columns, size * np.eye(len(contacts))])
+        wanted = np.concatenate([wanted, np.zeros(len(contacts))])
+    reaction, _ = nnls(columns, wanted, maxiter=100 * len(contacts))
+    return reaction, (left - closing.T @ reaction / root**2).reshape(-1, 2)
+
+
+def exact_line(
+    mass: Sequence[int], velocity: Sequence[Fraction], dissipation: Sequence[Fraction]
+) -> tuple[list[Fraction], Fraction]:
+    """u⁺ (n) and the change of the kinetic energy ½Σm(u⁺² − u⁻²) of n touching disks in a line, in
+    exact arithmetic.
+
+    M(u⁺ − u⁻) + Cᵀp = 0, p = k C(u⁺ + u⁻) + λ, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected) with
+    one k (kg) a contact. Every set of closed contacts is tried until one gives λ ≥ 0 and C u⁺ ≤ 0:
+    for short lines only. Raises ValueError where none does, which the convexity of the problem
+    excludes."""
+    n = len(mass)
+    for closed in itertools.product((True, False), repeat=n - 1):
+        # unknowns u⁺ (n), then λ (n − 1)
+        rows: list[list[Fraction]] = []
+        for i in range(n):
+            row, right = [Fraction(0)] * (2 * n - 1), mass[i] * velocity[i]
+            row[i] += mass[i]
+            for c, sign in ((i, 1), (i - 1, -1)):
+                if 0 <= c < n - 1:
+                    row[c] += sign * dissipation[c]
+                    row[c + 1] -= sign * dissipation[c]
+                    right -= sign * dissipation[c] * (velocity[c] - velocity[c + 1])
+                    row[n + c] += sign
+            rows.append([*row, right])
+        for c in range(n - 1):
+            row = [Fraction(0)] * (2 * n)
+            if closed[c]:
+                row[c], row[c + 1] = Fraction(1), Fraction(-1)
+            else:
+                row[n + c] = Fraction(1)
+            rows.append(row)
+        found = _eliminate(rows)
+        after, reaction = found[:n], found[n:]
+        if all(r >= 0 for r in reaction) and all(after[c] <= after[c + 1] for c in range(n - 1)):
+            change = sum(
+                (m * (a * a - b * b) for m, a, b in zip(mass, after, velocity, strict=True)),
+                Fraction(0),
+            )
+            return after, change / 2
+    raise ValueError("velocity: no set of closed contacts fits")
+
+
+def _eliminate(rows: list[list[Fraction]]) -> list[Fraction]:
+    """The solution of a regular system, rows with the right side last, by Gauss and Jordan."""
+    size = len(rows)
+    for i in range(size):
+        pivot = next(r for r in range(i, size) if rows[r][i])
+        rows[i], rows[pivot] = rows[pivot], rows[i]
+        rows[i] = [value / rows[i][i] for value in rows[i]]
+        for r in range(size):
+            if r != i and rows[r][i]:
+                factor = rows[r][i]
+                rows[r] = [a - factor * b for a, b in zip(rows[r], rows[i], strict=True)]
+    return [row[-1] for row in rows]

@@ -1,0 +1,1 @@
+"""What every room needs once: files, progress, cache, processes, the machine."""

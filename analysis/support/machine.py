@@ -1,0 +1,22 @@
+"""The machine that something was measured on, in words."""
+
+from __future__ import annotations
+
+import functools
+import os
+import platform
+import re
+from pathlib import Path
+
+
+@functools.cache
+def machine() -> str:
+    """Processor, cores and system in one line."""
+    try:
+        names = re.findall(
+            r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        )
+    except OSError:
+        names = []
+    processor = names[0].strip() if names else platform.processor() or platform.machine()
+    return f"{processor}, {os.cpu_count()} cores, {platform.system()}"

@@ -1,0 +1,89 @@
+"""Work done in other processes: on the cores that there are, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from typing import Any
+
+from analysis.support.progress import Progress
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Task:
+    """A call to make elsewhere, and how much work it is (any unit, for the order and the
+    progress)."""
+
+    call: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    work: float
+
+
+@contextlib.contextmanager
+def workers(processes: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
+    """An executor with so many processes (as many as there are cores by default), or that of the
+    Dask cluster whose scheduler is at that address.
+
+    The workers of a cluster must see the same folders, and each measures CPU time of one run at a
+    time. Raises ValueError for a number below 1, where `distributed` is missing, or where nothing
+    answers at the address."""
+    if processes is not None and processes < 1:
+        raise ValueError(f"jobs: {processes}; a number ≥ 1 is needed")
+    if scheduler is not None:
+        try:
+            dask: Any = importlib.import_module("distributed")
+        except ModuleNotFoundError:
+            raise ValueError(
+                "scheduler: needs Dask: pip install 'crowd-percussions[cluster]'"
+            ) from None
+        try:
+            client = dask.Client(scheduler, timeout=10)
+        except (OSError, ValueError) as error:
+            raise ValueError(f"scheduler: nothing answers at {scheduler}: {error}") from None
+        with client:
+            yield client.get_executor(pure=False)
+        return
+    # spawned, since a forked process would inherit threads of numerical libraries
+    pool = ProcessPoolExecutor(
+        processes or os.cpu_count() or 1, multiprocessing.get_context("spawn")
+    )
+    try:
+        yield pool
+    finally:
+        # an interrupted build ends with what is under way; what is finished is kept
+        pool.shutdown(cancel_futures=True)
+
+
+def do_all(
+    tasks: Sequence[Task], executor: Executor, label: str, progress: Progress | None = None
+) -> list[Any]:
+    """The results of all tasks, in their order; the most work is begun first."""
+    if not tasks:
+        return []
+    total, done = sum(task.work for task in tasks) or 1.0, 0.0
+    order = sorted(range(len(tasks)), key=lambda number: -tasks[number].work)
+    if progress:
+        progress(label, 0.0)
+    pending = {executor.submit(_call, tasks[number]): number for number in order}
+    results: list[Any] = [None] * len(tasks)
+    for future in as_completed(pending):
+        number = pending[future]
+        results[number] = future.result()
+        done += tasks[number].work
+        if progress:
+            progress(label, done / total)
+    return results
+
+
+def _call(task: Task) -> Any:
+    try:
+        return task.call(*task.arguments)
+    except KeyboardInterrupt:
+        # the pool would give this process the next task: its engine has been stopped, so no more of
+        # them
+        os._exit(1)

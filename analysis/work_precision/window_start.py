@@ -1,0 +1,64 @@
+"""The start of a scene's window: an impact as it stands, or a crowd that the drive has pressed
+together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.engines import ENGINES, EngineError
+from analysis.engines.run import run_engine
+from analysis.scene.real.separate import reconcile
+from analysis.scene.scene import Scene
+from analysis.work_precision.window import Window, driven_window, impact_window
+from nscd.bodies import Floats
+
+
+def prepare_window(scene: Scene, folder: Path) -> Window:
+    """The window of a scene; what it takes to find its start is kept in the folder.
+
+    An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
+    run to the scene's instant of analysis by the first engine that there is; then disks that
+    overlap are moved apart, as little as possible (see `reconcile`), since a stiffer contact would
+    make an explosion of the same overlap. Raises ValueError for a scene with friction, or where
+    nobody touches anybody; EngineError where no engine can run it."""
+    if scene.contact.friction:
+        raise ValueError(
+            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; charts are for frictionless contacts"
+        )
+    if scene.drive is None:
+        window = impact_window(scene)
+    elif scene.reconciliation is not None:
+        window = driven_window(scene, scene.snapshot.position)
+    else:
+        window = driven_window(scene, _pressed(scene, folder))
+    if not len(window.contacts):
+        raise ValueError(
+            f"scene {scene.name}: nobody touches anybody at the start: nothing to compare"
+        )
+    return window
+
+
+def _pressed(scene: Scene, folder: Path) -> Floats:
+    present = next((engine for engine in ENGINES if engine.find()), None)
+    if present is None:
+        raise EngineError(
+            "no engine: the crowd cannot be pressed together; see: percussions doctor"
+        )
+    file, key = folder / "start.npz", f"{scene.digest()} {present.version()}"
+    if file.exists():
+        with np.load(file) as kept:
+            if str(kept["key"]) == key:
+                return np.array(kept["position"])
+    time = scene.analysis.time_s
+    record = run_engine(
+        scene.with_run(duration_s=time, frames=1, time_step_s=None), present.NAME, folder / "start"
+    )
+    end = snapshot_of(
+        open_bodies(folder / "start" / "bodies.dump", record.time_step_s).trajectory[-1]
+    )
+    position = reconcile(end.position, end.radius, scene.wall_segments()).position
+    np.savez(file, position=position, key=key)
+    return position

@@ -1,0 +1,1 @@
+"""Answers in closed form: chain, half-annulus, point exit."""

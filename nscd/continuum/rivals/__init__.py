@@ -1,0 +1,1 @@
+"""Other continuum models of the same crowd."""

@@ -1,0 +1,191 @@
+"""Constitutive laws of a crowd: pressure and walking speed from the density (paper (16), M1, M2,
+L1, L2; Table 1).
+
+Densities are in people/m². Pressures of the laws are in people/s²: times the mass of a person (kg)
+they are in N/m, and then comparable with a percussion for each length (N·s/m) only after that is
+divided by the time it took."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nscd.bodies import Floats, read_only
+from nscd.stress import Kernel, smear
+
+
+def _positive(law: Any) -> None:
+    for field in fields(law):
+        value = getattr(law, field.name)
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{field.name}: {value:g}; a positive number is needed")
+
+
+def _density(density: ArrayLike) -> Floats:
+    rho = np.asarray(density, dtype=np.float64)
+    if not np.isfinite(rho).all():
+        raise ValueError("density: not a finite number")
+    if rho.size and rho.min() <= 0:
+        raise ValueError(f"density: {rho.min():g} people/m²; a positive density is needed")
+    return rho
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurbulencePressure:
+    """Golas, Narain and Lin, Physical Review E 90 (2014) 042816 (paper (16)): g(ρ) in people/s²,
+
+    0 for ρ ≤ ρ_c; c₁ρ/√(ρ_y − ρ + ε) − c₂ for ρ_c < ρ < ρ_y; c₃ρ − c₂ from ρ_y on, c₃ = c₁/√ε.
+
+    Table 1's c₂ = 1.5 lets g jump by 31.4 at ρ_c; `continuous()` has the c₂ that does not.
+    critical_density ρ_c, yield_density ρ_y and ε in people/m², c₁ in √people·m/s², c₂ in people/s².
+
+    Raises ValueError for a constant that is not positive, or ρ_c ≥ ρ_y.
+    """
+
+    c1: float = 13.33
+    c2: float = 1.5
+    critical_density: float = 3.5
+    yield_density: float = 5.5
+    epsilon: float = 0.01
+
+    def __post_init__(self) -> None:
+        _positive(self)
+        if self.critical_density >= self.yield_density:
+            raise ValueError(
+                f"critical_density: {self.critical_density:g} is not below the yield density {self.yield_density:g} people/m²"
+            )
+
+    @property
+    def c3(self) -> float:
+        """c₁/√ε, the slope from ρ_y on."""
+        return self.c1 / math.sqrt(self.epsilon)
+
+    def continuous(self) -> TurbulencePressure:
+        """The same law with c₂ = c₁ρ_c/√(ρ_y − ρ_c + ε), without a jump."""
+        span = self.yield_density - self.critical_density + self.epsilon
+        return replace(self, c2=self.c1 * self.critical_density / math.sqrt(span))
+
+    def pressure(self, density: ArrayLike) -> Floats:
+        """g(ρ) in people/s² of ρ > 0 in people/m², of any shape. Raises ValueError for another
+        density."""
+        rho = _density(density)
+        room = np.maximum(self.yield_density - rho, 0.0) + self.epsilon
+        high = np.where(rho < self.yield_density, self.c1 / np.sqrt(room), self.c3)
+        return np.where(rho <= self.critical_density, 0.0, high * rho - self.c2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PowerPressure:
+    """(M2) p = p₀ρ^γ in people/s²: coefficient p₀ in people^(1−γ) m^(2γ)/s², exponent γ > 1.
+
+    Raises ValueError for a coefficient that is not positive or an exponent that is not above 1.
+    """
+
+    coefficient: float = 0.005
+    exponent: float = 2.0
+
+    def __post_init__(self) -> None:
+        _positive(self)
+        if self.exponent <= 1:
+            raise ValueError(f"exponent: {self.exponent:g}; more than 1 is needed")
+
+    def pressure(self, density: ArrayLike) -> Floats:
+        """p₀ρ^γ in people/s² of ρ > 0 in people/m². Raises ValueError for another density."""
+        return np.asarray(self.coefficient * _density(density) ** self.exponent)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExponentialSpeed:
+    """(L1) u = u_max exp(−α(ρ/ρ_max)²) (printed as ρ(u)): free_speed u_max m/s, greatest_density
+    ρ_max people/m², steepness α.
+
+    It is not 0 at ρ_max. Raises ValueError for a constant that is not positive.
+    """
+
+    free_speed: float = 2.0
+    greatest_density: float = 8.5
+    steepness: float = 7.5
+
+    def __post_init__(self) -> None:
+        _positive(self)
+
+    def speed(self, density: ArrayLike) -> Floats:
+        """u(ρ) in m/s of ρ > 0 in people/m². Raises ValueError for another density."""
+        ratio = _density(density) / self.greatest_density
+        return np.asarray(self.free_speed * np.exp(-self.steepness * ratio**2))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KladekSpeed:
+    """(L2), Kladek's formula by Weidmann, u = u_max(1 − exp(−γ(1/ρ − 1/ρ_max))) (printed as ρ(u)),
+    and 0 above ρ_max.
+
+    free_speed u_max m/s and greatest_density ρ_max people/m² of Table 1 (Weidmann's own: 1.34,
+    5.4); decay γ = 1.913 people/m² is Weidmann's: Table 1's γ = 2 is the exponent of (M2). Raises
+    ValueError for a constant that is not positive."""
+
+    free_speed: float = 2.0
+    greatest_density: float = 8.5
+    decay: float = 1.913
+
+    def __post_init__(self) -> None:
+        _positive(self)
+
+    def speed(self, density: ArrayLike) -> Floats:
+        """u(ρ) in m/s of ρ > 0 in people/m². Raises ValueError for another density."""
+        gap = np.maximum(1 / _density(density) - 1 / self.greatest_density, 0.0)
+        return np.asarray(-self.free_speed * np.expm1(-self.decay * gap))
+
+
+def measured_speed(
+    position: ArrayLike,
+    speed: ArrayLike,
+    at: ArrayLike,
+    *,
+    people: ArrayLike | None = None,
+    reach: float = 0.7,
+    printed: bool = False,
+) -> Floats:
+    """V of (M1) at the places `at` (m,2) m: Σ_i ‖u_i‖ f(d_i)/Σ_i f(d_i) in m/s, with f(d) =
+    exp(−d²/R²)/(πR²), R = reach (m).
+
+    position (n,2) m and speed ‖u_i⁺‖ (n,) m/s of people, or of points of a field that stand for
+    `people` (n,) each, ρ times an area. printed: Σ_i ‖u_i‖ f(d_i) in 1/(m s), not divided, which
+    follows the density. f is cut at 6/√2 reach, e⁻¹⁸ of its height. (Helbing, Johansson,
+    Al-Abideen, Physical Review E 75 (2007) 046109.)
+
+    Raises ValueError for wrong shapes, values that are not finite, negative people, or a place with
+    nobody within reach."""
+    points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
+    values = read_only(speed, (len(where),), "speed")
+    count = read_only(np.ones(len(where)) if people is None else people, (len(where),), "people")
+    if count.size and count.min() < 0:
+        raise ValueError(f"people: {count.min():g}; a number of people cannot be negative")
+    if not (np.isfinite(reach) and reach > 0):
+        raise ValueError(f"reach: {reach:g} m; a positive number is needed")
+    sums, _ = smear(
+        where, np.column_stack([count * values, count]), Kernel(width=reach / math.sqrt(2)), points
+    )
+    if printed:
+        return np.ascontiguousarray(sums[:, 0])
+    if len(points) and sums[:, 1].min() <= 0:
+        x, y = points[int(np.argmin(sums[:, 1]))]
+        raise ValueError(f"at: nobody is within reach of ({x:g}, {y:g}) m")
+    return np.asarray(sums[:, 0] / sums[:, 1])
+
+
+def crowd_pressure(density: ArrayLike, measured: ArrayLike) -> Floats:
+    """(M1) p = ρ Var(V) in people/s² of ρ in people/m² and of a sample V (s,) of `measured_speed`,
+    over places or instants.
+
+    Var is the mean square distance from the mean. With the printed V, in 1/(m s), it is no
+    pressure: the unit is people/(m⁴ s²). Raises ValueError for a density that is not positive, an
+    empty sample or one that is not finite."""
+    sample = read_only(measured, (-1,), "measured")
+    if len(sample) == 0:
+        raise ValueError("measured: an empty sample has no variance")
+    return np.asarray(_density(density) * sample.var())

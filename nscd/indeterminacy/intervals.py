@@ -1,0 +1,228 @@
+"""How much a contact, a disk or a wall can carry: proven intervals over all admissible
+percussions."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array, csr_array, hstack
+from scipy.sparse.csgraph import connected_components
+
+from nscd.bodies import Floats, Integers, read_only
+from nscd.contacts import Contacts
+from nscd.indeterminacy.admissible import Admissible, ProgramError, maximise
+from nscd.percussions import Percussions
+
+# An interval is proven if certificates and attained values agree to this share of the largest
+# reaction.
+PROVEN = 1e-7
+# A wedge carries any amount; ends are proven for percussions that load it up to this multiple of
+# the answer's sum.
+WEDGE_MULTIPLE = 1e3
+
+
+class IntervalStatus(enum.StrEnum):
+    """proven: both ends, to rounding; unbounded: an end is infinite, shown by a self-stress that
+    only pushes, and a finite one is proven; unproven: the interval holds, but may be wider than the
+    true one by `gap`."""
+
+    PROVEN = "proven"
+    UNBOUNDED = "unbounded"
+    UNPROVEN = "unproven"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Interval:
+    """[lower, upper] of Σ w_c λ'_c over all admissible percussions λ' (N·s if the weights have no
+    unit).
+
+    lower and upper are certificates of weak duality: nothing admissible lies beyond them. gap: how
+    far at most they are from values that an admissible percussion attains.
+
+    lower_velocity, upper_velocity (n,2): the certificates. They also say how the ends move with the
+    impulses on the disks: every λ' ≥ 0 on the closed contacts whose impulses Cᵀλ' differ from the
+    answer's by Δ (n,2) N·s has lower + Σ lower_velocity·Δ ≤ Σ w λ' ≤ upper + Σ upper_velocity·Δ.
+    Zero where the end is infinite."""
+
+    lower: float
+    upper: float
+    gap: float
+    status: IntervalStatus
+    lower_velocity: Floats
+    upper_velocity: Floats
+
+    @property
+    def width(self) -> float:
+        """upper − lower: 0 but for rounding where the mechanics determines the quantity."""
+        return self.upper - self.lower
+
+
+def interval(contacts: Contacts, answer: Percussions, weights: ArrayLike) -> Interval:
+    """The interval of Σ w_c λ_c, weights w (k,), for the answer of one problem; of many quantities:
+    `Intervals`.
+
+    `weights_of_contacts`, `weights_of_disk` and `weights_of_wall` make the usual weights. Raises
+    ValueError for weights of the wrong shape and whatever `Admissible.of` does, ProgramError if a
+    linear program has no usable answer."""
+    return Intervals(Admissible.of(contacts, answer)).of(weights)
+
+
+def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
+    """Weights (k,) of the sum of the reactions of the contacts with these indices."""
+    for index in indices:
+        if not 0 <= index < len(contacts):
+            raise ValueError(f"indices: contact {index} where there are {len(contacts)}")
+    weights = np.zeros(len(contacts))
+    weights[list(indices)] = 1.0
+    return weights
+
+
+def weights_of_disk(contacts: Contacts, disk: int) -> Floats:
+    """Weights (k,) of a disk's total: the sum of the reactions of all its contacts."""
+    touching = (contacts.first == disk) | (~contacts.is_wall & (contacts.second == disk))
+    return np.asarray(touching, dtype=np.float64)
+
+
+def weights_of_wall(contacts: Contacts, wall: int) -> Floats:
+    """Weights (k,) of a wall's load: the sum of the reactions of all its contacts."""
+    return np.asarray(contacts.is_wall & (contacts.second == wall), dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """A connected part of the core. columns (p,) of the core; rows (r,) of the balance; balance
+    (r,p); impulse (r,); wedged (p,); total: a proven bound of the sum of reactions, all in units of
+    the largest reaction."""
+
+    columns: Integers
+    rows: Integers
+    balance: csc_array
+    impulse: Floats
+    wedged: NDArray[np.bool_]
+    total: float
+
+
+class Intervals:
+    """Intervals of any number of quantities for one admissible set."""
+
+    def __init__(self, admissible: Admissible) -> None:
+        self.admissible = admissible
+        chosen = admissible.contacts.select(admissible.core)
+        n = admissible.disks
+        pair = ~chosen.is_wall
+        ends = chosen.first[pair], chosen.second[pair]
+        _, island = connected_components(
+            csr_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False
+        )
+        self._part_of: Integers = np.asarray(island[chosen.first], dtype=np.int64)
+        self._parts: dict[int, _Part] = {}
+
+    def of(self, weights: ArrayLike) -> Interval:
+        """The interval of Σ w_c λ_c for weights (k,). Raises as `interval` does."""
+        held = self.admissible
+        weights = read_only(weights, (len(held.contacts),), "weights")
+        upper, gap_above, above = self._largest(weights)
+        lower, gap_below, below = self._largest(-weights)
+        gap = max(gap_above, gap_below)
+        status = IntervalStatus.PROVEN
+        if gap > PROVEN * held.scale * float(np.abs(weights).max(initial=0.0)):
+            status = IntervalStatus.UNPROVEN
+        elif not np.isfinite([lower, upper]).all():
+            status = IntervalStatus.UNBOUNDED
+        return Interval(
+            lower=-lower,
+            upper=upper,
+            gap=gap,
+            status=status,
+            lower_velocity=-below,
+            upper_velocity=above,
+        )
+
+    def _largest(self, weights: Floats) -> tuple[float, float, Floats]:
+        """The upper end of Σ w λ, its gap, and the velocity (n,2) that proves it."""
+        held = self.admissible
+        on_core = weights[held.core]
+        velocity = np.zeros(2 * held.disks)
+        attained = held.reaction.copy()
+        total = 0.0
+        for number in np.unique(self._part_of[on_core != 0]).tolist():
+            part = self._part(number)
+            wanted = on_core[part.columns]
+            if wanted[part.wedged].any() and self._grows(part, wanted):
+                return float("inf"), 0.0, np.zeros((held.disks, 2))
+            found = maximise(wanted, part.balance, part.impulse)
+            velocity[part.rows] = found.multiplier
+            attained[held.core[part.columns]] = found.point * held.scale
+            total += part.total * held.scale
+        # on the core Σ w λ ≤ velocity·Cᵀλ + excess Σ λ; the other reactions are known
+        pressing = held.balance.T @ velocity
+        start = held.reaction[held.core]
+        excess = float((on_core - pressing).max(initial=0.0))
+        bound = (
+            float(weights @ held.reaction) + float((pressing - on_core) @ start) + excess * total
+        )
+        point = start + held.core_factor.self_stress(
+            attained[held.core] - start
+        )  # balanced to rounding
+        gap = bound - float(weights @ held.reaction) - float(on_core @ (point - start))
+        gap = max(gap, 0.0) + max(-float(point.min(initial=0.0)), 0.0)
+        # known reactions follow the impulses too: the velocity that closes them, and no contact of
+        # the core
+        matrix = held.contacts.select(held.closed).normal_matrix(held.disks)
+        missing = weights - _spread(matrix @ velocity, held.closed)
+        missing[held.core] = 0.0
+        velocity += held.factor.least_squares(missing[held.closed])
+        return bound, gap, velocity.reshape(-1, 2)
+
+    def _part(self, number: int) -> _Part:
+        if number not in self._parts:
+            held = self.admissible
+            columns = np.flatnonzero(self._part_of == number)
+            balance = csc_array(held.balance[:, columns])
+            rows = np.unique(balance.indices).astype(np.int64)
+            balance = csc_array(balance.tocsr()[rows])
+            impulse = balance @ held.reaction[held.core[columns]] / held.scale
+            wedged = np.zeros(len(columns), dtype=bool)
+            try:
+                most = maximise(np.ones(len(columns)), balance, impulse)
+            except ProgramError:
+                wedged = _wedged(balance)
+                if not wedged.any():
+                    raise
+                most = maximise(np.where(wedged, 0.0, 1.0), balance, impulse)
+            pressing = balance.T @ most.multiplier
+            least = float(pressing[~wedged].min(initial=1.0))  # 1 but for rounding
+            total = float(most.multiplier @ impulse) / least
+            if wedged.any():
+                total += WEDGE_MULTIPLE * float(held.reaction.sum()) / held.scale
+            self._parts[number] = _Part(columns, rows, balance, impulse, wedged, total)
+        return self._parts[number]
+
+    def _grows(self, part: _Part, weights: Floats) -> bool:
+        """Whether a self-stress that only pushes adds to Σ w λ."""
+        found = maximise(weights, part.balance, np.zeros(len(part.rows)), upper=1.0)
+        stress = np.zeros(len(self.admissible.core))
+        stress[part.columns] = found.point
+        stress = self.admissible.core_factor.self_stress(stress)[part.columns]
+        return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
+
+
+def _spread(values: Floats, mask: NDArray[np.bool_]) -> Floats:
+    out = np.zeros(len(mask))
+    out[mask] = values
+    return out
+
+
+def _wedged(balance: csc_array) -> NDArray[np.bool_]:
+    """(p,): contacts that some self-stress r ≥ 0, Cᵀr = 0, loads: max Σ min(r_c, 1), attained with
+    1 at each of them."""
+    p = balance.shape[1]
+    upper = np.concatenate([np.ones(p), np.full(p, np.inf)])
+    weights = np.concatenate([np.ones(p), np.zeros(p)])
+    found = maximise(
+        weights, csc_array(hstack([balance, balance])), np.zeros(balance.shape[0]), upper
+    )
+    return np.asarray(found.point[:p] > 0.5)

@@ -1,0 +1,243 @@
+"""Orthogonal factorisation of the contact matrix C, sparse and rank-revealing: self-stresses and
+least norms."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dgeqp3, dgeqrf, dormqr
+from scipy.sparse import csr_array
+
+from nscd.bodies import Floats
+from nscd.contacts import Contacts
+
+Places = NDArray[np.intp]
+
+# A pivot below this, relative to the longest row of C (unit vectors), is rounding.
+RANK_TOLERANCE = 1e-9
+# An entry of a self-stress (of unit size) below this is rounding.
+ZERO_ROW = 1e-7
+PROBES = 8
+LEAF_DISKS = 12
+LAPACK_BLOCK = 32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Front:
+    """One dense step: the rows `slots` are turned so that the first `rank` of them alone know the
+    pivot columns."""
+
+    slots: Places  # (m,)
+    reflectors: Floats  # of the pivoted factorisation, (m, rank)
+    factors: Floats
+    rank: int
+    triangle: Floats  # R₁₁ (rank, rank), of the pivot columns
+    pivots: Places  # (rank,) columns of C
+    beyond: Floats  # (rank, b): the same rows in the columns eliminated later
+    columns: Places  # (b,)
+    packing: Floats  # reflectors of the second factorisation, of rows `rank`…
+    packing_factors: Floats
+
+    def turn(self, values: Floats, transpose: bool) -> None:
+        """Qᵀ (or Q) of this front on the rows of `values` (k, v), in place."""
+        steps = [
+            (self.slots, self.reflectors, self.factors),
+            (self.slots[self.rank :], self.packing, self.packing_factors),
+        ]
+        for slots, reflectors, factors in steps if transpose else reversed(steps):
+            values[slots] = _reflect(reflectors, factors, values[slots], transpose)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrthogonalFactor:
+    """S C = Q R for k contacts with weights S = diag(s): a multifrontal QR on nested dissection of
+    the contact graph.
+
+    rank of S C; null (k,): the rows of QᵀS C that vanish, k − rank of them: Q's columns there span
+    the self-stresses."""
+
+    rank: int
+    null: NDArray[np.bool_]
+    fronts: tuple[_Front, ...]
+    width: int
+
+    def self_stress(self, reaction: Floats) -> Floats:
+        """The part of reactions (k,) or (k,v) that loads no disk: the orthogonal projection onto
+        the null space of (S C)ᵀ, by reflections only and so exact to rounding."""
+        values = np.array(reaction if reaction.ndim == 2 else reaction[:, None], dtype=np.float64)
+        for front in self.fronts:
+            front.turn(values, transpose=True)
+        values[~self.null] = 0.0
+        for front in reversed(self.fronts):
+            front.turn(values, transpose=False)
+        return values.reshape(reaction.shape)
+
+    def least_norm(self, momentum: Floats) -> Floats:
+        """The μ (k,) of least norm with (S C)ᵀ μ = momentum (2n,), which has to be in the range."""
+        values = np.zeros((len(self.null), 1))
+        left = momentum.copy()
+        for front in self.fronts:
+            part = solve_triangular(front.triangle, left[front.pivots], trans=1, check_finite=False)
+            values[front.slots[: front.rank], 0] = part
+            left[front.columns] -= front.beyond.T @ part
+        for front in reversed(self.fronts):
+            front.turn(values, transpose=False)
+        return np.asarray(values[:, 0])
+
+    def least_squares(self, rows: Floats) -> Floats:
+        """A velocity u (2n,) with |S C u − rows| least, 0 in the columns that have no pivot."""
+        values = rows.reshape(-1, 1).astype(np.float64)
+        for front in self.fronts:
+            front.turn(values, transpose=True)
+        velocity = np.zeros(self.width)
+        for front in reversed(self.fronts):
+            right = values[front.slots[: front.rank], 0] - front.beyond @ velocity[front.columns]
+            velocity[front.pivots] = solve_triangular(front.triangle, right, check_finite=False)
+        return velocity
+
+
+def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> OrthogonalFactor:
+    """The factor of diag(weight) C for n disks; weight (k,), positive, is 1 if left out."""
+    k = len(contacts)
+    weight = np.ones(k) if weight is None else weight
+    matrix = contacts.normal_matrix(n)
+    nodes = _nested_dissection(contacts, n)
+    node_of = np.full(n, len(nodes))
+    for number, disks in enumerate(nodes):
+        node_of[disks] = number
+    pair = ~contacts.is_wall
+    home = node_of[contacts.first]
+    home[pair] = np.minimum(home[pair], node_of[contacts.second[pair]])
+    by_home = np.argsort(home, kind="stable")
+    begin = np.searchsorted(home[by_home], np.arange(len(nodes) + 1))
+    tolerance = RANK_TOLERANCE * float(weight.max(initial=0.0))
+
+    waiting: dict[int, list[tuple[Places, Places, Floats]]] = defaultdict(
+        list
+    )  # slots, columns, entries
+    fronts: list[_Front] = []
+    null = np.ones(k, dtype=bool)
+    place = np.zeros(2 * n, dtype=np.intp)
+    for number, disks in enumerate(nodes):
+        mine = by_home[begin[number] : begin[number + 1]]
+        own = matrix[mine]
+        parts = waiting.pop(number, [])
+        slots = np.concatenate([mine, *(part[0] for part in parts)])
+        if not len(slots):
+            continue
+        ending = np.repeat(2 * disks, 2) + np.tile([0, 1], len(disks))
+        seen = np.unique(np.concatenate([own.indices, *(part[1] for part in parts)]))
+        later = seen[node_of[seen // 2] > number]
+        place[ending] = np.arange(len(ending))
+        place[later] = len(ending) + np.arange(len(later))
+        dense = np.zeros((len(slots), len(ending) + len(later)), order="F")
+        row = np.repeat(np.arange(len(mine)), np.diff(own.indptr))
+        dense[row, place[own.indices]] = own.data * weight[mine][row]
+        at = len(mine)
+        for part in parts:
+            dense[at : at + len(part[0]), place[part[1]]] = part[2]
+            at += len(part[0])
+        front, passed = _eliminate(dense, slots, ending, later, tolerance)
+        null[slots[: front.rank]] = False
+        fronts.append(front)
+        if len(passed):
+            up = front.slots[front.rank : front.rank + len(passed)]
+            waiting[int(node_of[later // 2].min())].append((up, later, passed))
+    return OrthogonalFactor(int((~null).sum()), null, tuple(fronts), 2 * n)
+
+
+def undetermined_rows(factor: OrthogonalFactor) -> NDArray[np.bool_]:
+    """(k,): contacts that some self-stress loads.
+
+    Eight random self-stresses tell them: where all eight vanish, so do all (the chance that they do
+    so at a contact which an orthonormal basis of the null space loads by 10⁻³ is below 10⁻³⁰)."""
+    if factor.null.any():
+        probes = np.random.default_rng(0).normal(size=(len(factor.null), PROBES))
+        return np.asarray(np.abs(factor.self_stress(probes)).max(1) > ZERO_ROW)
+    return np.zeros(len(factor.null), dtype=bool)
+
+
+def _eliminate(
+    dense: Floats, slots: Places, ending: Places, later: Places, tolerance: float
+) -> tuple[_Front, Floats]:
+    """Eliminate the leading columns `ending`; also the entries of the rows that go on to `later`
+    ones."""
+    e = len(ending)
+    factored, order, factors, _, _ = dgeqp3(dense[:, :e], lwork=2 * e + (e + 1) * LAPACK_BLOCK)
+    rank = int((np.abs(np.diagonal(factored)) > tolerance).sum())
+    reflectors, factors = np.asfortranarray(factored[:, :rank]), factors[:rank]
+    rest = _reflect(reflectors, factors, dense[:, e:], True)
+    below = rest[rank:]
+    packing, packing_factors = np.zeros((len(below), 0)), np.zeros(0)
+    if len(below) > len(later) > 0:
+        packing, packing_factors, _, _ = dgeqrf(below, lwork=len(later) * LAPACK_BLOCK)
+        below = np.triu(packing[: len(later)])
+    elif not len(later):
+        below = below[:0]
+    front = _Front(
+        slots=slots,
+        reflectors=reflectors,
+        factors=factors,
+        rank=rank,
+        triangle=np.triu(factored[:rank, :rank]),
+        pivots=ending[order[:rank] - 1],
+        beyond=rest[:rank],
+        columns=later,
+        packing=packing,
+        packing_factors=packing_factors,
+    )
+    return front, below
+
+
+def _reflect(reflectors: Floats, factors: Floats, values: Floats, transpose: bool) -> Floats:
+    if not len(factors) or not values.shape[1]:
+        return values
+    side = "T" if transpose else "N"
+    turned, _, _ = dormqr(
+        "L", side, reflectors, factors, values, lwork=values.shape[1] * LAPACK_BLOCK
+    )
+    return np.asarray(turned)
+
+
+def _nested_dissection(contacts: Contacts, n: int) -> list[Places]:
+    """Sets of disks in the order of their elimination: halves before the disks that separate them.
+    The place of a disk is the mean of its contact points, so that the order is as good as the
+    packing is planar; any order is correct."""
+    pair = ~contacts.is_wall
+    i, j = contacts.first[pair], contacts.second[pair]
+    at = np.concatenate([contacts.first, j])
+    points = np.concatenate([contacts.point, contacts.point[pair]])
+    count = np.bincount(at, minlength=n)
+    position = np.column_stack([np.bincount(at, points[:, axis], n) for axis in (0, 1)]).astype(
+        float
+    )
+    position /= np.maximum(count, 1)[:, None]
+    ones = np.ones(len(i))
+    graph = csr_array(
+        (np.concatenate([ones, ones]), (np.concatenate([i, j]), np.concatenate([j, i]))),
+        shape=(n, n),
+    )
+    low = np.zeros(n)
+    nodes: list[Places] = []
+
+    def divide(disks: Places) -> None:
+        if len(disks) <= LEAF_DISKS:
+            nodes.append(disks)
+            return
+        axis = int(np.argmax(np.ptp(position[disks], axis=0)))
+        ordered = disks[np.argsort(position[disks, axis], kind="stable")]
+        half = len(disks) // 2
+        low[ordered[:half]] = 1.0
+        between = (graph[ordered[half:]] @ low) > 0
+        low[ordered[:half]] = 0.0
+        divide(ordered[:half])
+        if not between.all():
+            divide(ordered[half:][~between])
+        nodes.append(ordered[half:][between])
+
+    divide(np.flatnonzero(count))
+    return nodes

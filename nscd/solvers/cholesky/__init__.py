@@ -1,0 +1,1 @@
+"""Block Cholesky factors of the inertia with closed contacts."""

@@ -1,0 +1,177 @@
+"""Order of elimination by geometric nested dissection of the contact graph, with its tree of
+separators.
+
+Cut the crowd in two at the median of its longer side, eliminate the disks at the cut last, and so
+on in both halves: George, SIAM J. Numer. Anal. 10 (1973) 345."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from nscd.bodies import Floats
+
+Ints = NDArray[np.int32]
+Longs = NDArray[np.int64]
+
+
+class Ordering(NamedTuple):
+    """order (n,): disk eliminated at each place; place (n,): its inverse. start (n+1,), neighbour:
+    the contact graph. node_first, node_end, node_parent (m,): the places that each node of the
+    separator tree eliminates, children before parents, parent −1 at the root."""
+
+    order: Ints
+    place: Ints
+    start: Longs
+    neighbour: Ints
+    node_first: Ints
+    node_end: Ints
+    node_parent: Ints
+
+
+def dissect(position: Floats, first: Ints, second: Ints, leaf: int) -> Ordering:
+    """Order disks at position (n,2) m that touch: contacts first (k,), second (k,), −1 for a wall.
+    Parts of up to `leaf` disks are not cut further."""
+    n = len(position)
+    start, neighbour = contact_graph(n, first, second)
+    x, y = np.ascontiguousarray(position[:, 0]), np.ascontiguousarray(position[:, 1])
+    order, node_first, node_end, node_parent = _dissect(x, y, start, neighbour, leaf)
+    # children first: by the last place, and where a separator is empty the inner part first
+    rank = np.lexsort((-np.arange(len(node_end)), node_end))
+    new = np.empty(len(rank), dtype=np.int32)
+    new[rank] = np.arange(len(rank), dtype=np.int32)
+    parent = node_parent[rank]
+    parent = np.where(parent >= 0, new[parent], np.int32(-1))
+    place = np.empty_like(order)
+    place[order] = np.arange(n, dtype=np.int32)
+    return Ordering(order, place, start, neighbour, node_first[rank], node_end[rank], parent)
+
+
+@njit(cache=True)
+def contact_graph(n: int, first: Any, second: Any) -> Any:
+    """Neighbours of disk a: neighbour[start[a] : start[a + 1]]."""
+    start = np.zeros(n + 1, np.int64)
+    for c in range(len(first)):
+        if second[c] >= 0:
+            start[first[c] + 1] += 1
+            start[second[c] + 1] += 1
+    for a in range(n):
+        start[a + 1] += start[a]
+    neighbour = np.empty(start[n], np.int32)
+    at = start[:-1].copy()
+    for c in range(len(first)):
+        a, b = first[c], second[c]
+        if b >= 0:
+            neighbour[at[a]] = b
+            neighbour[at[b]] = a
+            at[a] += 1
+            at[b] += 1
+    return start, neighbour
+
+
+@njit(cache=True)
+def _divide(nodes: Any, key: Any, low: int, high: int, middle: int) -> None:
+    """Hoare's selection: nodes[low:middle] have keys up to those of nodes[middle:high]."""
+    while high - low > 1:
+        a, b, c = key[nodes[low]], key[nodes[(low + high) // 2]], key[nodes[high - 1]]
+        pivot = max(min(a, b), min(max(a, b), c))
+        x, y = low, high - 1
+        while x <= y:
+            while key[nodes[x]] < pivot:
+                x += 1
+            while key[nodes[y]] > pivot:
+                y -= 1
+            if x <= y:
+                nodes[x], nodes[y] = nodes[y], nodes[x]
+                x += 1
+                y -= 1
+        if middle <= y:
+            high = y + 1
+        elif middle >= x:
+            low = x
+        else:
+            return
+
+
+@njit(cache=True)
+def _at_cut(a: int, side: Any, other: int, start: Any, neighbour: Any) -> bool:
+    for e in range(start[a], start[a + 1]):  # noqa: SIM110  (any() over a generator does not compile)
+        if side[neighbour[e]] == other:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
+    n = len(x)
+    nodes = np.arange(n).astype(np.int32)
+    side = np.zeros(n, np.int32)
+    part = np.empty(n, np.int32)
+    most = 2 * n + 2
+    node_first, node_end, node_parent = (
+        np.empty(most, np.int32),
+        np.empty(most, np.int32),
+        np.empty(most, np.int32),
+    )
+    count = 0
+    stack = [(0, n, -1)]
+    stamp = 0
+    while len(stack) > 0:
+        low, high, parent = stack.pop()
+        me = count
+        count += 1
+        node_parent[me], node_first[me], node_end[me] = parent, low, high
+        if high - low <= leaf:
+            continue
+        some = nodes[low:high]
+        middle = (low + high) // 2
+        wide = x[some].max() - x[some].min() > y[some].max() - y[some].min()
+        across, along = (x, y) if wide else (y, x)
+        _divide(nodes, across, low, high, middle)
+        stamp += 2
+        for q in range(low, high):
+            side[nodes[q]] = stamp if q < middle else stamp + 1
+        left_cut = right_cut = 0
+        for q in range(low, high):
+            other = stamp + 1 if q < middle else stamp
+            if _at_cut(nodes[q], side, other, start, neighbour):
+                if q < middle:
+                    left_cut += 1
+                else:
+                    right_cut += 1
+        # the separator is the shorter of the two rims
+        rim, rest = (stamp, stamp + 1) if left_cut <= right_cut else (stamp + 1, stamp)
+        size = 0
+        for q in range(low, high):
+            a = nodes[q]
+            if side[a] == rim and not _at_cut(a, side, rest, start, neighbour):
+                part[size] = a
+                size += 1
+        one = size
+        for q in range(low, high):
+            a = nodes[q]
+            if side[a] == rest:
+                part[size] = a
+                size += 1
+        two = size
+        for q in range(low, high):
+            a = nodes[q]
+            if side[a] == rim and _at_cut(a, side, rest, start, neighbour):
+                part[size] = a
+                size += 1
+        # in the order along the cut: what a part leaves to its separators are then whole runs of
+        # them
+        cut = part[two:size].copy()
+        part[two:size] = cut[np.argsort(along[cut])]
+        nodes[low:high] = part[:size]
+        for q in range(low, high):
+            side[nodes[q]] = 0
+        node_first[me] = low + two
+        if one > 0:
+            stack.append((low, low + one, me))
+        if two > one:
+            stack.append((low + one, low + two, me))
+    return nodes, node_first[:count].copy(), node_end[:count].copy(), node_parent[:count].copy()

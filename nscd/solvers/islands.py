@@ -1,0 +1,74 @@
+"""Islands of the contact graph: those that nothing presses, and single contacts, never reach a
+solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from nscd.problem import ContactProblem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Islands:
+    """label (n,) of each disk's island; contacts (m,), disks (m,): how many it has; pressed (m,):
+    one of its contacts would close; forest (m,): its contacts form a tree (the walls taken as one
+    body), so that its reactions are unique."""
+
+    label: NDArray[np.int32]
+    contacts: NDArray[np.int64]
+    disks: NDArray[np.int64]
+    pressed: NDArray[np.bool_]
+    forest: NDArray[np.bool_]
+
+
+def find_islands(problem: ContactProblem) -> Islands:
+    """The connected components of disks over disk–disk contacts; walls do not connect."""
+    pairs = problem.second >= 0
+    label, count = _components(len(problem.mass), problem.first, problem.second)
+    island = label[problem.first]
+    closing = problem.approach(problem.free) > problem.offset
+    contacts = np.bincount(island, minlength=count)
+    disks = np.bincount(label, minlength=count)
+    walls = np.bincount(island[~pairs], minlength=count)
+    return Islands(
+        label=label,
+        contacts=contacts,
+        disks=disks,
+        pressed=np.bincount(island[closing], minlength=count) > 0,
+        forest=contacts < disks + (walls > 0),
+    )
+
+
+@njit(cache=True)
+def _components(n: int, first: Any, second: Any) -> Any:
+    """Label (n,) of each disk's component, and how many there are: union–find with path halving,
+    the earlier root wins."""
+    root = np.arange(n).astype(np.int32)
+    for c in range(len(first)):
+        i, j = first[c], second[c]
+        if j < 0:
+            continue
+        while root[i] != i:
+            root[i] = root[root[i]]
+            i = root[i]
+        while root[j] != j:
+            root[j] = root[root[j]]
+            j = root[j]
+        if i < j:
+            root[j] = i
+        else:
+            root[i] = j
+    label = np.empty(n, np.int32)
+    count = 0
+    for i in range(n):  # a root comes before all that it leads
+        if root[i] == i:
+            label[i] = count
+            count += 1
+        else:
+            label[i] = label[root[i]]
+    return label, count

@@ -1,0 +1,181 @@
+"""A ContactProblem in elimination order, its matrix–vector products, and the factorisation of Â +
+CᵀΘC."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from nscd.problem import ContactProblem
+from nscd.solvers.cholesky.dissection import Ints, dissect
+from nscd.solvers.cholesky.fronts import Fronts, fronts_of
+from nscd.solvers.cholesky.minimum_degree import minimum_degree
+from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
+from nscd.solvers.cholesky.rows import Rows, factorise_rows, rows_of, solve_rows
+
+# From this many disks the multifrontal factorisation is the faster one (see benchmarks).
+MANY = 3000
+LEAF = 8
+# Up to this ratio of w masses are even: contacts may then all have the same stiffness, whatever
+# they join.
+EVEN = 100.0
+
+
+class System(NamedTuple):
+    """A ContactProblem with its disks in elimination order, as the kernels take it (d = 2, or 3
+    with spins).
+
+    first, second (k,) places of the disks, −1 for a wall; normal_first, normal_second,
+    tangent_first, tangent_second (k,d): rows of C and T; normal_weight k_n, tangent_weight k_t (k,)
+    kg; mass (n,d); free û (n,d); offset b (k,); inverse_mass w (k,); scale ‖u⁻‖∞ (m/s)."""
+
+    first: Any
+    second: Any
+    normal_first: Any
+    normal_second: Any
+    tangent_first: Any
+    tangent_second: Any
+    normal_weight: Any
+    tangent_weight: Any
+    mass: Any
+    free: Any
+    offset: Any
+    inverse_mass: Any
+    scale: float
+
+
+class Factor(NamedTuple):
+    """order (n,): the disk at each place; contact (k,): the contact at each row; the factor of Â +
+    CᵀΘC, by rows or (many) by fronts: the other one is empty."""
+
+    order: Ints
+    contact: Any
+    many: bool
+    rows: Rows
+    fronts: Fronts
+
+
+def system_of(problem: ContactProblem) -> tuple[System, Factor]:
+    """The kernels' form of a problem, and storage for its factors in a good order."""
+    n, d = problem.mass.shape
+    many = bool(n >= MANY or d == 3)
+    if many:
+        ordering = dissect(problem.position, problem.first, problem.second, LEAF)
+    else:
+        ordering = minimum_degree(n, problem.first, problem.second)
+    order, place = ordering.order, ordering.place
+    contact = np.argsort(
+        place[problem.first], kind="stable"
+    )  # neighbours in memory as in the crowd
+    first, second = problem.first[contact], problem.second[contact]
+    system = System(
+        first=place[first],
+        second=np.where(second >= 0, place[second], np.int32(-1)),
+        normal_first=problem.normal_first[contact],
+        normal_second=problem.normal_second[contact],
+        tangent_first=problem.tangent_first[contact],
+        tangent_second=problem.tangent_second[contact],
+        normal_weight=problem.normal_weight[contact],
+        tangent_weight=problem.tangent_weight[contact],
+        mass=problem.mass[order],
+        free=problem.free[order],
+        offset=problem.offset[contact],
+        inverse_mass=problem.inverse_mass[contact],
+        scale=problem.scale,
+    )
+    rows = _nothing()[0] if many else rows_of(ordering, first, second)
+    fronts = fronts_of(ordering, first, second, d) if many else _nothing()[1]
+    return system, Factor(order, contact, many, rows, fronts)
+
+
+def stiffness(system: System) -> Any:
+    """Relative stiffness (k,) kg of the contacts as a penalty model: the same for all, 1/max w, so
+    that its stiff limit has the least Σλ²; 1/w where masses differ too much for that."""
+    w = system.inverse_mass
+    return np.full(len(w), 1.0 / w.max()) if even(system) else 1.0 / w
+
+
+def even(system: System) -> bool:
+    """Whether masses are even enough for one stiffness, and for first-order methods."""
+    return bool(system.inverse_mass.max() <= EVEN * system.inverse_mass.min())
+
+
+@cache
+def _nothing() -> tuple[Rows, Fronts]:
+    none = np.empty(0, dtype=np.int32)
+    empty = dissect(np.empty((0, 2)), none, none, 1)
+    return rows_of(empty, none, none), fronts_of(empty, none, none, 2)
+
+
+@njit(cache=True)
+def factorise(system: Any, factor: Any, theta: Any) -> bool:
+    """Factorise Â + CᵀΘC for theta (k,) kg; False where rounding left it indefinite."""
+    if factor.many:
+        return factorise_fronts(system, factor.fronts, theta)
+    return factorise_rows(system, factor.rows, theta)
+
+
+@njit(cache=True)
+def solve_factorised(factor: Any, b: Any) -> None:
+    """b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
+    if factor.many:
+        solve_fronts(factor.fronts, b)
+    else:
+        solve_rows(factor.rows, b)
+
+
+@njit(cache=True, fastmath=True)
+def approach(system: Any, u: Any, out: Any) -> None:
+    """out = C u, (k,). C has no entries at the spins."""
+    for c in range(len(out)):
+        i, j = system.first[c], system.second[c]
+        x, y = u[i, 0], u[i, 1]
+        if j >= 0:
+            x -= u[j, 0]
+            y -= u[j, 1]
+        out[c] = system.normal_first[c, 0] * x + system.normal_first[c, 1] * y
+
+
+@njit(cache=True, fastmath=True)
+def add_reactions(system: Any, reaction: Any, factor: float, out: Any) -> None:
+    """out += factor · Cᵀ reaction, (n,d)."""
+    for c in range(len(reaction)):
+        i, j = system.first[c], system.second[c]
+        push = factor * reaction[c]
+        x, y = system.normal_first[c, 0] * push, system.normal_first[c, 1] * push
+        out[i, 0] += x
+        out[i, 1] += y
+        if j >= 0:
+            out[j, 0] -= x
+            out[j, 1] -= y
+
+
+@njit(cache=True, fastmath=True)
+def inertia(system: Any, u: Any, out: Any) -> None:
+    """out = Â u = (M + DᵀKD) u, (n,d)."""
+    n, d = u.shape
+    for i in range(n):
+        for a in range(d):
+            out[i, a] = system.mass[i, a] * u[i, a]
+    for c in range(len(system.first)):
+        if system.normal_weight[c] == 0.0 and system.tangent_weight[c] == 0.0:
+            continue
+        i, j = system.first[c], system.second[c]
+        along = across = 0.0
+        for a in range(d):
+            along += system.normal_first[c, a] * u[i, a]
+            across += system.tangent_first[c, a] * u[i, a]
+            if j >= 0:
+                along += system.normal_second[c, a] * u[j, a]
+                across += system.tangent_second[c, a] * u[j, a]
+        along *= system.normal_weight[c]
+        across *= system.tangent_weight[c]
+        for a in range(d):
+            out[i, a] += along * system.normal_first[c, a] + across * system.tangent_first[c, a]
+            if j >= 0:
+                out[j, a] += (
+                    along * system.normal_second[c, a] + across * system.tangent_second[c, a]
+                )
