@@ -1,0 +1,66 @@
+"""Compare the results of two builds: `python tests/same_numbers.py OLD NEW` for two JSON or CSV files.
+
+Prints every place where a number, a verdict or a status differs, and exits with 1 if there is one. Seconds, dates, versions
+and digests may differ, and so may words: of a sentence only the numbers in it are compared.
+"""
+
+import csv
+import json
+import math
+import re
+import sys
+from pathlib import Path
+
+TOLERANCE = 1e-6
+# Keys whose values differ from run to run.
+PASSING = re.compile(r"second|cpu|wall_s|date|version|digest|machine|time_of|per_s\b|made|reused")
+NUMBER = re.compile(r"[-+−]?\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
+VERDICTS = {"verdict", "status", "exit_state"}
+
+
+def read(path):
+    """The content of a JSON or CSV file."""
+    if path.suffix == ".csv":
+        with path.open(newline="") as file:
+            return list(csv.DictReader(file))
+    return json.loads(path.read_text())
+
+
+def differences(old, new, where=""):
+    """Where the two differ, one line each."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in old.keys() | new.keys():
+            if PASSING.search(key):
+                continue
+            if key not in old or key not in new:
+                yield f"{where}.{key}: only in the {'old' if key in old else 'new'} one"
+            elif key in VERDICTS and old[key] != new[key]:
+                yield f"{where}.{key}: {old[key]} became {new[key]}"
+            else:
+                yield from differences(old[key], new[key], f"{where}.{key}")
+    elif isinstance(old, list) and isinstance(new, list):
+        if len(old) != len(new):
+            yield f"{where}: {len(old)} entries became {len(new)}"
+        for place, (a, b) in enumerate(zip(old, new, strict=False)):
+            yield from differences(a, b, f"{where}[{place}]")
+    elif isinstance(old, str) and isinstance(new, str):
+        a, b = NUMBER.findall(old), NUMBER.findall(new)
+        if a != b and sorted(a) != sorted(b):
+            yield f"{where}: {old!r} became {new!r}"
+    elif isinstance(old, int | float) and isinstance(new, int | float):
+        if not math.isclose(old, new, rel_tol=TOLERANCE, abs_tol=1e-12):
+            yield f"{where}: {old} became {new}"
+    elif old != new:
+        yield f"{where}: {old!r} became {new!r}"
+
+
+def main(old, new):
+    """Print the differences; 1 if there are any."""
+    found = sorted(differences(read(Path(old)), read(Path(new))))
+    for line in found:
+        print(line)
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
