@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Integers = NDArray[np.int64]
+from nscd.arrays import Floats, Indices, read_only
+from nscd.segments import nearest_on_segment
 
-
-def read_only(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
-    """A finite float64 copy of `value` with the given shape (-1: any), set read-only.
-
-    Raises ValueError naming the field (and the first bad row) when the shape or a value is wrong.
-    """
-    array = np.array(value, dtype=np.float64)
-    if array.ndim != len(shape) or any(
-        s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)
-    ):
-        wanted = ", ".join("n" if s == -1 else str(s) for s in shape)
-        raise ValueError(f"{name}: shape {array.shape} where ({wanted}) is needed")
-    if not np.isfinite(array).all():
-        row = int(np.argwhere(~np.isfinite(array))[0][0])
-        raise ValueError(f"{name}: not a finite number in row {row}")
-    array.flags.writeable = False
-    return array
+_NO_IDS: Indices = np.empty(0, dtype=np.int64)
+_NO_SPIN: Floats = np.empty(0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,8 +29,8 @@ class Snapshot:
     velocity: Floats
     radius: Floats
     mass: Floats
-    ids: Integers | None = None
-    spin: Floats | None = None
+    ids: Indices = field(default_factory=lambda: _NO_IDS)
+    spin: Floats = field(default_factory=lambda: _NO_SPIN)
     time: float = 0.0
     drive: Floats | None = None
 
@@ -64,10 +47,14 @@ class Snapshot:
                     f"{name}: {values[row]:g} in row {row}; a disk needs a positive {name}"
                 )
             put(self, name, values)
-        put(self, "spin", read_only(np.zeros(n) if self.spin is None else self.spin, (n,), "spin"))
+        put(
+            self,
+            "spin",
+            read_only(np.zeros(n) if self.spin is _NO_SPIN else self.spin, (n,), "spin"),
+        )
         if self.drive is not None:
             put(self, "drive", read_only(self.drive, (n, 2), "drive"))
-        ids = np.array(np.arange(1, n + 1) if self.ids is None else self.ids, dtype=np.int64)
+        ids = np.array(np.arange(1, n + 1) if self.ids is _NO_IDS else self.ids, dtype=np.int64)
         if ids.shape != (n,) or len(np.unique(ids)) != n:
             raise ValueError("ids: one distinct integer a disk is needed")
         ids.flags.writeable = False
@@ -104,10 +91,7 @@ class Walls:
     def __len__(self) -> int:
         return len(self.start)
 
-    def nearest_point(self, position: Floats, wall: Integers) -> Floats:
+    def nearest_point(self, position: Floats, wall: Indices) -> Floats:
         """The point of wall number wall[i] that is nearest to position[i]; shapes (k,2), (k,) →
         (k,2) m."""
-        start, along = self.start[wall], self.end[wall] - self.start[wall]
-        s = ((position - start) * along).sum(1) / (along * along).sum(1)
-        nearest: Floats = start + np.clip(s, 0.0, 1.0)[:, None] * along
-        return nearest
+        return nearest_on_segment(position, self.start[wall], self.end[wall])

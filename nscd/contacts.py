@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from nscd.bodies import Floats, Integers, Snapshot, Walls, read_only
+from nscd.arrays import Flags, Floats, Index32, Indices, read_only
+from nscd.bodies import Snapshot, Walls
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,9 +23,9 @@ class Contacts:
     Raises ValueError naming the field for wrong shapes, non-finite numbers, normals that are not
     unit vectors, negative indices or a disk in contact with itself."""
 
-    first: Integers
-    second: Integers
-    is_wall: NDArray[np.bool_]
+    first: Indices
+    second: Indices
+    is_wall: Flags
     normal: Floats
     gap: Floats
     point: Floats
@@ -54,7 +54,7 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.gap)
 
-    def select(self, keep: NDArray[np.bool_] | Integers) -> Contacts:
+    def select(self, keep: Flags | Indices) -> Contacts:
         """The contacts chosen by a mask or by indices, in that order."""
         names = ("first", "second", "is_wall", "normal", "gap", "point")
         return Contacts(**{name: getattr(self, name)[keep] for name in names})
@@ -81,12 +81,17 @@ class Contacts:
     def momentum_change(self, impulse: Floats, n: int) -> Floats:
         """−Dᵀp: what impulses (k,2) N·s, given by first to second, change each disk's momentum by,
         (n,2) N·s."""
-        change = np.zeros((n, 2))
-        pairs = ~self.is_wall
-        for axis in (0, 1):
-            change[:, axis] -= np.bincount(self.first, impulse[:, axis], n)
-            change[:, axis] += np.bincount(self.second[pairs], impulse[pairs, axis], n)
-        return change
+        return self.sum_at_disks(-impulse, n, on_second=impulse)
+
+    def sum_at_disks(self, on_first: Floats, n: int, *, on_second: Floats | None = None) -> Floats:
+        """Sum a quantity of the contacts over those of each of the n disks: (k,…) → (n,…), same unit.
+
+        on_first (k,…): what the first disk of a contact has of it; on_second (k,…): what the second
+        has, the same by default. A wall takes its part away."""
+        second = np.where(self.is_wall, -1, self.second)
+        return sum_at_disks(
+            self.first, second, on_first, on_first if on_second is None else on_second, n
+        )
 
     def normal_matrix(self, n: int) -> csr_array:
         """C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n), four entries a pair, two a wall
@@ -108,6 +113,25 @@ class Contacts:
         pairs = ~self.is_wall
         w[pairs] += 1.0 / mass[self.second[pairs]]
         return w
+
+
+def sum_at_disks(
+    first: Indices | Index32,
+    second: Indices | Index32,
+    on_first: Floats,
+    on_second: Floats,
+    n: int,
+) -> Floats:
+    """Sum at each of n disks what it has of its contacts: on_first, on_second (k,…) → (n,…).
+
+    first, second (k,): the disks of a contact, second −1 for a wall, which takes its part away."""
+    pairs = second >= 0
+    both = second[pairs]
+    if on_first.ndim == 1:
+        total = np.bincount(first, on_first, n) + np.bincount(both, on_second[pairs], n)
+        return np.asarray(total, dtype=np.float64)
+    columns = zip(on_first.T, on_second.T, strict=True)
+    return np.stack([sum_at_disks(first, second, one, two, n) for one, two in columns], axis=1)
 
 
 def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: float) -> Contacts:
@@ -151,7 +175,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
 
 def _wall_neighbours(
     snapshot: Snapshot, walls: Walls | None, tolerance: float
-) -> tuple[Integers, Integers, Floats, Floats]:
+) -> tuple[Indices, Indices, Floats, Floats]:
     disks, numbers, vectors = [], [], []
     for number in range(len(walls) if walls is not None else 0):
         assert walls is not None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

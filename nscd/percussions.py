@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 class Status(enum.StrEnum):

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nscd.bodies import Floats, Snapshot
-from nscd.contacts import Contacts
+from nscd.arrays import Flags, Floats, Index32
+from nscd.bodies import Snapshot
+from nscd.contacts import Contacts, sum_at_disks
 from nscd.laws import ContactLaw
-
-Places = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,8 +25,8 @@ class ContactProblem:
     (k,) kg: k_n, k_t; mass (n,d) kg, kg m²; left u⁻, free û (n,d); offset b (k,) m/s, 0 for an
     impact; inverse_mass w (k,) 1/kg; position (n,2) m."""
 
-    first: Places
-    second: Places
+    first: Index32
+    second: Index32
     normal_first: Floats
     normal_second: Floats
     tangent_first: Floats
@@ -68,13 +66,7 @@ class ContactProblem:
         if across is not None:
             first = first + self.tangent_first * across[:, None]
             second = second + self.tangent_second * across[:, None]
-        pairs = self.second >= 0
-        n, d = self.mass.shape
-        total = np.empty((n, d))
-        for axis in range(d):
-            total[:, axis] = np.bincount(self.first, first[:, axis], n)
-            total[:, axis] += np.bincount(self.second[pairs], second[pairs, axis], n)
-        return total
+        return sum_at_disks(self.first, self.second, first, second, len(self.mass))
 
     def inertia(self, velocity: Floats) -> Floats:
         """Â u, (n,d)."""
@@ -99,7 +91,6 @@ class ContactProblem:
         inertia over radius: how far the momentum of any disk is from balance, relative to what it
         has and receives; rounding alone leaves about 1e-16, and k/m times that where contacts
         dissipate."""
-        n = len(self.mass)
         along, across = reaction, None
         if self.dissipative:
             total = velocity + self.left
@@ -107,14 +98,11 @@ class ContactProblem:
             across = self.tangent_weight * self.sliding(total)
         balance = self.mass * (velocity - self.left) + self.momentum(along, across)
         size = np.abs(along) + (0.0 if across is None else np.abs(across))
-        pairs = self.second >= 0
-        received = np.bincount(self.first, size, n) + np.bincount(
-            self.second[pairs], size[pairs], n
-        )
+        received = sum_at_disks(self.first, self.second, size, size, len(self.mass))
         error = np.abs(balance[:, :2]).max(1)
         return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
 
-    def restricted(self, contacts: NDArray[np.bool_], disks: NDArray[np.bool_]) -> ContactProblem:
+    def restricted(self, contacts: Flags, disks: Flags) -> ContactProblem:
         """The problem of some contacts (k,) and of the disks (n,) that they are between."""
         number = np.cumsum(disks, dtype=np.int32) - np.int32(1)
         second = self.second[contacts]
@@ -157,7 +145,6 @@ def impact_problem(
     left = left_velocity
     rows = [normal, -normal, tangent, -tangent]
     if k_tangential.any():
-        assert snapshot.spin is not None
         none = np.zeros(k)
         lever_first = snapshot.radius[contacts.first]
         lever_second = np.where(

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, Snapshot, read_only
+from nscd.arrays import Floats, read_only
+from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
 from nscd.percussions import Status
@@ -132,7 +133,7 @@ class SocialForces:
 
     def magnitude_sum(self) -> Floats:
         """Sum of the normal magnitudes at each disk, (n,) N."""
-        return _sum_at_disks(self.pairs, self.normal, self.normal, self.disks)
+        return self.pairs.sum_at_disks(self.normal, self.disks)
 
 
 def social_force(
@@ -182,17 +183,14 @@ class LoehnerForces:
     def resultant(self) -> Floats:
         """Vector sum of what each disk receives, (n,2) N. Its sum over the disks of a crowd without
         walls is not 0."""
-        total = np.zeros((self.disks, 2))
-        np.add.at(total, self.pairs.first, -self.on_first[:, None] * self.pairs.normal)
-        both = ~self.pairs.is_wall
-        np.add.at(
-            total, self.pairs.second[both], (self.on_second[:, None] * self.pairs.normal)[both]
+        normal = self.pairs.normal
+        return self.pairs.sum_at_disks(
+            -self.on_first[:, None] * normal, self.disks, on_second=self.on_second[:, None] * normal
         )
-        return total
 
     def magnitude_sum(self) -> Floats:
         """Sum of the magnitudes at each disk, (n,) N."""
-        return _sum_at_disks(self.pairs, self.on_first, self.on_second, self.disks)
+        return self.pairs.sum_at_disks(self.on_first, self.disks, on_second=self.on_second)
 
 
 def loehner_force(
@@ -239,12 +237,4 @@ def loehner_force(
         disks=n,
         on_first=case * limit[first] / (1 + (distance / radius_first) ** 2),
         on_second=np.where(pairs.is_wall, 0.0, on_second),
-    )
-
-
-def _sum_at_disks(pairs: Contacts, on_first: Floats, on_second: Floats, disks: int) -> Floats:
-    both = ~pairs.is_wall
-    received = np.bincount(pairs.first, on_first, disks)
-    return np.asarray(
-        received + np.bincount(pairs.second[both], on_second[both], disks), dtype=np.float64
     )

@@ -8,7 +8,8 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Snapshot, read_only
+from nscd.arrays import read_only
+from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
@@ -101,7 +102,6 @@ def certify(
         warnings = (
             f"energy grew by {energy_change:.3g} J: dissipation k > 0 acts on contacts that were already opening",
         )
-    assert snapshot.spin is not None
     return Percussions(
         reaction=reaction,
         impulse=impulse,

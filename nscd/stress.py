@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, Integers, Snapshot, read_only
+from nscd.arrays import Floats, Indices, read_only
+from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 
 # below this length, in widths, a branch is a point: erf's difference would lose more than the
@@ -182,9 +183,7 @@ def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: Arra
     )
 
 
-def _cells(
-    points: Floats, reach: float
-) -> tuple[Integers, Integers, int, int, float, float, float]:
+def _cells(points: Floats, reach: float) -> tuple[Indices, Indices, int, int, float, float, float]:
     """Points sorted into square cells: order (m,), where each cell begins, cells along x and y,
     corner and side (m)."""
     low, extent = points.min(0), float(np.ptp(points, axis=0).max())
@@ -192,7 +191,7 @@ def _cells(
     column, row = ((points - low) / side).astype(np.int64).T
     nx, ny = int(column.max()) + 1, int(row.max()) + 1
     key = column * ny + row
-    order: NDArray[np.int64] = np.argsort(key, kind="stable")
+    order: Indices = np.argsort(key, kind="stable")
     begins = np.searchsorted(key[order], np.arange(nx * ny + 1))
     return order, begins, nx, ny, float(low[0]), float(low[1]), side
 

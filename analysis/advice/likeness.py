@@ -12,6 +12,7 @@ from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import Scene
 from analysis.work_precision.window import DRIVEN_SHARE
 from nscd import Contacts, find_contacts
+from nscd.segments import nearest_on_segment
 
 # Pressed frictionless disks come to about two contacts each: as many as they have unknowns.
 ISOSTATIC = 2.0
@@ -112,10 +113,8 @@ def _to_the_door(scene: Scene) -> float:
     """From the door to the farthest disk (m)."""
     assert scene.drive is not None
     start, end = np.array(scene.drive.door_start_m), np.array(scene.drive.door_end_m)
-    along = end - start
     position = scene.snapshot.position
-    s = np.clip((position - start) @ along / (along @ along), 0.0, 1.0)
-    return float(np.hypot(*(start + s[:, None] * along - position).T).max())
+    return float(np.hypot(*(nearest_on_segment(position, start, end) - position).T).max())
 
 
 def _longest_way(contacts: Contacts, n: int) -> int:

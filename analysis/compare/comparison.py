@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.dumps.impulses import integrate_contacts
 from analysis.dumps.reader import (
@@ -23,7 +22,8 @@ from analysis.engines.record import RunRecord
 from analysis.percussions.trajectory import left_velocity_of
 from analysis.scene.scene import Scene, read_scene
 from nscd import Contacts, Percussions, Snapshot, find_contacts, solve
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Flags, Floats, Indices
+from nscd.contacts import sum_at_disks
 from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
 
 FORCE, IMPULSE = "N", "N·s"
@@ -52,16 +52,16 @@ class Comparison:
     time: float
     unit: str
     snapshot: Snapshot
-    first: Integers
-    second: Integers
-    is_wall: NDArray[np.bool_]
+    first: Indices
+    second: Indices
+    is_wall: Flags
     normal: Floats
     gap: Floats
     penalty: Floats
     rigid: Floats
-    in_penalty: NDArray[np.bool_]
-    in_rigid: NDArray[np.bool_]
-    determined: NDArray[np.bool_]
+    in_penalty: Flags
+    in_rigid: Flags
+    determined: Flags
     contacts: Contacts
     answer: Percussions
     window: float | None
@@ -83,28 +83,21 @@ class Comparison:
         """Sum of the normal magnitudes at each disk, penalty and rigid, each (n,): what it
         carries."""
         a, b = self._disks()
-        pairs = ~self.is_wall
-        n = len(self.snapshot)
-
-        def total(size: Floats) -> Floats:
-            return np.asarray(
-                np.bincount(a, size, n) + np.bincount(b[pairs], size[pairs], n), dtype=np.float64
-            )
-
-        penalty, rigid = self.normal_parts()
-        return total(np.abs(penalty)), total(np.abs(rigid))
+        second, n = np.where(self.is_wall, -1, b), len(self.snapshot)
+        penalty, rigid = (np.abs(part) for part in self.normal_parts())
+        return (
+            sum_at_disks(a, second, penalty, penalty, n),
+            sum_at_disks(a, second, rigid, rigid, n),
+        )
 
     def disk_vectors(self) -> tuple[Floats, Floats]:
         """Vector sum of what each disk receives, penalty and rigid, each (n,2)."""
         a, b = self._disks()
-        pairs = ~self.is_wall
-        vectors = []
-        for part in (self.penalty, self.rigid):
-            total = np.zeros((len(self.snapshot), 2))
-            np.add.at(total, a, -part)
-            np.add.at(total, b[pairs], part[pairs])
-            vectors.append(total)
-        return vectors[0], vectors[1]
+        second, n = np.where(self.is_wall, -1, b), len(self.snapshot)
+        return (
+            sum_at_disks(a, second, -self.penalty, self.penalty, n),
+            sum_at_disks(a, second, -self.rigid, self.rigid, n),
+        )
 
     def wall_loads(self) -> list[tuple[str, float, float]]:
         """For each wall its name and load (sum of normal components), penalty and rigid."""
@@ -115,8 +108,7 @@ class Comparison:
             loads.append((wall.name, float(penalty[on].sum()), float(rigid[on].sum())))
         return loads
 
-    def _disks(self) -> tuple[Integers, Integers]:
-        assert self.snapshot.ids is not None
+    def _disks(self) -> tuple[Indices, Indices]:
         a = np.searchsorted(self.snapshot.ids, self.first)
         b = np.searchsorted(
             self.snapshot.ids, np.where(self.is_wall, self.snapshot.ids[0], self.second)
@@ -184,7 +176,6 @@ def _matched(
     net: Floats,
     closure_error: float,
 ) -> Comparison:
-    assert snapshot.ids is not None
     ids = snapshot.ids
     second = np.where(
         contacts.is_wall, contacts.second + 1, ids[np.where(contacts.is_wall, 0, contacts.second)]
@@ -247,9 +238,9 @@ def _matched(
     )
 
 
-def _key(first: Integers, second: Integers, is_wall: NDArray[np.bool_]) -> Integers:
+def _key(first: Indices, second: Indices, is_wall: Flags) -> Indices:
     """One integer a contact: first · 2³² + second · 2 + is_wall; sorts by first, then second."""
-    key: Integers = (first << 32) | (second << 1) | is_wall
+    key: Indices = (first << 32) | (second << 1) | is_wall
     return key
 
 

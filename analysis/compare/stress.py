@@ -20,7 +20,6 @@ def stresses(
     N·s/m: like with like. Contacts that only one of them has carry nothing in the other. Raises
     ValueError as `stress_field` does."""
     snapshot = comparison.snapshot
-    assert snapshot.ids is not None
     first = np.searchsorted(snapshot.ids, comparison.first)
     disk = np.searchsorted(
         snapshot.ids, np.where(comparison.is_wall, snapshot.ids[0], comparison.second)

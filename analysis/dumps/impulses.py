@@ -8,7 +8,8 @@ import numpy as np
 
 from analysis.dumps.reader import DumpIndex, EngineContacts, contacts_at, snapshot_of
 from nscd import Contacts, Snapshot
-from nscd.bodies import Floats
+from nscd.arrays import Floats
+from nscd.contacts import sum_at_disks
 
 
 def integrate_contacts(
@@ -66,11 +67,8 @@ def integrate_contacts(
     )
     end = snapshot_of(trajectory[-1])
     change = start.mass[:, None] * (end.velocity - start.velocity)
-    assert start.ids is not None
-    given = np.zeros_like(change)
-    np.add.at(given, np.searchsorted(start.ids, summed.first), -total)
-    pairs = ~summed.is_wall
-    np.add.at(given, np.searchsorted(start.ids, summed.second[pairs]), total[pairs])
+    first, second = np.searchsorted(start.ids, [summed.first, summed.second])
+    given = sum_at_disks(first, np.where(summed.is_wall, -1, second), -total, total, len(start))
     error = float(np.abs(change - given).max()) / (float(np.abs(change).max()) or 1.0)
     return summed, error, change
 
@@ -85,7 +83,6 @@ def _jump_at_start(
     """What the trapezoidal rule leaves out of the first interval for contacts that touch at t =
     0."""
     first, second, third = (np.pad(f, ((0, len(numbers) - len(f)), (0, 0))) for f in forces)
-    assert start.ids is not None
     jump = np.zeros((len(numbers), 2))
     for i, j, wall in zip(
         touching.first.tolist(), touching.second.tolist(), touching.is_wall.tolist(), strict=True

@@ -13,11 +13,10 @@ import MDAnalysis
 import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
-from numpy.typing import NDArray
 
 from analysis.scene.lammps_data import SPHERE
 from nscd import Snapshot
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Flags, Floats, Indices
 
 CONTACT_COLUMNS = ("first", "second", "is_wall", "nx", "ny", "overlap", "fx", "fy")
 HEADER_LINES = 9
@@ -243,9 +242,9 @@ class EngineContacts:
     the second."""
 
     step: int
-    first: Integers
-    second: Integers
-    is_wall: NDArray[np.bool_]
+    first: Indices
+    second: Indices
+    is_wall: Flags
     normal: Floats
     overlap: Floats
     force: Floats

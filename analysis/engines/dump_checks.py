@@ -16,7 +16,7 @@ from analysis.engines.guard import (
 )
 from analysis.engines.record import RunRecord
 from analysis.scene.scene import Scene
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
@@ -88,7 +88,6 @@ def check_contacts(path: Path, kinetic: Floats, record: RunRecord, scene: Scene)
 def _stored(rows: Floats, scene: Scene) -> tuple[float, float]:
     """The largest overlap as a share of the smaller radius, and the energy of all overlaps (J)."""
     ids, radius = scene.snapshot.ids, scene.snapshot.radius
-    assert ids is not None
     order = np.argsort(ids)
     wall, overlap = rows[:, 2] > 0, rows[:, 5]
     first = radius[order[np.searchsorted(ids[order], rows[:, 0])]]

@@ -16,7 +16,7 @@ import numpy as np
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
 from nscd import find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # The limits; the decks and the script hold the same numbers.
 OVERLAP_SHARE = 0.5  # of the smaller radius
@@ -129,7 +129,6 @@ def energy_besides(scene: Scene) -> float:
     """Energy at the start that is not the motion of the centres (J): spins, ½ I ω², and
     overlaps."""
     snapshot = scene.snapshot
-    assert snapshot.spin is not None
     contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     overlap = np.maximum(0.0, -contacts.gap)
     second = np.where(contacts.is_wall, contacts.first, contacts.second)

@@ -19,7 +19,7 @@ from analysis.engines.penalty import Penalty, penalty_of
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Floats, Indices
 
 _ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
 
@@ -96,7 +96,7 @@ class _PairLaw:
         scale = np.where(slides & (length > 0), friction * size / np.maximum(length, 1e-300), 1.0)
         return np.asarray(scale[:, None] * tangential)
 
-    def _middle_velocity(self, disks: Floats, frame: int, rank: Integers) -> Floats:
+    def _middle_velocity(self, disks: Floats, frame: int, rank: Indices) -> Floats:
         """Velocity of the first relative to the second in the middle of the step that ends at this
         frame."""
         get = [

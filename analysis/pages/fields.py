@@ -10,7 +10,7 @@ from matplotlib.tri import Triangulation
 from skfem import MeshTri1
 
 from analysis.pages.report_charts import BLACK, ORANGE
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.room import Room
 
 LEVELS = 13

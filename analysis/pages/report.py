@@ -205,7 +205,6 @@ def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, Any]]:
     """The disks that carry most in the rigid model, with the range that the mechanics leaves open,
     what they carry in the penalty model, and both ranks."""
     penalty, rigid = comparison.disk_sums()
-    assert comparison.snapshot.ids is not None
     rank_penalty = np.argsort(np.argsort(-penalty, kind="stable"), kind="stable") + 1
     rows: list[dict[str, Any]] = []
     first = np.argsort(-rigid, kind="stable")[:most]

@@ -16,7 +16,7 @@ from matplotlib.patches import Circle
 from analysis.compare.comparison import FORCE, Comparison, statistics
 from analysis.scene.scene import Scene
 from nscd import Snapshot
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 BLUE, ORANGE, GREEN, PINK, BLACK, GREY = (
     "#0072B2",
@@ -301,7 +301,6 @@ def _exceedance(
 def _contact_lines(comparison: Comparison) -> Floats:
     """From centre to centre, or from centre to the wall, (k,2,2) m."""
     snapshot = comparison.snapshot
-    assert snapshot.ids is not None
     first = np.searchsorted(snapshot.ids, comparison.first)
     start = snapshot.position[first]
     reach = snapshot.radius[first]

@@ -12,7 +12,7 @@ from analysis.paper.discrete.fig2_corridor.columns import Gaps
 from analysis.paper.discrete.fig2_corridor.push import Push, first_arrivals, long_wave_speed
 from analysis.scene.scene import Scene
 from nscd import Contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 INELASTIC, ELASTIC = 0.05, 1.0
 

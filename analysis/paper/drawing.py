@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.patches import Circle
-from numpy.typing import NDArray
 
 from nscd import Contacts, Snapshot
-from nscd.bodies import Floats
+from nscd.arrays import Flags, Floats
 
 
-def circles(snapshot: Snapshot, chosen: NDArray[np.bool_] | None = None) -> list[Circle]:
+def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
     """The disks, or the chosen ones (n,)."""
     shown = np.ones(len(snapshot), dtype=bool) if chosen is None else chosen
     places = zip(snapshot.position[shown], snapshot.radius[shown], strict=True)

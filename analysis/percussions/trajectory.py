@@ -11,7 +11,7 @@ from MDAnalysis.analysis.results import ResultsGroup
 from analysis.dumps.reader import DumpError, snapshot_of
 from analysis.scene.scene import Drive
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts, solve
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Floats, Indices
 
 LeftVelocity = Literal["desired", "dump", "free"]
 # Left velocities that differ by less (relative to the largest) leave the closed contacts nearly as
@@ -82,7 +82,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         super().__init__(universe.trajectory, **kwargs)
         first = snapshot_of(universe.trajectory.ts, universe.trajectory.filename)
         left_velocity_of(first, left_velocity, drive, window)  # fail early
-        self.ids: Integers = first.ids  # type: ignore[assignment]
+        self.ids: Indices = first.ids
         self._walls, self._drive, self._kind, self._window = walls, drive, left_velocity, window
         self._law, self._tolerance, self._contact_tolerance, self._solver = (
             law,
@@ -98,7 +98,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
 
     def _single_frame(self) -> None:
         snapshot = snapshot_of(self._ts, self._trajectory.filename)
-        if not np.array_equal(snapshot.ids, self.ids):  # type: ignore[arg-type]
+        if not np.array_equal(snapshot.ids, self.ids):
             raise DumpError(
                 f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame"
             )

@@ -34,8 +34,6 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     ]
     lines += [f"{-half:.3f} {half:.3f} zlo zhi", "", "Atoms # sphere", ""]
     density = snapshot.mass / (SPHERE * snapshot.radius**3)
-    assert snapshot.ids is not None
-    assert snapshot.spin is not None
     ids = snapshot.ids.tolist()
     for i, r, rho, (x, y) in zip(
         ids, snapshot.radius.tolist(), density.tolist(), snapshot.position.tolist(), strict=True

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # of the mean radius, as 0.18 to 0.25 m are of 0.215 m
 LEAST, MOST = 0.837, 1.163

@@ -17,7 +17,6 @@ def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]
     """Raise ValueError naming the disks for an overlap with a disk or a wall, or for a disk outside
     a closed room; return warnings. The room is closed where walls and door together bound a
     polygon."""
-    assert snapshot.ids is not None
     tolerance = OVERLAP * snapshot.radius.min()
     contacts = find_contacts(snapshot, walls, tolerance=tolerance)
     if len(contacts) and contacts.gap.min() < -tolerance:

@@ -19,6 +19,7 @@ from analysis.scene.placement import check_room
 from analysis.support.files import write_text
 from analysis.support.shipped import shipped
 from nscd import Snapshot, Walls
+from nscd.segments import nearest_on_segment
 
 Point = tuple[float, float]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -72,9 +73,7 @@ class Drive(_Part):
         """u_d of disks at position (n,2) m, in m/s, shape (n,2)."""
         start, end = (np.array(point) for point in self.target())
         outward = np.array(self.outward)
-        along = end - start
-        s = np.clip((position - start) @ along / max(along @ along, 1e-30), 0.0, 1.0)
-        to_door = start + s[:, None] * along - position
+        to_door = nearest_on_segment(position, start, end) - position
         distance = np.hypot(*to_door.T)
         gone = ((position - np.array(self.door_start_m)) @ outward >= 0) | (distance == 0)
         direction = to_door / np.where(distance > 0, distance, 1.0)[:, None]

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
 from nscd import Snapshot, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 RADIUS_M, MASS_KG, STIFFNESS_N_PER_M = 0.25, 75.0, 1e6
 # √(m/k): the time in which these penalty contacts answer (s).

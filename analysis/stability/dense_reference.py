@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from nscd import Contacts, Snapshot
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # The share of Σλ² that chooses among the reactions of redundant contacts.
 LITTLE = 1e-10

@@ -12,7 +12,7 @@ from analysis.scene.scene import Scene
 from analysis.stability.case import Cell, Outcome, Value
 from analysis.stability.trial import Trial, guard_says
 from nscd import Snapshot, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # More energy than the start had, as a share of it, that rounding and a sound time step do not make.
 GAIN = 0.05

@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.stability.case import Cell, Outcome, Value
 from nscd import Percussions, Status
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
 TOLERANCE = 1e-8

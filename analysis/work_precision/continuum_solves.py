@@ -17,7 +17,8 @@ from analysis.work_precision.crowd_region import crowd_room
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.rigid_solves import STATUS, timed
 from analysis.work_precision.window import DISK_FORCE, DISPLACEMENT, WALL_FORCE, Quantity, Window
-from nscd.bodies import Floats, Integers, Snapshot
+from nscd.arrays import Floats, Indices
+from nscd.bodies import Snapshot
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import Medium
@@ -27,6 +28,7 @@ from nscd.continuum.rivals.first_order import first_order_flow
 from nscd.continuum.room import Room
 from nscd.continuum.space import Space
 from nscd.percussions import Status
+from nscd.segments import nearest_on_segment
 
 # Table 1 of the paper, per person: k_v, and k_s for each metre of wall.
 VOLUME, SURFACE = 9.0, 1.0
@@ -169,12 +171,9 @@ def _walking(drive: Drive) -> Field:
     """u⁻ = speed·(P − x)/|P − x| with P(x) the nearest point of the door, or its centre; 0 there,
     as `toward_exit`. (Disks on the door's line have passed it; a wall in that line has not.)"""
     start, end = (np.array(point) for point in drive.target())
-    along = end - start
-    square = float(along @ along) or 1.0
 
     def velocity(points: Floats) -> Floats:
-        share = np.clip((points - start) @ along / square, 0.0, 1.0)
-        way = start + share[:, None] * along - points
+        way = nearest_on_segment(points, start, end) - points
         distance = np.hypot(*way.T)[:, None]
         going = distance > AT_THE_DOOR
         directed: Floats = drive.speed_m_per_s * np.divide(
@@ -190,9 +189,9 @@ class _Samples(NamedTuple):
     mesh, and the shares (3,q) of its vertices there."""
 
     point: Floats
-    disk: Integers
+    disk: Indices
     weight: Floats
-    cell: Integers
+    cell: Indices
     share: Floats
 
     def means(self, values: Floats) -> Floats:

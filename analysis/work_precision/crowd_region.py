@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.scene import Scene
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.room import Border, Room, room_of_walls
 
 # In mean radii: a free border may run this far from the exact one, and so much wider the hall is

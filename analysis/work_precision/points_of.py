@@ -23,7 +23,7 @@ from analysis.work_precision.window import (
     Window,
     relative_error,
 )
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # A sum over the walls below this share of what the disks carry is rounding.
 NOTHING = 1e-9

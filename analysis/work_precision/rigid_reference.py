@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from nscd import Contacts, Snapshot
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # Rounding, as a share of the kinetic norm.
 ROUNDING = 1e-15

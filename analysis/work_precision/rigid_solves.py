@@ -13,7 +13,7 @@ import numpy as np
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import Motion, Window
 from nscd import find_contacts, solve
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.percussions import Status
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
 from nscd.solvers.ladder import SOLVERS

@@ -14,7 +14,7 @@ from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import Scene
 from analysis.work_precision.window import Motion
 from nscd import find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 TOLERANCE = 1e-7
 # How much tighter the second integration is, whose difference from the first is the error bar.

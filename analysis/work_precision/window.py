@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # The window of a driven crowd, in relaxation times: so short that the rigid disks keep their
 # neighbours.

@@ -13,7 +13,7 @@ from analysis.engines.run import run_engine
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from analysis.work_precision.window import Window, driven_window, impact_window
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def prepare_window(scene: Scene, folder: Path) -> Window:

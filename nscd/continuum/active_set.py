@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
-from nscd.bodies import Flags, Floats, Integers
+from nscd.arrays import Flags, Floats, Indices
 
 # Up to this many changed bounds, solving with the last factorisation is cheaper than a new one
 # (measured from 25,000 unknowns).
@@ -29,7 +29,7 @@ class Bounded(NamedTuple):
 def bounded_minimum(
     matrix: sparse.csc_array,
     load: Floats,
-    place: Integers,
+    place: Indices,
     bound: Floats,
     *,
     start: Flags | None = None,
@@ -75,7 +75,7 @@ class _Factored:
         self.free: Flags = np.zeros(0, dtype=bool)
         self.factor: Any = None
 
-    def minimum(self, fixed: Integers, value: Floats) -> Floats:
+    def minimum(self, fixed: Indices, value: Floats) -> Floats:
         """z (n,) with z[fixed] = value."""
         free = np.ones(len(self.load), dtype=bool)
         free[fixed] = False

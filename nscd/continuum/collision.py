@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Flags, Floats
+from nscd.arrays import Flags, Floats
 from nscd.continuum import forms
 from nscd.continuum.active_set import bounded_minimum
 from nscd.continuum.forms import density_at, nodal_values, values_at

@@ -9,7 +9,7 @@ import numpy as np
 from skfem import BilinearForm, ElementLineP1, ElementTriP1, Functional, LinearForm
 from skfem.helpers import ddot, dot, sym_grad
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.space import Space
 

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from skfem import Basis, ElementTriP1, Mesh
 
-from nscd.bodies import Floats, Snapshot, read_only
+from nscd.arrays import Floats, read_only
+from nscd.bodies import Snapshot
 from nscd.continuum.room import Room
+from nscd.segments import nearest_on_segment
 from nscd.stress import Kernel, smear
 
 Field = Callable[[Floats], Floats]
@@ -32,9 +34,7 @@ def toward_exit(room: Room, speed: float) -> Field:
     def velocity(points: Floats) -> Floats:
         away, nearest = np.full(len(points), np.inf), np.zeros((len(points), 2))
         for start, end in exits:
-            along = end - start
-            share = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
-            way = start + share[:, None] * along - points
+            way = nearest_on_segment(points, start, end) - points
             distance = np.hypot(*way.T)
             closer = distance < away
             away[closer], nearest[closer] = distance[closer], way[closer]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, read_only
+from nscd.arrays import Floats, read_only
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

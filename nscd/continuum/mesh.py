@@ -10,7 +10,7 @@ from netgen.geom2d import SplineGeometry
 from netgen.meshing import MeshingParameters, NgException
 from skfem import MeshTri, MeshTri1
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.room import KINDS, Room
 
 MOST_TRIANGLES = 2_000_000

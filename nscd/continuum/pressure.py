@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, read_only
+from nscd.arrays import Floats, read_only
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import Medium

@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, Walls, read_only
+from nscd.arrays import Floats, read_only
+from nscd.bodies import Walls
 
 Border = Literal["wall", "exit", "free"]
 KINDS: tuple[Border, ...] = get_args(Border)

@@ -20,7 +20,7 @@ from skfem import (
     Mesh,
 )
 
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Floats, Indices
 
 # Two walls at a point count as one straight wall when their normals differ by less than this
 # (squared sine).
@@ -34,7 +34,7 @@ class WallPoints(NamedTuple):
     room; weight (c,) m: the integral over the wall of the node's shape function (1 in one
     dimension)."""
 
-    node: Integers
+    node: Indices
     point: Floats
     normal: Floats
     weight: Floats
@@ -94,7 +94,7 @@ class Space:
         )
 
     @cached_property
-    def components(self) -> Integers:
+    def components(self) -> Indices:
         """Degree of freedom of component k at scalar node i, (d, nodes)."""
         one = self.scalar
         table = np.empty((self.dimension, one.N), dtype=np.int64)
@@ -158,7 +158,7 @@ class Space:
         )
 
     @cached_property
-    def local(self) -> tuple[sparse.csc_array, Integers]:
+    def local(self) -> tuple[sparse.csc_array, Indices]:
         """T (unknowns, unknowns) and places s (c,) with w = Tz, C T z = z[s]: at wall nodes z holds
         the normal components.
 

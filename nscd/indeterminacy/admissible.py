@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.sparse import csc_array, hstack
 
-from nscd.bodies import Floats
+from nscd.arrays import Flags, Floats, Indices
 from nscd.contacts import Contacts
-from nscd.indeterminacy.orthogonal import OrthogonalFactor, Places, factorise, undetermined_rows
+from nscd.indeterminacy.orthogonal import OrthogonalFactor, factorise, undetermined_rows
 from nscd.percussions import Percussions
 
 # A contact opens if it does so faster than this share of the velocities at hand.
@@ -52,8 +51,8 @@ class Admissible:
     contacts: Contacts
     disks: int
     reaction: Floats
-    closed: NDArray[np.bool_]
-    core: Places
+    closed: Flags
+    core: Indices
     factor: OrthogonalFactor
     core_factor: OrthogonalFactor
     balance: csc_array
@@ -107,7 +106,7 @@ class Admissible:
             scale=largest or 1.0,
         )
 
-    def carrying(self) -> NDArray[np.bool_]:
+    def carrying(self) -> Flags:
         """(k,): contacts whose reaction is more than 0 in some admissible percussion.
 
         Rounds of max Σ min(λ'_c, δ) over the contacts c that carry nothing so far; the optimum 0 is

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nscd.arrays import Flags
 from nscd.contacts import Contacts
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.orthogonal import factorise, undetermined_rows
@@ -22,7 +22,7 @@ class Determinacy:
 
     rank: int
     redundant: int
-    determined: NDArray[np.bool_]
+    determined: Flags
 
 
 def determinacy(contacts: Contacts, n: int) -> Determinacy:

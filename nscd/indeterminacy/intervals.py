@@ -7,11 +7,11 @@ import enum
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array, hstack
 from scipy.sparse.csgraph import connected_components
 
-from nscd.bodies import Floats, Integers, read_only
+from nscd.arrays import Flags, Floats, Indices, read_only
 from nscd.contacts import Contacts
 from nscd.indeterminacy.admissible import Admissible, ProgramError, maximise
 from nscd.percussions import Percussions
@@ -97,11 +97,11 @@ class _Part:
     (r,p); impulse (r,); wedged (p,); total: a proven bound of the sum of reactions, all in units of
     the largest reaction."""
 
-    columns: Integers
-    rows: Integers
+    columns: Indices
+    rows: Indices
     balance: csc_array
     impulse: Floats
-    wedged: NDArray[np.bool_]
+    wedged: Flags
     total: float
 
 
@@ -117,7 +117,7 @@ class Intervals:
         _, island = connected_components(
             csr_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False
         )
-        self._part_of: Integers = np.asarray(island[chosen.first], dtype=np.int64)
+        self._part_of: Indices = np.asarray(island[chosen.first], dtype=np.int64)
         self._parts: dict[int, _Part] = {}
 
     def of(self, weights: ArrayLike) -> Interval:
@@ -210,13 +210,13 @@ class Intervals:
         return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
 
 
-def _spread(values: Floats, mask: NDArray[np.bool_]) -> Floats:
+def _spread(values: Floats, mask: Flags) -> Floats:
     out = np.zeros(len(mask))
     out[mask] = values
     return out
 
 
-def _wedged(balance: csc_array) -> NDArray[np.bool_]:
+def _wedged(balance: csc_array) -> Flags:
     """(p,): contacts that some self-stress r ≥ 0, Cᵀr = 0, loads: max Σ min(r_c, 1), attained with
     1 at each of them."""
     p = balance.shape[1]

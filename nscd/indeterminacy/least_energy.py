@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, diags_array, eye_array
 from scipy.sparse.linalg import splu
 
-from nscd.bodies import Floats, read_only
+from nscd.arrays import Floats, read_only
 from nscd.contacts import Contacts
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.orthogonal import factorise

@@ -7,15 +7,12 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dgeqp3, dgeqrf, dormqr
 from scipy.sparse import csr_array
 
-from nscd.bodies import Floats
+from nscd.arrays import Flags, Floats, Indices
 from nscd.contacts import Contacts
-
-Places = NDArray[np.intp]
 
 # A pivot below this, relative to the longest row of C (unit vectors), is rounding.
 RANK_TOLERANCE = 1e-9
@@ -31,14 +28,14 @@ class _Front:
     """One dense step: the rows `slots` are turned so that the first `rank` of them alone know the
     pivot columns."""
 
-    slots: Places  # (m,)
+    slots: Indices  # (m,)
     reflectors: Floats  # of the pivoted factorisation, (m, rank)
     factors: Floats
     rank: int
     triangle: Floats  # R₁₁ (rank, rank), of the pivot columns
-    pivots: Places  # (rank,) columns of C
+    pivots: Indices  # (rank,) columns of C
     beyond: Floats  # (rank, b): the same rows in the columns eliminated later
-    columns: Places  # (b,)
+    columns: Indices  # (b,)
     packing: Floats  # reflectors of the second factorisation, of rows `rank`…
     packing_factors: Floats
 
@@ -61,7 +58,7 @@ class OrthogonalFactor:
     the self-stresses."""
 
     rank: int
-    null: NDArray[np.bool_]
+    null: Flags
     fronts: tuple[_Front, ...]
     width: int
 
@@ -116,7 +113,7 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
     begin = np.searchsorted(home[by_home], np.arange(len(nodes) + 1))
     tolerance = RANK_TOLERANCE * float(weight.max(initial=0.0))
 
-    waiting: dict[int, list[tuple[Places, Places, Floats]]] = defaultdict(
+    waiting: dict[int, list[tuple[Indices, Indices, Floats]]] = defaultdict(
         list
     )  # slots, columns, entries
     fronts: list[_Front] = []
@@ -150,7 +147,7 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
     return OrthogonalFactor(int((~null).sum()), null, tuple(fronts), 2 * n)
 
 
-def undetermined_rows(factor: OrthogonalFactor) -> NDArray[np.bool_]:
+def undetermined_rows(factor: OrthogonalFactor) -> Flags:
     """(k,): contacts that some self-stress loads.
 
     Eight random self-stresses tell them: where all eight vanish, so do all (the chance that they do
@@ -162,7 +159,7 @@ def undetermined_rows(factor: OrthogonalFactor) -> NDArray[np.bool_]:
 
 
 def _eliminate(
-    dense: Floats, slots: Places, ending: Places, later: Places, tolerance: float
+    dense: Floats, slots: Indices, ending: Indices, later: Indices, tolerance: float
 ) -> tuple[_Front, Floats]:
     """Eliminate the leading columns `ending`; also the entries of the rows that go on to `later`
     ones."""
@@ -203,7 +200,7 @@ def _reflect(reflectors: Floats, factors: Floats, values: Floats, transpose: boo
     return np.asarray(turned)
 
 
-def _nested_dissection(contacts: Contacts, n: int) -> list[Places]:
+def _nested_dissection(contacts: Contacts, n: int) -> list[Indices]:
     """Sets of disks in the order of their elimination: halves before the disks that separate them.
     The place of a disk is the mean of its contact points, so that the order is as good as the
     packing is planar; any order is correct."""
@@ -222,9 +219,9 @@ def _nested_dissection(contacts: Contacts, n: int) -> list[Places]:
         shape=(n, n),
     )
     low = np.zeros(n)
-    nodes: list[Places] = []
+    nodes: list[Indices] = []
 
-    def divide(disks: Places) -> None:
+    def divide(disks: Indices) -> None:
         if len(disks) <= LEAF_DISKS:
             nodes.append(disks)
             return

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from nscd.arrays import Flags, Index32, Indices
 from nscd.problem import ContactProblem
 
 
@@ -19,11 +19,11 @@ class Islands:
     one of its contacts would close; forest (m,): its contacts form a tree (the walls taken as one
     body), so that its reactions are unique."""
 
-    label: NDArray[np.int32]
-    contacts: NDArray[np.int64]
-    disks: NDArray[np.int64]
-    pressed: NDArray[np.bool_]
-    forest: NDArray[np.bool_]
+    label: Index32
+    contacts: Indices
+    disks: Indices
+    pressed: Flags
+    forest: Flags
 
 
 def find_islands(problem: ContactProblem) -> Islands:

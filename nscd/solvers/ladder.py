@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nscd.bodies import Flags, Floats
+from nscd.arrays import Flags, Floats
 from nscd.problem import ContactProblem
 from nscd.solvers.active_set import active_set, free_velocity, maintained
 from nscd.solvers.gauss_seidel import gauss_seidel

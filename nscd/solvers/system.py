@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from nscd.arrays import Index32
 from nscd.problem import ContactProblem
-from nscd.solvers.cholesky.dissection import Ints, dissect
+from nscd.solvers.cholesky.dissection import dissect
 from nscd.solvers.cholesky.fronts import Fronts, fronts_of
 from nscd.solvers.cholesky.minimum_degree import minimum_degree
 from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
@@ -51,7 +52,7 @@ class Factor(NamedTuple):
     """order (n,): the disk at each place; contact (k,): the contact at each row; the factor of Â +
     CᵀΘC, by rows or (many) by fronts: the other one is empty."""
 
-    order: Ints
+    order: Index32
     contact: Any
     many: bool
     rows: Rows

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.problem import ContactProblem
 
 ROUNDS = 50

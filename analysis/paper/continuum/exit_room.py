@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from skfem import MeshTri1
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import Medium

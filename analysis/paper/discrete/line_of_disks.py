@@ -12,7 +12,7 @@ from analysis.engines.ahead import EngineRun
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 from nscd import Contacts, Snapshot
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # Steps of an elastic impact per √(m/k): energy then grows by less than 1e-5 of itself.
 STEPS_PER_PERIOD = 400

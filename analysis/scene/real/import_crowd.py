@@ -22,7 +22,7 @@ from analysis.scene.real.trajectory import Heads, TrajectoryError, Unit, read_he
 from analysis.scene.scene import Room, Scene, SceneError, first_problem, head_comment
 from analysis.support.files import write_text
 from nscd import Snapshot, Walls, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
 CELL_RADIUS_M = 0.8
@@ -48,7 +48,6 @@ class ImportedCrowd:
         """Write the scene, and `<name>.reconciliation.json` with the report and the place of each
         person's head and disk; return the path of the scene file."""
         snapshot = self.scene.snapshot
-        assert snapshot.ids is not None
         content: dict[str, object] = self.report.model_dump() | {
             "statement": self.statement,
             "id": snapshot.ids.tolist(),

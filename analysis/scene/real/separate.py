@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.problem import impact_problem
 from nscd.solvers.ladder import climb
 

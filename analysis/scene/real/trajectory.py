@@ -15,7 +15,7 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
 # PedPy's loaders of files that are always in metres, by ending and, for .csv, by the columns that
@@ -44,7 +44,7 @@ class Heads:
     """Heads in one frame: ids (n,), position (n,2) m, velocity (n,2) m/s (NaN for those who were
     not seen long enough to have one)."""
 
-    ids: Integers
+    ids: Indices
     position: Floats
     velocity: Floats
 
@@ -112,7 +112,7 @@ def read_heads(
     return Heads(ids=ids, position=position, velocity=found.reindex(ids).to_numpy(dtype=np.float64))
 
 
-def _check_places(origin: str, ids: Integers, position: Floats) -> None:
+def _check_places(origin: str, ids: Indices, position: Floats) -> None:
     if len(ids) < 2:
         return
     distance, other = cKDTree(position).query(position, k=2)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from skfem import MeshLine
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.medium import Medium
 
 

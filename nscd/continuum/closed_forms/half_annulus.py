@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.special import iv, ivp, kv, kvp, modstruve
 from skfem import Mesh, MeshTri, MeshTri2
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.medium import Medium
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import iv, modstruve
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def point_sink(r: ArrayLike, speed: float, density: float, volume: float) -> Floats:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Floats, Indices
 from nscd.continuum.rivals.cells import Cells
 
 MOST = 20_000  # gradient steps
@@ -23,7 +23,7 @@ class Friction(NamedTuple):
     mass |T|ρ_T (2m,) kg; rho (2m,) kg/m²; start u (2m,) m/s. y and velocities are stacked: all
     first components, then all second ones."""
 
-    vertex: Integers
+    vertex: Indices
     divergence: sparse.csr_array
     bound: Floats
     span: Floats

@@ -12,7 +12,7 @@ import scipy.sparse as sparse
 from numpy.typing import ArrayLike
 from skfem import LinearForm, Mesh
 
-from nscd.bodies import Flags, Floats, read_only
+from nscd.arrays import Flags, Floats, read_only
 from nscd.continuum.forms import values_at
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.space import Space

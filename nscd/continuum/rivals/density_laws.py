@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.bodies import Floats, read_only
+from nscd.arrays import Floats, read_only
 from nscd.stress import Kernel, smear
 
 

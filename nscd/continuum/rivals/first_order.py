@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 from skfem import Mesh
 
-from nscd.bodies import Flags, Floats
+from nscd.arrays import Flags, Floats
 from nscd.continuum.active_set import bounded_minimum
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.rivals.cells import Cells

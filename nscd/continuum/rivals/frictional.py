@@ -10,7 +10,7 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 from skfem import MeshTri1
 
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.rivals.cells import Cells
 from nscd.percussions import Status
 

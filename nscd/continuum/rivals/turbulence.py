@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from skfem import Mesh
 
-from nscd.bodies import Flags, Floats, read_only
+from nscd.arrays import Flags, Floats, read_only
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.rivals.bounded_friction import friction_problem
 from nscd.continuum.rivals.cells import Cells

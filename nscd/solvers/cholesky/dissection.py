@@ -10,12 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from nscd.bodies import Floats
-
-Ints = NDArray[np.int32]
-Longs = NDArray[np.int64]
+from nscd.arrays import Floats, Index32, Indices
 
 
 class Ordering(NamedTuple):
@@ -23,16 +19,16 @@ class Ordering(NamedTuple):
     the contact graph. node_first, node_end, node_parent (m,): the places that each node of the
     separator tree eliminates, children before parents, parent −1 at the root."""
 
-    order: Ints
-    place: Ints
-    start: Longs
-    neighbour: Ints
-    node_first: Ints
-    node_end: Ints
-    node_parent: Ints
+    order: Index32
+    place: Index32
+    start: Indices
+    neighbour: Index32
+    node_first: Index32
+    node_end: Index32
+    node_parent: Index32
 
 
-def dissect(position: Floats, first: Ints, second: Ints, leaf: int) -> Ordering:
+def dissect(position: Floats, first: Index32, second: Index32, leaf: int) -> Ordering:
     """Order disks at position (n,2) m that touch: contacts first (k,), second (k,), −1 for a wall.
     Parts of up to `leaf` disks are not cut further."""
     n = len(position)

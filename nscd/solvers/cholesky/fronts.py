@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky.dissection import Ints, Longs, Ordering
+from nscd.arrays import Index32, Indices
+from nscd.solvers.cholesky.dissection import Ordering
 from nscd.solvers.cholesky.elimination import COLUMNS, LARGE
 
 
@@ -26,25 +27,25 @@ class Fronts(NamedTuple):
     on two stacks of Schur complements, for even and odd depths, so that a node's is not where its
     children's are. work, run: overwritten."""
 
-    first: Ints
-    end: Ints
-    border_start: Longs
-    border: Ints
-    inner: Ints
-    child: Ints
-    sibling: Ints
-    element_start: Longs
-    element: Ints
-    left: Ints
-    right: Ints
-    panel_start: Longs
-    update_start: Longs
+    first: Index32
+    end: Index32
+    border_start: Indices
+    border: Index32
+    inner: Index32
+    child: Index32
+    sibling: Index32
+    element_start: Indices
+    element: Index32
+    left: Index32
+    right: Index32
+    panel_start: Indices
+    update_start: Indices
     store: Any
     work: Any
-    run: Ints
+    run: Index32
 
 
-def fronts_of(ordering: Ordering, first: Ints, second: Ints, d: int) -> Fronts:
+def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fronts:
     """The structure for contacts first (k,), second (k,; −1 for a wall), as disks, with d unknowns
     a disk."""
     n = len(ordering.order)

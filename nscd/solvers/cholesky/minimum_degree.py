@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky.dissection import Ints, Ordering, contact_graph
+from nscd.arrays import Index32
+from nscd.solvers.cholesky.dissection import Ordering, contact_graph
 
 
-def minimum_degree(n: int, first: Ints, second: Ints) -> Ordering:
+def minimum_degree(n: int, first: Index32, second: Index32) -> Ordering:
     """Eliminate, again and again, a disk with the fewest neighbours, whose neighbours then become
     neighbours of each other.
 

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky.dissection import Ints, Longs, Ordering
+from nscd.arrays import Index32, Indices
+from nscd.solvers.cholesky.dissection import Ordering
 
 
 class Rows(NamedTuple):
@@ -22,14 +23,14 @@ class Rows(NamedTuple):
     block lies by columns). matrix, matrix_diagonal: A; block (nnz,4), diagonal (n,4): L, its
     diagonal inverted; work (n,4), zero between calls."""
 
-    a_start: Longs
-    a_column: Ints
-    pair_block: Longs
-    start: Longs
-    row: Ints
-    row_start: Longs
-    column: Ints
-    slot: Longs
+    a_start: Indices
+    a_column: Index32
+    pair_block: Indices
+    start: Indices
+    row: Index32
+    row_start: Indices
+    column: Index32
+    slot: Indices
     matrix: Any
     matrix_diagonal: Any
     block: Any
@@ -37,7 +38,7 @@ class Rows(NamedTuple):
     work: Any
 
 
-def rows_of(ordering: Ordering, first: Ints, second: Ints) -> Rows:
+def rows_of(ordering: Ordering, first: Index32, second: Index32) -> Rows:
     """The structure for contacts first (k,), second (k,; −1 for a wall), as disks."""
     n = len(ordering.order)
     place = ordering.place

@@ -19,7 +19,7 @@ from analysis.paper.continuum.bridge.crowd import (
     to_exit,
 )
 from analysis.paper.continuum.bridge.study import Size
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 COLOURS = {Packing.TOUCHING: ORANGE, Packing.NEAR: GREEN, Packing.PRESSED: BLUE}
 BAND = 0.5  # m

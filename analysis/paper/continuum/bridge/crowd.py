@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.scene.packing import heap, press
 from nscd import Percussions, Snapshot, Walls, find_contacts, solve
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.stress import FlowField, Kernel, StressField, flow_field, stress_field
 
 HALF_DOOR = 0.5  # m

@@ -20,7 +20,7 @@ from analysis.paper.continuum.bridge.crowd import (
     to_exit,
     toward_exit,
 )
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import Medium
 from nscd.continuum.mesh import mesh_of

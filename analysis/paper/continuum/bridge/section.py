@@ -21,7 +21,7 @@ from analysis.paper.continuum.bridge.crowd import (
 from analysis.paper.continuum.bridge.models import Crowd, Model
 from analysis.paper.continuum.bridge.study import Models, Size
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 Plan = Mapping[Packing, Mapping[int, int]]
 """How many crowds (seeds 1, 2, …) of each packing and N."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.paper.continuum.bridge.crowd import Packing, Sample
 from analysis.paper.continuum.bridge.models import Crowd, Model
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.stress import FlowField
 
 VOLUMES = 10.0 ** np.arange(2.0, 4.51, 0.25)  # kg, among which k_v is fitted

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from analysis.pages.report_charts import BLACK, BLUE, GREEN, ORANGE, PINK
 from analysis.paper.continuum.exit_room import PERSON, TIME_STEP
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.rivals.density_laws import ExponentialSpeed, KladekSpeed, PowerPressure
 
 

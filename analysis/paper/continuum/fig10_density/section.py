@@ -22,7 +22,7 @@ from analysis.paper.continuum.exit_room import (
 )
 from analysis.paper.continuum.fig10_density.charts import curves
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.mesh import mesh_of

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from analysis.pages.fields import draw_arrows, draw_field, draw_room, rounded
 from analysis.paper.continuum.exit_room import ROOM, map_of
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 ARROWS, LENGTH = 0.6, 0.5  # m between arrows, m for each m/s
 

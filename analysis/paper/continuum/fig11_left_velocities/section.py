@@ -23,7 +23,7 @@ from analysis.paper.continuum.exit_room import (
 )
 from analysis.paper.continuum.fig11_left_velocities.charts import maps
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of

@@ -8,7 +8,7 @@ from skfem import MeshTri1
 
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.pages.report_charts import BLACK, BLUE, GREY, ORANGE, PINK
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.pressure import body_wall_percussion

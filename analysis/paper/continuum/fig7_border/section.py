@@ -12,13 +12,14 @@ from analysis.pages.section import Cell, Claim, Picture, Section, Table, Verdict
 from analysis.paper.continuum.exit_room import BODY, MESH, ROOM, SIDE, medium, warn
 from analysis.paper.continuum.fig7_border.charts import border
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, toward_exit
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import body_fields
 from nscd.continuum.room import Exit, Room, room_of_outline
 from nscd.continuum.space import Space
+from nscd.segments import nearest_on_segment
 
 SPEED = 1.7  # m/s
 PUSH = 500.0  # N·s for each metre of free border, inward
@@ -136,10 +137,8 @@ def _inward(room: Room) -> Field:
     inward = np.column_stack([-along[:, 1], along[:, 0]]) / length[:, None]
 
     def push(points: Floats) -> Floats:
-        offset = points[:, None] - pieces[None, :, 0]
-        share = np.clip((offset * along).sum(2) / length**2, 0, 1)
-        away = np.hypot(*np.moveaxis(offset - share[:, :, None] * along, 2, 0))
-        pressed: Floats = PUSH * inward[away.argmin(1)]
+        away = [np.hypot(*(nearest_on_segment(points, *piece) - points).T) for piece in pieces]
+        pressed: Floats = PUSH * inward[np.argmin(away, axis=0)]
         return pressed
 
     return push

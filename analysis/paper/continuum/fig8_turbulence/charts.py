@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.pages.report_charts import BLACK, COLOURS, GREY, LINES, MARKERS
 from analysis.paper.continuum.fig8_turbulence.study import Case, Pair
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 Curve = tuple[str, Floats, Floats]
 """Its name, k_v (per person) and errors."""

@@ -20,7 +20,7 @@ from analysis.paper.continuum.fig8_turbulence.study import (
     Wall,
 )
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 CHECKED = (4.0, 9.0, 25.0, 100.0)  # k_v ≥ 4, of which the paper speaks
 # 10⁻² to the nearest power of ten

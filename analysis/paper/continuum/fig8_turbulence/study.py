@@ -23,7 +23,7 @@ from analysis.paper.continuum.exit_room import (
     Map,
     map_of,
 )
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
 from nscd.continuum.medium import Medium

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.pages.report_charts import BLACK, BLUE, GREEN, GREY, ORANGE
 from analysis.paper.continuum.exit_room import ROOM, map_of
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.rivals.first_order import PlaceEquation
 
 

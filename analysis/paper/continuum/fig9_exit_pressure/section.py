@@ -30,7 +30,7 @@ from analysis.paper.continuum.exit_room import (
 from analysis.paper.continuum.fig9_exit_pressure.charts import maps, profiles
 from analysis.paper.continuum.fig9_exit_pressure.raw_maximum import raw_maximum
 from analysis.support.progress import Progress
-from nscd.bodies import Flags, Floats
+from nscd.arrays import Flags, Floats
 from nscd.continuum.closed_forms.point_exit import point_sink
 from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import toward_exit

@@ -14,7 +14,7 @@ from matplotlib.tri import Triangulation
 from skfem import Mesh
 
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit

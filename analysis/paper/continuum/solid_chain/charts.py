@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.pages.report_charts import COLOURS, LINES, MARKERS
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def velocities(

@@ -11,7 +11,7 @@ from analysis.pages.section import Cell, Claim, Picture, Section, Table, Verdict
 from analysis.paper.continuum.exit_room import warn
 from analysis.paper.continuum.solid_chain.charts import velocities
 from analysis.support.progress import Progress
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.continuum.closed_forms.chain import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.medium import Medium

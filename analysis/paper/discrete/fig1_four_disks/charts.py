@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.pages.report_charts import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 HATCHES = ("", "///", "...", "xxx")
 

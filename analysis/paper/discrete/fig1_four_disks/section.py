@@ -31,7 +31,7 @@ from analysis.paper.discrete.fig1_four_disks.study import (
 from analysis.paper.discrete.line_of_disks import aligned, newton_impact
 from analysis.support.progress import Progress
 from nscd import ContactLaw, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 RESTITUTIONS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.99)
 # The second disk leaves the third while the first pushes from behind: a contact that opens and is

@@ -23,7 +23,7 @@ from analysis.paper.discrete.line_of_disks import (
 from analysis.scene.scene import read_scene
 from analysis.support.progress import Progress
 from nscd import ContactLaw, Percussions, find_contacts, solve
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 TOLERANCE = 1e-10
 MASS, PRINTED_K, LIGHT = 75.0, 10.0, 1.0  # kg

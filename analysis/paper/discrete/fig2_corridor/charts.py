@@ -8,19 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from analysis.pages.report_charts import BLACK, BLUE, COLOURS, ENGINE_NAMES, LINES, MARKERS, ORANGE
 from analysis.paper.discrete.fig2_corridor.push import Push, first_arrivals
 from analysis.paper.drawing import circles, contact_lines
 from analysis.scene.scene import Scene
 from nscd import Contacts, Percussions
-from nscd.bodies import Floats
+from nscd.arrays import Flags, Floats
 
 
-def network(
-    scene: Scene, contacts: Contacts, answer: Percussions, local: NDArray[np.bool_]
-) -> Figure:
+def network(scene: Scene, contacts: Contacts, answer: Percussions, local: Flags) -> Figure:
     """Above: who pushes; middle: percussions, width ∝ |p|, local dashed; below: right
     velocities."""
     figure = Figure(figsize=(8.5, 8.6), layout="constrained")

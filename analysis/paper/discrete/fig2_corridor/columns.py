@@ -6,12 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.paper.discrete.fig2_corridor.push import Push, columns
 from analysis.scene.scene import Scene
 from nscd import Contacts, Percussions
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Flags, Floats, Indices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,15 +27,15 @@ class Gaps:
     largest: Floats
 
 
-def local_contacts(scene: Scene, contacts: Contacts) -> NDArray[np.bool_]:
+def local_contacts(scene: Scene, contacts: Contacts) -> Flags:
     """Which contacts (k,) a pushing disk takes part in."""
     pushing = np.hypot(*scene.snapshot.velocity.T) > 0
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
-    touched: NDArray[np.bool_] = pushing[contacts.first] | pushing[second]
+    touched: Flags = pushing[contacts.first] | pushing[second]
     return touched
 
 
-def flux(x: Floats, first: Integers, second: Integers, impulse: Floats) -> Floats:
+def flux(x: Floats, first: Indices, second: Indices, impulse: Floats) -> Floats:
     """Impulse along x (m,) N·s through each gap between columns; first, second (k,) disks, impulse
     (k,2) by first on second."""
     middle = 0.5 * (columns(x)[1:] + columns(x)[:-1])
@@ -78,7 +77,6 @@ def gaps_of(scene: Scene, contacts: Contacts, answer: Percussions) -> Gaps:
 def soft_flux(push: Push) -> Floats:
     """Impulse along x (m,) N·s that soft contacts passed through each gap between columns."""
     c = push.comparison
-    assert c.snapshot.ids is not None
     pairs = ~c.is_wall
     a, b = (np.searchsorted(c.snapshot.ids, ids[pairs]) for ids in (c.first, c.second))
     return flux(c.snapshot.position[:, 0], a, b, c.penalty[pairs])

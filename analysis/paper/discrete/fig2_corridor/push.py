@@ -14,7 +14,7 @@ from analysis.paper.discrete.line_of_disks import impact_time
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 from nscd import Contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # A disk is reached once it is this share of the push as fast.
 REACHED = 0.01

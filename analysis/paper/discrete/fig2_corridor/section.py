@@ -6,7 +6,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.engines import EngineError
 from analysis.engines.ahead import EngineRun
@@ -28,6 +27,7 @@ from analysis.paper.discrete.fig2_corridor.push import (
 from analysis.scene.scene import read_scene
 from analysis.support.progress import Progress
 from nscd import find_contacts, solve
+from nscd.arrays import Flags
 
 # With e = 1 the push overlaps disks by two thirds of a radius at 1e4 N/m, which is no model of a
 # body any more.
@@ -244,8 +244,8 @@ def _claims(
     non_local: int,
     reach: float,
     length: float,
-    moved: NDArray[np.bool_],
-    resting: NDArray[np.bool_],
+    moved: Flags,
+    resting: Flags,
     waves: list[Push],
 ) -> list[Claim]:
     claims = [

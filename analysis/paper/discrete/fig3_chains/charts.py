@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.pages.report_charts import BLACK, COLOURS, GREY, LINES, MARKERS
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def percussions_along(

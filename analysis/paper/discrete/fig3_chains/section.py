@@ -13,7 +13,7 @@ from analysis.paper.discrete.fig3_chains.charts import accuracy, percussions_alo
 from analysis.paper.discrete.line_of_disks import aligned
 from analysis.support.progress import Progress
 from nscd import Percussions, Walls, find_contacts, solve
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 LENGTHS = (2, 3, 10, 56, 100, 1000, 10_000)
 SHOWN = 10

@@ -17,7 +17,7 @@ from analysis.pages.report_charts import BLACK, BLUE, ORANGE, engine_label
 from analysis.pages.section import Picture
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import NEIGHBOURHOOD_M, RING_M, Arch
 from analysis.paper.drawing import circles, contact_lines
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def snapshot_picture(arch: Arch, name: str) -> Picture:

@@ -10,7 +10,7 @@ from scipy.stats import kruskal
 from analysis.pages.section import Claim, Verdict
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import NEIGHBOURHOOD_M, RING_M, Arch
 from analysis.paper.discrete.fig4_fig5_arches.random_crowds import Sample
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 
 def place_claim(samples: Sequence[Sample], distance: str, quantity: str) -> Claim:

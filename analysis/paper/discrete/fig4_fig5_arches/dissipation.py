@@ -14,7 +14,7 @@ from analysis.pages.report_charts import BLACK, BLUE, GREY, ORANGE
 from analysis.pages.section import Claim, Picture, Table, Verdict
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import Arch, carried_interval
 from nscd import ContactLaw, Percussions
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 
 # kg; two people of 75 kg have the effective mass 37.5 kg
 DISSIPATIONS = (0.0, 1.0, 3.0, 10.0, 30.0, 37.5, 100.0, 300.0, 1e3, 1e4)

@@ -92,8 +92,6 @@ def _section(found: Study, equal: Study) -> Section:
 
 def _with_masses(snapshot: Snapshot, source: Snapshot) -> Snapshot:
     """The snapshot with the masses that the people of the same ids have in `source`."""
-    assert snapshot.ids is not None
-    assert source.ids is not None
     order = np.argsort(source.ids)
     return replace(
         snapshot, mass=source.mass[order][np.searchsorted(source.ids[order], snapshot.ids)]

@@ -6,11 +6,10 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.scene.scene import Drive, Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, find_contacts, solve
-from nscd.bodies import Floats, Integers
+from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.admissible import ProgramError
 from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
 
@@ -69,12 +68,7 @@ class Arch:
     def carried(self) -> Floats:
         """Σ |n·p|/τ over the contacts of each person, (n,) N: how hard a person is pressed, from
         whatever side."""
-        size, n = np.abs(self.normal_forces()), len(self.snapshot)
-        pairs = ~self.contacts.is_wall
-        first = np.bincount(self.contacts.first, size, n)
-        return np.asarray(
-            first + np.bincount(self.contacts.second[pairs], size[pairs], n), dtype=np.float64
-        )
+        return self.contacts.sum_at_disks(np.abs(self.normal_forces()), len(self.snapshot))
 
     def resultants(self) -> Floats:
         """|Σ p|/τ of each person, (n,) N: forces from opposite sides cancel; m |u⁺ − u⁻|/τ,
@@ -82,7 +76,7 @@ class Arch:
         change = self.contacts.momentum_change(self.answer.impulse, len(self.snapshot))
         return np.asarray(np.hypot(*change.T) / self.window, dtype=np.float64)
 
-    def inside(self) -> NDArray[np.bool_]:
+    def inside(self) -> Flags:
         """Who has not passed the line of the exit, (n,)."""
         beyond = (self.snapshot.position - np.array(self.drive.door_start_m)) @ np.array(
             self.drive.outward
@@ -110,7 +104,7 @@ class Arch:
             max(-self.contacts.gap.min(initial=0.0), 0.0) / (2 * self.snapshot.radius.mean())
         )
 
-    def rings(self) -> Integers:
+    def rings(self) -> Indices:
         """Ring of each person, (n,): 0 within a metre of the middle of the exit, then 1, …; −1 for
         those outside."""
         return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)

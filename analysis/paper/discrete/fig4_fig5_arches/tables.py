@@ -29,7 +29,7 @@ def maxima_table(arch: Arch) -> Table:
         rows.append(
             (
                 name, float(values[inside].mean()), middle, high, float(values[most]), float(arch.distance()[most]),
-                float(arch.angle_degrees()[most]), int(arch.snapshot.ids[most]),  # type: ignore[index]
+                float(arch.angle_degrees()[most]), int(arch.snapshot.ids[most]),
             )
         )  # fmt: skip
     head = ("force on a person, p/τ", "mean (N)", "median (N)", "95 % (N)", "largest (N)", "its distance (m)",

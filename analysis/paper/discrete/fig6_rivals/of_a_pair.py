@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from analysis.pages.report_charts import BLACK, BLUE, GREEN, PINK
 from analysis.pages.section import Table
 from nscd import Snapshot, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Floats
 from nscd.rivals import LoehnerReading, SocialForceLaw, loehner_force, social_force
 
 RADIUS_M = 0.25

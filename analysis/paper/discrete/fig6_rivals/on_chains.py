@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.optimize import brentq, root
 
 from analysis.pages.report_charts import BLACK, BLUE, GREEN, ORANGE, PINK
 from analysis.pages.section import Table
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, Walls, find_contacts, solve
-from nscd.bodies import Floats
+from nscd.arrays import Flags, Floats
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
 
 LEFT_OUT_N = 1e-6
@@ -134,7 +133,7 @@ def _pairs(snapshot: Snapshot, walls: Walls, law: SocialForceLaw) -> Contacts:
     return find_contacts(snapshot, walls, tolerance=law.reach(LEFT_OUT_N))
 
 
-def _next_to(pairs: Contacts, n: int) -> NDArray[np.bool_]:
+def _next_to(pairs: Contacts, n: int) -> Flags:
     """Which pairs are neighbours in the chain, the last disk and the wall among them."""
     return np.asarray(
         np.where(pairs.is_wall, pairs.first == n - 1, pairs.second == pairs.first + 1)

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from analysis.compare.comparison import compare_run, correlation, relative_difference
 from analysis.pages.report_charts import BLACK, BLUE, ENGINE_NAMES, GREY, ORANGE, PINK
@@ -20,7 +19,7 @@ from analysis.paper.discrete.fig6_rivals.on_chains import LEFT_OUT_N
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
-from nscd.bodies import Floats
+from nscd.arrays import Flags, Floats
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
 
 
@@ -51,7 +50,7 @@ class ArchForces:
     contacts: Contacts
     by_law: Mapping[str, Forces]
     distance: Floats
-    inside: NDArray[np.bool_]
+    inside: Flags
     speed_difference: float
     undetermined: int
     sliding: Floats
@@ -69,7 +68,6 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
     comparison = compare_run(folder)
     snapshot, drive = comparison.snapshot, scene.drive
     assert drive is not None
-    assert snapshot.ids is not None
     contacts = find_contacts(
         snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
     )
@@ -125,13 +123,9 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
 
 def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
     """Forces that both sides of a contact receive alike."""
-    pairs, size = ~contacts.is_wall, np.abs(force)
-    carried = np.bincount(contacts.first, size, n) + np.bincount(
-        contacts.second[pairs], size[pairs], n
-    )
     return Forces(
         contact=force,
-        carried=np.asarray(carried, dtype=np.float64),
+        carried=contacts.sum_at_disks(np.abs(force), n),
         resultant=contacts.momentum_change(force[:, None] * contacts.normal, n),
     )
 

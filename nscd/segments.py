@@ -1,0 +1,25 @@
+"""Nearest points on straight segments: walls, doors and exits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nscd.arrays import Floats
+
+
+def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
+    """Find the point of a segment that is nearest to each of some points.
+
+    points (n,2) m; start, end (2,) m: one segment for all of them, or (n,2): one each. Returns
+    (n,2) m: start + s·(end − start) with s = (x − start)·(end − start)/|end − start|² cut to [0, 1].
+    A segment without length is its start.
+    """
+    along = end - start
+    square = _dot(along, along)
+    share = _dot(points - start, along) / np.where(square > 0, square, 1.0)
+    nearest: Floats = start + np.clip(share, 0.0, 1.0)[:, None] * along
+    return nearest
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return np.asarray(a @ b if b.ndim == 1 else (a * b).sum(1))
