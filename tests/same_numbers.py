@@ -14,7 +14,11 @@ from pathlib import Path
 TOLERANCE = 1e-6
 # Keys whose values differ from run to run.
 PASSING = re.compile(r"second|cpu|wall_s|date|version|digest|machine|time_of|per_s\b|made|reused")
-NUMBER = re.compile(r"[-+−]?\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
+NUMBER = re.compile(r"[-+]?\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
+# 2·10⁻⁵, 2·10^−5^ and 10⁻⁵ as they stand on a page, for 2e-05 and 1e-05
+POWER = re.compile(r"(?:(?<=\d)(·)|(?<![\d.]))10(?:\^([-−]?\d+)\^|([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))")
+PLAIN = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
+THOUSANDS = re.compile(r"(?<=\d)[,\u202f](?=\d{3}(?!\d))")
 VERDICTS = {"verdict", "status", "exit_state"}
 
 
@@ -24,6 +28,20 @@ def read(path):
         with path.open(newline="") as file:
             return list(csv.DictReader(file))
     return json.loads(path.read_text())
+
+
+def numbers_in(words):
+    """The numbers in a sentence, in order of size, however they are written."""
+    words = POWER.sub(lambda m: f"{'' if m[1] else '1'}e{(m[2] or m[3]).translate(PLAIN)}", words)
+    words = THOUSANDS.sub("", words.replace("−", "-"))
+    return sorted(map(_value, NUMBER.findall(words)), key=str)
+
+
+def _value(written):
+    try:
+        return float(written)
+    except ValueError:
+        return written
 
 
 def differences(old, new, where=""):
@@ -44,8 +62,7 @@ def differences(old, new, where=""):
         for place, (a, b) in enumerate(zip(old, new, strict=False)):
             yield from differences(a, b, f"{where}[{place}]")
     elif isinstance(old, str) and isinstance(new, str):
-        a, b = NUMBER.findall(old), NUMBER.findall(new)
-        if a != b and sorted(a) != sorted(b):
+        if numbers_in(old) != numbers_in(new):
             yield f"{where}: {old!r} became {new!r}"
     elif isinstance(old, int | float) and isinstance(new, int | float):
         if not math.isclose(old, new, rel_tol=TOLERANCE, abs_tol=1e-12):

@@ -17,8 +17,9 @@ import markupsafe
 from matplotlib.figure import Figure
 
 from analysis.engines.doctor import examine
-from analysis.pages.numbers import number, percent
+from analysis.pages.numbers import FILTERS
 from analysis.pages.section import Drawn, Picture
+from analysis.pages.words import html_of
 
 
 def render(template: str, **content: Any) -> str:
@@ -30,7 +31,7 @@ def render(template: str, **content: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": number, "percent": percent}
+    environment.filters |= FILTERS
     return environment.get_template(template).render(
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("crowd-percussions"),
@@ -75,19 +76,15 @@ def write_picture(picture: Picture | Drawn, folder: Path) -> str:
 
 
 def prose(words: str) -> markupsafe.Markup:
-    """Words as HTML: `code`, 1e-05, x^2 and u_d as they are written by hand; everything else is
-    text."""
-    parts = re.split(r"`([^`]+)`", str(markupsafe.escape(words)))
-    for i, part in enumerate(parts):
-        if i % 2:
-            parts[i] = f"<code>{part}</code>"
-            continue
+    """Words as HTML: Markdown, and beside it 1e-05, x^2 and u_d as they are written by hand."""
+    parts = re.split(r"(`[^`]+`|\^[^\s^{}()]+\^|~[^\s~]+~)", words)
+    for i in range(0, len(parts), 2):
+        part = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(-?\d+(?:\.\d+)?|T)", _raised, parts[i])
+        part = re.sub(r"(?<!\w)([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", r"\1~\2\3~", part)
         part = re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b", _power_of_ten, part)
-        part = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(-?\d+(?:\.\d+)?|T)", _raised, part)
-        part = re.sub(r"(?<![A-Za-z0-9_])([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", _lowered, part)
         part = re.sub(r"(?<=\d)%", "\u202f%", part)
         parts[i] = re.sub(r"(?<![\w.)\]-])-(?=\d)", "−", part)
-    return markupsafe.Markup("".join(parts))
+    return html_of("".join(parts))
 
 
 def sentence(words: str) -> markupsafe.Markup:
@@ -99,13 +96,9 @@ def _power_of_ten(match: re.Match[str]) -> str:
     mantissa, exponent = match[1], int(match[2])
     if float(mantissa) == 0:
         return "0"
-    power = f"10<sup>{exponent}</sup>".replace("-", "−")
+    power = f"10^{exponent}^".replace("-", "−")
     return power if mantissa == "1" else f"{mantissa}·{power}"
 
 
 def _raised(match: re.Match[str]) -> str:
-    return f"<sup>{match[1] or match[2] or match[3]}</sup>".replace("-", "−")
-
-
-def _lowered(match: re.Match[str]) -> str:
-    return f"{match[1]}<sub>{match[2] or match[3]}</sub>"
+    return f"^{match[1] or match[2] or match[3]}^".replace("-", "−")

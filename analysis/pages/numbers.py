@@ -1,34 +1,83 @@
-"""Numbers as they stand on a page."""
+"""Numbers as they stand on a page, in a picture and in the terminal: the one set of formats."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# between digits of thousands, and before a unit that is one sign
+THIN = "\u202f"
+NONE = "–"
+# below this a share is a rounding error, from WHOLE on two digits are not enough
+ROUNDING, WHOLE = 1e-9, 0.995
 
 
-def number(value: float, digits: int = 3) -> str:
-    """A number with some significant digits, as read in a table; – where there is none."""
+def number(value: float | None, digits: int = 3) -> str:
+    """Write a number with some significant digits, as read in a table; – where there is none."""
     if value is None or not math.isfinite(value):
-        return "–"
+        return NONE
     if value == 0:
         return "0"
     size = abs(value)
     if isinstance(value, int) or (size < 1e5 and float(value).is_integer()):
-        return f"{value:,.0f}".replace(",", "\u202f")
+        return decimals(value, 0)
     if 1e-2 <= size < 1e5:
-        decimals = max(0, digits - 1 - math.floor(math.log10(size)))
-        return f"{value:,.{decimals}f}".replace(",", "\u202f")
+        return decimals(value, max(0, digits - 1 - math.floor(math.log10(size))))
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
     power = "10" + str(int(exponent)).translate(SUPERSCRIPTS)
-    return power if mantissa == "1" else f"{mantissa}·{power}"
+    text = power if mantissa == "1" else f"{mantissa}·{power}"
+    return text.replace("-", "−")
 
 
-def percent(value: float) -> str:
-    """A share in per cent, with the digits that it deserves; – where there is none."""
+def decimals(value: float | None, places: int) -> str:
+    """Write a number with so many places after the point; – where there is none."""
     if value is None or not math.isfinite(value):
-        return "–"
+        return NONE
+    return f"{value:,.{places}f}".replace(",", THIN).replace("-", "−")
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """Write a number with at most so many significant digits and no zeros at its end: 0.05."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    short = float(f"{value:.{digits}g}")
+    enough = (d for d in range(1, digits) if float(f"{short:.{d}g}") == short)
+    return number(short, next(enough, digits))
+
+
+def percent(value: float | None, digits: int | None = None) -> str:
+    """Write a share in per cent with one place (or so many significant digits); – where none."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    if digits is not None:
+        return f"{significant(100 * value, digits)} %"
     if value and abs(value) < 1e-3:
         return f"{number(100 * value, 2)} %"
-    return f"{100 * value:.1f} %"
+    return f"{decimals(100 * value, 1)} %"
+
+
+def interval(ends: Sequence[float], digits: int = 3) -> str:
+    """Write an interval; one number where both ends read the same."""
+    least, most = (significant(end, digits) for end in ends)
+    return least if least == most else f"{least} to {most}"
+
+
+def seconds(value: float | None) -> str:
+    """Write a time with two digits, in ms below a tenth of a second."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    if value < 0.0995:
+        return f"{significant(1e3 * value, 2)} ms"
+    return f"{significant(value, 2) if value < 99.5 else decimals(value, 0)} s"
+
+
+FILTERS: dict[str, Callable[..., str]] = {
+    "number": number,
+    "decimals": decimals,
+    "significant": significant,
+    "percent": percent,
+    "interval": interval,
+    "seconds": seconds,
+}

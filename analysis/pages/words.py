@@ -1,0 +1,152 @@
+"""Words of a page: Markdown in a `words.md` beside the code, with slots for numbers.
+
+A `words.md` is a list of blocks, each below a heading of level 2 that is its name:
+
+    ## found
+    - With k = {{ stiffness | number }} N/m the error is {{ error | percent }}.
+    - M^−1/2^ and u~d~ are written so.
+
+    ## claim_speed
+    - where: Fig. 9
+    - statement: the velocity is largest at the exit
+    - reason: {{ near | decimals(2) }} m/s within 1 m of it
+
+Slots and loops are Jinja's. A float in a slot needs a filter, so that its digits are chosen.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from importlib import resources
+from typing import Any
+
+import jinja2
+import markupsafe
+from markdown_it import MarkdownIt
+from markdown_it.rules_inline import StateInline
+from matplotlib.figure import Figure
+
+from analysis.pages.numbers import FILTERS
+from analysis.pages.section import Cell, Claim, Picture, Table, Verdict
+
+HEADING = re.compile(r"^## +(\S+) *$", re.MULTILINE)
+RAISED, LOWERED = re.compile(r"\^([^\s^]+)\^"), re.compile(r"~([^\s~]+)~")
+
+
+class Words:
+    """Read the blocks of `package`'s words.md, to be filled with numbers one by one.
+
+    package: name of the package that holds words.md, as `__package__` of the module beside it.
+    Raises ValueError for two blocks of one name, and (here and below) for a block that is not
+    there, that lacks a value, or that holds a float without a filter.
+    """
+
+    def __init__(self, package: str) -> None:
+        self.place = f"{package}: words.md"
+        source = resources.files(package).joinpath("words.md").read_text(encoding="utf-8")
+        names, blocks = HEADING.findall(source), HEADING.split(source)[2::2]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"{self.place}: two blocks are called {twice[0]}")
+        self.blocks: dict[str, str] = dict(zip(names, blocks, strict=True))
+
+    def text(self, name: str, **values: Any) -> str:
+        """Fill a block and return it as one line of Markdown a paragraph."""
+        return "\n\n".join(_lines(self._filled(name, values)))
+
+    def items(self, name: str, **values: Any) -> list[str]:
+        """Fill a block that is a list and return its items, each one line of Markdown."""
+        return _lines(self._filled(name, values))
+
+    def claim(self, name: str, verdict: Verdict, **values: Any) -> Claim:
+        """Fill a block of the items `where: …`, `statement: …`, `reason: …` and judge it."""
+        parts = dict(item.split(": ", 1) for item in self.items(name, **values) if ": " in item)
+        if sorted(parts) != ["reason", "statement", "where"]:
+            raise ValueError(
+                f"{self.place}: {name} needs the items where, statement and reason, has "
+                f"{', '.join(parts) or 'none'}"
+            )
+        return Claim(verdict=verdict, **parts)
+
+    def picture(self, name: str, figure: Figure, **values: Any) -> Picture:
+        """Give a figure its caption: the block with the picture's name."""
+        return Picture(name=name, caption=self.text(name, **values), figure=figure)
+
+    def table(
+        self, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], **values: Any
+    ) -> Table:
+        """Give rows their caption: the block with the table's name."""
+        return Table(caption=self.text(name, **values), head=head, rows=rows)
+
+    def _filled(self, name: str, values: dict[str, Any]) -> str:
+        if name not in self.blocks:
+            raise ValueError(f"{self.place}: no block {name}; it has {', '.join(self.blocks)}")
+        try:
+            return _SLOTS.from_string(self.blocks[name]).render(values)
+        except (jinja2.TemplateError, ValueError) as error:
+            raise ValueError(f"{self.place}: {name}: {error}") from error
+
+
+def words_of(package: str, **values: Any) -> dict[str, str | list[str]]:
+    """Fill all blocks of `package`'s words.md at once: a list for a block that is a list."""
+    words = Words(package)
+    return {
+        name: words.items(name, **values)
+        if source.lstrip().startswith("- ")
+        else words.text(name, **values)
+        for name, source in words.blocks.items()
+    }
+
+
+def html_of(words: str) -> markupsafe.Markup:
+    """Render one line of Markdown as HTML; tags in it are text.
+
+    x^2^ is raised and u~d~ lowered, as in Pandoc's Markdown.
+    """
+    return markupsafe.Markup(_MARKDOWN.renderInline(words))
+
+
+def _chosen_digits(value: Any) -> Any:
+    if isinstance(value, float):
+        raise ValueError(f"{value} stands in a slot without a filter such as number or percent")
+    return value
+
+
+def _lines(source: str) -> list[str]:
+    """The paragraphs and items of Markdown, each in one line."""
+    return [
+        " ".join(token.content.split("\n"))
+        for token in _MARKDOWN.parse(source)
+        if token.type == "inline"
+    ]
+
+
+def _shifted(state: StateInline, silent: bool) -> bool:
+    """Markdown rule: ^raised^ and ~lowered~."""
+    for pattern, tag in ((RAISED, "sup"), (LOWERED, "sub")):
+        match = pattern.match(state.src, state.pos, state.posMax)
+        if match is not None:
+            if not silent:
+                state.push(f"{tag}_open", tag, 1)
+                state.push("text", "", 0).content = match[1]
+                state.push(f"{tag}_close", tag, -1)
+            state.pos = match.end()
+            return True
+    return False
+
+
+def _markdown() -> MarkdownIt:
+    parser = MarkdownIt("commonmark", {"html": False})
+    parser.inline.ruler.before("emphasis", "shifted", _shifted)
+    return parser
+
+
+_MARKDOWN = _markdown()
+_SLOTS = jinja2.Environment(
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    finalize=_chosen_digits,
+)
+_SLOTS.filters |= FILTERS
