@@ -15,7 +15,7 @@ from machine import describe
 
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import random_speeds, toward_exit
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import largest_pressures
 from nscd.continuum.room import square_room
@@ -23,7 +23,7 @@ from nscd.continuum.space import Space
 from nscd.stress import Kernel
 
 ROOM = square_room(18.0, 1.0)
-MEDIUM = Medium(density=7, volume_dissipation=9, surface_dissipation=1, mass_per_person=75)
+MEDIUM = table_1_medium()
 TOWARD = toward_exit(ROOM, 1.7)
 # half of the people walk away from the exit: walls that hold and walls that are left, mixed
 RANDOM = random_speeds(ROOM, toward_exit(ROOM, 1.0), mean=0.0, deviation=1.0, seed=1, cell=7**-0.5)

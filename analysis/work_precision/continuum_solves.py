@@ -21,7 +21,7 @@ from nscd.arrays import Floats, Indices
 from nscd.bodies import Snapshot
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import Field
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.first_order import first_order_flow
@@ -30,8 +30,6 @@ from nscd.continuum.space import Space
 from nscd.percussions import Status
 from nscd.segments import nearest_on_segment
 
-# Table 1 of the paper, per person: k_v, and k_s for each metre of wall.
-VOLUME, SURFACE = 9.0, 1.0
 # Means over a disk, exact to degree 5: its centre and six points at √(2/3) of the radius (Stroud,
 # S2: 5-1).
 RING = np.arange(6) * np.pi / 3
@@ -129,13 +127,7 @@ def _solve(
         change, impulse = at.means(gained[at.cell]), -density * Cells(mesh).measure @ gained
     else:
         person, space = float(disks.mass.mean()), Space(mesh)
-        medium = Medium(
-            density=density / person,
-            volume_dissipation=VOLUME,
-            surface_dissipation=SURFACE,
-            mass_per_person=person,
-        )
-        answer = collide(space, medium, left)
+        answer = collide(space, table_1_medium(density / person, person=person), left)
         status, reason = answer.status, answer.reason
         # u⁺ − u⁻ = w − 2u⁻, with w linear in each cell
         total = (at.share[:, :, None] * answer.velocity_sum[mesh.t[:, at.cell]]).sum(0)

@@ -16,14 +16,26 @@ MOST_CHANGES = 20
 
 
 class Bounded(NamedTuple):
-    """z (n,), multipliers r ≥ 0 (c,) of the bounds, which bounds hold (c,), iterations, and whether
-    the set settled."""
+    """Hold a minimum under bounds.
+
+    z: (n,), the minimum.
+    multiplier: (c,) ≥ 0, of the bounds.
+    active: (c,), whether a bound holds.
+    iterations, settled: of the active set, and whether it came to rest.
+    """
 
     z: Floats
     multiplier: Floats
     active: Flags
     iterations: int
     settled: bool
+
+    @property
+    def unsettled(self) -> str:
+        """What to say of a set that did not come to rest; empty if it did."""
+        if self.settled:
+            return ""
+        return f"; the active set did not settle in {self.iterations} iterations"
 
 
 def bounded_minimum(
@@ -35,13 +47,19 @@ def bounded_minimum(
     start: Flags | None = None,
     most: int = 60,
 ) -> Bounded:
-    """min ½z·Az − b·z subject to z[place] ≤ bound, with A symmetric positive definite (n,n), by a
-    primal-dual active set (Hintermüller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865–888): a bound
-    holds next where r + A_ii(z − g) > 0.
+    """Minimise ½z·Az − b·z subject to z[place] ≤ bound.
 
-    A Newton method: from the bounds `start` (c,) held (default all), a few sparse factorisations.
-    Where a set comes back (the method need not converge for every A), only the bound with the
-    largest violation changes from then on."""
+    matrix: (n,n), A, symmetric positive definite.
+    load: (n,), b.
+    place, bound: (c,), which unknowns have a bound g, and which.
+    start: (c,), the bounds that are held first; all by default.
+    most: iterations at most.
+
+    A primal-dual active set, a Newton method of a few sparse factorisations: a bound holds next
+    where r + A_ii(z − g) > 0. It need not converge for every A; where a set comes back, only the
+    bound with the largest violation changes from then on. Hintermüller, Ito, Kunisch, SIAM J.
+    Optim. 13 (2003) 865–888.
+    """
     diagonal = matrix.diagonal()[place]
     active = np.ones(len(place), dtype=bool) if start is None else start.copy()
     problem = _Factored(matrix, load)
@@ -66,6 +84,17 @@ def bounded_minimum(
     return Bounded(z, multiplier, active, most, False)
 
 
+def factorised(matrix: sparse.csc_array) -> Any:
+    """Factorise a symmetric positive definite matrix, with minimum degree on its own pattern: the
+    fill of that on AᵀA (COLAMD) is twice as large."""
+    return splu(
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+
+
 class _Factored:
     """Minima of ½z·Az − b·z with some z fixed: a factorisation, kept while few fixed values
     change."""
@@ -84,13 +113,7 @@ class _Factored:
         if not free.any():
             return z
         if self.factor is None or (free != self.free).sum() > MOST_CHANGES:
-            # the fill of minimum degree on AᵀA (COLAMD) is twice that on the symmetric pattern
-            self.factor = splu(
-                self.matrix[free][:, free].tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            self.factor = factorised(self.matrix[free][:, free].tocsc())
             self.free = free
         released, caught = np.flatnonzero(free & ~self.free), np.flatnonzero(self.free & ~free)
         pinned = z[caught]

@@ -1,4 +1,4 @@
-"""What a crowd is as a material: how dense, and how much it dissipates."""
+"""What a crowd is as a material: how dense, and how much it dissipates; Table 1 of the paper."""
 
 from __future__ import annotations
 
@@ -9,18 +9,63 @@ from numpy.typing import ArrayLike
 
 from nscd.arrays import Floats, read_only
 
+PERSON = 75.0  # kg, section 2.2 of the paper
+DENSITY = 7.0  # people/m², section 3.2.2 of the paper
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table1:
+    """The paper's Table 1. What it prints in kilograms is per person: times `PERSON`.
+
+    volume_dissipation: k_v, per person.
+    surface_dissipation: k_s, per person, 1/m.
+    free_speed: u_max, m/s.
+    greatest_density: ρ_max, people/m².
+    speed_decay: α of (L1).
+    pressure_exponent: γ of (M2).
+    pressure_coefficient: p₀ of (M2), people^(1−γ) m^(2γ)/s².
+    reach: R of (M1), m.
+    yield_density, critical_density: ρ_y and ρ_c of (16), people/m².
+    epsilon: ε of (16), people/m².
+    c1, c2: of (16), √people·m/s² and people/s².
+    friction: β of (18).
+    time_step: δt, s.
+    """
+
+    volume_dissipation: float = 9.0
+    surface_dissipation: float = 1.0
+    free_speed: float = 2.0
+    greatest_density: float = 8.5
+    speed_decay: float = 7.5
+    pressure_exponent: float = 2.0
+    pressure_coefficient: float = 0.005
+    reach: float = 0.7
+    yield_density: float = 5.5
+    critical_density: float = 3.5
+    epsilon: float = 0.01
+    c1: float = 13.33
+    c2: float = 1.5
+    friction: float = 0.75
+    time_step: float = 0.01
+
+
+TABLE_1 = Table1()
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Medium:
-    """A crowd as a deformable solid (paper Table 1).
+    """Describe a crowd as a deformable solid.
 
-    Without mass_per_person: density ρ in kg/m², volume dissipation k_v in kg, surface dissipation
-    k_s in kg/m. With it (kg): ρ in people/m², and k_v and k_s count the same mass, so that the
-    length h = √(k_v/ρ) stays and every percussion is mass_per_person times as large. ρ is one
-    number or one value a vertex of the mesh (n,), linear in between.
+    density: ρ, one number or (n,) one per vertex of the mesh, linear in between; kg/m², or
+        people/m² with a mass_per_person.
+    volume_dissipation: k_v, kg, or per person.
+    surface_dissipation: k_s, kg/m, or per person and metre.
+    mass_per_person: kg that density and dissipation count, or None for kilograms. The length
+        h = √(k_v/ρ) does not depend on it; every percussion is proportional to it.
 
     Raises ValueError for ρ ≤ 0, k_v ≤ 0, k_s < 0, a mass that is not positive, or a number that is
-    not finite."""
+    not finite.
+    """
 
     density: float | Floats
     volume_dissipation: float
@@ -68,3 +113,19 @@ class Medium:
     def length(self) -> float:
         """h = √(k_v/ρ) in m with the mean density: how far a wall is felt."""
         return float(np.sqrt(self.volume_dissipation / np.mean(self.density)))
+
+
+def table_1_medium(
+    density: float | Floats = DENSITY,
+    volume: float = TABLE_1.volume_dissipation,
+    surface: float = TABLE_1.surface_dissipation,
+    *,
+    person: float = PERSON,
+) -> Medium:
+    """Make the paper's crowd: 7 people/m² of 75 kg with k_v and k_s of Table 1, per person."""
+    return Medium(
+        density=density,
+        volume_dissipation=volume,
+        surface_dissipation=surface,
+        mass_per_person=person,
+    )

@@ -27,7 +27,7 @@ from analysis.work_precision.window import (
 )
 from nscd import Snapshot
 from nscd.continuum.collision import collide
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.room import room_of_outline
 from nscd.continuum.space import Space
@@ -105,9 +105,7 @@ def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
     )
     space = Space(mesh_of(room, 0.5 * RADIUS))
     density = ROWS * COLUMNS / room.area
-    medium = Medium(
-        density=density, volume_dissipation=9.0, surface_dissipation=1.0, mass_per_person=75.0
-    )
+    medium = table_1_medium(density)
     found = collide(space, medium, window.left_velocity.mean(0))
     # what the walls give: reactions, and k_s w along those that are pressed (not the upper one: the
     # door is a hair below)

@@ -6,12 +6,12 @@ import pytest
 
 from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
 from nscd.continuum.collision import collide
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import Medium, table_1_medium
 from nscd.continuum.pressure import pressure
 from nscd.continuum.space import Space
 from nscd.percussions import Status
 
-MEDIUM = Medium(density=7, volume_dissipation=9)
+MEDIUM = table_1_medium(surface=0.0, person=1.0)
 EXACT = HalfAnnulus(medium=MEDIUM, inner=1.0, outer=4.0, speed=1.5, push=2.0)
 
 
@@ -68,7 +68,7 @@ def test_orders_of_half_annulus(order, wanted):
         ({"inner": 5.0}, "inner, outer"),
         ({"medium": Medium(density=[7.0, 7.0], volume_dissipation=9)}, "density"),
         (
-            {"medium": Medium(density=7, volume_dissipation=9, surface_dissipation=1)},
+            {"medium": table_1_medium(person=1.0)},
             "surface_dissipation",
         ),
         ({"push": 100.0}, "leaves the wall"),

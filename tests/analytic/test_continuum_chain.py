@@ -6,7 +6,7 @@ import pytest
 
 from nscd.continuum.closed_forms.chain import Chain, chain_mesh
 from nscd.continuum.collision import collide
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import table_1_medium
 from nscd.continuum.space import Space
 from nscd.percussions import Status
 
@@ -15,7 +15,7 @@ THRESHOLD = 9 / H * np.tanh(LENGTH / H)  # κ = tanh L
 
 
 def medium(surface=0.0):
-    return Medium(density=7, volume_dissipation=9, surface_dissipation=surface)
+    return table_1_medium(surface=surface, person=1.0)
 
 
 def orders(errors):

@@ -9,7 +9,7 @@ from nscd.continuum import forms
 from nscd.continuum.active_set import bounded_minimum
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import random_speeds, toward_exit
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import Medium, table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import (
     body_fields,
@@ -25,7 +25,7 @@ from nscd.percussions import Status
 from nscd.stress import Kernel
 
 ROOM = square_room(6.0, 1.0)
-PAPER = Medium(density=7, volume_dissipation=9, surface_dissipation=1)
+PAPER = table_1_medium(person=1.0)
 SLANTED = room_of_outline(
     [[0, 0], [4, -1], [5, 2], [2, 4], [-1, 2]],
     exits=[(2, 0.5, 1.5)],
@@ -43,7 +43,7 @@ def test_interior_point_solver_finds_the_same(order, surface):
     included."""
     clarabel = pytest.importorskip("clarabel", reason="clarabel is in the extra `bench`")
     space = Space(mesh_of(SLANTED, 0.5), order)
-    medium = Medium(density=7, volume_dissipation=9, surface_dissipation=surface)
+    medium = table_1_medium(surface=surface, person=1.0)
     answer = collide(space, medium, swirl, surface_everywhere=True, external=[0.4, 0.1])
     basis = space.basis
     rho = np.full(basis.dx.shape, 7.0)
@@ -87,7 +87,7 @@ def test_certificate_and_energy(order, left):
         "vertices": swirl(mesh.p.T),
     }[left]
     density = 7 + np.sin(mesh.p[0])
-    medium = Medium(density=density, volume_dissipation=9, surface_dissipation=1)
+    medium = table_1_medium(density, person=1.0)
     answer = collide(Space(mesh, order), medium, velocity)
     assert answer.status is Status.SOLVED
     assert answer.residual < 1e-12
@@ -122,7 +122,7 @@ def test_active_set_says_when_it_has_not_settled():
 def test_momentum_balance():
     """∫ρ[u] = −∫μn − k_s∫w over the pressed walls (here none dissipates): the walls are all that
     pushes."""
-    medium = Medium(density=7, volume_dissipation=9)
+    medium = table_1_medium(surface=0.0, person=1.0)
     answer = collide(Space(mesh_of(ROOM, 0.5), 2), medium, toward_exit(ROOM, 1.5))
     gained = (percussion_density(answer) * answer.space.basis.dx).sum((1, 2))
     given = -(answer.wall_force[:, None] * answer.space.wall.normal).sum(0)
@@ -132,7 +132,7 @@ def test_momentum_balance():
 
 def test_people_of_75_kg_press_75_times_as_hard():
     space, left = Space(mesh_of(ROOM, 0.5)), toward_exit(ROOM, 1.7)
-    people = Medium(density=7, volume_dissipation=9, surface_dissipation=1, mass_per_person=75)
+    people = table_1_medium()
     one, many = collide(space, PAPER, left), collide(space, people, left)
     assert people.length == PAPER.length == pytest.approx(1.1339, abs=1e-4)
     assert many.velocity_sum == pytest.approx(one.velocity_sum, abs=1e-12)

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from nscd.continuum.collision import collide
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.room import square_room
 from nscd.continuum.space import Space
 from nscd.percussions import Status
 
 ROOM = square_room(6.0, 1.0)
-MEDIUM = Medium(density=7, volume_dissipation=9, surface_dissipation=1)
+MEDIUM = table_1_medium(person=1.0)
 
 
 def solved(size, grading, order):

@@ -13,11 +13,14 @@ from nscd.continuum.closed_forms.chain import chain_mesh
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.cells import Cells
-from nscd.continuum.rivals.density_laws import (
-    TurbulencePressure,
-)
+from nscd.continuum.rivals.density_laws import TurbulencePressure
 from nscd.continuum.rivals.first_order import first_order_flow
-from nscd.continuum.rivals.turbulence import Congestion, time_step_dependence, turbulence_step
+from nscd.continuum.rivals.turbulence import (
+    Congestion,
+    TurbulenceLaw,
+    time_step_dependence,
+    turbulence_step,
+)
 from nscd.continuum.room import square_room
 from nscd.percussions import Status
 
@@ -60,10 +63,10 @@ def test_rotating_crowd_is_braked_by_its_rough_wall():
             mesh,
             people,
             lambda x: omega * np.stack([-x[:, 1], x[:, 0]], axis=1),
-            mass_per_person=mass,
+            TurbulenceLaw(
+                pressure=np.full(mesh.nvertices, pressure), friction=beta, mass_per_person=mass
+            ),
             time_step=step,
-            pressure=np.full(mesh.nvertices, pressure),
-            friction=beta,
             tolerance=1e-8,
         )
         assert answer.status is Status.SOLVED, answer.reason
@@ -91,10 +94,8 @@ def test_friction_against_a_general_optimiser():
         mesh,
         people,
         velocity,
-        mass_per_person=1.0,
+        TurbulenceLaw(pressure=pressure, friction=beta, mass_per_person=1.0),
         time_step=step,
-        pressure=pressure,
-        friction=beta,
         tolerance=1e-9,
     )
     assert answer.status is Status.SOLVED, answer.reason
@@ -143,12 +144,12 @@ def test_gradient_and_conic_path_agree(room, pressure):
     pytest.importorskip("clarabel", reason="the interior-point path needs Clarabel")
     mesh = mesh_of(room, 0.5)
     field = random_speeds(room, toward_exit(room, 1.0), mean=U, deviation=0.5, seed=1, cell=0.38)
-    kept = dict(mass_per_person=1.0, time_step=0.01, pressure=pressure)
-    conic = turbulence_step(mesh, 7.0, field, **kept, method="conic")
+    law = TurbulenceLaw(pressure=pressure, mass_per_person=1.0)
+    conic = turbulence_step(mesh, 7.0, field, law, time_step=0.01, method="conic")
     area = conic.density * Cells(mesh).measure
     size = np.sqrt(area @ (conic.pressed_velocity**2).sum(1))
     for tolerance, most in ((1e-5, 3e-4), (1e-8, 1e-6)):
-        quick = turbulence_step(mesh, 7.0, field, **kept, tolerance=tolerance)
+        quick = turbulence_step(mesh, 7.0, field, law, time_step=0.01, tolerance=tolerance)
         assert quick.status is conic.status is Status.SOLVED
         difference = (
             np.sqrt(area @ ((quick.right_velocity - conic.right_velocity) ** 2).sum(1)) / size
@@ -161,13 +162,7 @@ def test_conic_path_says_what_it_needs(room, monkeypatch):
     monkeypatch.setitem(sys.modules, "clarabel", None)
     with pytest.raises(ImportError, match="pip install"):
         turbulence_step(
-            mesh_of(room, 1.5),
-            7.0,
-            [0, U],
-            mass_per_person=1.0,
-            time_step=0.01,
-            pressure=TurbulencePressure(),
-            method="conic",
+            mesh_of(room, 1.5), 7.0, [0, U], TurbulenceLaw(), time_step=0.01, method="conic"
         )
 
 
@@ -178,8 +173,10 @@ def test_frictionless_congestion_against_a_bounded_optimiser(room):
     cells = Cells(mesh)
     people = 5.5 + 0.4 * np.sin(mesh.p[0])
     step, mass = 0.05, 70.0
-    kept = dict(mass_per_person=mass, time_step=step, pressure=Congestion(greatest_density=5.5))
-    answer = turbulence_step(mesh, people, toward_exit(room, U), **kept, friction=0.0)
+    law = TurbulenceLaw(
+        pressure=Congestion(greatest_density=5.5), friction=0.0, mass_per_person=mass
+    )
+    answer = turbulence_step(mesh, people, toward_exit(room, U), law, time_step=step)
     assert answer.status is Status.SOLVED
     assert not answer.deviator.any()
     inside = np.flatnonzero(~cells.open)
@@ -211,15 +208,8 @@ def test_congested_crowd_without_friction_is_the_first_order_flow(room):
     mesh = mesh_of(room, 0.6)
     flow = first_order_flow(mesh, toward_exit(room, U))
     for step, mass in ((0.01, 1.0), (0.3, 75.0)):
-        answer = turbulence_step(
-            mesh,
-            7.0,
-            toward_exit(room, U),
-            mass_per_person=mass,
-            time_step=step,
-            pressure=Congestion(),
-            friction=0.0,
-        )
+        law = TurbulenceLaw(pressure=Congestion(), friction=0.0, mass_per_person=mass)
+        answer = turbulence_step(mesh, 7.0, toward_exit(room, U), law, time_step=step)
         np.testing.assert_allclose(answer.right_velocity, flow.right_velocity, atol=1e-9)
         np.testing.assert_allclose(answer.pressure * step / (7.0 * mass), flow.pressure, atol=1e-9)
 
@@ -230,15 +220,8 @@ def test_friction_takes_energy_within_its_bound(room):
     field = random_speeds(room, toward_exit(room, 1.0), mean=U, deviation=0.5, seed=2, cell=0.38)
     left = []
     for beta in (0.0, 0.2, 0.75, 3.0):
-        answer = turbulence_step(
-            mesh,
-            7.0,
-            field,
-            mass_per_person=70.0,
-            time_step=0.01,
-            pressure=TurbulencePressure(),
-            friction=beta,
-        )
+        law = TurbulenceLaw(friction=beta, mass_per_person=70.0)
+        answer = turbulence_step(mesh, 7.0, field, law, time_step=0.01)
         assert answer.status is Status.SOLVED
         size = np.sqrt(2) * np.hypot(*answer.deviator.T)  # ‖S‖_F of ((a, b), (b, −a))
         assert (size <= np.sqrt(2) * beta * answer.pressure * (1 + 1e-12)).all()
@@ -253,8 +236,11 @@ def test_time_step_decides_with_a_law_and_not_in_congestion(room):
     ones; congestion: at all."""
     mesh = mesh_of(room, 0.6)
     field = random_speeds(room, toward_exit(room, 1.0), mean=U, deviation=0.5, seed=2, cell=0.38)
-    kept = dict(mass_per_person=1.0, pressure=TurbulencePressure())
-    rows = time_step_dependence(mesh, 7.0, field, [1e-7, 2e-7, 3e-3, 1e-2, 1.0, 2.0], **kept)
+    law, congested = (
+        TurbulenceLaw(pressure=pressure, mass_per_person=1.0)
+        for pressure in (TurbulencePressure(), Congestion())
+    )
+    rows = time_step_dependence(mesh, 7.0, field, law, [1e-7, 2e-7, 3e-3, 1e-2, 1.0, 2.0])
     assert all(row.status is Status.SOLVED for row in rows)
     force, percussion = [row.force for row in rows], [row.percussion for row in rows]
     assert force[1] == pytest.approx(force[0], rel=1e-3)
@@ -262,14 +248,10 @@ def test_time_step_decides_with_a_law_and_not_in_congestion(room):
     assert force[2] > 1.3 * force[3]
     assert percussion[3] > 1.3 * percussion[2]
     assert (np.diff([row.energy_left for row in rows]) < 1e-6).all()
-    rows = time_step_dependence(
-        mesh, 7.0, field, [1e-3, 0.1], mass_per_person=1.0, pressure=Congestion()
-    )
+    rows = time_step_dependence(mesh, 7.0, field, congested, [1e-3, 0.1])
     assert rows[0].percussion == pytest.approx(rows[1].percussion, rel=1e-6)
     # a crowd with room left feels the step
-    rows = time_step_dependence(
-        mesh, 5.0, field, [1e-3, 0.1], mass_per_person=1.0, pressure=Congestion()
-    )
+    rows = time_step_dependence(mesh, 5.0, field, congested, [1e-3, 0.1])
     assert rows[0].percussion < 0.5 * rows[1].percussion
 
 
@@ -280,9 +262,8 @@ def test_mass_of_a_person_scales_forces_only(room):
             mesh,
             7.0,
             toward_exit(room, U),
-            mass_per_person=mass,
+            TurbulenceLaw(mass_per_person=mass),
             time_step=0.01,
-            pressure=TurbulencePressure(),
             tolerance=1e-8,
         )
         for mass in (1.0, 75.0)
@@ -308,18 +289,16 @@ def test_mass_of_a_person_scales_forces_only(room):
 )
 def test_turbulence_refuses_bad_input(room, change, message):
     mesh = mesh_of(room, 1.5)
-    given = dict(
-        density=7.0, velocity=[0.0, U], mass_per_person=1.0, time_step=0.01, pressure=Congestion()
-    )
-    given |= change
-    if np.ndim(given["pressure"]) == 0 and isinstance(given["pressure"], float):
-        given["pressure"] = np.full(mesh.nvertices, given["pressure"])
+    step = dict(density=7.0, velocity=[0.0, U], time_step=0.01)
+    law = dict(pressure=Congestion())
+    for name, value in change.items():
+        (law if name in ("pressure", "friction", "mass_per_person") else step)[name] = value
+    if isinstance(law["pressure"], float):
+        law["pressure"] = np.full(mesh.nvertices, law["pressure"])
     with pytest.raises(ValueError, match=message):
-        turbulence_step(mesh, given.pop("density"), given.pop("velocity"), **given)
+        turbulence_step(mesh, law=TurbulenceLaw(**law), **step)
 
 
 def test_turbulence_needs_the_plane():
     with pytest.raises(ValueError, match="plane"):
-        turbulence_step(
-            chain_mesh(1.0, 3), 7.0, [U], mass_per_person=1.0, time_step=0.01, pressure=Congestion()
-        )
+        turbulence_step(chain_mesh(1.0, 3), 7.0, [U], TurbulenceLaw(), time_step=0.01)

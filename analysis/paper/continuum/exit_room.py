@@ -12,7 +12,9 @@ from skfem import MeshTri1
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import DENSITY as DENSITY
+from nscd.continuum.medium import PERSON as PERSON
+from nscd.continuum.medium import TABLE_1, Medium, table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import body_fields
 from nscd.continuum.rivals.cells import Cells
@@ -21,11 +23,10 @@ from nscd.continuum.space import Space
 from nscd.percussions import Status
 from nscd.stress import Kernel, smear
 
+VOLUME, SURFACE = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
+TIME_STEP = TABLE_1.time_step
+medium = table_1_medium
 SIDE, EXIT = 10.0, 1.0  # m; the paper gives the exit only
-PERSON = 75.0  # kg
-DENSITY = 7.0  # people/m²
-VOLUME, SURFACE = 9.0, 1.0  # k_v and k_s of Table 1, per person
-TIME_STEP = 0.01  # s, Table 1
 MESH = 0.2  # m, the side of the triangles away from the jambs
 MAP = 0.25  # m, between the points where body means are taken
 BODY = Kernel(
@@ -53,16 +54,6 @@ def map_of(room: Room = ROOM) -> Map:
     solved on."""
     mesh = mesh_of(room, MAP)
     return Map(mesh, Cells(mesh).integral(np.ones(mesh.nvertices)))
-
-
-def medium(density: float = DENSITY, volume: float = VOLUME, surface: float = SURFACE) -> Medium:
-    """People of 75 kg with k_v and k_s per person."""
-    return Medium(
-        density=density,
-        volume_dissipation=volume,
-        surface_dissipation=surface,
-        mass_per_person=PERSON,
-    )
 
 
 def solved(

@@ -1,5 +1,6 @@
-"""Bounded friction in the plane: the deviatoric stress that takes the most kinetic energy (paper
-(17), (18), corrected)."""
+"""Bounded friction in the plane: the deviatoric stress that takes the most kinetic energy.
+
+Paper (17) and (18), corrected."""
 
 from __future__ import annotations
 
@@ -16,12 +17,18 @@ MOST = 20_000  # gradient steps
 
 
 class Friction(NamedTuple):
-    """min ½ Σ_T |T|ρ_T |u − Dy/ρ|² over |y_i| ≤ b_i: y_i = δt (S_xx, S_xy) at the k vertices with
-    b_i = βδt p_i > 0, so that ‖S_i‖_F = √2 |y_i|/δt.
+    """State the problem min ½ Σ_T |T|ρ_T |u − Dy/ρ|² over |y_i| ≤ b_i.
 
-    vertex (k,); divergence D (2m,2k), ∇·S in the m cells; bound b (k,) N·s/m; span ∫|∇φ_i| (k,) m;
-    mass |T|ρ_T (2m,) kg; rho (2m,) kg/m²; start u (2m,) m/s. y and velocities are stacked: all
-    first components, then all second ones."""
+    vertex: (k,), where b_i = βδt p_i > 0; y_i = δt (S_xx, S_xy) there, ‖S_i‖_F = √2 |y_i|/δt.
+    divergence: (2m,2k), D, which gives ∇·S in the m cells.
+    bound: (k,) N·s/m, b.
+    span: (k,) m, ∫|∇φ_i|.
+    mass: (2m,) kg, |T|ρ_T.
+    rho: (2m,) kg/m².
+    start: (2m,) m/s, u.
+
+    y and velocities are stacked: all first components, then all second ones.
+    """
 
     vertex: Indices
     divergence: sparse.csr_array
@@ -32,7 +39,7 @@ class Friction(NamedTuple):
     start: Floats
 
     def velocity(self, y: Floats) -> Floats:
-        """u − Dy/ρ."""
+        """(2m,) m/s, u − Dy/ρ."""
         return np.asarray(self.start - (self.divergence @ y) / self.rho)
 
     def moment(self, y: Floats) -> Floats:
@@ -44,6 +51,11 @@ class Friction(NamedTuple):
         at most as large."""
         moment = self.moment(y)
         return max(float(self.bound @ np.hypot(*moment.reshape(2, -1)) - y @ moment), 0.0)
+
+    def error_bound(self, y: Floats) -> float:
+        """√(gap/∫½ρ|u|²), 0 for a crowd at rest."""
+        energy = 0.5 * float(self.mass @ self.start**2)
+        return float(np.sqrt(self.gap(y) / energy)) if energy > 0 else 0.0
 
     def shearing(self, y: Floats) -> float:
         """How fast the crowd shears around a vertex where friction could stop it (m/s): the largest
@@ -86,7 +98,8 @@ class Friction(NamedTuple):
             clarabel = importlib.import_module("clarabel")
         except ImportError as missing:
             raise ImportError(
-                "method 'conic' needs the solver Clarabel: pip install 'crowd-percussions[bench]' or pip install clarabel"
+                "method 'conic' needs the solver Clarabel: "
+                "pip install 'crowd-percussions[bench]' or pip install clarabel"
             ) from missing
         k = len(self.vertex)
         if k == 0:
@@ -128,8 +141,12 @@ class Friction(NamedTuple):
 
 
 def friction_problem(cells: Cells, rho: Floats, velocity: Floats, bound: Floats) -> Friction:
-    """The problem for a density (m,) kg/m² and a velocity u (m,2) m/s in the cells, and a bound βδt
-    p (n,) N·s/m at the vertices."""
+    """State the problem of one step.
+
+    rho: (m,) kg/m², in the cells.
+    velocity: (m,2) m/s, u in the cells.
+    bound: (n,) N·s/m, βδt p at the vertices.
+    """
     vertex = np.flatnonzero(bound > 0)
     gx, gy = (g[:, vertex] for g in cells.slopes)
     # ∇·S = (∂xSxx + ∂ySxy, ∂xSxy − ∂ySxx)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd.arrays import Floats, read_only
+from nscd.continuum.medium import TABLE_1
 from nscd.stress import Kernel, smear
 
 
@@ -46,11 +47,11 @@ class TurbulencePressure:
     Raises ValueError for a constant that is not positive, or ρ_c ≥ ρ_y.
     """
 
-    c1: float = 13.33
-    c2: float = 1.5
-    critical_density: float = 3.5
-    yield_density: float = 5.5
-    epsilon: float = 0.01
+    c1: float = TABLE_1.c1
+    c2: float = TABLE_1.c2
+    critical_density: float = TABLE_1.critical_density
+    yield_density: float = TABLE_1.yield_density
+    epsilon: float = TABLE_1.epsilon
 
     def __post_init__(self) -> None:
         _positive(self)
@@ -85,8 +86,8 @@ class PowerPressure:
     Raises ValueError for a coefficient that is not positive or an exponent that is not above 1.
     """
 
-    coefficient: float = 0.005
-    exponent: float = 2.0
+    coefficient: float = TABLE_1.pressure_coefficient
+    exponent: float = TABLE_1.pressure_exponent
 
     def __post_init__(self) -> None:
         _positive(self)
@@ -106,9 +107,9 @@ class ExponentialSpeed:
     It is not 0 at ρ_max. Raises ValueError for a constant that is not positive.
     """
 
-    free_speed: float = 2.0
-    greatest_density: float = 8.5
-    steepness: float = 7.5
+    free_speed: float = TABLE_1.free_speed
+    greatest_density: float = TABLE_1.greatest_density
+    steepness: float = TABLE_1.speed_decay
 
     def __post_init__(self) -> None:
         _positive(self)
@@ -128,8 +129,8 @@ class KladekSpeed:
     5.4); decay γ = 1.913 people/m² is Weidmann's: Table 1's γ = 2 is the exponent of (M2). Raises
     ValueError for a constant that is not positive."""
 
-    free_speed: float = 2.0
-    greatest_density: float = 8.5
+    free_speed: float = TABLE_1.free_speed
+    greatest_density: float = TABLE_1.greatest_density
     decay: float = 1.913
 
     def __post_init__(self) -> None:
@@ -147,7 +148,7 @@ def measured_speed(
     at: ArrayLike,
     *,
     people: ArrayLike | None = None,
-    reach: float = 0.7,
+    reach: float = TABLE_1.reach,
     printed: bool = False,
 ) -> Floats:
     """V of (M1) at the places `at` (m,2) m: Σ_i ‖u_i‖ f(d_i)/Σ_i f(d_i) in m/s, with f(d) =

@@ -1,5 +1,6 @@
-"""(20) with internal friction: a crowd that may spread but not close up, and resists shear in
-proportion to its pressure."""
+"""(20) with internal friction: a crowd that may spread but not close up.
+
+It resists shear in proportion to its pressure."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 from skfem import MeshTri1
 
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats
 from nscd.continuum.rivals.cells import Cells
 from nscd.percussions import Status
 
@@ -21,11 +22,14 @@ MOST = 5000
 
 
 class FrictionalFlow(NamedTuple):
-    """stress (n,3): p, a, b at the vertices, Σ = −p1 + [[a, b], [b, −a]] (N·s/m); right_velocity
-    (m,2) m/s in the cells.
+    """Hold what (20) with friction gives.
 
-    residual: of the optimality conditions, recomputed from the stress, over the largest desired
-    speed; status: solved where it is within the tolerance."""
+    stress: (n,3) N·s/m, p, a, b at the vertices, Σ = −p1 + [[a, b], [b, −a]].
+    right_velocity: (m,2) m/s, u⁺ in the cells.
+    residual: dimensionless, of the optimality conditions, recomputed from the stress, over the
+        largest desired speed.
+    status: solved where the residual is within the tolerance.
+    """
 
     stress: Floats
     right_velocity: Floats
@@ -37,31 +41,30 @@ class FrictionalFlow(NamedTuple):
 def frictional_flow(
     mesh: MeshTri1, density: float, desired: Floats, friction: float, *, tolerance: float = 1e-4
 ) -> FrictionalFlow:
-    """min ½∫|ρu_d + div Σ|²/ρ over P1 stresses Σ = −p1 + S with ‖S‖_F ≤ √2·s·p, p ≥ 0; ρu⁺ = ρu_d +
-    div Σ.
+    """Solve (20) with internal friction by alternating directions (ADMM), with one factorisation.
 
-    desired u_d (m,2) m/s in the cells, density ρ kg/m², friction 0 ≤ s < 1. Walls lie along y and
-    are smooth: S_xy = 0 there; Σ = 0 on exits and free borders. It is (17) and (18) of the paper
-    with the pressure of complementarity in place of (16); s = 0 is (20). Its dual: u⁺ is the
-    velocity nearest to u_d among those that spread at least as much as they shear, div u ≥
-    s·√((∂ₓuₓ − ∂_yu_y)² + (∂ₓu_y + ∂_yuₓ)²). Alternating directions (ADMM) with one factorisation.
+    density: kg/m².
+    desired: (m,2) m/s, u_d in the cells.
+    friction: 0 ≤ s < 1.
+    tolerance: dimensionless, of the residual: that of a step of projected gradient at each vertex,
+        as a velocity.
 
-    The residual is that of a step of projected gradient at each vertex, as a velocity. Raises
-    ValueError for friction outside [0, 1) and walls that do not lie along y."""
+    min ½∫|ρu_d + div Σ|²/ρ over P1 stresses Σ = −p1 + S with ‖S‖_F ≤ √2·s·p, p ≥ 0;
+    ρu⁺ = ρu_d + div Σ. Walls lie along y and are smooth: S_xy = 0 there; Σ = 0 on exits and free
+    borders. It is (17) and (18) of the paper with the pressure of complementarity in place of (16);
+    s = 0 is (20). Its dual: u⁺ is the velocity nearest to u_d among those that spread at least as
+    much as they shear, div u ≥ s·√((∂ₓuₓ − ∂_yu_y)² + (∂ₓu_y + ∂_yuₓ)²).
+
+    Raises ValueError for friction outside [0, 1) and walls that do not lie along y.
+    """
     if not 0 <= friction < 1:
         raise ValueError(f"friction: {friction}; 0 ≤ s < 1 is needed")
-    cells, n = Cells(mesh), mesh.nvertices
-    walls = mesh.facets[:, (mesh.boundaries or {})["wall"]]
-    if np.abs(np.diff(mesh.p[0, walls], axis=0)).max() > 1e-9 * np.ptp(mesh.p):
-        raise ValueError("mesh: a wall does not lie along y")
+    cells = Cells(mesh)
+    unknown = _unknown(cells, friction)
     along_x, along_y = cells.slopes
     divergence = sparse.vstack(
         [sparse.hstack([-along_x, along_x, along_y]), sparse.hstack([-along_y, -along_y, along_x])]
     ).tocsr()
-    unknown = np.tile(~cells.open, (3, 1))
-    unknown[2, walls] = False
-    if friction == 0:
-        unknown[1:] = False
     at = np.flatnonzero(unknown)
     operator = divergence[:, at]
     weight = sparse.diags_array(np.tile(cells.measure, 2))
@@ -70,14 +73,18 @@ def frictional_flow(
     # one scale for p, a and b of a vertex, so that the nearest point of the cone stays a closed
     # form
     scale = np.tile((along_x.power(2) + along_y.power(2)).T @ cells.measure / density, 3)[at]
-    factor = splu(sparse.csc_array(hessian + sparse.diags_array(PENALTY * scale)))
 
     def project(values: Floats) -> Floats:
-        whole = np.zeros(3 * n)
+        whole = np.zeros(unknown.size)
         whole[at] = values
-        return _into_cone(whole.reshape(3, n), friction).ravel()[at]
+        return _into_cone(whole.reshape(3, -1), friction).ravel()[at]
 
-    speed = float(np.abs(desired).max()) or 1.0
+    def residual_of(x: Floats) -> float:
+        step = x - project(x - (hessian @ x + load) / scale)
+        speed = float(np.abs(desired).max()) or 1.0
+        return float(np.abs(step * scale / np.tile(cells.span, 3)[at]).max()) / speed
+
+    factor = splu(sparse.csc_array(hessian + sparse.diags_array(PENALTY * scale)))
     x, y = np.zeros(len(at)), np.zeros(len(at))
     residual, iteration = np.inf, 0
     while residual > tolerance and iteration < MOST:
@@ -86,17 +93,29 @@ def frictional_flow(
             x = project(mixed + y)
             y += mixed - x
         iteration += CHECK
-        step = x - project(x - (hessian @ x + load) / scale)
-        residual = float(np.abs(step * scale / np.tile(cells.span, 3)[at]).max()) / speed
-    stress = np.zeros(3 * n)
+        residual = residual_of(x)
+    stress = np.zeros(unknown.size)
     stress[at] = x
     return FrictionalFlow(
-        stress=stress.reshape(3, n).T,
+        stress=stress.reshape(3, -1).T,
         right_velocity=desired + (divergence @ stress).reshape(2, -1).T / density,
         residual=residual,
         iterations=iteration,
         status=Status.SOLVED if residual <= tolerance else Status.INACCURATE,
     )
+
+
+def _unknown(cells: Cells, friction: float) -> Flags:
+    """Which of p, a and b are unknown at the vertices, (3,n)."""
+    mesh = cells.mesh
+    walls = mesh.facets[:, (mesh.boundaries or {})["wall"]]
+    if np.abs(np.diff(mesh.p[0, walls], axis=0)).max() > 1e-9 * np.ptp(mesh.p):
+        raise ValueError("mesh: a wall does not lie along y")
+    unknown = np.tile(~cells.open, (3, 1))
+    unknown[2, walls] = False
+    if friction == 0:
+        unknown[1:] = False
+    return unknown
 
 
 def _into_cone(z: Floats, friction: float) -> Floats:

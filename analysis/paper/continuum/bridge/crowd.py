@@ -11,15 +11,12 @@ import numpy as np
 from analysis.scene.packing import heap, press
 from nscd import Percussions, Snapshot, Walls, find_contacts, solve
 from nscd.arrays import Floats
+from nscd.continuum.medium import PERSON
 from nscd.stress import FlowField, Kernel, StressField, flow_field, stress_field
 
 HALF_DOOR = 0.5  # m
 SPEED = 2.0  # m/s, toward the nearest point of the exit
-PERSON, PEOPLE, RADIUS = (
-    75.0,
-    600,
-    0.215,
-)  # kg, and how many of which mean radius (m) make up the crowd's mass and size
+PEOPLE, RADIUS = 600, 0.215  # how many of which mean radius (m) make up the crowd's mass and size
 MASS = PERSON * PEOPLE
 KERNEL = Kernel(width=0.4, compact=True)
 SPACING = 0.25  # m, of the points where fields are compared

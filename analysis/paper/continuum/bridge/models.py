@@ -13,7 +13,6 @@ from analysis.paper.continuum.bridge.crowd import (
     HALF_DOOR,
     KERNEL,
     MASS,
-    PERSON,
     SPEED,
     area,
     points,
@@ -22,7 +21,7 @@ from analysis.paper.continuum.bridge.crowd import (
 )
 from nscd.arrays import Floats
 from nscd.continuum.collision import collide
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import PERSON, TABLE_1, Medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import pressure
 from nscd.continuum.rivals.first_order import first_order_flow
@@ -32,7 +31,6 @@ from nscd.continuum.space import Space
 from nscd.stress import smear
 
 MESH = 0.3  # m
-TABLE_VOLUME, TABLE_SURFACE = 9.0, 1.0  # Table 1 of the paper, per person
 ARC = 90  # edges of each quarter of the crowd's round border
 
 
@@ -187,4 +185,5 @@ class Crowd:
 
     def table(self) -> Model:
         """(11) with the paper's Table 1, per person of 75 kg."""
-        return self.deformable(TABLE_VOLUME * PERSON, TABLE_SURFACE * PERSON)
+        k_v, k_s = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
+        return self.deformable(k_v * PERSON, k_s * PERSON)

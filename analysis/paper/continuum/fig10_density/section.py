@@ -25,6 +25,7 @@ from analysis.support.progress import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import toward_exit
+from nscd.continuum.medium import TABLE_1
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.density_laws import (
     ExponentialSpeed,
@@ -36,7 +37,7 @@ from nscd.continuum.rivals.density_laws import (
 )
 from nscd.continuum.space import Space
 
-FREE_SPEED, GREATEST = 2.0, 8.5  # m/s, people/m², Table 1
+FREE_SPEED, GREATEST = TABLE_1.free_speed, TABLE_1.greatest_density
 DENSITIES = (0.5, 1.0, 2.0, 3.0, 3.5, 4.0, 5.0, 5.5, 6.0, 7.0, 8.0, GREATEST)
 SHOWN = (1.0, 3.5, 5.5, 7.0, GREATEST)
 # slower than this share of the free speed counts as congested

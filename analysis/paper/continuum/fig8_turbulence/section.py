@@ -30,7 +30,7 @@ from analysis.paper.continuum.fig8_turbulence.study import (
 from analysis.support.progress import Progress
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.density_laws import TurbulencePressure
-from nscd.continuum.rivals.turbulence import StepDependence, time_step_dependence
+from nscd.continuum.rivals.turbulence import StepDependence, TurbulenceLaw, time_step_dependence
 from nscd.continuum.room import square_room
 
 VOLUMES = (1.0, 2.0, 4.0, 9.0, 16.0, 25.0, 50.0, 100.0, 200.0)
@@ -153,10 +153,8 @@ def _steps(size: float, warnings: list[str]) -> list[StepDependence]:
         mesh_of(room, size),
         DENSITY,
         left_velocity(Case.UNIFORM, room, 1),
+        TurbulenceLaw(),
         STEPS,
-        mass_per_person=PERSON,
-        pressure=TurbulencePressure(),
-        friction=FRICTION,
     )
     for step in steps:
         warn(

@@ -26,17 +26,22 @@ from analysis.paper.continuum.exit_room import (
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import TABLE_1, Medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import BodyFields, body_fields, percussion_density, pressure
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.density_laws import TurbulencePressure
-from nscd.continuum.rivals.turbulence import Congestion, TurbulenceStep, turbulence_step
+from nscd.continuum.rivals.turbulence import (
+    Congestion,
+    TurbulenceLaw,
+    TurbulenceStep,
+    turbulence_step,
+)
 from nscd.continuum.room import Room, square_room
 from nscd.continuum.space import Space
 from nscd.stress import smear
 
-FRICTION = 0.75  # β of Table 1
+FRICTION = TABLE_1.friction
 
 
 class Case(StrEnum):
@@ -119,10 +124,8 @@ def _step(case: Case, setting: Setting) -> TurbulenceStep:
         mesh,
         DENSITY,
         left_velocity(case, room, setting.seed),
-        mass_per_person=setting.person,
+        TurbulenceLaw(pressure=law, friction=setting.friction, mass_per_person=setting.person),
         time_step=setting.time_step,
-        pressure=law,
-        friction=setting.friction,
     )
 
 

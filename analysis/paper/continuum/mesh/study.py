@@ -18,7 +18,7 @@ from nscd.arrays import Floats
 from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import Medium, table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import pressure
 from nscd.continuum.room import square_room
@@ -27,7 +27,7 @@ from nscd.percussions import Status
 from nscd.stress import Kernel, smear
 
 SPEED = 1.7  # m/s
-TABLE = Medium(density=7, volume_dissipation=9, surface_dissipation=1, mass_per_person=75)
+TABLE = table_1_medium()
 ROOM = square_room(18.0, 1.0)
 TOWARD = toward_exit(ROOM, SPEED)
 BODY = Kernel(width=0.2)
@@ -35,7 +35,7 @@ NEAR, APART = 4.0, 0.25  # m: where pressures over a body are compared
 GRADING = {1: 0.4, 2: 0.3}
 REFERENCE_GRADING = 0.25
 ANNULUS = HalfAnnulus(
-    medium=Medium(density=7, volume_dissipation=9, mass_per_person=75),
+    medium=table_1_medium(surface=0.0),
     inner=1.0,
     outer=9.0,
     speed=SPEED,

@@ -14,10 +14,11 @@ from analysis.support.progress import Progress
 from nscd.arrays import Floats
 from nscd.continuum.closed_forms.chain import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import TABLE_1, Medium
 from nscd.continuum.space import Space
 
-LENGTH, SPEED, DENSITY, VOLUME = 10.0, 1.7, 7.0, 9.0  # m, m/s, people/m, k_v
+LENGTH, SPEED, DENSITY = 10.0, 1.7, 7.0  # m, m/s, people/m
+VOLUME = TABLE_1.volume_dissipation
 SURFACES = (
     0.0,
     1.0,
