@@ -18,6 +18,11 @@ class Verdict(StrEnum):
     PARTLY = "holds in part"
     FAILS = "does not hold"
 
+    @classmethod
+    def of(cls, *each: bool) -> Verdict:
+        """Judge a statement by its parts: it holds where all do, in part where some do."""
+        return cls.HOLDS if all(each) else cls.PARTLY if any(each) else cls.FAILS
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:

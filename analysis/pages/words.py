@@ -28,7 +28,7 @@ from markdown_it.rules_inline import StateInline
 from matplotlib.figure import Figure
 
 from analysis.pages.numbers import FILTERS
-from analysis.pages.section import Cell, Claim, Picture, Table, Verdict
+from analysis.pages.section import Cell, Claim, Drawn, Picture, Section, Table, Verdict
 
 HEADING = re.compile(r"^## +(\S+) *$", re.MULTILINE)
 RAISED, LOWERED = re.compile(r"\^([^\s^]+)\^"), re.compile(r"~([^\s~]+)~")
@@ -78,6 +78,29 @@ class Words:
     ) -> Table:
         """Give rows their caption: the block with the table's name."""
         return Table(caption=self.text(name, **values), head=head, rows=rows)
+
+    def section(
+        self,
+        number: str,
+        /,
+        *,
+        pictures: Sequence[Picture | Drawn],
+        tables: Sequence[Table],
+        claims: Sequence[Claim] = (),
+        warnings: Sequence[str] = (),
+        **values: Any,
+    ) -> Section:
+        """Fill the blocks title, words and, where there is one, differs of a section."""
+        return Section(
+            number=number,
+            title=self.text("title"),
+            words=self.items("words", **values),
+            differs=self.items("differs", **values) if "differs" in self.blocks else (),
+            pictures=pictures,
+            tables=tables,
+            claims=claims,
+            warnings=warnings,
+        )
 
     def _filled(self, name: str, values: dict[str, Any]) -> str:
         if name not in self.blocks:

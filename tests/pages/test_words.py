@@ -37,7 +37,7 @@ Another.
 def words(tmp_path, monkeypatch):
     def make(source=SOURCE):
         folder = tmp_path / "worded"
-        folder.mkdir()
+        folder.mkdir(exist_ok=True)
         (folder / "__init__.py").touch()
         (folder / "words.md").write_text(source, encoding="utf-8")
         monkeypatch.syspath_prepend(str(tmp_path))
@@ -81,6 +81,21 @@ def test_a_slot_without_value_or_format_is_refused(words, block, values, message
 def test_a_claim_needs_its_three_parts(words):
     with pytest.raises(ValueError, match="claim needs the items where, statement and reason"):
         words("## claim\n- where: Fig. 0\n- statement: x\n").claim("claim", Verdict.FAILS)
+
+
+def test_a_section_has_its_title_and_words(words):
+    read = words("## title\nFour disks\n\n## words\n- {{ count }} of them.\n")
+    section = read.section("1", pictures=[], tables=[], count=4)
+    assert (section.number, section.title, section.words) == ("1", "Four disks", ["4 of them."])
+    assert not section.differs
+    more = words("## title\nx\n\n## words\n- y\n\n## differs\n- {{ n }}\n")
+    assert more.section("1", pictures=[], tables=[], n=2).differs == ["2"]
+
+
+def test_a_statement_is_judged_by_its_parts():
+    assert Verdict.of(True, True) is Verdict.HOLDS
+    assert Verdict.of(True, False) is Verdict.PARTLY
+    assert Verdict.of(False) is Verdict.FAILS
 
 
 def test_a_name_stands_once(words):
