@@ -17,8 +17,8 @@ import numpy as np
 from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.engines import ENGINES, engine
 from analysis.engines.record import EngineError
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.shipped_scenes import make
-from nscd import find_contacts, solve
 
 
 def main() -> None:
@@ -51,11 +51,10 @@ def main() -> None:
 
 
 def percussions(place: Path, scene, time_step: float, name: str) -> None:
-    """Read, find contacts and solve on every frame; the first solve, which compiles or loads, is
+    """Read every frame and compute its percussions; the first solve, which compiles or loads, is
     left out."""
     universe = open_bodies(place / "bodies.dump", time_step)
-    walls = scene.wall_segments()
-    seconds, residuals = np.zeros(3), []
+    seconds, residuals = np.zeros(2), []
     for repeat in range(2):
         seconds[:] = 0
         residuals.clear()
@@ -63,20 +62,13 @@ def percussions(place: Path, scene, time_step: float, name: str) -> None:
             started = time.process_time()
             snapshot = snapshot_of(universe.trajectory[frame])
             read = time.process_time()
-            contacts = find_contacts(snapshot, walls, tolerance=1e-6)
-            found = time.process_time()
-            answer = solve(
-                snapshot,
-                contacts,
-                left_velocity=scene.drive.desired_velocity(snapshot.position),
-                tolerance=1e-10,
-            )
-            seconds += np.array([read - started, found - read, time.process_time() - found])
+            answer = percussions_of(scene, snapshot, tolerance=1e-10).answer
+            seconds += np.array([read - started, time.process_time() - read])
             residuals.append(answer.residual)
         if repeat:
             break
-    for what, total in zip(("read", "contacts", "solve"), seconds, strict=True):
-        worst = f"{max(residuals):.1e}" if what == "solve" else "–"
+    for what, total in zip(("read", "percussions"), seconds, strict=True):
+        worst = f"{max(residuals):.1e}" if what == "percussions" else "–"
         label = f"  {name} dump: {what}, a snapshot"
         print(
             f"{label:<34}{total / len(residuals):>10.5f}{'–':>10}{len(residuals):>9}{'–':>27}{worst:>16}"

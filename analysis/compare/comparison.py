@@ -19,9 +19,9 @@ from analysis.dumps.reader import (
     snapshot_of,
 )
 from analysis.engines.record import RunRecord
-from analysis.percussions.trajectory import left_velocity_of
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene, read_scene
-from nscd import Contacts, Percussions, Snapshot, find_contacts, solve
+from nscd import Contacts, Percussions, Snapshot
 from nscd.arrays import Flags, Floats, Indices
 from nscd.contacts import sum_at_disks
 from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
@@ -132,11 +132,8 @@ def compare_run(folder: Path, time: float | None = None, tolerance: float = 1e-1
     snapshot = snapshot_of(
         trajectory[_same_step(index.steps[frame], trajectory, folder)], folder / "bodies.dump"
     )
-    contacts = find_contacts(
-        snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-    )
-    left, window = left_velocity_of(snapshot, "dump" if impact else "desired", scene.drive)
-    answer = solve(snapshot, contacts, left_velocity=left, tolerance=tolerance)
+    found = percussions_of(scene, snapshot, tolerance=tolerance)
+    contacts, window, answer = found.contacts, found.window, found.answer
     net = np.zeros(2)
     closure_error = np.nan
     if impact:

@@ -18,10 +18,9 @@ from analysis.engines.penalty import penalty_of
 from analysis.pages import report_charts as charts
 from analysis.pages.html import inline, jsonable, render
 from analysis.pages.numbers import number, percent
-from analysis.percussions.trajectory import left_velocity_of
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file, write_text
-from nscd import find_contacts, solve
 from nscd.indeterminacy.determinacy import determinacy
 
 # The share of the drive that may still accelerate a crowd "at rest".
@@ -124,20 +123,15 @@ def _results(study: Study, folder: Path) -> dict[str, Any]:
 
 def _real_frame(scene: Scene) -> dict[str, Any]:
     """Percussions of the imported frame as forces p/τ (N)."""
-    snapshot = scene.snapshot
-    contacts = find_contacts(
-        snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-    )
-    left, window = left_velocity_of(snapshot, "desired", scene.drive)
-    answer = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
-    force = answer.reaction / (window or 1.0)
+    found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
+    force = found.answer.reaction / (found.window or 1.0)
     return {
-        "contacts": len(contacts),
+        "contacts": len(found.contacts),
         "mean": float(force.mean()) if len(force) else 0.0,
         "largest": float(force.max(initial=0.0)),
-        "determined": int(determinacy(contacts, len(snapshot)).determined.sum()),
-        "status": str(answer.status),
-        "residual": answer.residual,
+        "determined": int(determinacy(found.contacts, len(scene.snapshot)).determined.sum()),
+        "status": str(found.answer.status),
+        "residual": found.answer.residual,
     }
 
 

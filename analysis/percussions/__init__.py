@@ -1,11 +1,21 @@
 """The rigid answer: percussions of snapshots, trajectories and dumps."""
 
-from analysis.percussions.trajectory import (
-    CSV_HEADER,
+from analysis.percussions.snapshot import (
     LeftVelocity,
-    PercussionAnalysis,
-    contact_rows,
+    Setting,
+    SnapshotPercussions,
     left_velocity_of,
+    percussions_of,
 )
+from analysis.percussions.trajectory import CSV_HEADER, PercussionAnalysis, contact_rows
 
-__all__ = ["CSV_HEADER", "LeftVelocity", "PercussionAnalysis", "contact_rows", "left_velocity_of"]
+__all__ = [
+    "CSV_HEADER",
+    "LeftVelocity",
+    "PercussionAnalysis",
+    "Setting",
+    "SnapshotPercussions",
+    "contact_rows",
+    "left_velocity_of",
+    "percussions_of",
+]

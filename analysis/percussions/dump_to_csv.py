@@ -7,12 +7,8 @@ from pathlib import Path
 
 from analysis.dumps.reader import DumpError, open_bodies
 from analysis.engines.record import EngineError, RunRecord
-from analysis.percussions.trajectory import (
-    CSV_HEADER,
-    LeftVelocity,
-    PercussionAnalysis,
-    contact_rows,
-)
+from analysis.percussions.snapshot import LeftVelocity
+from analysis.percussions.trajectory import CSV_HEADER, PercussionAnalysis, contact_rows
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.files import whole_file
 from nscd import Walls

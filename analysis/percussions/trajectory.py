@@ -2,51 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import ResultsGroup
 
 from analysis.dumps.reader import DumpError, snapshot_of
+from analysis.percussions.snapshot import (
+    LeftVelocity,
+    Setting,
+    SnapshotPercussions,
+    percussions_of,
+)
 from analysis.scene.scene import Drive
-from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts, solve
-from nscd.arrays import Floats, Indices
-
-LeftVelocity = Literal["desired", "dump", "free"]
-# Left velocities that differ by less (relative to the largest) leave the closed contacts nearly as
-# they were.
-ALIKE = 1e-3
-
-
-def left_velocity_of(
-    snapshot: Snapshot, kind: LeftVelocity, drive: Drive | None = None, window: float | None = None
-) -> tuple[Floats, float | None]:
-    """The left velocity u⁻ (n,2) m/s, and the time (s) that turns its percussions into forces, None
-    for an impact.
-
-    desired: the velocity u_d that people want, forces p/τ; dump: the velocity in the snapshot, an
-    impact; free: u + Δt F_drive/m, what the drive makes of it in `window` Δt without contacts,
-    forces p/Δt. Raises ValueError where the drive or the window is missing."""
-    if kind == "dump":
-        return snapshot.velocity, None
-    if kind == "desired":
-        if drive is None:
-            raise ValueError(
-                "left velocity `desired` needs a scene with a [drive] (--walls SCENE.toml)"
-            )
-        return drive.desired_velocity(snapshot.position), drive.relaxation_time_s
-    force = snapshot.drive
-    if force is None and drive is not None:
-        u_d = drive.desired_velocity(snapshot.position)
-        force = snapshot.mass[:, None] * (u_d - snapshot.velocity) / drive.relaxation_time_s
-    if force is None:
-        raise ValueError(
-            "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive]"
-        )
-    if window is None or not window > 0:
-        raise ValueError("left velocity `free` needs a window > 0 s (--window)")
-    return snapshot.velocity + window * force / snapshot.mass[:, None], window
+from nscd import ContactLaw, Contacts, Percussions, Walls
+from nscd.arrays import Indices
 
 
 class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
@@ -81,20 +52,21 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     ) -> None:
         super().__init__(universe.trajectory, **kwargs)
         first = snapshot_of(universe.trajectory.ts, universe.trajectory.filename)
-        left_velocity_of(first, left_velocity, drive, window)  # fail early
-        self.ids: Indices = first.ids
-        self._walls, self._drive, self._kind, self._window = walls, drive, left_velocity, window
-        self._law, self._tolerance, self._contact_tolerance, self._solver = (
-            law,
-            tolerance,
-            contact_tolerance,
-            solver,
+        self._setting = Setting(
+            walls=walls,
+            drive=drive,
+            contact_tolerance=contact_tolerance,
+            left_velocity=left_velocity,
+            window=window,
         )
+        self._setting.left(first)  # fail early
+        self.ids: Indices = first.ids
+        self._law, self._tolerance, self._solver = law, tolerance, solver
 
     def _prepare(self) -> None:
         self.results.contacts = []
         self.results.percussions = []
-        self._before: tuple[Contacts, Floats, Percussions] | None = None
+        self._before: SnapshotPercussions | None = None
 
     def _single_frame(self) -> None:
         snapshot = snapshot_of(self._ts, self._trajectory.filename)
@@ -102,33 +74,16 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
             raise DumpError(
                 f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame"
             )
-        contacts = find_contacts(snapshot, self._walls, tolerance=self._contact_tolerance)
-        left, _ = left_velocity_of(snapshot, self._kind, self._drive, self._window)
-        answer = solve(
+        self._before = percussions_of(
+            self._setting,
             snapshot,
-            contacts,
-            left_velocity=left,
-            law=self._law,
+            self._law,
             tolerance=self._tolerance,
             solver=self._solver,
-            guess=self._guess(contacts, left),
+            before=self._before,
         )
-        self._before = contacts, left, answer
-        self.results.contacts.append(contacts)
-        self.results.percussions.append(answer)
-
-    def _guess(self, contacts: Contacts, left: Floats) -> Percussions | None:
-        """The answer of the frame before where the same disks touch and are pressed alike; it does
-        not change the result."""
-        if self._before is None:
-            return None
-        earlier, pressed, answer = self._before
-        alike = np.array_equal(earlier.first, contacts.first) and np.array_equal(
-            earlier.second, contacts.second
-        )
-        return (
-            answer if alike and np.abs(left - pressed).max() <= ALIKE * np.abs(left).max() else None
-        )
+        self.results.contacts.append(self._before.contacts)
+        self.results.percussions.append(self._before.answer)
 
     def _get_aggregator(self) -> ResultsGroup:
         join = ResultsGroup.flatten_sequence

@@ -10,9 +10,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from analysis.percussions.snapshot import percussions_of
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import Motion, Window
-from nscd import find_contacts, solve
+from nscd import find_contacts
 from nscd.arrays import Floats
 from nscd.percussions import Status
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
@@ -52,21 +53,13 @@ def solve_rigid(window: Window) -> list[Solved]:
 
 
 def _solve(window: Window, solver: str, tolerance: float) -> Solved:
-    scene, left = window.scene, window.left_velocity
+    setting, snapshot = window.setting, window.scene.snapshot
 
     def call() -> tuple[Status, str, Floats]:
-        contacts = find_contacts(
-            scene.snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-        )
         # every quantity here follows from u⁺: which λ of several is of no matter
-        answer = solve(
-            scene.snapshot,
-            contacts,
-            left_velocity=left,
-            tolerance=tolerance,
-            solver=solver,
-            canonical=False,
-        )
+        answer = percussions_of(
+            setting, snapshot, tolerance=tolerance, solver=solver, canonical=False
+        ).answer
         return answer.status, answer.reason, answer.right_velocity
 
     (status, reason, right), seconds = timed(call)
@@ -93,13 +86,11 @@ def solve_rivals(window: Window) -> list[Solved]:
 
 
 def _first_order(window: Window) -> Solved:
-    scene = window.scene
+    setting, snapshot = window.setting, window.scene.snapshot
 
     def call() -> tuple[Status, str, Floats]:
-        contacts = find_contacts(
-            scene.snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-        )
-        answer = first_order(scene.snapshot, contacts, left_velocity=window.left_velocity)
+        contacts = setting.contacts(snapshot)
+        answer = first_order(snapshot, contacts, left_velocity=window.left_velocity)
         return answer.status, answer.reason, answer.right_velocity
 
     (status, reason, right), seconds = timed(call)

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from analysis.percussions.snapshot import Setting
 from analysis.scene.scene import Scene
-from nscd import Contacts, Snapshot, find_contacts
+from nscd import Contacts, Snapshot
 from nscd.arrays import Floats
 
 # The window of a driven crowd, in relaxation times: so short that the rigid disks keep their
@@ -80,21 +81,25 @@ class Window:
         return scene.with_run(duration_s=self.duration(stiffness), frames=2, time_step_s=None)
 
     @cached_property
-    def contacts(self) -> Contacts:
-        """Who touches whom at the start."""
+    def setting(self) -> Setting:
+        """Walls, drive and contact tolerance: of a driven crowd the left velocity is the desired
+        one (p/τ is then a force), else the velocity at the start (an impact)."""
         scene = self.scene
-        return find_contacts(
-            scene.snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
+        return Setting(
+            walls=scene.wall_segments(),
+            drive=scene.drive,
+            contact_tolerance=scene.analysis.contact_tolerance_m,
         )
 
     @cached_property
+    def contacts(self) -> Contacts:
+        """Who touches whom at the start."""
+        return self.setting.contacts(self.scene.snapshot)
+
+    @cached_property
     def left_velocity(self) -> Floats:
-        """u⁻ (n,2) m/s of the rigid model: the desired velocity of a driven crowd (p/τ is then a
-        force), else the velocity at the start (an impact)."""
-        scene = self.scene
-        if scene.drive is None:
-            return scene.snapshot.velocity
-        return scene.drive.desired_velocity(scene.snapshot.position)
+        """u⁻ (n,2) m/s of the rigid model."""
+        return self.setting.left(self.scene.snapshot)[0]
 
     def rigid_motion(self, right_velocity: Floats) -> Motion:
         """The motion of rigid disks from u⁺ (n,2) m/s, the contacts kept as they are at the start.

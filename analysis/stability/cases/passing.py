@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.percussions.snapshot import Setting, percussions_of
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.crowds import MASS_KG, PERIOD_S, RADIUS_M, end_walls, scene_of
 from analysis.stability.motion import GAIN, QUANTITIES, common_cell, read_motion, rigid_cell
 from analysis.stability.trial import try_engine
-from nscd import find_contacts, solve
 
 WALKING_M_PER_S = 1.0
 RELAXATION_S = 0.5
@@ -94,10 +94,10 @@ def door_attempt(width: float, row: str, folder: Path) -> Cell:
     one."""
     if row == RIGID:
         scene = door_scene(width, 1e-3)
-        contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=2e-3 * RADIUS_M)
-        assert scene.drive is not None
-        desired = scene.drive.desired_velocity(scene.snapshot.position)
-        answer = solve(scene.snapshot, contacts, left_velocity=desired)
+        setting = Setting(
+            walls=scene.wall_segments(), drive=scene.drive, contact_tolerance=2e-3 * RADIUS_M
+        )
+        answer = percussions_of(setting, scene.snapshot).answer
         through = float(answer.right_velocity[0, 0]) > 1e-6
         outcome = Outcome.LOST if through and width < 1 else Outcome.STABLE
         return rigid_cell(

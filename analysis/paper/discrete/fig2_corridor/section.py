@@ -24,9 +24,9 @@ from analysis.paper.discrete.fig2_corridor.push import (
     push_scene,
     run_push,
 )
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import read_scene
 from analysis.support.progress import Progress
-from nscd import find_contacts, solve
 from nscd.arrays import Flags
 
 # With e = 1 the push overlaps disks by two thirds of a radius at 1e4 N/m, which is no model of a
@@ -49,10 +49,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     """
     scene = read_scene("corridor")
     snapshot = scene.snapshot
-    contacts = find_contacts(
-        snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-    )
-    answer = solve(snapshot, contacts, tolerance=1e-10)
+    found = percussions_of(scene, snapshot, tolerance=1e-10)
+    contacts, answer = found.contacts, found.answer
     warnings = (
         [] if answer.status == "solved" else [f"percussions: {answer.status}: {answer.reason}"]
     )

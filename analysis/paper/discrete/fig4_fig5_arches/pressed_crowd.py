@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Drive, Scene
-from nscd import ContactLaw, Contacts, Percussions, Snapshot, find_contacts, solve
+from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.admissible import ProgramError
 from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
@@ -40,18 +41,14 @@ class Arch:
         scene without drive."""
         if scene.drive is None:
             raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
-        contacts = find_contacts(
-            snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-        )
-        left = scene.drive.desired_velocity(snapshot.position)
-        answer = solve(snapshot, contacts, left_velocity=left, tolerance=1e-10)
+        found = percussions_of(scene, snapshot, tolerance=1e-10)
         return cls(
             drive=scene.drive,
             snapshot=snapshot,
-            contacts=contacts,
-            left_velocity=left,
+            contacts=found.contacts,
+            left_velocity=found.left_velocity,
             window=scene.drive.relaxation_time_s,
-            answer=answer,
+            answer=found.answer,
         )
 
     def under(self, law: ContactLaw) -> Percussions:

@@ -68,9 +68,7 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
     comparison = compare_run(folder)
     snapshot, drive = comparison.snapshot, scene.drive
     assert drive is not None
-    contacts = find_contacts(
-        snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
-    )
+    contacts = comparison.contacts
     other = np.where(
         contacts.is_wall,
         contacts.second + 1,
