@@ -22,8 +22,9 @@ from analysis.advice.library import FILE, Entry, Library, library_text, stored_l
 from analysis.advice.likeness import likeness_of
 from analysis.advice.measure_library import measured_points
 from analysis.advice.safety import rates_of
-from analysis.advice.words import percent, setting
+from analysis.advice.words import setting
 from analysis.engines import ENGINES
+from analysis.pages.numbers import percent
 from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 from analysis.support.parallel import workers
@@ -188,14 +189,14 @@ def summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
             times = [o.times_best for o in made if o.times_best is not None]
             cost = f"{np.median(times):.2f}, {max(times):.2f}" if times else "–"
             yield (
-                f"| {question.words} | {percent(asked)} | {len(made)} | {sum(o.held for o in made)} | {len(refused)} "
+                f"| {question.words} | {percent(asked, 2)} | {len(made)} | {sum(o.held for o in made)} | {len(refused)} "
                 f"| {sum(o.held for o in refused)} | {cost} |"
             )
 
 
 def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """Lines of a Markdown table: every scene and question at one asked error."""
-    yield f"| scene | question | choice for {percent(SHOWN)} | promised | measured | cost over the cheapest found |"
+    yield f"| scene | question | choice for {percent(SHOWN, 2)} | promised | measured | cost over the cheapest found |"
     yield "|---|---|---|---|---|---|"
     for o in outcomes:
         if o.asked != SHOWN:
@@ -204,10 +205,10 @@ def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
             rightly = "nothing reaches it" if o.held else "**but something reaches it**"
             yield f"| {o.scene} | {o.question.words} | refused | – | {rightly} | – |"
             continue
-        measured = "did not end well" if o.measured is None else percent(o.measured)
+        measured = "did not end well" if o.measured is None else percent(o.measured, 2)
         times = "–" if o.times_best is None else f"{o.times_best:.2f}"
         yield (
-            f"| {o.scene} | {o.question.words} | {setting(o.choice)} | {percent(o.choice.promised_error)} "
+            f"| {o.scene} | {o.question.words} | {setting(o.choice)} | {percent(o.choice.promised_error, 2)} "
             f"| {measured if o.held else f'**{measured}**'} | {times} |"
         )
 

@@ -11,6 +11,8 @@ import numpy as np
 from contest import NEAR, TARGET, Outcome
 from families import Case
 
+from analysis.pages.numbers import decimals, number
+
 
 class Row(NamedTuple):
     """One solver on one case. error: max|u⁺ − u*| / ‖u⁻‖∞ with u* the most exact answer of all
@@ -86,8 +88,8 @@ def markdown(rows: Sequence[Row]) -> str:
         "contacts": lambda row: str(row.contacts),
         "solver": lambda row: row.solver,
         "CPU s": lambda row: _seconds(row.cpu_s),
-        "residual": lambda row: _power(row.residual) + ("*" if row.own_velocity else ""),
-        "error of u⁺": lambda row: _power(row.error),
+        "residual": lambda row: number(row.residual, 2) + ("*" if row.own_velocity else ""),
+        "error of u⁺": lambda row: number(row.error, 2),
         "× best peer": lambda row: _ratio(row),
         "memory, MB": lambda row: f"{row.peak_MB:.0f}" if row.peak_MB >= 1 else "",
         "setting": lambda row: "; ".join(part for part in (row.setting, row.note) if part),
@@ -147,11 +149,7 @@ def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def _seconds(value: float) -> str:
-    return "–" if np.isnan(value) else f"{value:.5f}" if value < 0.1 else f"{value:.3f}"
-
-
-def _power(value: float) -> str:
-    return "–" if np.isnan(value) else f"{value:.1e}"
+    return decimals(value, 5 if value < 0.1 else 3)
 
 
 def _ratio(row: Row) -> str:

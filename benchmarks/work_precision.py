@@ -11,19 +11,22 @@ from contest import Outcome
 from families import Case
 from matplotlib.figure import Figure
 
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
-# Okabe–Ito; marker and dashes tell the lines apart without colour
-COLOURS = (
-    "#000000",
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#CC79A7",
-    "#56B4E9",
-    "#D55E00",
-    "#999999",
-    "#5A5A5A",
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    DARK_GREY,
+    GREEN,
+    GREY,
+    GRID,
+    ORANGE,
+    PINK,
+    SKY,
+    VERMILION,
 )
+
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
+# marker and dashes tell the lines apart without colour
+COLOURS = (BLACK, BLUE, ORANGE, GREEN, PINK, SKY, VERMILION, GREY, DARK_GREY)
 MARKERS = "osD^v<>Px"
 DASHES = ("-", "--", "-.", ":")
 
@@ -65,7 +68,7 @@ def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]], path: Path) -> None
     panels[0, 0].set_ylabel("residual, recomputed")
     panels[1, 0].set_ylabel("error of u⁺ / ‖u⁻‖∞")
     for panel in panels.flat:
-        panel.grid(True, which="major", color="#DDDDDD", lw=0.6)
+        panel.grid(True, which="major", color=GRID, lw=0.6)
     handles = {}
     for panel in panels[0]:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):

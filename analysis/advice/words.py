@@ -8,34 +8,14 @@ from typing import Any
 
 from analysis.advice.choice import LOADS, Advice, Candidate
 from analysis.advice.library import Library
+from analysis.pages.names import engine_name
+from analysis.pages.numbers import percent, seconds
 from analysis.work_precision.point import Point
-
-# Below ROUNDING a share is nothing; from WHOLE on two digits are not enough.
-ROUNDING, WHOLE = 1e-9, 0.995
-NAMES = {"lammps": "LAMMPS", "yade": "YADE", "rigid": "rigid model"}
-
-
-def percent(share: float) -> str:
-    """A share in per cent, two digits; rounding errors are no error."""
-    if share < ROUNDING:
-        return "≈ 0 %"
-    return f"{100 * share:.2g} %" if share < WHOLE else f"{100 * share:.0f} %"
-
-
-def seconds(value: float) -> str:
-    """CPU time, two digits."""
-    return (
-        f"{1e3 * value:.2g} ms"
-        if value < 0.0995
-        else f"{value:.2g} s"
-        if value < 99.5
-        else f"{value:.0f} s"
-    )
 
 
 def setting(candidate: Candidate) -> str:
     """The method with its setting."""
-    name = NAMES.get(candidate.method, candidate.method)
+    name = engine_name(candidate.method)
     if candidate.time_step_s is None:
         return f"{name}, solver {candidate.solver}, tolerance {candidate.tolerance:g}"
     return (
@@ -48,14 +28,14 @@ def headline(advice: Advice) -> str:
     """The choice in one line; or that there is none, and the best that is reached."""
     if advice.choice is not None:
         return (
-            f"{setting(advice.choice)}: error of {advice.quantity} at most {percent(advice.choice.promised_error)}, "
+            f"{setting(advice.choice)}: error of {advice.quantity} at most {percent(advice.choice.promised_error, 2)}, "
             f"{seconds(advice.choice.cpu_seconds)} CPU"
         )
     if advice.best is None:
         return f"nothing is known: no measured scene is enough like {advice.scene.name} in {advice.quantity}"
     return (
-        f"nothing reaches {percent(advice.asked)} in {advice.quantity}; the best, {setting(advice.best)}, promises "
-        f"{percent(advice.best.promised_error)}"
+        f"nothing reaches {percent(advice.asked, 2)} in {advice.quantity}; the best, {setting(advice.best)}, promises "
+        f"{percent(advice.best.promised_error, 2)}"
     )
 
 
@@ -83,28 +63,28 @@ def report(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> list
     )
     lines = [
         f"{advice.scene.name}: {len(advice.scene.snapshot)} disks; {advice.quantity}, {LOADS[advice.quantity]},",
-        f"within {percent(advice.asked)} of {against}",
+        f"within {percent(advice.asked, 2)} of {against}",
         "",
         "advised: " + headline(advice) if advice.choice else headline(advice),
     ]
     if advice.choice is not None and advice.better is not None:
         times = advice.better.cpu_seconds / advice.choice.cpu_seconds
         lines.append(
-            f"next better: {setting(advice.better)}: at most {percent(advice.better.promised_error)}, "
+            f"next better: {setting(advice.better)}: at most {percent(advice.better.promised_error, 2)}, "
             f"{seconds(advice.better.cpu_seconds)} CPU ({times:.2g} times the price)"
         )
     elif advice.choice is not None:
         lines.append("next better: nothing promises half that error")
     others = [c for c in advice.by_method if c != advice.choice]
     lines += [
-        f"or with {setting(c)}: at most {percent(c.promised_error)}, {seconds(c.cpu_seconds)} CPU"
+        f"or with {setting(c)}: at most {percent(c.promised_error, 2)}, {seconds(c.cpu_seconds)} CPU"
         for c in others
     ]
     lines += ["", "the curve that was read, from cheap to accurate:"]
     lines.append(f"  {'':<70}{'numerical':>12}{'model':>12}{'promised':>12}{'CPU':>10}")
     lines += [
-        f"{'→' if c == advice.choice else ' '} {setting(c):<70}{percent(c.numerical_error):>12}{percent(c.model_error):>12}"
-        f"{percent(c.promised_error):>12}{seconds(c.cpu_seconds):>10}"
+        f"{'→' if c == advice.choice else ' '} {setting(c):<70}{percent(c.numerical_error, 2):>12}{percent(c.model_error, 2):>12}"
+        f"{percent(c.promised_error, 2):>12}{seconds(c.cpu_seconds):>10}"
         for c in advice.curve
     ]
     if advice.own:
@@ -112,7 +92,7 @@ def report(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> list
     else:
         lines.append(
             "read from the scenes most like it: "
-            + ", ".join(f"{name} ({percent(w)})" for name, w in advice.read)
+            + ", ".join(f"{name} ({percent(w, 2)})" for name, w in advice.read)
             if advice.read
             else "no measured scene is enough like it"
         )

@@ -91,9 +91,9 @@ def compare(
     """
     from analysis.compare.comparison import compare_run, statistics
     from analysis.pages.html import jsonable
+    from analysis.pages.names import engine_label
     from analysis.pages.numbers import number
     from analysis.pages.report import write_contacts
-    from analysis.pages.report_charts import engine_label
     from analysis.support.files import write_text
 
     table = Table("quantity")

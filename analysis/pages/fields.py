@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.tri import Triangulation
 from skfem import MeshTri1
 
-from analysis.pages.report_charts import BLACK, ORANGE
+from analysis.pages.drawing import BLACK, ORANGE, SHADES
 from nscd.arrays import Floats
 from nscd.continuum.room import Room
 
@@ -41,7 +41,7 @@ def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
     }[(below, above)]
     if not below:
         values = np.maximum(values, 0.0)
-    drawn = axes.tricontourf(triangles, values, levels=levels, cmap="viridis", extend=extend)
+    drawn = axes.tricontourf(triangles, values, levels=levels, cmap=SHADES, extend=extend)
     axes.tricontour(triangles, values, levels=levels[::2], colors="white", linewidths=0.4)
     axes.set_aspect("equal")
     return drawn

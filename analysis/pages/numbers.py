@@ -9,8 +9,8 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # between digits of thousands, and before a unit that is one sign
 THIN = "\u202f"
 NONE = "–"
-# below this a share is a rounding error, from WHOLE on two digits are not enough
-ROUNDING, WHOLE = 1e-9, 0.995
+# below this a share is a rounding error
+ROUNDING = 1e-9
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -52,6 +52,8 @@ def percent(value: float | None, digits: int | None = None) -> str:
     if value is None or not math.isfinite(value):
         return NONE
     if digits is not None:
+        if 0 <= value < ROUNDING:
+            return "≈ 0 %"
         return f"{significant(100 * value, digits)} %"
     if value and abs(value) < 1e-3:
         return f"{number(100 * value, 2)} %"

@@ -17,6 +17,7 @@ from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
 from analysis.pages import report_charts as charts
 from analysis.pages.html import inline, jsonable, render
+from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, percent
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
@@ -95,7 +96,7 @@ def _results(study: Study, folder: Path) -> dict[str, Any]:
             | {
                 "csv": name,
                 "difference_from_first_engine": apart,
-                "first_engine": charts.ENGINE_NAMES[same[0].record.engine],
+                "first_engine": engine_name(same[0].record.engine),
             }
         )
     return {
@@ -139,7 +140,7 @@ def _run_content(comparison: Comparison) -> dict[str, Any]:
     record, penalty = comparison.record, penalty_of(comparison.scene)
     return {
         "engine": record.engine,
-        "engine_name": charts.ENGINE_NAMES[record.engine],
+        "engine_name": engine_name(record.engine),
         "stiffness": comparison.scene.contact.stiffness_N_per_m,
         "safe_time_step_s": penalty.safe_time_step,
         "time_s": comparison.time,

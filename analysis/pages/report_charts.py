@@ -1,5 +1,4 @@
-"""Pictures: data → Figure, one function a chart. Colours: Okabe–Ito and viridis, readable in grey
-and by the colour-blind."""
+"""Pictures of the report: data → Figure, one function a chart."""
 
 from __future__ import annotations
 
@@ -7,57 +6,40 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from analysis.compare.comparison import FORCE, Comparison, statistics
-from analysis.scene.scene import Scene
-from nscd import Snapshot
-from nscd.arrays import Floats
-
-BLUE, ORANGE, GREEN, PINK, BLACK, GREY = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#CC79A7",
-    "#000000",
-    "#BBBBBB",
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    LINES,
+    MARKERS,
+    ORANGE,
+    add_scale,
+    draw_disks,
+    draw_forces,
+    draw_walls,
+    frame,
+    size_of,
 )
-COLOURS = (BLUE, ORANGE, GREEN, PINK)
-MARKERS = "osD^v"
-LINES = ("-", "--", ":", "-.")
-ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE"}
-
-
-def engine_label(comparison: Comparison) -> str:
-    """Engine and stiffness in words."""
-    name = ENGINE_NAMES.get(comparison.record.engine, comparison.record.engine)
-    return f"{name}, k = {stiffness_label(comparison)} N/m"
-
-
-def stiffness_label(comparison: Comparison) -> str:
-    """Stiffness (N/m) as 10⁶ or 2.5·10⁶."""
-    mantissa, exponent = f"{comparison.scene.contact.stiffness_N_per_m:.2e}".split("e")
-    mantissa = mantissa.rstrip("0").rstrip(".")
-    return (
-        rf"$10^{{{int(exponent)}}}$"
-        if mantissa == "1"
-        else rf"${mantissa}\cdot 10^{{{int(exponent)}}}$"
-    )
+from analysis.pages.names import engine_label, engine_name
+from analysis.scene.scene import Scene
+from nscd.arrays import Floats
 
 
 def scene_picture(scene: Scene) -> Figure:
     """The initial state: disks, walls, the door, and who moves or walks where."""
     snapshot = scene.snapshot
     figure = Figure(
-        figsize=_size(snapshot.position, float(snapshot.radius.max()), 1), layout="constrained"
+        figsize=size_of(snapshot.position, float(snapshot.radius.max()), 1), layout="constrained"
     )
     axes = figure.add_subplot()
-    _draw_disks(axes, snapshot, "#DDEAF3")
-    _draw_walls(axes, scene)
+    draw_disks(axes, snapshot, "#DDEAF3")
+    draw_walls(axes, _walls(scene))
     velocity = (
         snapshot.velocity
         if scene.drive is None
@@ -83,7 +65,7 @@ def scene_picture(scene: Scene) -> Figure:
         axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")
     if axes.get_legend_handles_labels()[0]:
         figure.legend(loc="outside lower center", ncols=3, fontsize=8)
-    _frame(axes, snapshot.position, float(snapshot.radius.max()))
+    frame(axes, snapshot.position, float(snapshot.radius.max()))
     return figure
 
 
@@ -93,13 +75,13 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
     parts = [(engine_label(c), c, c.normal_parts()[0]) for c in comparisons]
     parts.append(
         (
-            f"Percussions on the {ENGINE_NAMES.get(comparisons[0].record.engine)} snapshot",
+            f"Percussions on the {engine_name(comparisons[0].record.engine)} snapshot",
             comparisons[0],
             comparisons[0].normal_parts()[1],
         )
     )
     view = _contact_lines(comparisons[0]).reshape(-1, 2)
-    size = _size(view, float(comparisons[0].snapshot.radius.max()), len(parts))
+    size = size_of(view, float(comparisons[0].snapshot.radius.max()), len(parts))
     figure = Figure(figsize=size, layout="constrained")
     every = np.concatenate([force[force > 0] for _, _, force in parts])
     top = float(np.quantile(every, 0.99)) if len(every) else 1.0
@@ -107,31 +89,14 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
     for number, (label, comparison, force) in enumerate(parts):
         axes = figure.add_subplot(1, len(parts), number + 1)
         snapshot = comparison.snapshot
-        _draw_disks(axes, snapshot, "#F2F2F2")
-        _draw_walls(axes, comparison.scene)
-        lines = _contact_lines(comparison)
-        order = np.argsort(force)
-        widths = 0.2 + 4.0 * np.clip(force[order] / top, 0, 1.2)
-        axes.add_collection(
-            LineCollection(
-                list(lines[order]),
-                linewidths=list(widths),
-                array=force[order],
-                cmap="viridis_r",
-                norm=norm,
-            )
-        )
+        draw_disks(axes, snapshot)
+        draw_walls(axes, _walls(comparison.scene))
+        draw_forces(axes, _contact_lines(comparison), force, norm)
         axes.set_title(label, fontsize=10)
-        _frame(axes, view, float(snapshot.radius.max()))
+        frame(axes, view, float(snapshot.radius.max()))
     unit = comparisons[0].unit
     quantity = "normal contact force" if unit == FORCE else "normal contact impulse"
-    figure.colorbar(
-        ScalarMappable(norm, "viridis_r"),
-        ax=figure.axes,
-        shrink=0.75,
-        extend="max",
-        label=f"{quantity} ({unit})",
-    )
+    add_scale(figure, figure.axes, norm, f"{quantity} ({unit})")
     return figure
 
 
@@ -141,7 +106,7 @@ def carried_maps(comparison: Comparison) -> Figure:
     sums = comparison.disk_sums()
     lines = _contact_lines(comparison).reshape(-1, 2)
     figure = Figure(
-        figsize=_size(lines, float(comparison.snapshot.radius.max()), 2), layout="constrained"
+        figsize=size_of(lines, float(comparison.snapshot.radius.max()), 2), layout="constrained"
     )
     norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
     for number, (label, values) in enumerate(
@@ -149,21 +114,11 @@ def carried_maps(comparison: Comparison) -> Figure:
     ):
         axes = figure.add_subplot(1, 2, number + 1)
         snapshot = comparison.snapshot
-        disks = PatchCollection(
-            [
-                Circle((x, y), r)
-                for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)
-            ]
-        )
-        disks.set(array=values, cmap="viridis_r", norm=norm, edgecolor="#666666", linewidth=0.2)
-        axes.add_collection(disks)
-        _draw_walls(axes, comparison.scene)
+        draw_disks(axes, snapshot, values=values, norm=norm)
+        draw_walls(axes, _walls(comparison.scene))
         axes.set_title(label, fontsize=10)
-        _frame(axes, lines, float(snapshot.radius.max()))
-    label = f"sum of normal magnitudes ({comparison.unit})"
-    figure.colorbar(
-        ScalarMappable(norm, "viridis_r"), ax=figure.axes, shrink=0.75, extend="max", label=label
-    )
+        frame(axes, lines, float(snapshot.radius.max()))
+    add_scale(figure, figure.axes, norm, f"sum of normal magnitudes ({comparison.unit})")
     return figure
 
 
@@ -208,7 +163,7 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
     axes = figure.add_subplot()
     for number, comparison in enumerate(comparisons):
         penalty, rigid = comparison.normal_parts()
-        colour, width = (BLUE, ORANGE, GREEN, PINK)[number % 4], 3.0 / (number + 1)
+        colour, width = COLOURS[number % 4], 3.0 / (number + 1)
         _exceedance(
             axes, penalty[comparison.in_penalty], f"{engine_label(comparison)}", colour, "-", width
         )
@@ -260,7 +215,7 @@ def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
                 ls=LINES[row],
                 color=colour,
                 mfc="none" if row else colour,
-                label=f"{ENGINE_NAMES.get(engine, engine)}: {words}",
+                label=f"{engine_name(engine)}: {words}",
             )
     first = [
         v
@@ -311,38 +266,5 @@ def _contact_lines(comparison: Comparison) -> Floats:
     return np.stack([start, start + (reach + comparison.gap)[:, None] * comparison.normal], axis=1)
 
 
-def _draw_disks(axes: Axes, snapshot: Snapshot, colour: str) -> None:
-    disks = [
-        Circle((x, y), r) for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)
-    ]
-    axes.add_collection(
-        PatchCollection(disks, facecolor=colour, edgecolor="#888888", linewidth=0.3)
-    )
-
-
-def _draw_walls(axes: Axes, scene: Scene) -> None:
-    walls = [(w.start_m, w.end_m) for w in scene.walls]
-    axes.add_collection(
-        LineCollection(walls, colors=BLACK, linewidths=2.5, label="wall" if walls else None)
-    )
-
-
-def _size(points: Floats, margin: float, panels: int) -> tuple[float, float]:
-    """Figure size (inches) for some panels side by side that show these points at equal scale."""
-    width, height = points.max(0) - points.min(0) + 4 * margin
-    panel = min(7.0, 11.0 / panels)
-    tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)
-    wide = (tall - 1.3) * width / height + 0.7
-    return float(min(panels * max(wide, 2.6), 11.0) + 1.0), float(tall)
-
-
-def _frame(axes: Axes, points: Floats, margin: float) -> None:
-    low, high = points.min(0) - 2 * margin, points.max(0) + 2 * margin
-    axes.set(
-        xlim=(low[0], high[0]),
-        ylim=(low[1], high[1]),
-        aspect="equal",
-        xlabel="x (m)",
-        ylabel="y (m)",
-    )
-    axes.tick_params(labelsize=8)
+def _walls(scene: Scene) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    return [(wall.start_m, wall.end_m) for wall in scene.walls]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from analysis.compare.comparison import penalty_difference, statistics
-from analysis.pages.report_charts import ENGINE_NAMES
+from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Table
 from analysis.paper.discrete.fig2_corridor.columns import Gaps
 from analysis.paper.discrete.fig2_corridor.push import Push, first_arrivals, long_wave_speed

@@ -10,17 +10,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from analysis.pages.report_charts import BLACK
+from analysis.pages.drawing import BLACK, DARK_GREY, GREY, ORANGE, SKY, VERMILION, YELLOW
+from analysis.pages.numbers import significant
 from analysis.stability.case import Axis, Map, Outcome, Value
 
 # Okabe–Ito, of clearly different lightness, with a letter and a hatch of its own
 LOOKS = {
     Outcome.STABLE: ("#FFFFFF", "S", ""),
-    Outcome.INACCURATE: ("#F0E442", "I", ".."),
-    Outcome.ENERGY_GAIN: ("#E69F00", "E", "//"),
-    Outcome.LOST: ("#D55E00", "L", "xx"),
-    Outcome.NOT_CONVERGED: ("#56B4E9", "N", "\\\\"),
-    Outcome.REFUSED: ("#BBBBBB", "R", "--"),
+    Outcome.INACCURATE: (YELLOW, "I", ".."),
+    Outcome.ENERGY_GAIN: (ORANGE, "E", "//"),
+    Outcome.LOST: (VERMILION, "L", "xx"),
+    Outcome.NOT_CONVERGED: (SKY, "N", "\\\\"),
+    Outcome.REFUSED: (GREY, "R", "--"),
 }
 
 
@@ -37,7 +38,7 @@ def draw_map(made: Map) -> Figure:
         colour, letter, hatch = LOOKS[cell.outcome]
         axes.add_patch(
             Rectangle(
-                (x - 0.5, y - 0.5), 1, 1, facecolor=colour, edgecolor="#8A8A8A", hatch=hatch, lw=0.6
+                (x - 0.5, y - 0.5), 1, 1, facecolor=colour, edgecolor=DARK_GREY, hatch=hatch, lw=0.6
             )
         )
         axes.text(
@@ -53,7 +54,7 @@ def draw_map(made: Map) -> Figure:
         Patch(
             facecolor=LOOKS[o][0],
             hatch=LOOKS[o][2],
-            edgecolor="#8A8A8A",
+            edgecolor=DARK_GREY,
             label=f"{LOOKS[o][1]}  {o}",
         )
         for o in Outcome
@@ -99,12 +100,7 @@ def tick(value: Value) -> str:
     """A value as a tick label."""
     if isinstance(value, str):
         return value
-    if value == 0 or 1e-3 <= abs(value) < 1e4:
-        return f"{value:g}"
-    mantissa, exponent = f"{value:e}".split("e")
-    power = rf"10^{{{int(exponent)}}}"
-    lead = f"{float(mantissa):g}"
-    return f"${power}$" if lead == "1" else rf"${lead}\cdot {power}$"
+    return significant(value, 4)
 
 
 def _longest(values: tuple[Value, ...]) -> int:

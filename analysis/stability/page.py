@@ -16,8 +16,8 @@ from analysis.pages.html import jsonable, prose, render, write_picture
 from analysis.pages.numbers import number, percent
 from analysis.pages.section import Picture
 from analysis.stability.atlas import build, choose
-from analysis.stability.case import Boundary, Map, Outcome, Value
-from analysis.stability.charts import LOOKS, draw_map
+from analysis.stability.case import Boundary, Map, Outcome
+from analysis.stability.charts import LOOKS, draw_map, tick
 from analysis.support.files import whole_file, write_text
 from analysis.support.progress import Progress
 
@@ -172,8 +172,8 @@ def _content(made: Map, image: str) -> dict[str, Any]:
         "numbered": not isinstance(case.rows.values[0], str),
         "cells": [
             {
-                "row": shown(cell.row),
-                "column": shown(cell.column),
+                "row": tick(cell.row),
+                "column": tick(cell.column),
                 "outcome": str(cell.outcome),
                 "stable": cell.outcome is Outcome.STABLE,
                 "silent": cell.silent,
@@ -190,7 +190,7 @@ def _content(made: Map, image: str) -> dict[str, Any]:
 def _edge(edge: Boundary) -> dict[str, Any]:
     """A boundary as the page shows it: no more digits than its bracket has."""
     return {
-        "row": shown(edge.row),
+        "row": tick(edge.row),
         "low": number(edge.low, 4),
         "high": number(edge.high, 4),
         "measured": number(edge.measured, 4),
@@ -199,10 +199,3 @@ def _edge(edge: Boundary) -> dict[str, Any]:
         if edge.theory == edge.theory
         else "–",
     }
-
-
-def shown(value: Value) -> str:
-    """A row's or column's value as text."""
-    if isinstance(value, str):
-        return value
-    return f"{value:g}" if 1e-2 <= abs(value) < 1e3 else number(value, 4)

@@ -14,14 +14,26 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from analysis.pages.report_charts import BLACK, BLUE, GREEN, GREY, ORANGE, PINK
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    DARK_GREY,
+    GREEN,
+    GREY,
+    GRID,
+    ORANGE,
+    PINK,
+    SKY,
+    VERMILION,
+    YELLOW,
+)
+from analysis.pages.numbers import number
 from analysis.work_precision.pareto import pareto_front
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.window import Quantity
 
-SKY, VERMILION, YELLOW = "#56B4E9", "#D55E00", "#F0E442"
 # Edges of what is too light for a thin line.
-DARK = {GREY: "#777777", YELLOW: "#6B6100"}
+DARK = {GREY: DARK_GREY, YELLOW: "#6B6100"}
 # Errors outside of this are drawn at its ends: above 1000 % is no answer, below 1e-13 is rounding.
 LOWEST, HIGHEST = 1e-13, 10.0
 WHOLE = 1.0
@@ -89,7 +101,7 @@ def work_precision_picture(points: Sequence[Point], quantity: Quantity, title: s
     _draw_cost(total, chosen, "error_sum")
     total.set_ylabel("both errors together: from the rigid reference")
     limits = total.get_xlim()
-    for some, colour, line in ((chosen, BLACK, "-"), (_soft(chosen), "#666666", (0, (4, 2)))):
+    for some, colour, line in ((chosen, BLACK, "-"), (_soft(chosen), DARK_GREY, (0, (4, 2)))):
         front = pareto_front(some)
         if front:
             x, y = [_cost(p) for p in front], [_clipped(p.error_sum) for p in front]
@@ -149,7 +161,7 @@ def _draw_cost(axes: Axes, points: Sequence[Point], error: str) -> None:
                 )
     if bars and error == "numerical_error":
         axes.axhline(max(bars), color=BLACK, lw=0.8, ls=(0, (1, 3)), zorder=1)
-    axes.axhline(WHOLE, color="#999999", lw=0.8, ls="--", zorder=0)
+    axes.axhline(WHOLE, color=GREY, lw=0.8, ls="--", zorder=0)
     axes.set(xscale="log", yscale="log", xlabel="CPU time (s)")
     low = min(
         (_clipped(getattr(p, error)) for p in points if getattr(p, error) is not None), default=1e-6
@@ -185,15 +197,15 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
             x, y, yerr=bar, ls=look.line, color=look.edge, marker=look.marker, ms=size, mfc="white", mew=1.2, capsize=3,
         )  # fmt: skip
     shown = [p for p in levels.values() if p.model_error is not None and p.model_error > LOWEST]
-    for number, point in enumerate(shown):
+    for place, point in enumerate(shown):
         look, value = look_of(point), point.model_error or 0.0
         axes.axhline(value, color=look.edge, lw=1, ls=(0, (5, 3)), zorder=1)
         # side by side, since some have nearly the same
         axes.errorbar(
-            [0.97 - 0.06 * number], [value], yerr=min(point.model_bar or 0.0, 0.9 * value), capsize=3,
+            [0.97 - 0.06 * place], [value], yerr=min(point.model_bar or 0.0, 0.9 * value), capsize=3,
             transform=axes.get_yaxis_transform(), marker=look.marker, color=look.colour, mec=look.edge, ecolor=look.edge, ms=9,
         )  # fmt: skip
-    axes.axhline(WHOLE, color="#999999", lw=0.8, ls="--", zorder=0)
+    axes.axhline(WHOLE, color=GREY, lw=0.8, ls="--", zorder=0)
     axes.set(xscale="log", yscale="log", xlabel="contact stiffness k (N/m)")
     if not drawn:
         # no engine is there: levels alone
@@ -255,7 +267,7 @@ def _handles(points: Sequence[Point]) -> list[Line2D]:
                     marker="o",
                     mfc=shade,
                     ls="none",
-                    label=f"fill: k = {_power(stiffness)} N/m",
+                    label=f"fill: k = {number(stiffness)} N/m",
                 )
             )
     handles.append(
@@ -283,7 +295,7 @@ def _handles(points: Sequence[Point]) -> list[Line2D]:
             Line2D(
                 [],
                 [],
-                color="#666666",
+                color=DARK_GREY,
                 lw=1.2,
                 ls=(0, (4, 2)),
                 label="Pareto front of soft contacts",
@@ -324,12 +336,8 @@ def _cost(point: Point) -> float:
     return float("nan") if point.cpu_seconds is None else point.cpu_seconds
 
 
-def _power(value: float) -> str:
-    return rf"$10^{{{np.log10(value):.3g}}}$"
-
-
 def _tidy(axes: Axes) -> None:
-    axes.grid(True, which="major", color="#E5E5E5", lw=0.6)
+    axes.grid(True, which="major", color=GRID, lw=0.6)
     axes.set_axisbelow(True)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(numticks=9))

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from analysis.pages.html import render, write_picture
+from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.numbers import number, percent
-from analysis.pages.report_charts import ENGINE_NAMES
 from analysis.pages.section import Picture
 from analysis.support.files import write_text
 from analysis.work_precision.chart import Chart
@@ -132,11 +132,11 @@ def _row(point: Point) -> dict[str, Any]:
         "method": look_of(point).label,
         "disks": point.disks,
         "setting": setting,
-        "cpu": _said(point.cpu_seconds),
-        "numerical": _said(point.numerical_error),
-        "model": _said(point.model_error),
-        "sum": _said(point.error_sum),
-        "total": _said(point.total_error),
+        "cpu": number(point.cpu_seconds),
+        "numerical": number(point.numerical_error),
+        "model": number(point.model_error),
+        "sum": number(point.error_sum),
+        "total": number(point.total_error),
         "status": str(point.status),
         "reason": point.reason,
     }
@@ -153,10 +153,6 @@ def _unfinished(points: Iterable[Point], quantities: Iterable[Quantity]) -> list
                 row = _row(point) | {"quantity": quantity.words}
                 rows.setdefault((row["method"], row["setting"]), row)
     return list(rows.values())
-
-
-def _said(value: float | None) -> str:
-    return "–" if value is None else "0" if value == 0 else number(value)
 
 
 def _rigid_bar(points: Iterable[Point], quantity: Quantity) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, GREEN, GREY, LINES, MARKERS, ORANGE, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREEN, GREY, LINES, MARKERS, ORANGE, PINK, SHADES
 from analysis.paper.continuum.bridge.crowd import (
     HALF_DOOR,
     SPACING,
@@ -151,7 +151,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     for axes, (words, pressure) in zip(panels, shown, strict=True):
         grid = np.full((len(y), len(x)), np.nan)
         grid[rows, columns] = np.maximum(pressure, 0.0)
-        drawn = axes.contourf(x, y, grid, levels=levels, cmap="viridis", extend="max")
+        drawn = axes.contourf(x, y, grid, levels=levels, cmap=SHADES, extend="max")
         axes.contour(x, y, grid, levels=levels[::2], colors="white", linewidths=0.4)
         for side in (-1, 1):
             axes.plot([0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=BLACK, lw=2)

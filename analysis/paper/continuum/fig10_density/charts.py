@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, GREEN, ORANGE, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK
 from analysis.paper.continuum.exit_room import PERSON, TIME_STEP
 from nscd.arrays import Floats
 from nscd.continuum.rivals.density_laws import ExponentialSpeed, KladekSpeed, PowerPressure

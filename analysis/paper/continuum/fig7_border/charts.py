@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK
 from analysis.pages.fields import draw_field, draw_room, rounded
-from analysis.pages.report_charts import BLACK, BLUE, GREY, ORANGE, PINK
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import Field

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS
 from analysis.pages.fields import draw_field, draw_room, rounded
-from analysis.pages.report_charts import BLACK, COLOURS, GREY, LINES, MARKERS
 from analysis.paper.continuum.fig8_turbulence.study import Case, Pair
 from nscd.arrays import Floats
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from analysis.pages.drawing import BLACK, BLUE, GREEN, GREY, ORANGE
 from analysis.pages.fields import draw_field, draw_room, rounded
-from analysis.pages.report_charts import BLACK, BLUE, GREEN, GREY, ORANGE
 from analysis.paper.continuum.exit_room import ROOM, map_of
 from nscd.arrays import Floats
 from nscd.continuum.rivals.first_order import PlaceEquation

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, ORANGE
+from analysis.pages.drawing import BLACK, BLUE, ORANGE
 from analysis.pages.section import Cell, Picture, Table
 from analysis.paper.continuum.exit_room import BODY, ROOM, medium
 from nscd.continuum.left_velocity import toward_exit

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLUE, GREEN, GREY, ORANGE, PINK
+from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK
 from analysis.paper.continuum.mesh.study import Errors, Point, Study
 
 QUANTITIES = {

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import COLOURS, LINES, MARKERS
+from analysis.pages.drawing import COLOURS, LINES, MARKERS
 from nscd.arrays import Floats
 
 

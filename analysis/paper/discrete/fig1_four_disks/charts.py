@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
+from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
 from nscd.arrays import Floats
 
 HATCHES = ("", "///", "...", "xxx")

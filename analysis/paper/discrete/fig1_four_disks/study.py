@@ -12,7 +12,7 @@ from scipy.optimize import bisect
 
 from analysis.engines import EngineError
 from analysis.engines.ahead import EngineRun
-from analysis.pages.report_charts import ENGINE_NAMES
+from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell
 from analysis.paper.discrete.line_of_disks import (
     aligned,

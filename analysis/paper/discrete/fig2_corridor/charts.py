@@ -9,9 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, COLOURS, ENGINE_NAMES, LINES, MARKERS, ORANGE
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    LINES,
+    MARKERS,
+    ORANGE,
+    circles,
+    contact_lines,
+)
+from analysis.pages.names import ENGINE_NAMES
 from analysis.paper.discrete.fig2_corridor.push import Push, first_arrivals
-from analysis.paper.drawing import circles, contact_lines
 from analysis.scene.scene import Scene
 from nscd import Contacts, Percussions
 from nscd.arrays import Flags, Floats

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.engines import EngineError
 from analysis.engines.ahead import EngineRun
-from analysis.pages.report_charts import ENGINE_NAMES
+from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Claim, Picture, Section, Verdict
 from analysis.paper.corridor_tables import ELASTIC, INELASTIC, differences, gap_table, soft_tables
 from analysis.paper.discrete.fig2_corridor.charts import decay, impulses, network, wave

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, COLOURS, GREY, LINES, MARKERS
+from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS
 from nscd.arrays import Floats
 
 

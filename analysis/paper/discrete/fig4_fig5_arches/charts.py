@@ -13,10 +13,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from analysis.compare.comparison import Comparison
-from analysis.pages.report_charts import BLACK, BLUE, ORANGE, engine_label
+from analysis.pages.drawing import BLACK, BLUE, ORANGE, circles, contact_lines
+from analysis.pages.names import engine_label
 from analysis.pages.section import Picture
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import NEIGHBOURHOOD_M, RING_M, Arch
-from analysis.paper.drawing import circles, contact_lines
 from nscd.arrays import Floats
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, GREY, ORANGE
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE
 from analysis.pages.section import Cell, Picture, Table
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import NEIGHBOURHOOD_M, RING_M
 from analysis.paper.discrete.fig4_fig5_arches.random_crowds import Sample

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.compare.comparison import Comparison, correlation, relative_difference
-from analysis.pages.report_charts import ENGINE_NAMES
+from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Table
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import RING_M, Arch
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.report_charts import BLACK, BLUE, GREEN, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREEN, PINK
 from analysis.pages.section import Table
 from nscd import Snapshot, find_contacts
 from nscd.arrays import Floats

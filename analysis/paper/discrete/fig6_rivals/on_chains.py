@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq, root
 
-from analysis.pages.report_charts import BLACK, BLUE, GREEN, ORANGE, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK
 from analysis.pages.section import Table
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, Walls, find_contacts, solve

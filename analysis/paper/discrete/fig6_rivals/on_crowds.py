@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.compare.comparison import compare_run, correlation, relative_difference
-from analysis.pages.report_charts import BLACK, BLUE, ENGINE_NAMES, GREY, ORANGE, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK
+from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Table
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import RING_M
 from analysis.paper.discrete.fig6_rivals.on_chains import LEFT_OUT_N

@@ -1,0 +1,112 @@
+"""What every picture shares: the palette, disks, walls, contact lines, sizes and frames.
+
+The colours are Okabe and Ito's, which the colour-blind tell apart; markers, dashes or hatches repeat
+what they say. Shades of a quantity run from light (little) to dark (much) in every picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from nscd import Contacts, Snapshot
+from nscd.arrays import Flags, Floats
+
+BLUE, ORANGE, GREEN, PINK = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
+SKY, VERMILION, YELLOW, BLACK = "#56B4E9", "#D55E00", "#F0E442", "#000000"
+# edges and quiet lines, levels, the grid, disks that carry no value
+DARK_GREY, GREY, GRID, PALE = "#666666", "#BBBBBB", "#E5E5E5", "#F2F2F2"
+COLOURS = (BLUE, ORANGE, GREEN, PINK)
+MARKERS = "osD^v"
+LINES = ("-", "--", ":", "-.")
+SHADES = "viridis_r"
+
+
+def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
+    """The disks, or the chosen ones (n,)."""
+    shown = np.ones(len(snapshot), dtype=bool) if chosen is None else chosen
+    places = zip(snapshot.position[shown], snapshot.radius[shown], strict=True)
+    return [Circle((x, y), r) for (x, y), r in places]
+
+
+def contact_lines(snapshot: Snapshot, contacts: Contacts) -> Floats:
+    """From the first disk's centre to the second's, or to the wall, (k,2,2) m."""
+    end = contacts.point.copy()
+    pairs = ~contacts.is_wall
+    end[pairs] = snapshot.position[contacts.second[pairs]]
+    return np.stack([snapshot.position[contacts.first], end], axis=1)
+
+
+def draw_disks(
+    axes: Axes,
+    snapshot: Snapshot,
+    colour: str = PALE,
+    *,
+    values: Floats | None = None,
+    norm: Normalize | None = None,
+) -> None:
+    """Draw the disks in one colour, or in the shades of `values` (n,)."""
+    disks = PatchCollection(circles(snapshot), edgecolor=DARK_GREY, linewidth=0.3)
+    if values is None:
+        disks.set_facecolor(colour)
+    else:
+        disks.set(array=values, cmap=SHADES, norm=norm)
+    axes.add_collection(disks)
+
+
+def draw_walls(axes: Axes, walls: Iterable[Sequence[Sequence[float]]]) -> None:
+    """Draw walls, each from its start to its end (m)."""
+    lines = [np.asarray(wall, dtype=float) for wall in walls]
+    axes.add_collection(
+        LineCollection(lines, colors=BLACK, linewidths=2.5, label="wall" if lines else None)
+    )
+
+
+def draw_forces(axes: Axes, lines: Floats, force: Floats, norm: Normalize) -> None:
+    """Draw lines (k,2,2) m whose width and shade grow with the force (k,); the largest on top."""
+    order = np.argsort(force)
+    widths = 0.2 + 4.0 * np.clip(force[order] / (norm.vmax or 1.0), 0.0, 1.2)
+    axes.add_collection(
+        LineCollection(
+            list(lines[order]), linewidths=list(widths), array=force[order], cmap=SHADES, norm=norm
+        )
+    )
+
+
+def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:
+    """Add the scale of the shades; it is open above, since a few values may lie beyond."""
+    bar: Colorbar = figure.colorbar(
+        ScalarMappable(norm, SHADES), ax=axes, shrink=0.75, extend="max", label=label
+    )
+    return bar
+
+
+def size_of(points: Floats, margin: float, panels: int) -> tuple[float, float]:
+    """Figure size (inches) for some panels side by side that show these points (n,2) m at equal
+    scale."""
+    width, height = points.max(0) - points.min(0) + 4 * margin
+    panel = min(7.0, 11.0 / panels)
+    tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)
+    wide = (tall - 1.3) * width / height + 0.7
+    return float(min(panels * max(wide, 2.6), 11.0) + 1.0), float(tall)
+
+
+def frame(axes: Axes, points: Floats, margin: float) -> None:
+    """Show these points (n,2) m and a margin (m) round them, at equal scale."""
+    low, high = points.min(0) - 2 * margin, points.max(0) + 2 * margin
+    axes.set(
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        aspect="equal",
+        xlabel="x (m)",
+        ylabel="y (m)",
+    )
+    axes.tick_params(labelsize=8)

@@ -1,0 +1,21 @@
+"""Names as they stand on a page and in the terminal."""
+
+from __future__ import annotations
+
+from analysis.compare.comparison import Comparison
+from analysis.pages.numbers import number
+
+ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE", "rigid": "rigid model"}
+
+
+def engine_name(engine: str) -> str:
+    """The engine as it writes itself; one that is not known here under its own name."""
+    return ENGINE_NAMES.get(engine, engine)
+
+
+def engine_label(comparison: Comparison) -> str:
+    """Engine and stiffness."""
+    return (
+        f"{engine_name(comparison.record.engine)}, "
+        f"k = {number(comparison.scene.contact.stiffness_N_per_m)} N/m"
+    )
