@@ -15,7 +15,7 @@ PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
 	@echo "make report    the report on the arch and on a real crowd, in report/"
-	@echo "make paper     the figures of the paper made anew, discrete and continuum, and which of its statements hold, in paper/"
+	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
 	@echo "make test      lint, types and tests"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
@@ -83,8 +83,7 @@ report: install
 	@$(VENV)/bin/percussions report arch gate --out report
 
 paper: install
-	@$(VENV)/bin/percussions paper discrete --out paper
-	$(VENV)/bin/percussions paper continuum --out paper
+	@$(VENV)/bin/percussions paper --out paper
 
 lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .

@@ -1,4 +1,4 @@
-"""The command that makes the paper's figures anew."""
+"""The command that recomputes the paper's figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ commands = typer.Typer()
 
 
 class PaperSection(StrEnum):
-    """A section of the paper of which a page can be made."""
+    """A section of the paper that has a page."""
 
     DISCRETE = "discrete"
     CONTINUUM = "continuum"
@@ -23,26 +23,30 @@ class PaperSection(StrEnum):
 
 @commands.command()
 def paper(
-    section: Annotated[PaperSection, typer.Argument(help="Section of the paper.")],
+    section: Annotated[
+        PaperSection | None, typer.Argument(help="Section of the paper. Left out: both.")
+    ] = None,
     figure: Annotated[
         list[str] | None,
         typer.Option(
-            help="Number of a figure (continuum: also 3.2.1, mesh, bridge); give it several times. Left out: all."
+            help="Number of a figure (continuum: also 3.2.1, mesh, bridge); several times for "
+            "several. Left out: all."
         ),
     ] = None,
     runs: Runs = Path("out"),
     out: Out = Path("paper"),
 ) -> None:
-    """Make the paper's figures anew: one HTML page that says which of its statements hold, and the
-    pictures as files.
+    """Recompute the paper's figures: a page for each section that says which statements hold, and
+    the pictures as files.
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper
     """
-    from analysis.paper.page import write_continuum_page, write_discrete_page
+    from analysis.paper.page import write_pages
 
-    write = write_discrete_page if section is PaperSection.DISCRETE else write_continuum_page
+    names = [str(one) for one in PaperSection] if section is None else [str(section)]
     with progress() as bars:
-        page, warnings = write(out, runs, command_line(), figure, bars)
+        pages, warnings = write_pages(names, out, runs, command_line(), figure, bars)
     for warning in warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    print(page.resolve().as_uri())
+    for page in pages:
+        print(page.resolve().as_uri())

@@ -1,5 +1,4 @@
-"""The page of a part of the paper: one self-contained HTML file, with pictures, claims and tables
-as files beside it."""
+"""The paper's pages: one self-contained HTML file each, with pictures, claims and tables beside."""
 
 from __future__ import annotations
 
@@ -8,7 +7,7 @@ import json
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +16,8 @@ import markupsafe
 from analysis.pages.html import jsonable, prose, render, sentence, write_picture
 from analysis.pages.numbers import number
 from analysis.pages.section import Cell, Table, Verdict
-from analysis.paper.build_continuum import build_continuum
-from analysis.paper.build_discrete import build_discrete
-from analysis.paper.built import Built
+from analysis.paper.build import CONTINUUM, DISCRETE, Built, Part, build
 from analysis.paper.errata import errata
-from analysis.paper.pages import CONTINUUM, DISCRETE, PageName, link_pages
 from analysis.support.files import whole_file, write_text
 from analysis.support.progress import Progress
 
@@ -30,47 +26,83 @@ SOLVED, NONE = "solved", "–"
 DIGITS = 4
 
 
-def write_discrete_page(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Page:
+    """A part of the paper on a page.
+
+    template: name of the template
+    file: name of the page
+    prefix: start of the names of the files beside it
+    errata: heading of its part of the errata
+    parts: what stands on it
+    """
+
+    template: str
+    file: str
+    prefix: str
+    errata: str
+    parts: Sequence[Part]
+
+
+PAGES = {
+    "discrete": Page(
+        template="paper_discrete.html",
+        file="index.html",
+        prefix="",
+        errata="Section 2",
+        parts=DISCRETE,
+    ),
+    "continuum": Page(
+        template="paper_continuum.html",
+        file="continuum.html",
+        prefix="continuum_",
+        errata="Section 3",
+        parts=CONTINUUM,
+    ),
+}
+
+
+def write_pages(
+    names: Sequence[str],
     folder: Path,
     runs: Path,
     command: str,
     figures: Sequence[str] | None = None,
     progress: Progress | None = None,
-) -> tuple[Path, list[str]]:
-    """Build the chosen figures of the discrete section and write `index.html`, `figures/`,
-    `claims.csv`, `numbers.json`.
+) -> tuple[list[Path], list[str]]:
+    """Build the chosen figures of the named pages, and write the pages and the files beside them.
 
-    Returns the page's path and the warnings, each with its figure. Raises ValueError for an unknown
-    figure."""
+    A page links to the other one if that is written too, or stands in the folder already. Returns
+    the paths of the pages and the warnings. Raises ValueError for an unknown figure."""
     started = time.perf_counter()
-    return _write_page(DISCRETE, folder, command, build_discrete(runs, figures, progress), started)
-
-
-def write_continuum_page(
-    folder: Path,
-    runs: Path,
-    command: str,
-    figures: Sequence[str] | None = None,
-    progress: Progress | None = None,
-) -> tuple[Path, list[str]]:
-    """The same of the continuum section: `continuum.html`, `figures/`, `continuum_claims.csv`,
-    `continuum_numbers.json`."""
-    started = time.perf_counter()
-    return _write_page(
-        CONTINUUM, folder, command, build_continuum(runs, figures, progress), started
-    )
+    pages = [PAGES[name] for name in names]
+    made = build([part for page in pages for part in page.parts], runs, figures, progress)
+    chosen = {
+        page: [b for b in made if b.section.number in [part.number for part in page.parts]]
+        for page in pages
+    }
+    pages = [page for page in pages if chosen[page]]
+    there = [page for page in PAGES.values() if page in pages or (folder / page.file).exists()]
+    for page in pages:
+        other = next((one.file for one in there if one != page), None)
+        _write_page(page, folder, command, chosen[page], other, started)
+    warnings = [f"{b.label}: {warning}" for b in made for warning in b.section.warnings]
+    return [folder / page.file for page in pages], warnings
 
 
 def _write_page(
-    page: PageName, folder: Path, command: str, built: Sequence[Built], started: float
-) -> tuple[Path, list[str]]:
-    drawing = time.process_time()
+    page: Page,
+    folder: Path,
+    command: str,
+    built: Sequence[Built],
+    other: str | None,
+    started: float,
+) -> None:
     images = {
         picture.name: write_picture(picture, folder / "figures")
         for made in built
         for picture in made.section.pictures
     }
-    drawing = time.process_time() - drawing
     write_claims(folder / f"{page.prefix}claims.csv", built)
     content = {made.section.number: _numbers(made) for made in built}
     numbers = folder / f"{page.prefix}numbers.json"
@@ -79,6 +111,7 @@ def _write_page(
         page.template,
         command=command,
         prefix=page.prefix,
+        other=other,
         sections=[_section_content(made, images) for made in built],
         verdicts=[(verdict, _claims_with(verdict, built)) for verdict in ORDER],
         claim_count=sum(len(made.section.claims) for made in built),
@@ -87,34 +120,22 @@ def _write_page(
             for entry in errata(page.errata)
         ],
         built=built,
-        drawing_seconds=drawing,
         wall_seconds=time.perf_counter() - started,
         most=max(built, key=lambda made: made.total_seconds),
-        total_seconds=drawing + sum(made.total_seconds for made in built),
+        total_seconds=sum(made.total_seconds for made in built),
         cores=os.cpu_count(),
     )
     write_text(folder / page.file, text)
-    link_pages(folder)
-    warnings = [f"{made.label}: {warning}" for made in built for warning in made.section.warnings]
-    return folder / page.file, warnings
 
 
 def write_claims(path: Path, built: Sequence[Built]) -> None:
-    """One row a claim: figure, where in the paper, statement, verdict, reason."""
+    """Write one row per claim: figure, where in the paper, statement, verdict, reason."""
     with whole_file(path) as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["figure", "where", "statement", "verdict", "reason"])
         for made in built:
             for claim in made.section.claims:
-                rows.writerow(
-                    [
-                        made.section.number,
-                        claim.where,
-                        claim.statement,
-                        str(claim.verdict),
-                        claim.reason,
-                    ]
-                )
+                rows.writerow([made.section.number, *asdict(claim).values()])
 
 
 def _claims_with(verdict: Verdict, built: Sequence[Built]) -> list[dict[str, Any]]:
@@ -138,15 +159,13 @@ def _anchor(made: Built) -> str:
 
 def _section_content(made: Built, images: dict[str, str]) -> dict[str, Any]:
     section = made.section
-    return {
+    lists = ("warnings", "words", "differs")
+    return {name: [prose(words) for words in getattr(section, name)] for name in lists} | {
         "number": section.number,
         "label": made.label,
         "anchor": _anchor(made),
         "figure": section.number[:1].isdigit(),
         "title": section.title,
-        "warnings": [prose(words) for words in section.warnings],
-        "words": [prose(words) for words in section.words],
-        "differs": [prose(words) for words in section.differs],
         "claims": [
             {
                 "where": prose(claim.where),
@@ -203,14 +222,7 @@ def _numbers(made: Built) -> dict[str, Any]:
         "warnings": list(section.warnings),
         "words": list(section.words),
         "differs": list(section.differs),
-        "tables": [
-            {
-                "caption": table.caption,
-                "head": list(table.head),
-                "rows": [list(row) for row in table.rows],
-            }
-            for table in section.tables
-        ],
+        "tables": [asdict(table) for table in section.tables],
         "cpu_seconds": {"here": made.cpu_seconds, "engines": made.engines.cpu_seconds},
         "engine_runs": {
             "made": made.engines.made,

@@ -1,0 +1,226 @@
+"""The sections of the paper's pages: which there are, what each needs, and how they are built."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import analysis
+import nscd
+from analysis.engines.ahead import Cost, EngineRun, make_ahead
+from analysis.pages.section import Claim, Drawn, Picture, Section, Table, Verdict
+from analysis.paper.continuum.bridge import section as bridge
+from analysis.paper.continuum.fig7_border import section as fig7
+from analysis.paper.continuum.fig8_turbulence import section as fig8
+from analysis.paper.continuum.fig9_exit_pressure import section as fig9
+from analysis.paper.continuum.fig10_density import section as fig10
+from analysis.paper.continuum.fig11_left_velocities import section as fig11
+from analysis.paper.continuum.mesh import section as mesh
+from analysis.paper.continuum.solid_chain import section as solid_chain
+from analysis.paper.discrete.fig1_four_disks import section as fig1
+from analysis.paper.discrete.fig2_corridor import section as fig2
+from analysis.paper.discrete.fig3_chains import section as fig3
+from analysis.paper.discrete.fig4_fig5_arches import fig4, fig5
+from analysis.paper.discrete.fig6_rivals import section as fig6
+from analysis.support.files import write_text
+from analysis.support.parallel import Task, do_all, workers
+from analysis.support.progress import Progress
+
+# What the numbers of a kept section depend on, beside the sources.
+LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib", "numba")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """A figure of the paper, or a study beside the figures.
+
+    number: 8, 3.2.1, or a word
+    seconds: CPU seconds that building takes, about
+    build: its section
+    engine_runs: the runs that it needs, for the folder that keeps runs; None: it needs no engine
+    """
+
+    number: str
+    seconds: float
+    build: Callable[[Path, Progress | None], Section]
+    engine_runs: Callable[[Path], list[EngineRun]] | None = None
+
+
+def _alone(build: Callable[[Progress | None], Section]) -> Callable[..., Section]:
+    return lambda runs, progress: build(progress)
+
+
+DISCRETE: Sequence[Part] = (
+    Part(number="1", seconds=2, build=fig1.build, engine_runs=fig1.engine_runs),
+    Part(number="2", seconds=2, build=fig2.build, engine_runs=fig2.engine_runs),
+    Part(number="3", seconds=2, build=_alone(fig3.build)),
+    Part(number="4", seconds=12, build=fig4.build, engine_runs=fig4.engine_runs),
+    Part(number="5", seconds=3, build=fig5.build, engine_runs=fig5.engine_runs),
+    Part(number="6", seconds=4, build=fig6.build, engine_runs=fig6.engine_runs),
+)
+CONTINUUM: Sequence[Part] = (
+    Part(number="7", seconds=8, build=_alone(fig7.build)),
+    Part(number="3.2.1", seconds=2, build=_alone(solid_chain.build)),
+    Part(number="8", seconds=70, build=_alone(fig8.build)),
+    Part(number="9", seconds=10, build=_alone(fig9.build)),
+    Part(number="10", seconds=20, build=_alone(fig10.build)),
+    Part(number="11", seconds=6, build=_alone(fig11.build)),
+    Part(number="mesh", seconds=30, build=_alone(mesh.build)),
+    Part(number="bridge", seconds=110, build=_alone(bridge.build)),
+)
+LABELS = {"mesh": "Speed and accuracy", "bridge": "From contacts to stress"}
+
+
+def label(number: str) -> str:
+    """Name a section: Fig. 8, Section 3.2.1, or the study beside the figures."""
+    return f"Fig. {number}" if number.isdigit() else LABELS.get(number, f"Section {number}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Built:
+    """A section and what it cost.
+
+    cpu_seconds: s, in Python
+    engines: the engine runs made for it first; a run of several sections counts for the first
+    kept: whether an earlier build made it
+    """
+
+    section: Section
+    cpu_seconds: float
+    engines: Cost = field(default_factory=Cost)
+    kept: bool = False
+
+    @property
+    def total_seconds(self) -> float:
+        """CPU seconds of Python and the engines."""
+        return self.cpu_seconds + self.engines.cpu_seconds
+
+    @property
+    def label(self) -> str:
+        """Fig. 8, Section 3.2.1, or the name of a study beside the figures."""
+        return label(self.section.number)
+
+
+def build(
+    parts: Sequence[Part],
+    runs: Path,
+    figures: Iterable[str] | None = None,
+    progress: Progress | None = None,
+) -> list[Built]:
+    """Build the chosen sections (all by default), on as many cores as there are.
+
+    Engine runs come first, and unchanged ones are taken from `runs`, as are sections without engine
+    runs that the same product has built. Raises ValueError for a figure that no part has."""
+    known = [part.number for part in parts]
+    wanted = list(known if figures is None else figures)
+    for number in wanted:
+        if number not in known:
+            raise ValueError(f"figure: {number}; this part of the paper has {', '.join(known)}")
+    parts = [part for part in parts if part.number in wanted]
+    needed = {part.number: part.engine_runs(runs) for part in parts if part.engine_runs}
+    costs = make_ahead([run for chosen in needed.values() for run in chosen], progress)
+    built = {
+        part.number: found
+        for part in parts
+        if not part.engine_runs and (found := kept(folder_of(runs, part)))
+    }
+    missing = [part for part in parts if part.number not in built]
+    if len(missing) == 1:
+        new = [_make(missing[0].number, runs, progress)]
+    elif missing:
+        tasks = [
+            Task(call=_make, arguments=(part.number, runs), work=part.seconds) for part in missing
+        ]
+        with workers() as executor:
+            new = do_all(tasks, executor, "sections", progress)
+    else:
+        new = []
+    for part, made in zip(missing, new, strict=True):
+        mine = [costs.pop(run.folder, Cost()) for run in needed.get(part.number, [])]
+        built[part.number] = replace(made, engines=sum(mine, Cost()))
+    return [built[part.number] for part in parts]
+
+
+def _make(number: str, runs: Path, progress: Progress | None = None) -> Built:
+    """Build and draw a section; in a process of its own it has nobody to tell its progress to."""
+    part = next(part for part in (*DISCRETE, *CONTINUUM) if part.number == number)
+    made_by, started = edition(), time.process_time()
+    section = drawn(part.build(runs, progress))
+    built = Built(section=section, cpu_seconds=time.process_time() - started)
+    if not part.engine_runs:
+        keep(built, folder_of(runs, part), made_by)
+    return built
+
+
+def drawn(section: Section) -> Section:
+    """Draw the section's pictures, without the date, so that the same picture is the same file."""
+
+    def files(picture: Picture | Drawn) -> Drawn:
+        if isinstance(picture, Drawn):
+            return picture
+        png, pdf = io.BytesIO(), io.BytesIO()
+        picture.figure.savefig(png, format="png", dpi=150)
+        picture.figure.savefig(pdf, format="pdf", dpi=150, metadata={"CreationDate": None})
+        return Drawn(
+            name=picture.name, caption=picture.caption, png=png.getvalue(), pdf=pdf.getvalue()
+        )
+
+    return replace(section, pictures=[files(picture) for picture in section.pictures])
+
+
+def folder_of(runs: Path, part: Part) -> Path:
+    """Name the folder that keeps a part's section."""
+    return runs / "paper_sections" / part.number
+
+
+@cache
+def edition() -> str:
+    """Digest what a section without engines depends on: our sources and words, the libraries."""
+    digest = hashlib.sha256(
+        " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES).encode()
+    )
+    for package in (nscd, analysis):
+        root = Path(package.__path__[0])
+        for path in sorted([*root.rglob("*.py"), *root.rglob("*.md")]):
+            digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def keep(built: Built, folder: Path, made_by: str) -> None:
+    """Write a drawn section as one JSON file, whole or not at all; made_by: the edition."""
+    content = asdict(built.section) | {"edition": made_by, "cpu_seconds": built.cpu_seconds}
+    text = json.dumps(content, ensure_ascii=False, default=_plain)
+    write_text(folder / "section.json", text + "\n")
+
+
+def kept(folder: Path) -> Built | None:
+    """Read the section that this edition of the product has kept; None where there is none."""
+    try:
+        content = json.loads((folder / "section.json").read_text(encoding="utf-8"))
+        if content.pop("edition") != edition():
+            return None
+        seconds = content.pop("cpu_seconds")
+        for picture in content["pictures"]:
+            picture |= {kind: base64.b64decode(picture[kind]) for kind in ("png", "pdf")}
+        content["pictures"] = [Drawn(**picture) for picture in content["pictures"]]
+        content["tables"] = [Table(**table) for table in content["tables"]]
+        content["claims"] = [
+            Claim(**claim | {"verdict": Verdict(claim["verdict"])}) for claim in content["claims"]
+        ]
+        return Built(section=Section(**content), cpu_seconds=float(seconds), kept=True)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _plain(value: Any) -> Any:
+    """Pictures as text, a numpy number as Python's."""
+    return base64.b64encode(value).decode("ascii") if isinstance(value, bytes) else value.item()
