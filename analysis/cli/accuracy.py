@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -66,20 +67,13 @@ def stability(
 
     Example: percussions stability --case time_step --case skin --out stability
     """
-    from analysis.stability.page import write_atlas
-    from analysis.stability.summary import summary
+    from analysis.stability.atlas import build, choose
+    from analysis.stability.page import summary, write_atlas
 
+    started = time.perf_counter()
     with progress() as bars:
-        page, maps = write_atlas(
-            out,
-            runs,
-            command_line(),
-            names=case,
-            quick=quick,
-            processes=jobs,
-            scheduler=scheduler,
-            progress=bars,
-        )
+        maps = build(choose(case, quick), runs, quick, bars, jobs, scheduler)
+    page = write_atlas(maps, out, command_line(), quick, time.perf_counter() - started)
     for line in summary(maps):
         print(line)
     print(page.resolve().as_uri())

@@ -2,39 +2,37 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from concurrent.futures import Future, as_completed
 from pathlib import Path
-from typing import TypeVar
 
 from analysis.engines.record import EngineError
-from analysis.stability.case import (
-    HALVINGS,
-    QUICK_HALVINGS,
-    Boundary,
-    Case,
-    Cell,
-    Map,
-    Outcome,
-    Value,
-    bracket,
-    narrow,
+from analysis.stability.case import Boundary, Case, Cell, Cells, Map, Outcome, Row
+from analysis.stability.cases.penalty import (
+    damping,
+    drift,
+    initial_overlap,
+    mass_ratio_engines,
+    narrow_door,
+    restart,
+    skin,
+    small_speeds,
+    stiffness,
+    time_step,
+    tunnelling,
 )
-from analysis.stability.cases.chains import long_chains
-from analysis.stability.cases.contact_search import skin
-from analysis.stability.cases.energy import drift, opening_contacts, restitution
-from analysis.stability.cases.initial_overlap import initial_overlap
-from analysis.stability.cases.limits import restart, small_speeds, stiffness
-from analysis.stability.cases.masses import mass_ratio_engines, mass_ratio_solvers
-from analysis.stability.cases.packings import contact_order, redundant
-from analysis.stability.cases.passing import narrow_door, tunnelling
-from analysis.stability.cases.time_steps import damping, time_step
-from analysis.support.parallel import workers
+from analysis.stability.cases.percussions import (
+    contact_order,
+    long_chains,
+    mass_ratio_solvers,
+    opening_contacts,
+    redundant,
+    restitution,
+)
+from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
-K = TypeVar("K")
-V = TypeVar("V")
 CASES = (
     time_step,
     damping,
@@ -54,12 +52,14 @@ CASES = (
     small_speeds,
     restart,
 )
+# How many attempts a quick and a full atlas spend on halving the bracket of a boundary.
+QUICK_HALVINGS, HALVINGS = 3, 7
 
 
 def choose(names: Sequence[str] | None, quick: bool) -> list[Case]:
-    """The cases of these names, or all, in the atlas' order. Raises ValueError for an unknown
+    """Make the cases of these names, or all, in the atlas' order. Raises ValueError for an unknown
     name."""
-    every = [make(quick) for make in CASES]
+    every = [module.case(quick) for module in CASES]
     known = [case.name for case in every]
     for name in names or ():
         if name not in known:
@@ -77,61 +77,44 @@ def build(
 ) -> list[Map]:
     """Try every cell of the cases, then halve the bracket of each boundary that has a theory.
 
-    On so many processes, or a Dask cluster; runs are kept under runs/stability and taken again
-    where nothing changed. Raises what `workers` does."""
+    On so many processes, or a Dask cluster; runs are kept under runs/stability and reused where
+    nothing changed. Raises what `workers` does."""
+    base = runs.absolute() / "stability"
+    places = [
+        (case, column, row)
+        for case in cases
+        for row in case.rows.values
+        for column in case.columns.values
+    ]
+    halvings = QUICK_HALVINGS if quick else HALVINGS
     with workers(processes, scheduler) as pool:
-        places = [
-            (case, column, row)
+        tasks = [Task(call=attempt, arguments=(*place, base), work=1.0) for place in places]
+        tried = do_all(tasks, pool, "cells of the atlas", progress)
+        cells: dict[str, Cells] = {case.name: {} for case in cases}
+        for (case, column, row), cell in zip(places, tried, strict=True):
+            cells[case.name][column, row] = cell
+        edges = [
+            Task(call=boundary, arguments=(case, row, cells[case.name], base, halvings), work=1.0)
             for case in cases
             for row in case.rows.values
-            for column in case.columns.values
         ]
-        tried = _all(
-            {pool.submit(attempt, case, column, row, _folder(runs, case)): (case.name, column, row)
-             for case, column, row in places},
-            "cells of the atlas",
-            progress,
-        )  # fmt: skip
-        cells = {
-            case.name: tuple(
-                tried[case.name, column, row]
-                for row in case.rows.values
-                for column in case.columns.values
-            )
-            for case in cases
-        }
-        found = _all(
-            {
-                pool.submit(boundary, case, row, cells[case.name], _folder(runs, case), quick): (
-                    case.name,
-                    row,
-                )
-                for case in cases
-                for row in case.rows.values
-            },
-            "boundaries of the atlas",
-            progress,
-        )
+        found = iter(do_all(edges, pool, "boundaries of the atlas", progress))
     return [
         Map(
             case=case,
             cells=cells[case.name],
-            boundaries=tuple(
-                edge for row in case.rows.values if (edge := found[case.name, row]) is not None
-            ),
+            boundaries=tuple(edge for _ in case.rows.values if (edge := next(found)) is not None),
         )
         for case in cases
     ]
 
 
-def attempt(case: Case, column: Value, row: Value, folder: Path) -> Cell:
-    """One cell; where its engine is missing, one that says so."""
+def attempt(case: Case, column: float | str, row: Row, base: Path) -> Cell:
+    """Make one cell; where its engine is missing, one that says so."""
     try:
-        return case.attempt(column, row, folder)
+        return case.attempt(column, row, _folder(base, case, column, row))
     except EngineError as error:
         return Cell(
-            column=column,
-            row=row,
             outcome=Outcome.REFUSED,
             reason=str(error),
             said="missing",
@@ -139,28 +122,48 @@ def attempt(case: Case, column: Value, row: Value, folder: Path) -> Cell:
         )
 
 
-def boundary(
-    case: Case, row: Value, cells: tuple[Cell, ...], folder: Path, quick: bool
-) -> Boundary | None:
-    """Where the outcome of a row changes: halved down where there is a theory to compare with; None
-    where it does not change."""
-    around = bracket(case, row, cells)
-    if around is None:
-        return None
-    theory = case.theory(row) if case.theory else math.nan
-    if math.isfinite(theory) and min(around) > 0:
-        around = narrow(case, row, around, folder, QUICK_HALVINGS if quick else HALVINGS)
-    return Boundary(row=row, low=min(around), high=max(around), theory=theory)
+def boundary(case: Case, row: Row, cells: Cells, base: Path, halvings: int) -> Boundary | None:
+    """Find where the outcome of a row changes: the first two neighbouring columns between which it
+    becomes, or stops being, one of `fails_as`, halved down where there is a theory to compare with.
+
+    None where the columns are words or the outcome does not change."""
+    along = [column for column in case.columns.values if not isinstance(column, str)]
+    for low, high in itertools.pairwise(along):
+        failing = [cells[column, row].outcome in case.fails_as for column in (low, high)]
+        if failing[0] == failing[1]:
+            continue
+        theory = case.theory(row) if case.theory else math.nan
+        ends = float(low), float(high)
+        if math.isfinite(theory) and min(ends) > 0:
+            ends = _narrowed(case, row, ends, failing[1], base, halvings)
+        return Boundary(row=row, low=min(ends), high=max(ends), theory=theory)
+    return None
 
 
-def _folder(runs: Path, case: Case) -> Path:
-    return runs.absolute() / "stability" / case.name
+def _narrowed(
+    case: Case, row: Row, ends: tuple[float, float], failing_high: bool, base: Path, halvings: int
+) -> tuple[float, float]:
+    """The bracket after attempts at the geometric middle of what is left of it."""
+    low, high = ends
+    for _ in range(halvings):
+        middle = (low * high) ** 0.5
+        if case.columns.whole:
+            middle = float(round(middle))
+            if middle in (low, high):
+                break
+        if case.fails_at(middle, row, _folder(base, case, middle, row)) == failing_high:
+            high = middle
+        else:
+            low = middle
+    return low, high
 
 
-def _all(pending: dict[Future[V], K], label: str, progress: Progress | None) -> dict[K, V]:
-    done: dict[K, V] = {}
-    for future in as_completed(pending):
-        done[pending[future]] = future.result()
-        if progress:
-            progress(label, len(done) / len(pending))
-    return done
+def _folder(base: Path, case: Case, column: float | str, row: Row) -> Path:
+    """Where an attempt keeps its runs."""
+    place = column if isinstance(column, str) else f"{column:.9g}"
+    return (
+        base
+        / case.name
+        / "".join(c if c.isalnum() or c in ".-+=" else "_" for c in str(row))
+        / place
+    )

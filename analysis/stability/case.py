@@ -3,16 +3,16 @@ from theory."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-Value = float | str
-# How many attempts a quick and a full atlas spend on halving the bracket of a boundary.
-QUICK_HALVINGS, HALVINGS = 3, 7
+# A word, a number, or a dataclass whose `str` is its label.
+Row = Any
+# The cell of each column and row.
+Cells = dict[tuple[float | str, Row], "Cell"]
 
 
 class Outcome(StrEnum):
@@ -26,25 +26,41 @@ class Outcome(StrEnum):
     REFUSED = "refused"
 
 
+@dataclass(frozen=True, slots=True)
+class By:
+    """A row that is an engine with one parameter: "lammps, Δt = 0.01"."""
+
+    engine: str
+    symbol: str
+    value: float
+
+    def __str__(self) -> str:
+        return f"{self.engine}, {self.symbol} = {self.value:g}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One parameter of a map: its label with the unit, and its values in order. `whole`: they are
-    whole numbers."""
+    """One parameter of a map.
+
+    label: with the unit.
+    values: in order.
+    whole: whether they are whole numbers."""
 
     label: str
-    values: tuple[Value, ...]
+    values: tuple[Row, ...]
     whole: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """One attempt: where it stands in its map, its outcome and why, what the method said of itself
-    (an engine's exit status or a solver's status), the measured numbers in the order of the case's
-    quantities (NaN where there is none), and whether a run that was unchanged since an earlier
-    atlas was taken as it was."""
+    """One attempt.
 
-    column: Value
-    row: Value
+    outcome, reason: how it ended, and why.
+    said: what the method said of itself, an engine's exit status or a solver's status.
+    numbers: measured, in the order of the case's quantities; NaN where there is none.
+    guard: what the product's guard makes of the same run; "" where it was not asked.
+    reused: whether a run that was unchanged since an earlier atlas was taken as it was."""
+
     outcome: Outcome
     reason: str
     said: str
@@ -58,17 +74,16 @@ class Cell:
         return self.outcome is not Outcome.STABLE and self.said in ("0", "solved")
 
 
-Attempt = Callable[[Any, Any, Path], Cell]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
     """A way to fail, over one or two parameters.
 
-    `attempt(column, row, folder)` makes one cell and keeps its runs in the folder; it is a function
-    of a module, so that another process can call it. `theory(row)` is where along the columns the
-    outcome becomes (or stops being) one of `fails_as`; `edge` says in words what that boundary is.
-    `words` explain the map."""
+    attempt: (column, row, folder) → a cell, its runs kept in the folder, which is its own; a
+    function of a module, so that another process can call it.
+    fails_as: the outcomes whose boundary is looked for along the columns.
+    theory: row → where along the columns that boundary is.
+    edge: what that boundary is, in words.
+    words: explain the map."""
 
     name: str
     title: str
@@ -76,11 +91,15 @@ class Case:
     columns: Axis
     rows: Axis
     quantities: tuple[str, ...]
-    attempt: Attempt
-    words: tuple[str, ...]
+    attempt: Callable[[Any, Row, Path], Cell]
+    words: str
     fails_as: tuple[Outcome, ...]
-    theory: Callable[[Any], float] | None = None
+    theory: Callable[[Row], float] | None = None
     edge: str = ""
+
+    def fails_at(self, column: float, row: Row, folder: Path) -> bool:
+        """Try a column of a row: whether it ends as one of `fails_as`."""
+        return self.attempt(column, row, folder).outcome in self.fails_as
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +107,7 @@ class Boundary:
     """Where along the columns of a row the outcome changes: between low and high, by theory there
     (NaN without one)."""
 
-    row: Value
+    row: Row
     low: float
     high: float
     theory: float
@@ -111,52 +130,8 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Map:
-    """A case with all its cells (row by row) and boundaries, and the CPU-independent time it took
-    (s of the wall)."""
+    """A case with all its cells, row by row, and its boundaries."""
 
     case: Case
-    cells: tuple[Cell, ...]
+    cells: Cells
     boundaries: tuple[Boundary, ...]
-
-    def at(self, column: Value, row: Value) -> Cell:
-        """The cell of a column and a row. Raises KeyError where there is none."""
-        for cell in self.cells:
-            if cell.column == column and cell.row == row:
-                return cell
-        raise KeyError(f"{self.case.name}: no cell at {column}, {row}")
-
-
-def bracket(case: Case, row: Value, cells: tuple[Cell, ...]) -> tuple[float, float] | None:
-    """The first two neighbouring columns of a row between which the outcome becomes, or stops
-    being, one of `fails_as`.
-
-    None where the columns are words or the outcome does not change.
-    """
-    along = [cell for cell in cells if cell.row == row and not isinstance(cell.column, str)]
-    for before, after in itertools.pairwise(along):
-        if (before.outcome in case.fails_as) != (after.outcome in case.fails_as):
-            return float(before.column), float(after.column)
-    return None
-
-
-def narrow(
-    case: Case, row: Value, start: tuple[float, float], folder: Path, halvings: int
-) -> tuple[float, float]:
-    """The bracket after `halvings` attempts at the geometric middle of what is left of it."""
-    low, high = start
-    failing_high = _fails(case, high, row, folder)
-    for _ in range(halvings):
-        middle = (low * high) ** 0.5
-        if case.columns.whole:
-            middle = float(round(middle))
-            if middle in (low, high):
-                break
-        if _fails(case, middle, row, folder) == failing_high:
-            high = middle
-        else:
-            low = middle
-    return low, high
-
-
-def _fails(case: Case, column: float, row: Value, folder: Path) -> bool:
-    return case.attempt(column, row, folder).outcome in case.fails_as

@@ -15,59 +15,80 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
-from nscd import Snapshot, find_contacts
+from nscd import Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 
 RADIUS_M, MASS_KG, STIFFNESS_N_PER_M = 0.25, 75.0, 1e6
 # √(m/k): the time in which these penalty contacts answer (s).
 PERIOD_S = math.sqrt(MASS_KG / STIFFNESS_N_PER_M)
 PRESSED = 1e-3  # overlap of a pressed packing over the radius
+FRAMES = 20
+WALKING_M_PER_S, RELAXATION_S = 1.0, 0.5
+ELASTIC = ContactModel(stiffness_N_per_m=STIFFNESS_N_PER_M, restitution=1.0)
+
+
+def disks(
+    position: ArrayLike, velocity: ArrayLike = (0.0, 0.0), mass: ArrayLike = MASS_KG
+) -> Snapshot:
+    """Make disks of RADIUS_M at position (n,2) m with velocity (n,2) m/s and mass (n,) kg, or one
+    velocity and mass for all."""
+    places = np.asarray(position, dtype=np.float64)
+    n = len(places)
+    return Snapshot(
+        position=places,
+        velocity=np.broadcast_to(np.asarray(velocity, dtype=np.float64), (n, 2)),
+        radius=np.full(n, RADIUS_M),
+        mass=np.broadcast_to(np.asarray(mass, dtype=np.float64), (n,)),
+    )
 
 
 def scene_of(
-    position: ArrayLike,
-    velocity: ArrayLike,
+    snapshot: Snapshot,
+    run: Run,
     *,
-    mass: ArrayLike = MASS_KG,
+    contact: ContactModel = ELASTIC,
     walls: Sequence[Wall] = (),
     drive: Drive | None = None,
-    restitution: float = 1.0,
-    stiffness: float = STIFFNESS_N_PER_M,
-    friction: float = 0.0,
-    duration: float,
-    frames: int = 20,
-    time_step: float | None = None,
 ) -> Scene:
-    """A scene of disks of RADIUS_M at position (n,2) m with velocity (n,2) m/s, for a trial."""
-    places = np.asarray(position, dtype=np.float64)
-    n = len(places)
+    """Make a scene of the disks for a trial."""
     return Scene(
         name="trial",
         title="a trial of the atlas",
         source="made for the atlas",
-        snapshot=Snapshot(
-            position=places,
-            velocity=np.asarray(velocity, dtype=np.float64),
-            radius=np.full(n, RADIUS_M),
-            mass=np.broadcast_to(np.asarray(mass, dtype=np.float64), (n,)),
-        ),
+        snapshot=snapshot,
         walls=tuple(walls),
         drive=drive,
-        contact=ContactModel(
-            stiffness_N_per_m=stiffness, restitution=restitution, friction=friction
-        ),
-        run=Run(duration_s=duration, frames=frames, time_step_s=time_step),
+        contact=contact,
+        run=run,
         analysis=Analysis(kind="impact"),
     )
 
 
+def contacts_of(snapshot: Snapshot, walls: Sequence[Wall] = ()) -> Contacts:
+    """Find the contacts of disks and walls that touch to 1e-6 m."""
+    ends = np.array([(wall.start_m, wall.end_m) for wall in walls]).reshape(-1, 2, 2)
+    return find_contacts(snapshot, Walls(start=ends[:, 0], end=ends[:, 1]), tolerance=1e-6)
+
+
+def walking_drive(door: tuple[tuple[float, float], tuple[float, float]]) -> Drive:
+    """Make the drive of people who walk along x to a door from its one end to the other (m)."""
+    return Drive(
+        speed_m_per_s=WALKING_M_PER_S,
+        relaxation_time_s=RELAXATION_S,
+        door_start_m=door[0],
+        door_end_m=door[1],
+        outward=(1.0, 0.0),
+    )
+
+
 def line(n: int, spacing: float = 2 * RADIUS_M) -> Floats:
-    """Centres of n disks along x from the origin, touching unless spaced otherwise, (n,2) m."""
+    """Place n disks along x from the origin, touching unless spaced otherwise: their
+    centres (n,2) m."""
     return np.column_stack([spacing * np.arange(n), np.zeros(n)])
 
 
 def end_walls(low: float, high: float) -> tuple[Wall, Wall]:
-    """Two upright walls at x = low and x = high (m)."""
+    """Make two upright walls at x = low and x = high (m)."""
     half = 8 * RADIUS_M
     return (
         Wall(name="left", start_m=(low, -half), end_m=(low, half)),
@@ -76,7 +97,7 @@ def end_walls(low: float, high: float) -> tuple[Wall, Wall]:
 
 
 def rhombus(across: int, spacing: float = 2 * RADIUS_M) -> Floats:
-    """across² disks on the triangular lattice with the basis spacing·(1, 0), spacing·(½, √3/2),
+    """Place across² disks on the triangular lattice with the basis spacing·(1, 0), spacing·(½, √3/2),
     (n,2) m: touching unless spaced otherwise, and then each inner one has six contacts."""
     i, j = np.meshgrid(np.arange(across), np.arange(across), indexing="ij")
     x = spacing * (i + 0.5 * j).ravel()
@@ -86,7 +107,7 @@ def rhombus(across: int, spacing: float = 2 * RADIUS_M) -> Floats:
 def rhombus_walls(
     across: int, spacing: float = 2 * RADIUS_M, distance: float = RADIUS_M
 ) -> tuple[Wall, ...]:
-    """Four walls round the rhombus, at a distance (m) from its outer centres."""
+    """Make four walls round the rhombus, at a distance (m) from its outer centres."""
     first, second = np.array([1.0, 0.0]), np.array([0.5, np.sqrt(0.75)])
     side, reach = spacing * (across - 1), distance / np.sqrt(0.75)
     corners = [
@@ -103,36 +124,38 @@ def rhombus_walls(
     )
 
 
+def corner_walls(across: int) -> list[Wall]:
+    """Make the two walls of the rhombus' lower left corner."""
+    return [wall for wall in rhombus_walls(across) if wall.name in ("low", "left")]
+
+
 def pressed_rhombus(across: int, restitution: float) -> Scene:
-    """A rhombus that its walls press so that every contact has an overlap, at rest in the penalty
-    model: lattice constant (2 − PRESSED)r, then Newton's method on the forces Σ k·overlap·n = 0."""
+    """Make a rhombus that its walls press so that every contact has an overlap, at rest in the
+    penalty model: lattice constant (2 − PRESSED)r, then Newton's method on the forces
+    Σ k·overlap·n = 0."""
     spacing = (2 - PRESSED) * RADIUS_M
     # three inner disks push an outer one with √3 of a contact force
     walls = rhombus_walls(across, spacing, RADIUS_M * (1 - np.sqrt(3) * PRESSED))
-    return at_rest(
-        scene_of(
-            rhombus(across, spacing),
-            np.zeros((across**2, 2)),
-            walls=walls,
-            restitution=restitution,
-            duration=1.0,
-        )
-    )
+    return at_rest(_pressed(rhombus(across, spacing), walls, restitution))
 
 
 def pressed_line(n: int, restitution: float) -> Scene:
-    """n disks in a line that two walls press: every contact has the overlap PRESSED·r."""
+    """Make n disks in a line that two walls press: every contact has the overlap PRESSED·r."""
     spacing = (2 - PRESSED) * RADIUS_M
-    last = spacing * (n - 1)
-    walls = end_walls(-RADIUS_M * (1 - PRESSED), last + RADIUS_M * (1 - PRESSED))
-    return scene_of(
-        line(n, spacing), np.zeros((n, 2)), walls=walls, restitution=restitution, duration=1.0
-    )
+    reach = RADIUS_M * (1 - PRESSED)
+    walls = end_walls(-reach, spacing * (n - 1) + reach)
+    return _pressed(line(n, spacing), walls, restitution)
+
+
+def _pressed(position: Floats, walls: Sequence[Wall], restitution: float) -> Scene:
+    contact = ContactModel(stiffness_N_per_m=STIFFNESS_N_PER_M, restitution=restitution)
+    run = Run(duration_s=1.0, frames=FRAMES)
+    return scene_of(disks(position), run, contact=contact, walls=walls)
 
 
 def at_rest(scene: Scene) -> Scene:
-    """The scene with its disks where the penalty forces Σ k·overlap·n vanish. Raises ValueError if
-    six steps of Newton's method do not bring them below 1e-9 of the largest contact force."""
+    """Move the disks of a scene to where the penalty forces Σ k·overlap·n vanish. Raises ValueError
+    if six steps of Newton's method do not bring them below 1e-9 of the largest contact force."""
     position = np.array(scene.snapshot.position)
     k = scene.contact.stiffness_N_per_m
     for _ in range(6):
@@ -149,7 +172,7 @@ def at_rest(scene: Scene) -> Scene:
 
 
 def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
-    """The scene with random velocities CᵀCξ (ξ normal, the same for a seed) of kinetic energy share
+    """Give the scene random velocities CᵀCξ (ξ normal, the same for a seed) of kinetic energy share
     · elastic energy: they work on contacts only, so that a pressed line does not buckle."""
     contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=0.0)
     elastic = 0.5 * scene.contact.stiffness_N_per_m * float((contacts.gap**2).sum())
@@ -164,7 +187,7 @@ def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
 
 
 def critical_time_step(scene: Scene) -> float:
-    """The largest time step (s) for which leapfrog is stable on the scene's contacts, all of them
+    """Compute the largest time step (s) for which leapfrog is stable on the scene's contacts, all of them
     kept closed.
 
     x(t+Δ) − 2x + x(t−Δ) = −Δ²M⁻¹K x − ΔM⁻¹C (x − x(t−Δ)), K = Σ k nnᵀ, C = Σ c nnᵀ: the eigenvalue

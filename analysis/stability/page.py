@@ -6,8 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import os
-import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,31 +14,25 @@ from typing import Any
 from analysis.pages.html import jsonable, prose, render, write_picture
 from analysis.pages.numbers import number, percent
 from analysis.pages.section import Picture
-from analysis.stability.atlas import build, choose
-from analysis.stability.case import Boundary, Map, Outcome
+from analysis.stability.case import Boundary, Map, Outcome, Row
 from analysis.stability.charts import LOOKS, draw_map, tick
 from analysis.support.files import whole_file, write_text
-from analysis.support.progress import Progress
+
+CELL_COLUMNS = (
+    "case", "row", "column", "outcome", "own_status", "guard", "reason", "quantity", "value",
+)  # fmt: skip
+BOUNDARY_COLUMNS = (
+    "case", "row", "low", "high", "measured", "theory", "relative_difference", "half_bracket",
+)  # fmt: skip
 
 
 def write_atlas(
-    folder: Path,
-    runs: Path,
-    command: str,
-    *,
-    names: Sequence[str] | None = None,
-    quick: bool = False,
-    processes: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress | None = None,
-) -> tuple[Path, list[Map]]:
-    """Make the chosen cases and write `index.html`, `figures/`, `cells.csv`, `boundaries.csv` and
-    `atlas.json`.
+    maps: Sequence[Map], folder: Path, command: str, quick: bool, wall_seconds: float
+) -> Path:
+    """Write `index.html`, `figures/`, `cells.csv`, `boundaries.csv` and `atlas.json`; return the
+    path of the page.
 
-    Returns the page's path and the maps. Raises ValueError for an unknown case.
-    """
-    started = time.perf_counter()
-    maps = build(choose(names, quick), runs, quick, progress, processes, scheduler)
+    command, quick, wall_seconds: how the maps were made, and how long that took (s)."""
     images = {
         made.case.name: write_picture(
             Picture(name=made.case.name, caption=made.case.title, figure=draw_map(made)),
@@ -47,13 +40,12 @@ def write_atlas(
         )
         for made in maps
     }
-    write_cells(folder / "cells.csv", maps)
-    write_boundaries(folder / "boundaries.csv", maps)
+    _write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
+    _write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
     content = {made.case.name: _numbers(made) for made in maps}
-    write_text(
-        folder / "atlas.json", json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n"
-    )
-    cells = [cell for made in maps for cell in made.cells]
+    text = json.dumps(jsonable(content), indent=1, ensure_ascii=False)
+    write_text(folder / "atlas.json", text + "\n")
+    cells = [cell for made in maps for cell in made.cells.values()]
     wild = [
         cell for cell in cells if cell.guard and cell.outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)
     ]
@@ -68,87 +60,78 @@ def write_atlas(
         wild=len(wild),
         halted=sum(cell.guard != "nothing" for cell in wild),
         reused=sum(cell.reused for cell in cells),
-        wall_seconds=time.perf_counter() - started,
+        wall_seconds=wall_seconds,
         cores=os.cpu_count(),
     )
     write_text(folder / "index.html", page)
-    return folder / "index.html", maps
+    return folder / "index.html"
 
 
-def write_cells(path: Path, maps: Sequence[Map]) -> None:
-    """One row a cell and quantity: case, row, column, outcome, its own status, the guard's verdict,
-    reason, quantity, value."""
-    with whole_file(path) as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(
-            [
-                "case",
-                "row",
-                "column",
-                "outcome",
-                "own_status",
-                "guard",
-                "reason",
-                "quantity",
-                "value",
-            ]
+def summary(maps: Sequence[Map]) -> Iterator[str]:
+    """Yield one line per case, with its counts, and one per boundary that has a theory."""
+    for made in maps:
+        yield (
+            f"{made.case.name:<20}{_failed(made):>4} of {len(made.cells)} attempts not stable, "
+            f"{_silent(made)} of them unnoticed by the method"
         )
-        for made in maps:
-            for cell in made.cells:
-                for name, value in zip(made.case.quantities, cell.numbers, strict=True):
-                    rows.writerow(
-                        [
-                            made.case.name,
-                            cell.row,
-                            cell.column,
-                            str(cell.outcome),
-                            cell.said,
-                            cell.guard,
-                            cell.reason,
-                            name,
-                            repr(value),
-                        ]
-                    )
-
-
-def write_boundaries(path: Path, maps: Sequence[Map]) -> None:
-    """One row a boundary: case, row, the bracket, its middle, theory, (measured − theory)/theory
-    and half the bracket over theory."""
-    with whole_file(path) as file:
-        rows = csv.writer(file, lineterminator="\n")
-        names = [
-            "case",
-            "row",
-            "low",
-            "high",
-            "measured",
-            "theory",
-            "relative_difference",
-            "half_bracket",
-        ]
-        rows.writerow(names)
-        for made in maps:
-            for edge in made.boundaries:
-                numbers = (
-                    edge.low,
-                    edge.high,
-                    edge.measured,
-                    edge.theory,
-                    edge.difference,
-                    edge.half_width,
+        for edge in made.boundaries:
+            if edge.theory == edge.theory:
+                shown = _edge(edge)
+                yield (
+                    f"{'':<20}{edge.row}: measured {shown['low']} to {shown['high']}, "
+                    f"theory {shown['theory']} ({shown['difference']})"
                 )
-                rows.writerow([made.case.name, edge.row, *map(repr, numbers)])
+
+
+def _failed(made: Map) -> int:
+    return sum(cell.outcome is not Outcome.STABLE for cell in made.cells.values())
+
+
+def _silent(made: Map) -> int:
+    return sum(cell.silent for cell in made.cells.values())
+
+
+def _cell_rows(maps: Sequence[Map]) -> Iterator[tuple[object, ...]]:
+    for made in maps:
+        for (column, row), cell in made.cells.items():
+            told = (str(cell.outcome), cell.said, cell.guard, cell.reason)
+            for name, value in zip(made.case.quantities, cell.numbers, strict=True):
+                yield made.case.name, row, column, *told, name, repr(value)
+
+
+def _boundary_rows(maps: Sequence[Map]) -> Iterator[tuple[object, ...]]:
+    for made in maps:
+        for edge in made.boundaries:
+            ends = (edge.low, edge.high, edge.measured, edge.theory)
+            numbers = (*ends, edge.difference, edge.half_width)
+            yield made.case.name, edge.row, *map(repr, numbers)
+
+
+def _write_rows(path: Path, head: Sequence[str], rows: Iterator[tuple[object, ...]]) -> None:
+    with whole_file(path) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows(rows)
 
 
 def _numbers(made: Map) -> dict[str, Any]:
+    """A map as `json` takes it; rows that are no numbers as their labels."""
+    case = made.case
     return {
-        "title": made.case.title,
-        "columns": asdict(made.case.columns),
-        "rows": asdict(made.case.rows),
-        "quantities": list(made.case.quantities),
-        "cells": [asdict(cell) for cell in made.cells],
-        "boundaries": [asdict(edge) for edge in made.boundaries],
+        "title": case.title,
+        "columns": asdict(case.columns),
+        "rows": asdict(case.rows) | {"values": [_plain(row) for row in case.rows.values]},
+        "quantities": list(case.quantities),
+        "cells": [
+            {"column": column, "row": _plain(row), **asdict(cell)}
+            for (column, row), cell in made.cells.items()
+        ],
+        "boundaries": [asdict(edge) | {"row": _plain(edge.row)} for edge in made.boundaries],
     }
+
+
+def _plain(row: Row) -> float | str:
+    return row if isinstance(row, float) else str(row)
 
 
 def _content(made: Map, image: str) -> dict[str, Any]:
@@ -158,22 +141,22 @@ def _content(made: Map, image: str) -> dict[str, Any]:
         "title": case.title,
         "fails": prose(case.fails),
         "edge": prose(case.edge),
-        "words": [prose(words) for words in case.words],
+        "words": prose(" ".join(case.words.split())),
         "image": image,
         "column": case.columns.label,
         "row": case.rows.label,
         "quantities": [prose(name) for name in case.quantities],
         "count": len(made.cells),
-        "failed": sum(cell.outcome is not Outcome.STABLE for cell in made.cells),
-        "silent": sum(cell.silent for cell in made.cells),
-        "guarded": any(cell.guard for cell in made.cells),
+        "failed": _failed(made),
+        "silent": _silent(made),
+        "guarded": any(cell.guard for cell in made.cells.values()),
         "boundaries": [_edge(edge) for edge in made.boundaries],
         "compared": [_edge(edge) for edge in made.boundaries if edge.theory == edge.theory],
-        "numbered": not isinstance(case.rows.values[0], str),
+        "numbered": isinstance(case.rows.values[0], float),
         "cells": [
             {
-                "row": tick(cell.row),
-                "column": tick(cell.column),
+                "row": tick(row),
+                "column": tick(column),
                 "outcome": str(cell.outcome),
                 "stable": cell.outcome is Outcome.STABLE,
                 "silent": cell.silent,
@@ -182,20 +165,15 @@ def _content(made: Map, image: str) -> dict[str, Any]:
                 "reason": cell.reason,
                 "numbers": [number(value, 4) for value in cell.numbers],
             }
-            for cell in made.cells
+            for (column, row), cell in made.cells.items()
         ],
     }
 
 
-def _edge(edge: Boundary) -> dict[str, Any]:
+def _edge(edge: Boundary) -> dict[str, str]:
     """A boundary as the page shows it: no more digits than its bracket has."""
-    return {
-        "row": tick(edge.row),
-        "low": number(edge.low, 4),
-        "high": number(edge.high, 4),
-        "measured": number(edge.measured, 4),
-        "theory": number(edge.theory, 4),
-        "difference": f"{percent(edge.difference)} ± {percent(edge.half_width)}"
-        if edge.theory == edge.theory
-        else "–",
-    }
+    told = {name: number(getattr(edge, name), 4) for name in ("low", "high", "measured", "theory")}
+    difference = "–"
+    if edge.theory == edge.theory:
+        difference = f"{percent(edge.difference)} ± {percent(edge.half_width)}"
+    return {"row": tick(edge.row), **told, "difference": difference}

@@ -1,20 +1,24 @@
 """The atlas' theory against closed forms, and the failures of solvers at small size."""
 
+import dataclasses
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from analysis.stability.atlas import attempt, boundary, choose
-from analysis.stability.case import Axis, Boundary, Case, Cell, Map, Outcome, bracket
-from analysis.stability.cases.chains import chain, chain_attempt, chain_theory, contraction
-from analysis.stability.cases.energy import exact_energy, opening_attempt, restitution_attempt
-from analysis.stability.cases.initial_overlap import PRODUCT, RIGID, overlap_attempt
-from analysis.stability.cases.limits import speed_attempt
-from analysis.stability.cases.masses import solver_attempt
-from analysis.stability.cases.packings import order_attempt, pressed_corner, redundant_attempt
-from analysis.stability.cases.passing import RIGID as RIGID_DOOR
-from analysis.stability.cases.passing import door_attempt, door_theory, wall_theory
+from analysis.stability.case import Axis, Boundary, By, Case, Cell, Map, Outcome
+from analysis.stability.cases.penalty import initial_overlap, narrow_door, small_speeds, tunnelling
+from analysis.stability.cases.percussions import (
+    contact_order,
+    long_chains,
+    mass_ratio_solvers,
+    opening_contacts,
+    redundant,
+    restitution,
+)
+from analysis.stability.cases.percussions.long_chains import chain, contraction
+from analysis.stability.cases.percussions.redundant import Choice, pressed_corner
 from analysis.stability.charts import LOOKS, draw_map
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.dense_reference import dense_percussions, exact_line
@@ -60,22 +64,28 @@ def test_contraction_of_gauss_seidel_is_the_spectral_radius_of_its_iteration():
 
 
 def test_gauss_seidel_gives_up_on_a_long_chain_and_the_others_do_not(tmp_path):
-    edge = chain_theory("gauss_seidel")
-    assert chain_attempt(round(0.97 * edge), "gauss_seidel", tmp_path).outcome is Outcome.STABLE
+    edge = long_chains.theory("gauss_seidel")
     assert (
-        chain_attempt(round(1.03 * edge), "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
+        long_chains.attempt(round(0.97 * edge), "gauss_seidel", tmp_path).outcome is Outcome.STABLE
     )
-    assert chain_attempt(round(1.03 * edge), "auto", tmp_path).outcome is Outcome.STABLE
+    assert (
+        long_chains.attempt(round(1.03 * edge), "gauss_seidel", tmp_path).outcome
+        is Outcome.NOT_CONVERGED
+    )
+    assert long_chains.attempt(round(1.03 * edge), "auto", tmp_path).outcome is Outcome.STABLE
 
 
 def test_mass_ratio_ends_sweeps_but_not_the_interior_point(tmp_path):
-    assert solver_attempt(1e6, "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
-    assert solver_attempt(1e6, "interior_point", tmp_path).outcome is Outcome.STABLE
+    assert (
+        mass_ratio_solvers.attempt(1e6, "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
+    )
+    assert mass_ratio_solvers.attempt(1e6, "interior_point", tmp_path).outcome is Outcome.STABLE
 
 
 def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
     free, chosen = (
-        redundant_attempt(4.0, row, tmp_path) for row in ("gauss_seidel, any λ", "auto")
+        redundant.attempt(4.0, row, tmp_path)
+        for row in (Choice("gauss_seidel", False), Choice("auto"))
     )
     assert free.outcome is Outcome.INACCURATE
     assert free.silent
@@ -84,8 +94,9 @@ def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
 
 
 def test_order_of_contacts_decides_any_reactions_only(tmp_path):
-    assert order_attempt(4.0, "gauss_seidel, any λ", tmp_path).outcome is Outcome.INACCURATE
-    assert order_attempt(4.0, "auto", tmp_path).outcome is Outcome.STABLE
+    free = contact_order.attempt(4.0, Choice("gauss_seidel", False), tmp_path)
+    assert free.outcome is Outcome.INACCURATE
+    assert contact_order.attempt(4.0, Choice("auto"), tmp_path).outcome is Outcome.STABLE
 
 
 def test_dense_percussions_agree_with_the_closed_chain_and_satisfy_the_law():
@@ -108,49 +119,49 @@ def test_exact_line_has_the_two_disk_restitution_and_the_printed_four_disk_case(
 
 
 def test_k_on_opening_contacts_adds_energy_and_the_answer_warns(tmp_path):
-    cell = opening_attempt(0.4, 20.0, tmp_path)
+    cell = opening_contacts.attempt(0.4, 20.0, tmp_path)
     assert cell.outcome is Outcome.ENERGY_GAIN
     assert cell.numbers[-1] == 1
-    assert exact_energy(0.4, 20.0)[1] > 0
-    assert opening_attempt(0.4, 1.0, tmp_path).outcome is Outcome.STABLE
-    assert exact_energy(0.4, 1.0)[1] < 0
+    assert opening_contacts.exact_energy(0.4, 20.0)[1] > 0
+    assert opening_contacts.attempt(0.4, 1.0, tmp_path).outcome is Outcome.STABLE
+    assert opening_contacts.exact_energy(0.4, 1.0)[1] < 0
 
 
 def test_restitution_near_one_loses_its_digits(tmp_path):
-    assert restitution_attempt(1e-4, "auto", tmp_path).outcome is Outcome.STABLE
-    assert restitution_attempt(1e-15, "auto", tmp_path).outcome is Outcome.NOT_CONVERGED
+    assert restitution.attempt(1e-4, "auto", tmp_path).outcome is Outcome.STABLE
+    assert restitution.attempt(1e-15, "auto", tmp_path).outcome is Outcome.NOT_CONVERGED
     with pytest.raises(ValueError, match="restitution"):
         ContactLaw(restitution=1.0)
 
 
 @pytest.mark.parametrize("speed", [1e-14, 1e-100, 0.0])
 def test_percussions_have_no_smallest_speed(speed, tmp_path):
-    assert speed_attempt(speed, "auto", tmp_path).outcome is Outcome.STABLE
+    assert small_speeds.attempt(speed, "auto", tmp_path).outcome is Outcome.STABLE
 
 
 def test_overlap_is_refused_by_a_run_and_left_by_percussions(tmp_path):
-    refused = overlap_attempt(0.03, PRODUCT, tmp_path)
+    refused = initial_overlap.attempt(0.03, initial_overlap.PRODUCT, tmp_path)
     assert refused.outcome is Outcome.REFUSED
     assert "overlap" in refused.reason
-    assert overlap_attempt(0.03, RIGID, tmp_path).outcome is Outcome.STABLE
-    assert overlap_attempt(2.0, RIGID, tmp_path).outcome is Outcome.REFUSED
+    assert initial_overlap.attempt(0.03, initial_overlap.RIGID, tmp_path).outcome is Outcome.STABLE
+    assert initial_overlap.attempt(2.0, initial_overlap.RIGID, tmp_path).outcome is Outcome.REFUSED
 
 
 def test_a_rigid_disk_is_held_by_every_door_narrower_than_itself(tmp_path):
-    cells = [door_attempt(width, RIGID_DOOR, tmp_path) for width in (0.5, 0.97, 1.1)]
+    cells = [narrow_door.attempt(width, narrow_door.RIGID, tmp_path) for width in (0.5, 0.97, 1.1)]
     assert [cell.reason for cell in cells] == ["is held", "is held", "walks through"]
 
 
 def test_door_theory_is_the_largest_force_of_two_springs():
     load = 0.3
-    half = door_theory(f"lammps, F/(k·r) = {load}")
+    half = narrow_door.theory(By("lammps", "F/(k·r)", load))
     x = np.linspace(0, np.sqrt(1 - half**2), 200_001)
     distance = np.hypot(half, x)
     assert (2 * (1 - distance) * x / distance).max() == pytest.approx(load, rel=1e-8)
 
 
 def test_wall_theory_of_a_short_step_is_the_energy_barrier():
-    assert wall_theory("lammps, Δt = 0.001") == pytest.approx(1, abs=1e-5)
+    assert tunnelling.theory(By("lammps", "Δt", 0.001)) == pytest.approx(1, abs=1e-5)
 
 
 def test_the_rigid_answer_of_the_atlas_is_that_of_the_product():
@@ -162,7 +173,7 @@ def test_the_rigid_answer_of_the_atlas_is_that_of_the_product():
 
 def _step(column, row, folder):
     outcome = Outcome.STABLE if column < 3.0 else Outcome.LOST
-    return Cell(column=column, row=row, outcome=outcome, reason="", said="0", numbers=(1.0,))
+    return Cell(outcome=outcome, reason="", said="0", numbers=(1.0,))
 
 
 def _three(row):
@@ -177,19 +188,21 @@ STEP = Case(
     rows=Axis(label="row", values=("a",)),
     quantities=("q",),
     attempt=_step,
-    words=(),
+    words="",
     fails_as=(Outcome.LOST,),
     theory=_three,
 )
 
 
 def test_a_boundary_is_halved_down_to_where_the_outcome_changes(tmp_path):
-    cells = tuple(attempt(STEP, column, "a", tmp_path) for column in STEP.columns.values)
-    assert bracket(STEP, "a", cells) == (2.0, 4.0)
-    edge = boundary(STEP, "a", cells, tmp_path, quick=False)
+    cells = {(x, "a"): attempt(STEP, x, "a", tmp_path) for x in STEP.columns.values}
+    wide = boundary(STEP, "a", cells, tmp_path, halvings=0)
+    assert (wide.low, wide.high) == (2.0, 4.0)
+    edge = boundary(STEP, "a", cells, tmp_path, halvings=7)
     assert edge.low < 3 <= edge.high
     assert edge.difference == pytest.approx(0, abs=0.01)
-    assert boundary(STEP, "a", cells[:2], tmp_path, quick=True) is None
+    stable = dataclasses.replace(STEP, columns=Axis(label="x", values=(1.0, 2.0)))
+    assert boundary(stable, "a", cells, tmp_path, halvings=7) is None
 
 
 def test_silent_is_a_failure_that_the_method_did_not_admit():
@@ -199,12 +212,10 @@ def test_silent_is_a_failure_that_the_method_did_not_admit():
 
 def test_a_map_draws_every_outcome_and_its_boundary():
     values = tuple(float(i) for i in range(len(Outcome)))
-    cells = tuple(
-        Cell(column=x, row="a", outcome=o, reason="", said="0", numbers=(0.0,))
+    cells = {
+        (x, "a"): Cell(outcome=o, reason="", said="0", numbers=(0.0,))
         for x, o in zip(values, Outcome, strict=True)
-    )
-    import dataclasses
-
+    }
     case = dataclasses.replace(STEP, columns=Axis(label="x", values=values))
     edge = Boundary(row="a", low=1.0, high=2.0, theory=1.5)
     figure = draw_map(Map(case=case, cells=cells, boundaries=(edge,)))
@@ -212,6 +223,13 @@ def test_a_map_draws_every_outcome_and_its_boundary():
     assert {f"{letter}!" for _, letter, _ in LOOKS.values()} - {"S!"} <= texts
     assert "S" in texts
     figure.savefig("/dev/null", format="png")
+
+
+def test_rows_of_a_case_have_labels_of_their_own():
+    for made in choose(None, quick=False):
+        labels = [str(row) for row in made.rows.values]
+        assert len(set(labels)) == len(labels), made.name
+        assert not any("object at" in label or label[:1] == "(" for label in labels)
 
 
 def test_names_of_cases_are_known_or_refused():

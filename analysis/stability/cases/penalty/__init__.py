@@ -1,0 +1,1 @@
+"""What penalty engines fail at."""

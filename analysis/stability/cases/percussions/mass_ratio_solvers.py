@@ -1,0 +1,46 @@
+"""Mass ratios in the solvers of percussions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.stability.case import Axis, Case, Cell, Outcome
+from analysis.stability.cells import SOLVER_QUANTITIES, SOLVERS, solver_cell
+from analysis.stability.crowds import MASS_KG, contacts_of, corner_walls, disks, rhombus
+from analysis.stability.dense_reference import dense_percussions
+from nscd import solve
+
+ACROSS = 5
+
+
+def attempt(ratio: float, solver: str, folder: Path) -> Cell:
+    """Solve a rhombus of alternating masses in a corner, against dense NNLS."""
+    n = ACROSS**2
+    light = (np.arange(n) + np.arange(n) // ACROSS) % 2 == 0
+    left = np.random.default_rng(1).normal(size=(n, 2))
+    snapshot = disks(rhombus(ACROSS), left, MASS_KG * np.where(light, 1 / ratio, 1.0))
+    contacts = contacts_of(snapshot, corner_walls(ACROSS))
+    _, reference = dense_percussions(snapshot, contacts, left)
+    answer = solve(snapshot, contacts, solver=solver)
+    return solver_cell(answer, reference, float(np.abs(left).max()))
+
+
+def case(quick: bool) -> Case:
+    """Make the case."""
+    ratios = (1.0, 1e3, 1e6) if quick else (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6)
+    return Case(
+        name="mass_ratio_solvers",
+        title="Mass ratio in the percussions",
+        fails="solvers: sweeps grow with the ratio until the limit of sweeps ends them; active "
+        "sets cycle",
+        columns=Axis(label="heavy mass / light mass", values=ratios),
+        rows=Axis(label="solver", values=SOLVERS),
+        quantities=SOLVER_QUANTITIES,
+        attempt=attempt,
+        fails_as=(Outcome.NOT_CONVERGED,),
+        words=f"""{ACROSS} × {ACROSS} disks of alternating masses on the triangular lattice, in a
+            corner of two walls, with random left velocities; u⁺ against dense non-negative least
+            squares.""",
+    )
