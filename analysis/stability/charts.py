@@ -60,7 +60,9 @@ def _draw_cells(axes: Axes, made: Map) -> None:
     for (column, row), cell in made.cells.items():
         x, y = columns.index(column), rows.index(row)
         colour, letter, hatch = LOOKS[cell.outcome]
-        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fc=colour, ec=DARK_GREY, hatch=hatch, lw=0.6))
+        axes.add_patch(
+            Rectangle((x - 0.5, y - 0.5), 1, 1, fc=colour, ec=DARK_GREY, hatch=hatch, lw=0.6)
+        )
         letter += "!" if cell.silent else ""
         axes.text(x, y, letter, ha="center", va="center", fontsize=9, bbox=box)
 
