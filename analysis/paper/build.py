@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import base64
+import functools
 import hashlib
 import io
-import json
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import analysis
 import nscd
-from analysis.engines.ahead import Cost, EngineRun, make_ahead
+from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.section import Claim, Drawn, Picture, Section, Table, Verdict
 from analysis.paper.continuum.bridge import section as bridge
 from analysis.paper.continuum.fig7_border import section as fig7
@@ -31,7 +29,7 @@ from analysis.paper.discrete.fig2_corridor import section as fig2
 from analysis.paper.discrete.fig3_chains import section as fig3
 from analysis.paper.discrete.fig4_fig5_arches import fig4, fig5
 from analysis.paper.discrete.fig6_rivals import section as fig6
-from analysis.support.files import write_text
+from analysis.support import cache
 from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
@@ -127,7 +125,7 @@ def build(
             raise ValueError(f"figure: {number}; this part of the paper has {', '.join(known)}")
     parts = [part for part in parts if part.number in wanted]
     needed = {part.number: part.engine_runs(runs) for part in parts if part.engine_runs}
-    costs = make_ahead([run for chosen in needed.values() for run in chosen], progress)
+    costs = run_ahead([run for chosen in needed.values() for run in chosen], progress)
     built = {
         part.number: found
         for part in parts
@@ -182,7 +180,7 @@ def folder_of(runs: Path, part: Part) -> Path:
     return runs / "paper_sections" / part.number
 
 
-@cache
+@functools.cache
 def edition() -> str:
     """Digest what a section without engines depends on: our sources and words, the libraries."""
     digest = hashlib.sha256(
@@ -197,17 +195,16 @@ def edition() -> str:
 
 def keep(built: Built, folder: Path, made_by: str) -> None:
     """Write a drawn section as one JSON file, whole or not at all; made_by: the edition."""
-    content = asdict(built.section) | {"edition": made_by, "cpu_seconds": built.cpu_seconds}
-    text = json.dumps(content, ensure_ascii=False, default=_plain)
-    write_text(folder / "section.json", text + "\n")
+    content = asdict(built.section) | {"cpu_seconds": built.cpu_seconds}
+    cache.keep(folder / "section.json", made_by, content)
 
 
 def kept(folder: Path) -> Built | None:
     """Read the section that this edition of the product has kept; None where there is none."""
+    content = cache.kept(folder / "section.json", edition())
+    if content is None:
+        return None
     try:
-        content = json.loads((folder / "section.json").read_text(encoding="utf-8"))
-        if content.pop("edition") != edition():
-            return None
         seconds = content.pop("cpu_seconds")
         for picture in content["pictures"]:
             picture |= {kind: base64.b64decode(picture[kind]) for kind in ("png", "pdf")}
@@ -217,10 +214,5 @@ def kept(folder: Path) -> Built | None:
             Claim(**claim | {"verdict": Verdict(claim["verdict"])}) for claim in content["claims"]
         ]
         return Built(section=Section(**content), cpu_seconds=float(seconds), kept=True)
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):
         return None
-
-
-def _plain(value: Any) -> Any:
-    """Pictures as text, a numpy number as Python's."""
-    return base64.b64encode(value).decode("ascii") if isinstance(value, bytes) else value.item()

@@ -21,6 +21,7 @@ from analysis.engines.guard import Verdict
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
+from analysis.support.cache import keep, kept
 from analysis.support.files import write_text
 
 LONGEST_S = 60.0
@@ -81,8 +82,8 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
         json.dumps([scene.digest(), str(command), command.stat().st_mtime, inputs]).encode()
     ).hexdigest()
     penalty = penalty_of(scene)
-    if kept := _kept(folder, digest):
-        return kept
+    if found := kept(folder / FILE, digest):
+        return Trial(**{**found, "folder": folder, "reused": True})
     if folder.exists():
         shutil.rmtree(folder)
     decks = folder / "input"
@@ -119,9 +120,7 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
         environment=environment,
         reused=False,
     )
-    write_text(
-        folder / FILE, json.dumps({**asdict(trial), "folder": None, "digest": digest}, indent=1)
-    )
+    keep(folder / FILE, digest, {**asdict(trial), "folder": None})
     return trial
 
 
@@ -146,16 +145,6 @@ def _options(engine: str, out: str, guard: str) -> list[str]:
     if engine == lammps.NAME:
         return ["-var", "out", out, "-var", "guard", guard]
     return [f"out={out}", f"guard={guard}"]
-
-
-def _kept(folder: Path, digest: str) -> Trial | None:
-    try:
-        content = json.loads((folder / FILE).read_text(encoding="utf-8"))
-        if content.pop("digest") != digest:
-            return None
-        return Trial(**{**content, "folder": folder, "reused": True})
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
 
 
 def _run(

@@ -7,17 +7,20 @@ import contextlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 
 @contextlib.contextmanager
-def whole_file(path: Path, mode: str = "w") -> Iterator[IO[str]]:
-    """Open a temporary file beside `path` for writing text; it takes the name `path` only if the
-    block ends well."""
+def whole_file(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
+    """Open a temporary file beside `path` for writing text (or bytes: mode `wb`); it takes the name
+    `path` only if the block ends well."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with part.open(mode, encoding="utf-8", newline="\n") as file:
+        text = "b" not in mode
+        with part.open(
+            mode, encoding="utf-8" if text else None, newline="\n" if text else None
+        ) as file:
             yield file
         os.replace(part, path)
     finally:

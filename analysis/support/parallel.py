@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import importlib
 import multiprocessing
+import multiprocessing.connection
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -50,13 +52,27 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
         return
     # spawned, since a forked process would inherit threads of numerical libraries
     pool = ProcessPoolExecutor(
-        processes or os.cpu_count() or 1, multiprocessing.get_context("spawn")
+        processes or os.cpu_count() or 1,
+        multiprocessing.get_context("spawn"),
+        initializer=end_with_parent,
     )
     try:
         yield pool
     finally:
         # an interrupted build ends with what is under way; what is finished is kept
         pool.shutdown(cancel_futures=True)
+
+
+def end_with_parent() -> None:
+    """Have this worker end as soon as the process that started it is gone, whatever ended that."""
+
+    def watch(sentinel: int) -> None:
+        multiprocessing.connection.wait([sentinel])
+        os._exit(1)
+
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=watch, args=(parent.sentinel,), daemon=True).start()
 
 
 def do_all(

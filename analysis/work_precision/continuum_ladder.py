@@ -3,13 +3,11 @@ are."""
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
+from analysis.support.cache import keep, kept
 from analysis.work_precision.continuum_solves import (
     ContinuumAnswer,
     ContinuumModel,
@@ -60,23 +58,19 @@ def _kept(window: Window, side_m: float, path: Path) -> tuple[ContinuumAnswer, .
     """Both models from the file, or made and, if both are `ok`, kept there."""
     file = path.with_name(f"{path.name}_{side_m:.6g}m.npz")
     key = f"{window.scene.digest()} {EDITION}"
-    try:
-        with np.load(file) as kept:
-            if str(kept["key"]) == key:
-                return tuple(
-                    ContinuumAnswer(
-                        model=model,
-                        side_m=side_m,
-                        change=kept[f"{model}_change"],
-                        wall_impulse=kept[f"{model}_wall_impulse"],
-                        cpu_seconds=None,
-                        status=PointStatus.OK,
-                        reason="",
-                    )
-                    for model in ContinuumModel
-                )
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
-        pass
+    if found := kept(file, key):
+        return tuple(
+            ContinuumAnswer(
+                model=model,
+                side_m=side_m,
+                change=found[f"{model}_change"],
+                wall_impulse=found[f"{model}_wall_impulse"],
+                cpu_seconds=None,
+                status=PointStatus.OK,
+                reason="",
+            )
+            for model in ContinuumModel
+        )
     made = solve_both(window, side_m)
     if all(answer.status == PointStatus.OK for answer in made):
         arrays = {
@@ -84,8 +78,5 @@ def _kept(window: Window, side_m: float, path: Path) -> tuple[ContinuumAnswer, .
             for answer in made
             for name in ("change", "wall_impulse")
         }
-        file.parent.mkdir(parents=True, exist_ok=True)
-        part = file.with_name(f".{file.stem}.part.npz")
-        np.savez(part, key=key, **arrays)
-        part.replace(file)
+        keep(file, key, arrays)
     return made

@@ -10,12 +10,11 @@ from pathlib import Path
 from analysis.support.parallel import Task, do_all
 from analysis.support.progress import Progress
 from analysis.work_precision.continuum_ladder import ContinuumLadder, continuum_ladder
-from analysis.work_precision.kept import kept_reference
 from analysis.work_precision.point import Point
 from analysis.work_precision.points_of import Book
 from analysis.work_precision.rigid_reference import RigidReference, rigid_reference
 from analysis.work_precision.rigid_solves import Solved, solve_rigid, solve_rivals
-from analysis.work_precision.soft_reference import SoftReference
+from analysis.work_precision.soft_reference import SoftReference, kept_reference
 from analysis.work_precision.soft_runs import Setting, SoftRun, run_folder, run_soft, scene_of
 from analysis.work_precision.window import Quantity, Window
 

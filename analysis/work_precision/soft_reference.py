@@ -1,9 +1,10 @@
 """The soft-contact model solved to high accuracy without any engine: the reference of the
-time-stepping methods."""
+time-stepping methods, kept on disk since it takes as long as an engine's run."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.integrate import DOP853
 
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import Scene
+from analysis.support.cache import keep, kept
 from analysis.work_precision.window import Motion
 from nscd import find_contacts
 from nscd.arrays import Floats
@@ -23,6 +25,8 @@ MOST_STEPS = 400_000
 # Hertz contacts have the tangent stiffness asked for at an overlap of this share of the mean
 # radius.
 HERTZ_OVERLAP = 0.01
+# Counts up whenever `soft_reference` comes to give other numbers.
+EDITION = 1
 
 
 class ReferenceError(RuntimeError):
@@ -67,6 +71,29 @@ def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
         reach = max(2.0 * reach, 1.5 * farthest)
     motion, steps = _integrate(scene, TIGHTER * tolerance, speed, reach)
     return SoftReference(motion=motion, looser=looser, steps=steps)
+
+
+def kept_reference(scene: Scene, path: Path) -> SoftReference | str:
+    """Take the soft reference of the scene from `path`.npz, or compute and keep it there; return
+    why there is none, in words, where it could not be computed."""
+    file, key = path.with_name(path.name + ".npz"), f"{scene.digest()} {TOLERANCE} {EDITION}"
+    if found := kept(file, key):
+        motion, looser = (
+            Motion(displacement=found[f"{name}_displacement"], velocity=found[f"{name}_velocity"])
+            for name in ("motion", "looser")
+        )
+        return SoftReference(motion=motion, looser=looser, steps=int(found["steps"]))
+    try:
+        made = soft_reference(scene)
+    except ReferenceError as error:
+        return str(error)
+    arrays = {
+        f"{name}_{field}": getattr(getattr(made, name), field)
+        for name in ("motion", "looser")
+        for field in ("displacement", "velocity")
+    }
+    keep(file, key, {"steps": made.steps, **arrays})
+    return made
 
 
 def _integrate(scene: Scene, tolerance: float, speed: float, reach: float) -> tuple[Motion, int]:

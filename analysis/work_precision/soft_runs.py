@@ -4,7 +4,6 @@ the next time."""
 from __future__ import annotations
 
 import functools
-import json
 import logging
 import resource
 import threading
@@ -23,7 +22,7 @@ from analysis.engines.penalty import penalty_of
 from analysis.engines.record import FINISHED
 from analysis.engines.run import run_engine
 from analysis.scene.scene import Scene
-from analysis.support.files import write_text
+from analysis.support.cache import keep, kept
 from analysis.support.machine import machine
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import Motion, Window
@@ -104,11 +103,11 @@ def run_soft(scene: Scene, setting: Setting, folder: Path) -> SoftRun:
     A run that fails is a result: its status and reason say so.
     """
     note = folder.with_name(folder.name + ".json")
-    known = _read_note(note)
     key = f"{scene.digest()} {_version(setting.engine)}"
-    if known.get("key") != key or not _is_there(known, folder):
-        known = _run(scene, setting, folder) | {"key": key}
-        write_text(note, json.dumps(known, indent=1) + "\n")
+    known = kept(note, key)
+    if known is None or not _is_there(known, folder):
+        known = _run(scene, setting, folder)
+        keep(note, key, known)
     motion, status, reason = None, PointStatus(known["status"]), known["reason"]
     if status == PointStatus.OK:
         try:
@@ -155,14 +154,6 @@ def _run(scene: Scene, setting: Setting, folder: Path) -> dict[str, Any]:
         "machine": machine(),
         "date": datetime.now(UTC).date().isoformat(),
     }
-
-
-def _read_note(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) else {}
 
 
 def _is_there(known: dict[str, Any], folder: Path) -> bool:

@@ -12,6 +12,7 @@ from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import run_engine
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
+from analysis.support.cache import keep, kept
 from analysis.work_precision.window import Window, driven_window, impact_window
 from nscd.arrays import Floats
 
@@ -48,10 +49,8 @@ def _pressed(scene: Scene, folder: Path) -> Floats:
             "no engine: the crowd cannot be pressed together; see: percussions doctor"
         )
     file, key = folder / "start.npz", f"{scene.digest()} {present.version()}"
-    if file.exists():
-        with np.load(file) as kept:
-            if str(kept["key"]) == key:
-                return np.array(kept["position"])
+    if found := kept(file, key):
+        return np.asarray(found["position"])
     time = scene.analysis.time_s
     record = run_engine(
         scene.with_run(duration_s=time, frames=1, time_step_s=None), present.NAME, folder / "start"
@@ -60,5 +59,5 @@ def _pressed(scene: Scene, folder: Path) -> Floats:
         open_bodies(folder / "start" / "bodies.dump", record.time_step_s).trajectory[-1]
     )
     position = reconcile(end.position, end.radius, scene.wall_segments()).position
-    np.savez(file, position=position, key=key)
+    keep(file, key, {"position": position})
     return position

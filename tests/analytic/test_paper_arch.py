@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.engines import ENGINES, EngineError
-from analysis.engines import ahead as engine_runs
+from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.paper.discrete.fig4_fig5_arches import fig4 as figures
 from analysis.paper.discrete.fig4_fig5_arches import fig5 as arch_masses

@@ -8,7 +8,7 @@ import pytest
 from browser import BROWSER, opened
 
 from analysis.engines import ENGINES, RunRecord
-from analysis.engines.ahead import Cost, EngineRun, make_ahead
+from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import prose, write_picture
 from analysis.pages.numbers import number
 from analysis.pages.section import Picture
@@ -126,16 +126,16 @@ def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
     wanted[2] = EngineRun(scene=scenes[0], engine=engine, folder=wanted[0].folder)
     wanted.append(EngineRun(scene=scenes[0], engine="missing", folder=tmp_path / "failed"))
     told = []
-    costs = make_ahead(wanted, lambda label, share: told.append((label, share)), processes=2)
+    costs = run_ahead(wanted, lambda label, share: told.append((label, share)), processes=2)
     assert told[-1] == ("engine runs", pytest.approx(1.0))
     assert [told[0], len(told)] == [("engine runs", 0.0), 4]
     assert [costs[run.folder].made for run in wanted] == [1, 1, 1, 0]
     assert costs[wanted[3].folder] == Cost(failed=1)
     for run in wanted[:2]:
         assert costs[run.folder].cpu_seconds == RunRecord.read(run.folder).cpu_seconds > 0
-    again = make_ahead(wanted[:2])
+    again = run_ahead(wanted[:2])
     assert sum(again.values(), Cost()) == Cost(reused=2)
-    assert make_ahead([]) == {}
+    assert run_ahead([]) == {}
 
 
 def test_errata_are_read_whole(tmp_path):

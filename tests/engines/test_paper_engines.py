@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from analysis.compare.comparison import statistics
 from analysis.engines import lammps, yade
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
 from analysis.paper.discrete.fig1_four_disks import section as four_disks
 from analysis.paper.discrete.fig2_corridor import section as corridor

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from analysis.dumps.reader import open_bodies
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 from nscd import Contacts, Snapshot

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.section import Cell, Claim, Picture, Section, Table, Verdict
 from analysis.paper.discrete.fig1_four_disks.charts import (
     after_impact,

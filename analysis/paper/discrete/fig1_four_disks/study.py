@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import bisect
 
 from analysis.engines import EngineError
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell
 from analysis.paper.discrete.line_of_disks import (

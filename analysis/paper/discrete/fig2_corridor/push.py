@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.compare.comparison import Comparison, compare_run
 from analysis.dumps.reader import open_bodies
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.paper.discrete.line_of_disks import impact_time
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines import EngineError
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Claim, Picture, Section, Verdict
 from analysis.paper.corridor_tables import ELASTIC, INELASTIC, differences, gap_table, soft_tables

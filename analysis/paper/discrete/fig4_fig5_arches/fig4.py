@@ -8,7 +8,7 @@ from pathlib import Path
 
 from analysis.compare.study import Study
 from analysis.engines import EngineError
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.section import Section
 from analysis.paper.discrete.fig4_fig5_arches.charts import engines_picture, snapshot_picture
 from analysis.paper.discrete.fig4_fig5_arches.claims import place_claim, ring_claim

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.compare.comparison import correlation, relative_difference
 from analysis.compare.study import Study
 from analysis.engines import EngineError
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.section import Section
 from analysis.paper.discrete.fig4_fig5_arches.charts import (
     engines_picture,

@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.engines import ENGINES, EngineError
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import (
     NEIGHBOURHOOD_M,
     Arch,

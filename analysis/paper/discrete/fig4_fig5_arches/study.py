@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.compare.study import Study, study
 from analysis.engines import ENGINES
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.section import Section
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import Arch, carried_interval
 from analysis.paper.discrete.fig4_fig5_arches.tables import engine_name

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.compare.comparison import relative_difference
 from analysis.dumps.reader import DumpError
 from analysis.engines import ENGINES, EngineError
-from analysis.engines.ahead import EngineRun
+from analysis.engines.run import EngineRun
 from analysis.pages.section import Cell, Claim, Picture, Section, Table
 from analysis.paper.discrete.fig6_rivals.claims import (
     arch_claims,
