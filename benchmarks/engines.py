@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dumps.reader import open_bodies, snapshot_of
-from analysis.engines import ENGINES, engine
+from analysis.engines import ENGINES
 from analysis.engines.record import EngineError
+from analysis.engines.run import simulate
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.shipped_scenes import make
 
@@ -38,8 +39,7 @@ def main() -> None:
         for name in (known.NAME for known in ENGINES):
             place = Path(folder) / name
             try:
-                engine(name).prepare(scene, place)
-                record = engine(name).run(place)
+                record = simulate(scene, name, place)
             except EngineError as error:
                 print(f"{name:<34}{error}")
                 continue

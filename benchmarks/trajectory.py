@@ -22,8 +22,8 @@ from families import heap
 from machine import describe
 
 from analysis.dumps.reader import open_bodies, snapshot_of
-from analysis.engines import engine
 from analysis.engines.record import RunRecord
+from analysis.engines.run import simulate
 from analysis.percussions.dump_to_csv import solve_dump
 from analysis.percussions.trajectory import PercussionAnalysis, left_velocity_of
 from analysis.scene.scene import read_scene
@@ -122,9 +122,7 @@ def dump_of(name: str, folder: Path, disks: int, frames: int) -> Path:
     dump = folder / "bodies.dump"
     if not dump.exists():
         scene = make(name, disks)
-        lammps = engine("lammps")
-        lammps.prepare(scene.with_run(frames=frames), folder)
-        record: RunRecord = lammps.run(folder)
+        record: RunRecord = simulate(scene.with_run(frames=frames), "lammps", folder)
         print(f"LAMMPS took {record.wall_seconds:.0f} s")
     return dump
 

@@ -1,47 +1,86 @@
-"""The engines: each module has NAME, find(), version(), prepare(scene, folder) and run(folder)."""
+"""The engines: each is a module that fits `Engine`; what simulates a scene with one is in `run`."""
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Protocol
 
 from analysis.engines import lammps, yade
-from analysis.engines.process import Progress
+from analysis.engines.process import Command
 from analysis.engines.record import EngineError, RunRecord
 from analysis.scene.scene import Scene
 
-__all__ = ["ENGINES", "Engine", "EngineError", "RunRecord", "engine"]
+__all__ = ["ENGINES", "Engine", "EngineError", "RunRecord", "engine", "installed"]
 
 
 class Engine(Protocol):
-    """What every engine offers."""
+    """What every engine offers.
+
+    NAME: in commands and records; TITLE: in sentences; COMMAND: the program; INSTALL: the command
+    that installs it.
+    """
 
     NAME: str
+    TITLE: str
+    COMMAND: str
+    INSTALL: str
 
     def find(self) -> Path | None:
-        """Where its command is."""
+        """Return where its program is."""
 
     def version(self) -> str | None:
-        """Its version."""
+        """Ask the program for its version; None where it is missing or does not start."""
 
     def deck_digest(self) -> str:
-        """Of the decks or scripts that it runs."""
+        """Return the digest of the decks or scripts that it runs."""
 
-    def prepare(self, scene: Scene, folder: Path) -> None:
-        """Prepare a run whose results will be in `folder`."""
+    def check(self, scene: Scene) -> None:
+        """Raise EngineError naming the field of a scene that it cannot run."""
 
-    def run(self, folder: Path, *, progress: Progress | None = None) -> RunRecord:
-        """Run what was prepared."""
+    def write_input(self, scene: Scene, decks: Path) -> None:
+        """Write all that it reads, but for the scene itself, into a new folder `decks`."""
+
+    def command(
+        self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
+    ) -> Command:
+        """Return the command that runs `scene.toml` of the folder with the input in its subfolder
+        `decks` and writes the dumps into its subfolder `out`."""
+
+    def collect(self, scene: Scene, folder: Path) -> None:
+        """Bring what a run left in the folder into the form of all engines."""
 
 
 ENGINES: tuple[Engine, ...] = (lammps, yade)
 
 
 def engine(name: str) -> Engine:
-    """The engine of that name. Raises EngineError listing those there are."""
+    """Return the engine of that name. Raises EngineError listing those there are."""
     for known in ENGINES:
         if name == known.NAME:
             return known
     raise EngineError(
         f"unknown engine {name!r}; there are: {', '.join(known.NAME for known in ENGINES)}"
     )
+
+
+def installed(name: str) -> str:
+    """Return the version of the engine that is here. Raises EngineError, with the command that
+    installs it, where it is missing or does not start."""
+    chosen = engine(name)
+    path = chosen.find()
+    if path is None:
+        raise EngineError(
+            f"{chosen.TITLE} (the command {chosen.COMMAND}) is not found; "
+            f"install it with: {chosen.INSTALL}"
+        )
+    known = _version(name, path)
+    if known is None:
+        raise EngineError(f"{path} does not start; reinstall it with: {chosen.INSTALL}")
+    return known
+
+
+@functools.cache
+def _version(name: str, path: Path) -> str | None:
+    """Asked once in a process: asking starts the engine."""
+    return engine(name).version()

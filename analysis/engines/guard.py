@@ -83,9 +83,13 @@ def stopped(record: RunRecord, verdict: Verdict) -> RunStoppedError:
     )
 
 
-def died(record: RunRecord, status: int, step: int, last: Iterable[str]) -> RunStoppedError:
-    """The end of a run whose engine ended by itself, with a status other than 0."""
+def died(record: RunRecord, status: int | None, step: int, last: Iterable[str]) -> RunStoppedError:
+    """The end of a run whose engine ended with a status other than 0: stopped by its guard, or by
+    itself."""
     lines = list(last)
+    verdict = Verdict.of(lines) if status == STOPPED_STATUS else None
+    if verdict:
+        return stopped(record, verdict)
     time_s = step * record.time_step_s
     if any(line.startswith(_NOT_A_NUMBER) for line in lines):
         words = "the kinetic energy is not a finite number"

