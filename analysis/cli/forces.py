@@ -89,11 +89,12 @@ def compare(
 
     Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/yade_hooke_k1e+06
     """
-    from analysis.compare.comparison import compare_run, statistics
+    from analysis.compare.comparison import compare_run
+    from analysis.compare.contacts_csv import write_contacts
+    from analysis.compare.statistics import statistics
     from analysis.pages.html import jsonable
     from analysis.pages.names import engine_label
     from analysis.pages.numbers import number
-    from analysis.pages.report import write_contacts
     from analysis.support.files import write_text
 
     table = Table("quantity")
@@ -106,7 +107,7 @@ def compare(
         content = {
             "status": str(comparison.answer.status),
             "unit": comparison.unit,
-            "time_s": comparison.time,
+            "time_s": comparison.snapshot.time,
             **numbers,
         }
         write_text(

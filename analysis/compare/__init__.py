@@ -1,5 +1,7 @@
 """Like with like: penalty forces and percussions of the same snapshot."""
 
-from analysis.compare.comparison import Comparison, compare_run, statistics
+from analysis.compare.comparison import Balance, Comparison, compare_run
+from analysis.compare.match import Match
+from analysis.compare.statistics import statistics
 
-__all__ = ["Comparison", "compare_run", "statistics"]
+__all__ = ["Balance", "Comparison", "Match", "compare_run", "statistics"]

@@ -25,18 +25,20 @@ class Range(NamedTuple):
 
 def carried_ranges(comparison: Comparison, disks: Sequence[int]) -> list[Range]:
     """The ranges of the sums of normal magnitudes at some disks (places in the snapshot)."""
-    return _ranges(comparison, [weights_of_disk(comparison.contacts, disk) for disk in disks])
+    contacts = comparison.percussions.contacts
+    return _ranges(comparison, [weights_of_disk(contacts, disk) for disk in disks])
 
 
 def wall_ranges(comparison: Comparison, walls: Sequence[int]) -> list[Range]:
     """The ranges of the loads of some walls (places in the scene)."""
-    return _ranges(comparison, [weights_of_wall(comparison.contacts, wall) for wall in walls])
+    contacts = comparison.percussions.contacts
+    return _ranges(comparison, [weights_of_wall(contacts, wall) for wall in walls])
 
 
 def _ranges(comparison: Comparison, quantities: Sequence[object]) -> list[Range]:
     nothing = float("nan")
     try:
-        intervals = Intervals(Admissible.of(comparison.contacts, comparison.answer))
+        intervals = Intervals(Admissible.of(comparison.percussions.contacts, comparison.answer))
     except (ValueError, ProgramError) as error:
         return [Range(nothing, nothing, str(error))] * len(quantities)
     ranges = []
@@ -46,7 +48,7 @@ def _ranges(comparison: Comparison, quantities: Sequence[object]) -> list[Range]
         except ProgramError as error:
             ranges.append(Range(nothing, nothing, str(error)))
             continue
-        window = comparison.window or 1.0
+        window = comparison.percussions.window or 1.0
         one = found.status == IntervalStatus.PROVEN and found.width <= ONE * abs(found.upper)
         ranges.append(
             Range(

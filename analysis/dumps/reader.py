@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -169,6 +169,11 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         self._read_frame(0)
 
     @property
+    def steps(self) -> tuple[int, ...]:
+        """The step of each frame."""
+        return self._index.steps
+
+    @property
     def n_frames(self) -> int:
         return len(self._index.steps)
 
@@ -237,11 +242,16 @@ def snapshot_of(ts: Timestep, path: str | Path = "") -> Snapshot:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EngineContacts:
-    """Contacts as an engine wrote them at one step: ids first (k,), second (k,; the wall's number
-    from 1 where is_wall), normal (k,2) first→second, overlap (k,) m, force (k,2) N of the first on
-    the second."""
+    """Hold contacts as an engine wrote them at one step.
 
-    step: int
+    first: (k,) id of a disk
+    second: (k,) id of the other disk, or the wall's number from 1 where is_wall
+    is_wall: (k,)
+    normal: (k,2), first→second
+    overlap: (k,) m
+    force: (k,2) N, of the first on the second
+    """
+
     first: Indices
     second: Indices
     is_wall: Flags
@@ -251,6 +261,17 @@ class EngineContacts:
 
     def __len__(self) -> int:
         return len(self.first)
+
+    def select(self, keep: Flags) -> EngineContacts:
+        """Take the contacts that a mask chooses, in their order."""
+        names = [field.name for field in fields(self)]
+        return EngineContacts(**{name: getattr(self, name)[keep] for name in names})
+
+    @classmethod
+    def joined(cls, parts: Sequence[EngineContacts]) -> EngineContacts:
+        """Join the contacts of several steps, one after the other."""
+        names = [field.name for field in fields(cls)]
+        return cls(**{n: np.concatenate([getattr(part, n) for part in parts]) for n in names})
 
 
 def index_contacts(path: Path) -> DumpIndex:
@@ -272,7 +293,6 @@ def contacts_at(index: DumpIndex, frame: int) -> EngineContacts:
         raise DumpError(f"{index.path}, step {index.steps[frame]}: not a finite number")
     get = {name: table[:, index.columns.index(name)] for name in CONTACT_COLUMNS}
     return EngineContacts(
-        step=index.steps[frame],
         first=get["first"].astype(np.int64),
         second=get["second"].astype(np.int64),
         is_wall=get["is_wall"] != 0,

@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from analysis.compare.comparison import FORCE, Comparison, penalty_difference, statistics
+from analysis.compare.comparison import FORCE, Comparison
+from analysis.compare.contacts_csv import write_contacts
 from analysis.compare.load_ranges import carried_ranges, wall_ranges
+from analysis.compare.statistics import penalty_difference, statistics
 from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
 from analysis.pages import report_charts as charts
@@ -21,7 +23,7 @@ from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, percent
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
-from analysis.support.files import whole_file, write_text
+from analysis.support.files import write_text
 from nscd.indeterminacy.determinacy import determinacy
 
 # The share of the drive that may still accelerate a crowd "at rest".
@@ -107,8 +109,8 @@ def _results(study: Study, folder: Path) -> dict[str, Any]:
         "mass": (float(scene.snapshot.mass.min()), float(scene.snapshot.mass.max())),
         "figures": [(key, title, inline(figure)) for key, title, figure in figures],
         "runs": runs,
-        "moving": max(c.unbalanced for c in comparisons)
-        if max(c.unbalanced for c in comparisons) > MOVING
+        "moving": max(c.balance.unbalanced for c in comparisons)
+        if max(c.balance.unbalanced for c in comparisons) > MOVING
         else 0.0,
         "loaded": {
             wall
@@ -143,15 +145,15 @@ def _run_content(comparison: Comparison) -> dict[str, Any]:
         "engine_name": engine_name(record.engine),
         "stiffness": comparison.scene.contact.stiffness_N_per_m,
         "safe_time_step_s": penalty.safe_time_step,
-        "time_s": comparison.time,
+        "time_s": comparison.snapshot.time,
         "record": asdict(record) | {"particle_steps": record.particle_steps},
         "statistics": statistics(comparison),
         "status": str(comparison.answer.status),
         "solver": comparison.answer.solver,
         "percussion_seconds": comparison.answer.seconds,
-        "drive_sum": comparison.drive_sum.tolist(),
-        "wall_sum": comparison.wall_sum.tolist(),
-        "rigid_wall_sum": comparison.rigid_wall_sum.tolist(),
+        "drive_sum": comparison.balance.drive.tolist(),
+        "wall_sum": comparison.balance.walls.tolist(),
+        "rigid_wall_sum": comparison.balance.rigid_walls.tolist(),
         "walls": [
             (*load, span)
             for load, span in zip(
@@ -219,29 +221,3 @@ def _carriers(comparison: Comparison, most: int = 5) -> list[dict[str, Any]]:
             }
         )
     return rows
-
-
-def write_contacts(path: Path, comparison: Comparison) -> None:
-    """One row a contact, both models side by side, as CSV with the unit in the names."""
-    unit = "N" if comparison.unit == FORCE else "Ns"
-    forces = ",".join(f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy")
-    header = f"first,second,is_wall,nx,ny,gap_m,{forces},in_penalty,in_rigid,determined"
-    flags = np.column_stack(
-        [comparison.in_penalty, comparison.in_rigid, comparison.determined]
-    ).astype(int)
-    with whole_file(path) as file:
-        file.write(header + "\n")
-        for row in range(len(comparison.first)):
-            numbers = [
-                *comparison.normal[row],
-                comparison.gap[row],
-                *comparison.penalty[row],
-                *comparison.rigid[row],
-            ]
-            keys = (
-                f"{comparison.first[row]},{comparison.second[row]},{int(comparison.is_wall[row])}"
-            )
-            file.write(
-                ",".join([keys, *(repr(float(x)) for x in numbers), *(str(f) for f in flags[row])])
-                + "\n"
-            )

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import FORCE, Comparison, statistics
+from analysis.compare.comparison import FORCE, Comparison
+from analysis.compare.statistics import statistics
 from analysis.pages.drawing import (
     BLACK,
     BLUE,
@@ -72,12 +73,12 @@ def scene_picture(scene: Scene) -> Figure:
 def force_networks(comparisons: Sequence[Comparison]) -> Figure:
     """Contact forces of each engine and of the rigid model on the same snapshot, one colour scale:
     width and colour grow with the normal force."""
-    parts = [(engine_label(c), c, c.normal_parts()[0]) for c in comparisons]
+    parts = [(engine_label(c), c, c.match.normal_parts()[0]) for c in comparisons]
     parts.append(
         (
             f"Percussions on the {engine_name(comparisons[0].record.engine)} snapshot",
             comparisons[0],
-            comparisons[0].normal_parts()[1],
+            comparisons[0].match.normal_parts()[1],
         )
     )
     view = _contact_lines(comparisons[0]).reshape(-1, 2)
@@ -130,8 +131,8 @@ def scatter(comparisons: Sequence[Comparison]) -> Figure:
     figure = Figure(figsize=(3.9 * columns, 3.9 * rows + 0.4), layout="constrained")
     for number, comparison in enumerate(comparisons):
         axes = figure.add_subplot(rows, columns, number + 1)
-        penalty, rigid = comparison.normal_parts()
-        fixed = comparison.determined
+        penalty, rigid = comparison.match.normal_parts()
+        fixed = comparison.match.determined
         top = 1.05 * max(float(penalty.max()), float(rigid.max()), 1e-12)
         low = min(0.0, 1.05 * float(penalty.min()), 1.05 * float(rigid.min()))
         axes.plot([low, top], [low, top], color=BLACK, lw=0.8, label="equal")
@@ -162,15 +163,20 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
     figure = Figure(figsize=(6.5, 4.0), layout="constrained")
     axes = figure.add_subplot()
     for number, comparison in enumerate(comparisons):
-        penalty, rigid = comparison.normal_parts()
+        penalty, rigid = comparison.match.normal_parts()
         colour, width = COLOURS[number % 4], 3.0 / (number + 1)
         _exceedance(
-            axes, penalty[comparison.in_penalty], f"{engine_label(comparison)}", colour, "-", width
+            axes,
+            penalty[comparison.match.in_penalty],
+            f"{engine_label(comparison)}",
+            colour,
+            "-",
+            width,
         )
         if not number:
             _exceedance(
                 axes,
-                rigid[comparison.in_rigid],
+                rigid[comparison.match.in_rigid],
                 "percussions on the same snapshot",
                 BLACK,
                 "--",
@@ -255,15 +261,12 @@ def _exceedance(
 
 def _contact_lines(comparison: Comparison) -> Floats:
     """From centre to centre, or from centre to the wall, (k,2,2) m."""
-    snapshot = comparison.snapshot
-    first = np.searchsorted(snapshot.ids, comparison.first)
-    start = snapshot.position[first]
-    reach = snapshot.radius[first]
-    pairs = ~comparison.is_wall
-    second = np.searchsorted(snapshot.ids, comparison.second[pairs])
-    reach = reach.copy()
-    reach[pairs] += snapshot.radius[second]
-    return np.stack([start, start + (reach + comparison.gap)[:, None] * comparison.normal], axis=1)
+    snapshot, contacts = comparison.snapshot, comparison.match.contacts
+    other = np.where(contacts.is_wall, 0, contacts.second)
+    reach = np.where(contacts.is_wall, 0.0, snapshot.radius[other])
+    reach = snapshot.radius[contacts.first] + reach + contacts.gap
+    start = snapshot.position[contacts.first]
+    return np.stack([start, start + reach[:, None] * contacts.normal], axis=1)
 
 
 def _walls(scene: Scene) -> list[tuple[tuple[float, float], tuple[float, float]]]:

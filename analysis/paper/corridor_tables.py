@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.compare.comparison import penalty_difference, statistics
+from analysis.compare.statistics import penalty_difference, statistics
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Table
 from analysis.paper.discrete.fig2_corridor.columns import Gaps
@@ -72,7 +72,7 @@ def soft_tables(
                 numbers["contact_relative_difference"],
                 numbers["contact_correlation"],
                 numbers["contacts_only_penalty"],
-                p.comparison.closure_error,
+                p.comparison.balance.closure_error,
                 _between_engines(p, pushes),
             ]
         )

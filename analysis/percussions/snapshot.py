@@ -12,6 +12,7 @@ from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contac
 from nscd.arrays import Floats
 
 LeftVelocity = Literal["desired", "dump", "free"]
+FORCE, IMPULSE = "N", "N·s"
 # Left velocities that differ by less (relative to the largest) leave the closed contacts nearly as
 # they were.
 ALIKE = 1e-3
@@ -78,8 +79,18 @@ class SnapshotPercussions:
         Raises ValueError for an impact, which has impulses and no forces."""
         if self.window is None:
             raise ValueError("force: an impact has impulses (N·s), no forces; read answer.impulse")
-        force: Floats = self.answer.impulse / self.window
-        return force
+        return self.pressing
+
+    @property
+    def unit(self) -> str:
+        """What the contacts carry is measured in: N where a window is known, else N·s."""
+        return IMPULSE if self.window is None else FORCE
+
+    @property
+    def pressing(self) -> Floats:
+        """(k,2) in `unit`: forces p/window where a window is known, else impulses p."""
+        pressing: Floats = self.answer.impulse / (self.window or 1.0)
+        return pressing
 
 
 def percussions_of(

@@ -88,7 +88,7 @@ def test_run_within_an_error(percussions, tmp_path):
     assert "advised: LAMMPS" in made.stdout
     (folder,) = (tmp_path / "out/pair").iterdir()
     comparison = compare_run(folder)
-    assert np.hypot(*comparison.penalty[0]) == pytest.approx(75.0, rel=0.05)
+    assert np.hypot(*comparison.match.penalty[0]) == pytest.approx(75.0, rel=0.05)
     scene, _, _ = scene_within(make("pair"), "5%", "lammps")
     assert RunRecord.read(folder).time_step_s == penalty_of(scene).time_step
 

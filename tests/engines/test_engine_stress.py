@@ -55,6 +55,6 @@ def test_an_impact_has_stress_of_the_same_unit(tmp_path):
     at = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2) + found.snapshot.position.mean(0)
     penalty, rigid = stresses(found, KERNEL, at)
     spacing = np.diff(np.sort(found.snapshot.position[:, 0]))[0]
-    whole = -spacing * found.rigid[:, 0].sum()
+    whole = -spacing * found.match.rigid[:, 0].sum()
     assert rigid.stress.sum(0)[0, 0] * 0.01 == pytest.approx(whole, rel=1e-6)
     assert np.linalg.norm(penalty.stress - rigid.stress) < 0.05 * np.linalg.norm(rigid.stress)

@@ -8,7 +8,7 @@ import pytest
 from at_hand import require
 from scipy.integrate import solve_ivp
 
-from analysis.compare.comparison import statistics
+from analysis.compare.statistics import statistics
 from analysis.engines import lammps, yade
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict

@@ -201,7 +201,7 @@ def impulses(
     cloud, by_stiffness, by_damping = figure.subplots(1, 3)
     top = 0.0
     for number, push in enumerate((damping[0], damping[-1])):
-        soft, rigid = push.comparison.normal_parts()
+        soft, rigid = push.comparison.match.normal_parts()
         top = max(top, float(rigid.max()), float(soft.max()))
         cloud.plot(
             rigid,

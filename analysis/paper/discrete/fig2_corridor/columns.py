@@ -76,7 +76,7 @@ def gaps_of(scene: Scene, contacts: Contacts, answer: Percussions) -> Gaps:
 
 def soft_flux(push: Push) -> Floats:
     """Impulse along x (m,) N·s that soft contacts passed through each gap between columns."""
-    c = push.comparison
-    pairs = ~c.is_wall
-    a, b = (np.searchsorted(c.snapshot.ids, ids[pairs]) for ids in (c.first, c.second))
-    return flux(c.snapshot.position[:, 0], a, b, c.penalty[pairs])
+    c, match = push.comparison, push.comparison.match
+    pairs, contacts = ~match.is_wall, match.contacts
+    a, b = contacts.first[pairs], contacts.second[pairs]
+    return flux(c.snapshot.position[:, 0], a, b, match.penalty[pairs])

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import relative_difference
+from analysis.compare.statistics import relative_difference
 from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE
 from analysis.pages.section import Claim, Picture, Table, Verdict
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import Arch, carried_interval

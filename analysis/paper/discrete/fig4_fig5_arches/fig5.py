@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.compare.comparison import correlation, relative_difference
+from analysis.compare.statistics import correlation, relative_difference
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun

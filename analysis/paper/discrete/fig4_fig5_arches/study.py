@@ -54,7 +54,7 @@ def snapshot_words(arch: Arch, found: Study) -> list[str]:
     return [
         f"{inside.sum()} of {len(inside)} people are still inside after {found.scene.analysis.time_s:g} s, "
         f"{near.sum() / (4.5 * np.pi):.1f} per m² within 3 m of the exit. Gathered by {engine_name(back)}; "
-        f"{back.unbalanced:.0%} of the drive still accelerates people.",
+        f"{back.balance.unbalanced:.0%} of the drive still accelerates people.",
         "The vector sum at a person is m |u⁺ − u⁻|/τ, whatever the pressing: for people at rest it is the drive, "
         f"{drive.mean():.0f} N on average. Inside, its mean is {resultant[inside].mean():.0f} N, its maximum "
         f"{resultant[most_vector]:.0f} N at {where_vector} from the middle of the exit.",

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analysis.compare.comparison import Comparison, correlation, relative_difference
+from analysis.compare.comparison import Comparison
+from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Table
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import RING_M, Arch
@@ -64,7 +65,7 @@ def engines_table(comparisons: Sequence[Comparison]) -> Table:
             (
                 engine_name(comparison), float(penalty.mean()), float(rigid.mean()), float(penalty.max()),
                 float(distance[penalty.argmax()]), float(rigid.max()), float(distance[rigid.argmax()]),
-                correlation(penalty, rigid), relative_difference(penalty, rigid), comparison.unbalanced,
+                correlation(penalty, rigid), relative_difference(penalty, rigid), comparison.balance.unbalanced,
                 str(comparison.answer.status),
             )
         )  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from analysis.compare.comparison import correlation, relative_difference
+from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.section import Claim, Verdict
 from analysis.paper.discrete.fig6_rivals.on_chains import ChainForces, gap_that_carries
 from analysis.paper.discrete.fig6_rivals.on_crowds import (

@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import compare_run, correlation, relative_difference
+from analysis.compare.comparison import compare_run
+from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Table
@@ -69,14 +70,14 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
     comparison = compare_run(folder)
     snapshot, drive = comparison.snapshot, scene.drive
     assert drive is not None
-    contacts = comparison.contacts
+    contacts = comparison.percussions.contacts
     other = np.where(
         contacts.is_wall,
         contacts.second + 1,
         snapshot.ids[np.where(contacts.is_wall, 0, contacts.second)],
     )
     contacts = contacts.select(np.lexsort((contacts.is_wall, other, snapshot.ids[contacts.first])))
-    penalty, rigid = (part[comparison.in_rigid] for part in comparison.normal_parts())
+    penalty, rigid = (part[comparison.match.in_rigid] for part in comparison.match.normal_parts())
     desired, time = drive.desired_velocity(snapshot.position), drive.relaxation_time_s
     model = first_order(snapshot, contacts, left_velocity=desired)
     wish = snapshot.mass * np.hypot(*desired.T) / time
@@ -113,7 +114,7 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
         distance=np.hypot(*(contacts.point - door).T),
         inside=(contacts.point - door) @ np.array(drive.outward) <= 0,
         speed_difference=float(np.sqrt((difference**2).sum(1).mean())) / drive.speed_m_per_s,
-        undetermined=int((~comparison.determined[comparison.in_rigid]).sum()),
+        undetermined=int((~comparison.match.determined[comparison.match.in_rigid]).sum()),
         sliding=np.hypot(*social.sliding.T),
         drive=wish,
         warnings=[f"{scene.name}, {name}: {s}: {why}" for name, s, why in answers if s != "solved"],

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.compare.comparison import relative_difference
+from analysis.compare.statistics import relative_difference
 from analysis.dumps.reader import DumpError
 from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import EngineRun
