@@ -38,12 +38,13 @@ class Words:
     """Read the blocks of `package`'s words.md, to be filled with numbers one by one.
 
     package: name of the package that holds words.md, as `__package__` of the module beside it.
+    values: what every block may use, beside what it is given itself.
     Raises ValueError for two blocks of one name, and (here and below) for a block that is not
     there, that lacks a value, or that holds a float without a filter.
     """
 
-    def __init__(self, package: str) -> None:
-        self.place = f"{package}: words.md"
+    def __init__(self, package: str, **values: Any) -> None:
+        self.place, self.values = f"{package}: words.md", values
         source = resources.files(package).joinpath("words.md").read_text(encoding="utf-8")
         names, blocks = HEADING.findall(source), HEADING.split(source)[2::2]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -106,7 +107,7 @@ class Words:
         if name not in self.blocks:
             raise ValueError(f"{self.place}: no block {name}; it has {', '.join(self.blocks)}")
         try:
-            return _SLOTS.from_string(self.blocks[name]).render(values)
+            return _SLOTS.from_string(self.blocks[name]).render(self.values | values)
         except (jinja2.TemplateError, ValueError) as error:
             raise ValueError(f"{self.place}: {name}: {error}") from error
 

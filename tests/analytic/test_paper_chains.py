@@ -19,7 +19,7 @@ from analysis.paper.discrete.fig2_corridor.push import (
     long_wave_speed,
 )
 from analysis.paper.discrete.fig3_chains import section as chains
-from analysis.paper.discrete.fig3_chains.section import LENGTHS, Chain, Trial, chain_of
+from analysis.paper.discrete.fig3_chains.study import LENGTHS, Chain, Trial, chain_of
 from analysis.paper.discrete.line_of_disks import aligned, newton_impact
 from analysis.scene.scene import read_scene
 from nscd import ContactLaw, find_contacts, solve

@@ -1,0 +1,159 @@
+"""Chains of pedestrians, free and against a wall, solved and in closed form."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.paper.discrete.line_of_disks import aligned
+from analysis.support.progress import Progress
+from nscd import Percussions, Walls, find_contacts, solve
+from nscd.arrays import Floats
+
+LENGTHS = (2, 3, 10, 56, 100, 1000, 10_000)
+SHOWN = 10
+EQUAL, LEAST, MOST = 75.0, 50.0, 100.0  # kg
+SPEED = 2.0  # m/s
+SEED = 3
+TOLERANCE = 1e-10
+# Beyond this length only the solver that the product chooses is asked.
+OTHER_SOLVER_UP_TO = 1000
+KINDS = [(wall, equal) for wall in (False, True) for equal in (True, False)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chain:
+    """A chain of touching disks along x.
+
+    mass: (n,) kg
+    left: (n,) m/s, left velocities
+    wall: whether a wall stands in front of the last one
+    """
+
+    mass: Floats
+    left: Floats
+    wall: bool
+
+    @property
+    def words(self) -> tuple[str, str]:
+        """How it is held, and its masses."""
+        return "wall" if self.wall else "free", "equal" if np.ptp(self.mass) == 0 else "unequal"
+
+    def closed_form(self) -> tuple[Floats, float]:
+        """Give λ (contacts,) N·s and u⁺ m/s, for left velocities that press every contact shut.
+
+        Free: U = Σ m u⁻ / Σ m, λ^{i,i+1} = λ^{i−1,i} − m_i (U − u_i⁻), paper (5), (6); wall: 0 and
+        Σ_{j≤i} m_j u_j⁻, the last of them the wall's."""
+        if self.wall:
+            return np.cumsum(self.mass * self.left), 0.0
+        common = float(self.mass @ self.left / self.mass.sum())
+        reaction: Floats = np.cumsum(self.mass * (self.left - common))[:-1]
+        return reaction, common
+
+    def as_printed(self) -> tuple[Floats, float]:
+        """Give what (5), (6) say of it, whatever holds it: λ between disks (n−1,) N·s, u⁺ m/s."""
+        return Chain(mass=self.mass, left=self.left, wall=False).closed_form()
+
+    def answer(self, solver: str = "auto") -> tuple[Percussions, float]:
+        """Give the percussions in the order of the chain, and the CPU time of `solve` (s)."""
+        snapshot = aligned(self.mass, self.left)
+        end = snapshot.position[-1, 0] + snapshot.radius[-1]
+        walls = (
+            Walls(start=np.array([[end, -1.0]]), end=np.array([[end, 1.0]])) if self.wall else None
+        )
+        contacts = find_contacts(snapshot, walls, tolerance=1e-9)
+        started = time.process_time()
+        found = solve(snapshot, contacts, tolerance=TOLERANCE, solver=solver)
+        return found, time.process_time() - started
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """A chain solved.
+
+    cpu: s
+    reaction_error: error of λ over the largest λ
+    velocity_error: error of u⁺ over 2 m/s
+    """
+
+    chain: Chain
+    answer: Percussions
+    cpu: float
+    reaction_error: float
+    velocity_error: float
+
+    @classmethod
+    def of(cls, chain: Chain, solver: str = "auto") -> Trial:
+        """Solve the chain and compare it with the closed form."""
+        answer, cpu = chain.answer(solver)
+        reaction, common = chain.closed_form()
+        return cls(
+            chain=chain,
+            answer=answer,
+            cpu=cpu,
+            reaction_error=float(np.abs(answer.reaction - reaction).max() / reaction.max()),
+            velocity_error=float(np.abs(answer.right_velocity[:, 0] - common).max() / SPEED),
+        )
+
+
+def chain_of(n: int, wall: bool, equal: bool) -> Chain:
+    """Make a chain of n disks of 75 kg, or 50–100 kg at random (seeded).
+
+    All move at 2 m/s into the wall; a free chain's left velocities fall from 2 to 0 m/s along it,
+    so that every contact closes. Raises ValueError for fewer than two disks."""
+    if n < 2:
+        raise ValueError(f"n: {n}; a chain has at least two disks")
+    mass = np.full(n, EQUAL) if equal else np.random.default_rng(SEED).uniform(LEAST, MOST, n)
+    left = np.full(n, SPEED) if wall else np.linspace(SPEED, 0.0, n)
+    return Chain(mass=mass, left=left, wall=wall)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chains:
+    """All chains solved: by the solver that the product chooses, shorter ones by another too.
+
+    shown: the chains of the picture, free and against a wall, each with equal and unequal masses
+    """
+
+    trials: list[Trial]
+    others: list[Trial]
+    shown: list[Trial]
+
+    @classmethod
+    def of(cls, progress: Progress | None = None) -> Chains:
+        """Solve chains of 2 to 10,000 disks."""
+        for solver in ("auto", "interior_point"):
+            # loads the compiled code, which is not what is timed
+            chain_of(LENGTHS[1], True, False).answer(solver)
+        trials, others = [], []
+        cases = [(n, *kind) for n in LENGTHS for kind in KINDS]
+        for number, case in enumerate(cases, start=1):
+            chain = chain_of(*case)
+            trials.append(Trial.of(chain))
+            if case[0] <= OTHER_SOLVER_UP_TO:
+                others.append(Trial.of(chain, "interior_point"))
+            if progress:
+                progress("chains", number / len(cases))
+        shown = [Trial.of(chain_of(SHOWN, *kind)) for kind in KINDS]
+        return cls(trials=trials, others=others, shown=shown)
+
+    @cached_property
+    def change(self) -> float:
+        """How far unequal masses change λ of the shown free chain, over its largest λ."""
+        equal, unequal = (trial.answer.reaction for trial in self.shown[:2])
+        return float(np.abs(unequal - equal).max() / equal.max())
+
+    @cached_property
+    def printed_miss(self) -> float:
+        """How far (5) is from λ of the shown unequal chain against a wall, over its largest λ."""
+        reaction = self.shown[3].answer.reaction
+        printed, _ = self.shown[3].chain.as_printed()
+        return float(np.abs(printed - reaction[:-1]).max() / reaction.max())
+
+    @cached_property
+    def free_error(self) -> float:
+        """The largest error of λ of the free chains, over the largest λ of each."""
+        return max(trial.reaction_error for trial in self.trials if not trial.chain.wall)
