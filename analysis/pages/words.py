@@ -11,6 +11,11 @@ A `words.md` is a list of blocks, each below a heading of level 2 that is its na
     - statement: the velocity is largest at the exit
     - reason: {{ near | decimals(2) }} m/s within 1 m of it
 
+    ## table_errors
+    Errors of {{ count }} meshes.
+
+    | side (m) | error (–) |
+
 Slots and loops are Jinja's. A float in a slot needs a filter, so that its digits are chosen.
 """
 
@@ -74,11 +79,13 @@ class Words:
         """Give a figure its caption: the block with the picture's name."""
         return Picture(name=name, caption=self.text(name, **values), figure=figure)
 
-    def table(
-        self, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], **values: Any
-    ) -> Table:
-        """Give rows their caption: the block with the table's name."""
-        return Table(caption=self.text(name, **values), head=head, rows=rows)
+    def table(self, name: str, rows: Sequence[Sequence[Cell]], **values: Any) -> Table:
+        """Give rows their caption and the heads of their columns: `| a (m) | b |` in the block."""
+        lines = self._filled(name, values).splitlines()
+        caption = "\n".join(line for line in lines if not line.startswith("| "))
+        heads = [line for line in lines if line.startswith("| ")]
+        head = [cell for line in heads for cell in line.removeprefix("| ")[:-2].split(" | ")]
+        return Table(caption="\n\n".join(_lines(caption)), head=head, rows=rows)
 
     def section(
         self,

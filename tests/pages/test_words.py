@@ -26,6 +26,13 @@ in two lines.
 
 Another.
 
+## table
+Errors of {{ count }}
+meshes.
+
+| side (m) |
+| error of |v| (–) | *k* |
+
 ## claim
 - where: Fig. 0
 - statement: a: b
@@ -58,8 +65,9 @@ def test_blocks_are_filled(words):
     assert read.text("fig_0") == "One paragraph, in two lines.\n\nAnother."
     claim = read.claim("claim", Verdict.HOLDS, count=2)
     assert (claim.where, claim.statement, claim.reason) == ("Fig. 0", "a: b", "2 of 3")
-    table = read.table("fig_0", ["x (m)"], [[1.0]])
-    assert (table.caption, table.rows) == (read.text("fig_0"), [[1.0]])
+    table = read.table("table", [[1.0, 2, 3]], count=2)
+    assert (table.caption, table.rows) == ("Errors of 2 meshes.", [[1.0, 2, 3]])
+    assert table.head == ["side (m)", "error of |v| (–)", "*k*"]
     everything = words_of("worded", error=0.0, stiffness=1, laws="", count=1)
     assert everything["fig_0"] == read.text("fig_0")
     assert everything["claim"] == ["where: Fig. 0", "statement: a: b", "reason: 1 of 3"]
@@ -70,7 +78,7 @@ def test_blocks_are_filled(words):
     [
         ("claim", {"count": 0.1}, r"worded: words.md: claim: 0.1 stands in a slot without"),
         ("claim", {}, "words.md: claim: 'count' is undefined"),
-        ("other", {}, "no block other; it has found, fig_0, claim"),
+        ("other", {}, "no block other; it has found, fig_0, table, claim"),
     ],
 )
 def test_a_slot_without_value_or_format_is_refused(words, block, values, message):

@@ -10,18 +10,6 @@ from analysis.paper.discrete.fig3_chains import charts, study
 from analysis.paper.discrete.fig3_chains.study import Chains, Trial
 from analysis.support.progress import Progress
 
-HEAD = (
-    "people",
-    "chain",
-    "masses",
-    "largest λ (N·s)",
-    "error of λ",
-    "error of u⁺",
-    "CPU (s)",
-    "solver",
-    "status",
-)
-
 
 def build(progress: Progress | None = None) -> Section:
     """Build figure 3: λ along chains against the closed forms, up to 10,000 disks."""
@@ -65,4 +53,4 @@ def _table(words: Words, what: str, trials: Sequence[Trial]) -> Table:
         )
         for t in trials
     ]
-    return words.table("table", HEAD, rows, what=what)
+    return words.table("table", rows, what=what)
