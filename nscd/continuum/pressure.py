@@ -67,9 +67,7 @@ def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyF
     if answer.space.dimension != 2:
         raise ValueError("answer: a chain has no fields in the plane")
     points = read_only(at, (-1, 2), "at")
-    basis = answer.space.basis
-    places = np.ascontiguousarray(np.asarray(basis.global_coordinates()).reshape(2, -1).T)
-    area = np.asarray(basis.dx).reshape(-1, 1)
+    places, area = answer.space.points, answer.space.weights[:, None]
     sigma, density = stress(answer).reshape(4, -1).T, percussion_density(answer).reshape(2, -1).T
     sums, _ = smear(places, area * np.hstack([np.ones_like(area), sigma, density]), kernel, points)
     if (sums[:, 0] <= 0).any():

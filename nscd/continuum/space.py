@@ -84,6 +84,17 @@ class Space:
         """The scalar basis with the same quadrature points."""
         return self.basis.with_element(self._scalar)
 
+    @cached_property
+    def points(self) -> Floats:
+        """(elements·q, d) m, the quadrature points, element by element."""
+        places = np.asarray(self.basis.global_coordinates())
+        return np.ascontiguousarray(places.reshape(self.dimension, -1).T)
+
+    @cached_property
+    def weights(self) -> Floats:
+        """(elements·q,) m^d, what each of the points stands for."""
+        return np.asarray(self.basis.dx).ravel()
+
     def border(self, name: str) -> Any | None:
         """skfem basis of w on the named boundary; None where the mesh has no such facet."""
         facets = (self.mesh.boundaries or {}).get(name)

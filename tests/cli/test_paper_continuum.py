@@ -13,6 +13,7 @@ from scipy.integrate import solve_bvp
 
 from analysis.pages.fields import rounded
 from analysis.pages.section import Claim, Picture, Section, Table, Verdict
+from analysis.pages.words import Words
 from analysis.paper import build as building
 from analysis.paper.build import CONTINUUM, Built, build, drawn, edition, keep, kept, label
 from analysis.paper.continuum.exit_room import map_of
@@ -22,7 +23,7 @@ from analysis.paper.continuum.fig8_turbulence import section as turbulence
 from analysis.paper.continuum.fig8_turbulence.readings import CHECKED, Tried, error_claim, readings
 from analysis.paper.continuum.fig8_turbulence.study import Case, Forces, Setting
 from analysis.paper.continuum.fig9_exit_pressure import section as exit_pressure
-from analysis.paper.continuum.fig9_exit_pressure.section import solve_room
+from analysis.paper.continuum.fig9_exit_pressure.study import Field, solve_room
 from analysis.paper.continuum.fig10_density import section as density_laws
 from analysis.paper.continuum.fig11_left_velocities import section as left_velocities
 from analysis.paper.continuum.solid_chain import section as solid_chain
@@ -166,15 +167,15 @@ def test_pressure_of_a_point_exit():
 
 
 def test_a_gaussian_pressure_would_be_called_one():
-    room = solve_room(COARSE, [])
-    verdict = {claim.statement: claim.verdict for claim in exit_pressure._claims(room)}
+    room, words = solve_room(COARSE), Words(exit_pressure.__package__)
+    verdict = {claim.statement: claim.verdict for claim in exit_pressure.judged(words, room)}
     statement = "the proposed approach gives a Gaussian form of pressure"
     assert verdict[statement] == Verdict.FAILS
     r = np.hypot(*map_of().points.T)
-    room.__dict__["proposed"] = 900 * np.exp(-(r**2) / (2 * 1.5**2))
-    (height, width), _, explained = room.gaussian()
-    assert (height, abs(width), explained) == pytest.approx((900, 1.5, 1.0))
-    verdict = {claim.statement: claim.verdict for claim in exit_pressure._claims(room)}
+    room.__dict__["proposed"] = Field("", 900 * np.exp(-(r**2) / (2 * 1.5**2)), room.answer)
+    fit = room.gaussian()
+    assert (fit.height, abs(fit.width), fit.explained) == pytest.approx((900, 1.5, 1.0))
+    verdict = {claim.statement: claim.verdict for claim in exit_pressure.judged(words, room)}
     assert verdict[statement] == Verdict.HOLDS
 
 

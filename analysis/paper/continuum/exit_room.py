@@ -1,10 +1,10 @@
-"""The room of the paper's section 3.2.2, its crowd with Table 1, and fields in it as means over a
-body."""
+"""The room of the paper's section 3.2.2, fields in it as means over a body, unsolved answers."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from skfem import MeshTri1
@@ -23,21 +23,20 @@ from nscd.continuum.space import Space
 from nscd.percussions import Status
 from nscd.stress import Kernel, smear
 
-VOLUME, SURFACE = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
-TIME_STEP = TABLE_1.time_step
-medium = table_1_medium
 SIDE, EXIT = 10.0, 1.0  # m; the paper gives the exit only
 MESH = 0.2  # m, the side of the triangles away from the jambs
 MAP = 0.25  # m, between the points where body means are taken
-BODY = Kernel(
-    width=0.1
-)  # a disk of radius 0.2 m: the largest that 7 people on a square metre have room for
+# a disk of radius 0.2 m: the largest that 7 people on a square metre have room for
+BODY = Kernel(width=0.1)
 ROOM = square_room(SIDE, EXIT)
 
 
 class Map(NamedTuple):
-    """Where body means are taken: the n vertices of a mesh, and the area (n,) m² that each stands
-    for."""
+    """Where body means are taken.
+
+    mesh: its n vertices.
+    area: (n,) m², what each of them stands for.
+    """
 
     mesh: MeshTri1
     area: Floats
@@ -50,10 +49,60 @@ class Map(NamedTuple):
 
 @cache
 def map_of(room: Room = ROOM) -> Map:
-    """Points every 0.25 m of the room, and closer at the jambs; the same for every mesh that is
-    solved on."""
+    """Place points every 0.25 m in the room, and closer at the jambs, for every mesh the same."""
     mesh = mesh_of(room, MAP)
     return Map(mesh, Cells(mesh).integral(np.ones(mesh.nvertices)))
+
+
+class Answer(Protocol):
+    """What a solver says of its answer."""
+
+    @property
+    def status(self) -> Status:
+        """Whether it is solved."""
+
+    @property
+    def reason(self) -> str:
+        """Why it is not."""
+
+
+def unsolved(answers: Iterable[tuple[str, Answer]]) -> list[str]:
+    """Name the answers that are not solved, each with the reason."""
+    return [f"{what}: {a.status}: {a.reason}" for what, a in answers if a.status != Status.SOLVED]
+
+
+def body_pressure(answer: CollisionAnswer, room: Room = ROOM) -> Floats:
+    """Average p = −½ tr σ over a body: (n,) N·s/m at the points of the room's map."""
+    return body_fields(answer, BODY, map_of(room).points).pressure
+
+
+def body_mean(space: Space, values: Floats, room: Room = ROOM) -> Floats:
+    """Average values (elements,q,…) at the quadrature points over a body: (n,…) at the map's."""
+    weight = space.weights[:, None]
+    columns = values.reshape(len(weight), -1)
+    weighted = weight * np.hstack([np.ones_like(weight), columns])
+    sums, _ = smear(space.points, weighted, BODY, map_of(room).points)
+    mean: Floats = sums[:, 1:] / sums[:, :1]
+    return mean[:, 0] if values.ndim == 2 else mean
+
+
+def to_exit(points: Floats) -> Floats:
+    """Measure the distance (n,) m of points (n,2) m from the nearest point of the exit."""
+    beyond = np.maximum(np.abs(points[:, 1]) - 0.5 * EXIT, 0.0)
+    distance: Floats = np.hypot(points[:, 0], beyond)
+    return distance
+
+
+def from_exit(values: Floats) -> float:
+    """Measure the distance (m) of the largest of the values (n,) at the map's points from the
+    exit."""
+    return float(to_exit(map_of().points[[values.argmax()]])[0])
+
+
+# until the other figures take these from where they are
+VOLUME, SURFACE = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
+TIME_STEP = TABLE_1.time_step
+medium = table_1_medium
 
 
 def solved(
@@ -69,34 +118,3 @@ def warn(warnings: list[str], what: str, status: Status, reason: str) -> None:
     """Add to the warnings what is not solved, and why."""
     if status is not Status.SOLVED:
         warnings.append(f"{what}: {status}: {reason}")
-
-
-def body_pressure(answer: CollisionAnswer, room: Room = ROOM) -> Floats:
-    """p = −½ tr σ as means over a body at the points of the room's map (n,) N·s/m."""
-    return body_fields(answer, BODY, map_of(room).points).pressure
-
-
-def body_mean(space: Space, values: Floats, room: Room = ROOM) -> Floats:
-    """Means over a body at the points of the room's map (n,…) of values (elements,q,…) at the
-    quadrature points."""
-    basis = space.basis
-    places = np.ascontiguousarray(np.asarray(basis.global_coordinates()).reshape(2, -1).T)
-    weight = np.asarray(basis.dx).reshape(-1, 1)
-    columns = values.reshape(len(places), -1)
-    sums, _ = smear(
-        places, weight * np.hstack([np.ones_like(weight), columns]), BODY, map_of(room).points
-    )
-    mean: Floats = sums[:, 1:] / sums[:, :1]
-    return mean[:, 0] if values.ndim == 2 else mean
-
-
-def to_exit(points: Floats) -> Floats:
-    """Distance (n,) m of points (n,2) m from the nearest point of the exit."""
-    beyond = np.maximum(np.abs(points[:, 1]) - 0.5 * EXIT, 0.0)
-    distance: Floats = np.hypot(points[:, 0], beyond)
-    return distance
-
-
-def place(point: Floats) -> str:
-    """A point in words: its distance from the exit."""
-    return f"{to_exit(point[None, :])[0]:.2f} m from the exit"

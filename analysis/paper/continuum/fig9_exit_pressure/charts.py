@@ -1,4 +1,4 @@
-"""Pictures of Fig. 9: maps of the pressures, and their profiles."""
+"""Pictures of Fig. 9: maps of the pressures, their profiles, and the raw maximum."""
 
 from __future__ import annotations
 
@@ -8,28 +8,24 @@ from matplotlib.figure import Figure
 from analysis.pages.drawing import BLACK, BLUE, GREEN, GREY, ORANGE
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.paper.continuum.exit_room import ROOM, map_of
-from nscd.arrays import Floats
-from nscd.continuum.rivals.first_order import PlaceEquation
+from analysis.paper.continuum.fig9_exit_pressure.study import Fit, Pressures, RawMaxima
 
 
-def maps(proposed: Floats, first_order: dict[PlaceEquation, Floats], error: Floats) -> Figure:
-    """(a) the proposed pressure, (b) (20) twice, (c) the relative error, all (n,) at the map's
-    points."""
+def maps(room: Pressures) -> Figure:
+    """Draw (a) the proposed pressure, (b) (20) twice, (c) the relative error."""
     figure = Figure(figsize=(10.5, 8.6), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True, sharey=True).ravel()
-    mesh = map_of().mesh
-    comp, printed = (
-        first_order[equation] for equation in (PlaceEquation.COMPLEMENTARITY, PlaceEquation.PRINTED)
-    )
-    top = rounded(float(np.quantile(np.concatenate([proposed, comp]), 0.995)))
+    proposed, other = room.proposed.pressure, room.complementarity.pressure
+    printed = room.printed.pressure
+    top = rounded(float(np.quantile(np.concatenate([proposed, other]), 0.995)))
     shown = (
         ("(a) proposed, (11)", proposed, top),
-        ("(b) first order, complementarity", comp, top),
+        ("(b) first order, complementarity", other, top),
         ("(b) first order, as printed (its own scale)", printed, rounded(float(printed.max()))),
-        ("(c) relative error", error, 1.2),
+        ("(c) relative error", room.relative_error, 1.2),
     )
     for number, (axes, (name, values, most)) in enumerate(zip(panels, shown, strict=True)):
-        drawn = draw_field(axes, mesh, values, most)
+        drawn = draw_field(axes, map_of().mesh, values, most)
         draw_room(axes, ROOM)
         axes.set_title(name, fontsize=10)
         words = "|p − ρp₍₂₀₎| / largest p (–)" if number == 3 else "pressure (N·s/m)"
@@ -41,11 +37,10 @@ def maps(proposed: Floats, first_order: dict[PlaceEquation, Floats], error: Floa
     return figure
 
 
-def profiles(
-    r: Floats, proposed: Floats, gaussian: Floats, sink: Floats, first_order: Floats
-) -> Figure:
-    """Pressures (n,) against the distance r (n,) from the middle of the exit, with plain and with
-    logarithmic axes."""
+def profiles(room: Pressures, fit: Fit) -> Figure:
+    """Draw pressures against the distance from the middle of the exit, plain and logarithmic."""
+    r, proposed, sink = room.radius, room.proposed.pressure, room.sink
+    gaussian, first_order = fit.values, room.complementarity.pressure
     figure = Figure(figsize=(10.5, 4.6), layout="constrained")
     order = np.argsort(r)
     for axes in figure.subplots(1, 2):
@@ -65,4 +60,50 @@ def profiles(
     logarithmic.set(xscale="log", yscale="log", xlim=(0.05, None), ylim=(30, None))
     handles, labels = logarithmic.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def raw_maximum(raw: RawMaxima) -> Figure:
+    """Draw the largest pressure, in any triangle and over a body, against the side."""
+    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    side = np.array([row.size for row in raw.uniform])
+    for rows, kind, marker in ((raw.uniform, "uniform", "o"), (raw.graded, "graded", "s")):
+        sides = [row.size for row in rows]
+        axes.plot(
+            sides,
+            [row.raw for row in rows],
+            marker,
+            ls=":",
+            color=ORANGE,
+            label=f"in any triangle, {kind}",
+        )
+        axes.plot(
+            sides,
+            [row.body for row in rows],
+            marker,
+            ls="-",
+            color=BLUE,
+            mfc="none",
+            label=f"over a body, {kind}",
+        )
+    axes.plot(
+        side,
+        raw.uniform[0].raw * (side / side[0]) ** -0.5,
+        "--",
+        color=BLACK,
+        lw=1,
+        label="∝ side$^{-1/2}$",
+    )
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="side of the triangles (m)",
+        ylabel="largest pressure (N·s/m)",
+    )
+    axes.set_xticks(side, [f"{value:g}" for value in side], minor=False)
+    axes.set_xticks([], minor=True)
+    axes.invert_xaxis()
+    axes.grid(alpha=0.3)
+    figure.legend(loc="outside right center", fontsize=8)
     return figure
