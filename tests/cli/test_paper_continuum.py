@@ -60,7 +60,7 @@ def test_page_in_a_browser_and_the_files_beside_it(built, tmp_path, monkeypatch)
     # the next build of the same product takes what is kept
     runs = tmp_path / "runs"
     (made_by,) = {json.loads(path.read_text())["key"] for path in runs.rglob("section.json")}
-    monkeypatch.setattr(building, "key", lambda: made_by)
+    monkeypatch.setattr(building, "edition", lambda: made_by)
     (again,) = build(CONTINUUM, runs, ["11"])
     assert again.kept
     assert [list(map(list, table.rows)) for table in again.section.tables] == [
