@@ -13,7 +13,6 @@ from scipy.integrate import solve_bvp
 
 from analysis.pages.fields import rounded
 from analysis.pages.section import Claim, Picture, Section, Table, Verdict
-from analysis.pages.words import Words
 from analysis.paper import build as building
 from analysis.paper.build import CONTINUUM, Built, build, drawn, edition, keep, kept, label
 from analysis.paper.continuum.exit_room import map_of
@@ -167,16 +166,13 @@ def test_pressure_of_a_point_exit():
 
 
 def test_a_gaussian_pressure_would_be_called_one():
-    room, words = solve_room(COARSE), Words(exit_pressure.__package__)
-    verdict = {claim.statement: claim.verdict for claim in exit_pressure.judged(words, room)}
-    statement = "the proposed approach gives a Gaussian form of pressure"
-    assert verdict[statement] == Verdict.FAILS
+    room = solve_room(COARSE)
+    assert exit_pressure.verdicts(room)["gaussian"] == Verdict.FAILS
     r = np.hypot(*map_of().points.T)
     room.__dict__["proposed"] = Field("", 900 * np.exp(-(r**2) / (2 * 1.5**2)), room.answer)
     fit = room.gaussian()
     assert (fit.height, abs(fit.width), fit.explained) == pytest.approx((900, 1.5, 1.0))
-    verdict = {claim.statement: claim.verdict for claim in exit_pressure.judged(words, room)}
-    assert verdict[statement] == Verdict.HOLDS
+    assert exit_pressure.verdicts(room)["gaussian"] == Verdict.HOLDS
 
 
 def test_readings_of_the_forces():

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from analysis.pages.numbers import decimals
-from analysis.pages.section import Claim, Section, Table, Verdict
+from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.continuum.exit_room import BODY, MESH, SIDE, unsolved
 from analysis.paper.continuum.fig9_exit_pressure.charts import maps, profiles, raw_maximum
@@ -17,31 +17,39 @@ from analysis.paper.continuum.fig9_exit_pressure.study import (
     FAR,
     NEAR,
     SPEED,
+    Field,
     Pressures,
     RawMaxima,
-    fastest,
     raw_maxima,
     solve_room,
 )
 from analysis.support.progress import Progress
 from nscd.continuum.closed_forms.point_exit import point_sink
-from nscd.continuum.rivals.first_order import PlaceEquation
 
 # below this a shape is not called a Gaussian
 GAUSSIAN = 0.95
+# a pressure below this share of the largest is called minimal
+MINIMAL = 0.25
 # means over a body that change by more than this share at the last halving have not settled
 SETTLED = 0.03
 
 
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 9: maps and profiles of both pressures, the Gaussian tried, the raw maximum."""
-    words, room = Words(__package__), solve_room(mesh)
+    room = solve_room(mesh)
     if progress:
         progress("Fig. 9", 0.4)
     raw, fit = raw_maxima(1.25 * mesh), room.gaussian()
+    words = Words(
+        __package__,
+        **{"room": room, "fit": fit, "close": room.gaussian(FAR), "raw": raw},
+        **{"density": CROWD.density, "speed": SPEED, "body": 2 * BODY.width, "side": SIDE},
+        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "listed": _listed},
+        sink=point_sink(0.0, SPEED, float(CROWD.rho), CROWD.k_v).item(),
+    )
     warnings = unsolved(room.answers)
     if abs(raw.unsettled) > SETTLED:
-        warnings.append(words.text("unsettled", change=raw.unsettled))
+        warnings.append(words.text("unsettled"))
     return words.section(
         "9",
         pictures=[
@@ -49,84 +57,46 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             words.picture("fig_9_profile", profiles(room, fit)),
             words.picture("fig_9_raw_maximum", raw_maximum(raw)),
         ],
-        tables=[_pressures(words, room), _maxima(words, raw)],
-        claims=judged(words, room),
+        tables=[
+            words.table("pressures", [_row(field) for field in room.fields]),
+            words.table("maxima", _maxima(raw)),
+        ],
+        claims=[words.claim(name, verdict) for name, verdict in verdicts(room).items()],
         warnings=warnings,
-        room=room,
-        fit=fit,
-        close=room.gaussian(FAR),
-        sink=float(point_sink(np.zeros(1), SPEED, float(CROWD.rho), CROWD.k_v)[0]),
-        sink_explained=room.explained(room.sink),
-        raw=raw,
-        uniform_raw=_list(row.raw for row in raw.uniform),
-        uniform_body=_list(row.body for row in raw.uniform),
-        graded_raw=_list(row.raw for row in raw.graded),
-        graded_body=_list(row.body for row in raw.graded),
-        density=float(CROWD.density),
-        speed=SPEED,
-        body=2 * BODY.width,
-        far=FAR,
     )
 
 
-def judged(words: Words, room: Pressures) -> list[Claim]:
+def verdicts(room: Pressures) -> dict[str, Verdict]:
     """Judge what the paper says of Fig. 9."""
-    fit, close, p = room.gaussian(), room.gaussian(FAR), room.proposed
-    inside, outside = p.band(0.0, NEAR), p.band(FAR)
-    forms = (PlaceEquation.COMPLEMENTARITY, PlaceEquation.PRINTED)
-    both = [room.first_order[form] for form in forms]
-    shares = [field.band(0.0, AT_EXIT) / field.largest for field in both]
-    speeds = [fastest(room.flows[form]) for form in forms]
-    minimal = [s < 0.25 and f.from_exit > AT_EXIT for s, f in zip(shares, both, strict=True)]
-    distances = {"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "speed": SPEED}
+    both, p = (room.complementarity, room.printed), room.proposed
+    return {
+        "gaussian": Verdict.of(*(room.gaussian(r).explained > GAUSSIAN for r in (np.inf, FAR))),
+        "concentrated": Verdict.of(p.band(0.0, NEAR) > 2 * p.band(FAR) and p.from_exit < NEAR),
+        "minimal": Verdict.of(*(f.at_exit < MINIMAL and f.from_exit > AT_EXIT for f in both)),
+        "fastest": Verdict.of(*(f.speeds[0] > f.speeds[1] for f in both)),
+    }
+
+
+def _row(field: Field) -> list[Cell]:
     return [
-        words.claim(
-            "gaussian",
-            Verdict.of(fit.explained > GAUSSIAN, close.explained > GAUSSIAN),
-            fit=fit,
-            close=close,
-            sink_explained=room.explained(room.sink),
-            **distances,
-        ),
-        words.claim(
-            "concentrated",
-            Verdict.of(inside > 2 * outside and p.from_exit < NEAR),
-            room=room,
-            inside=inside,
-            outside=outside,
-            **distances,
-        ),
-        words.claim("minimal", Verdict.of(*minimal), room=room, shares=shares, **distances),
-        words.claim("fastest", Verdict.of(*(a > b for a, b in speeds)), speeds=speeds, **distances),
+        field.name,
+        field.largest,
+        field.from_exit,
+        float(field.pressure.min()),
+        field.band(0.0, NEAR),
+        field.band(FAR),
+        field.answer.residual,
+        str(field.answer.status),
     ]
 
 
-def _pressures(words: Words, room: Pressures) -> Table:
-    return words.table(
-        "pressures",
-        ["model", "largest", "its distance from the exit (m)", "least", f"mean within {NEAR:g} m",
-         f"mean beyond {FAR:g} m", "residual", "status"],
-        [
-            [f.name, f.largest, f.from_exit, float(f.pressure.min()), f.band(0.0, NEAR),
-             f.band(FAR), f.answer.residual, str(f.answer.status)]
-            for f in room.fields
-        ],
-        side=SIDE,
-    )  # fmt: skip
+def _maxima(raw: RawMaxima) -> list[list[Cell]]:
+    return [
+        [kind, row.size, row.unknowns, row.raw, row.body]
+        for kind, rows in (("uniform", raw.uniform), ("graded to the jambs", raw.graded))
+        for row in rows
+    ]
 
 
-def _maxima(words: Words, raw: RawMaxima) -> Table:
-    return words.table(
-        "maxima",
-        ["mesh", "side (m)", "unknowns", "largest in any triangle (N·s/m)",
-         "largest over a body (N·s/m)"],
-        [
-            [kind, row.size, row.unknowns, row.raw, row.body]
-            for kind, rows in (("uniform", raw.uniform), ("graded to the jambs", raw.graded))
-            for row in rows
-        ],
-    )  # fmt: skip
-
-
-def _list(values: Iterable[float]) -> str:
+def _listed(values: Iterable[float]) -> str:
     return ", ".join(decimals(value, 0) for value in values)

@@ -66,6 +66,24 @@ class Field:
         inside = (distance >= least) & (distance <= most)
         return float(np.average(self.pressure[inside], weights=map_of().area[inside]))
 
+    @property
+    def at_exit(self) -> float:
+        """Mean within AT_EXIT of the exit, as a share of the largest."""
+        return self.band(0.0, AT_EXIT) / self.largest
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """m/s, mean |u⁺| of (20) over the triangles within NEAR of the exit, and beyond FAR."""
+        assert isinstance(self.answer, FirstOrderFlow)
+        flow, cells = self.answer, Cells(self.answer.mesh)
+        far = to_exit(flow.mesh.p[:, flow.mesh.t].mean(1).T)
+        speed = np.hypot(*flow.right_velocity.T)
+        near, away = (
+            float(np.average(speed[some], weights=cells.measure[some]))
+            for some in (far <= NEAR, far >= FAR)
+        )
+        return near, away
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -183,18 +201,6 @@ def solve_room(mesh: float) -> Pressures:
     return Pressures(
         collide(Space(triangles), CROWD, left),
         {e: first_order_flow(triangles, left, equation=e) for e in PlaceEquation},
-    )
-
-
-def fastest(flow: FirstOrderFlow) -> tuple[float, float]:
-    """Average |u⁺| (m/s) over the triangles within NEAR of the exit, and beyond FAR."""
-    cells = Cells(flow.mesh)
-    middle = flow.mesh.p[:, flow.mesh.t].mean(1).T
-    speed, far = np.hypot(*flow.right_velocity.T), to_exit(middle)
-    near, away = far <= NEAR, far >= FAR
-    return (
-        float(np.average(speed[near], weights=cells.measure[near])),
-        float(np.average(speed[away], weights=cells.measure[away])),
     )
 
 
