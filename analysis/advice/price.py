@@ -3,13 +3,14 @@ runs."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
 
-from analysis.advice.library import Entry
+from analysis.advice.library import Entry, stored_library
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Scene
 
@@ -41,6 +42,21 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
     work, seconds = np.array(list(runs.values()), dtype=float).T
     fitted, _ = nnls(np.column_stack([1.0 / seconds, work / seconds]), np.ones(len(seconds)))
     return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
+
+
+@functools.cache
+def _stored_price(engine: str, law: str) -> Price:
+    return price_of(engine, law, stored_library().entries)
+
+
+def expected_seconds(scene: Scene, engine: str) -> float:
+    """Return about how long the engine takes to run the scene (CPU s on the machine of the stored
+    library)."""
+    known = {
+        (point.method, point.law) for entry in stored_library().entries for point in entry.points
+    }
+    law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
+    return _stored_price(engine, law).of(len(scene.snapshot) * penalty_of(scene).steps)
 
 
 def lasts(scene: Scene, stiffness: float, whole_run: bool, window_s: float) -> float:

@@ -1,53 +1,71 @@
-"""The `percussions` command."""
+"""The `percussions` command: what it does with whatever its commands raise."""
 
 from __future__ import annotations
 
-import logging
+import signal
 import sys
+from types import FrameType
 
-import typer
-
-from analysis.cli import accuracy, crowd, forces, paper
-from analysis.cli.app import app
-
-__all__ = ["app", "main"]
-INTERRUPTED = 130
-for group in (crowd, forces, accuracy, paper):  # in the order of --help
-    app.add_typer(group.commands)
-
-
-@app.command()
-def doctor() -> None:
-    """Which engines and libraries are there, their versions, and what to do about a missing one.
-
-    Example: percussions doctor
-    """
-    from analysis.engines.doctor import examine
-
-    findings = examine()
-    for finding in findings:
-        print(
-            f"{finding.name:<12}{finding.state:<10}{finding.version or '–'}  {finding.path or ''}"
-        )
-        if finding.advice:
-            print(f"{'':<12}{finding.advice}")
-    if any(finding.state == "missing" for finding in findings):
-        raise typer.Exit(1)
+INTERRUPTED, OUT_OF_MEMORY, INTERNAL = 130, 1, 70
 
 
 def main() -> None:
-    """Run the command; errors of the input are one line and exit status 1."""
+    """Run the command; whatever goes wrong is one line, and an exit status other than 0."""
+    try:
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, _ended_by)
+        # here, so that an interrupt while it is imported ends the same way
+        from analysis.cli.commands import app
+
+        status = app(standalone_mode=False)
+        if status == INTERRUPTED:
+            raise KeyboardInterrupt
+        sys.exit(status if isinstance(status, int) else 0)
+    except SystemExit:
+        raise
+    except KeyboardInterrupt:
+        _say("interrupted; earlier results are untouched")
+        sys.exit(INTERRUPTED)
+    except BaseException as error:
+        if "--traceback" in sys.argv:
+            raise
+        sys.exit(_status_of(error))
+
+
+def _ended_by(number: int, _: FrameType | None) -> None:
+    """End as after Ctrl-C: engines and workers are stopped, nothing half written stays."""
+    _say(f"ended by {signal.Signals(number).name}; earlier results are untouched")
+    sys.exit(128 + number)
+
+
+def _status_of(error: BaseException) -> int:
+    """Say what went wrong, in a line; return the exit status."""
+    if hasattr(error, "format_message"):  # words on the command line that typer does not take
+        _say(f"{error.format_message()} (percussions --help says more)")
+        return 2
+    if type(error).__name__ == "Abort":
+        _say("interrupted; earlier results are untouched")
+        return INTERRUPTED
     from analysis.engines.record import EngineError
 
-    logging.basicConfig(
-        level=logging.INFO if "-v" in sys.argv else logging.WARNING, format="%(message)s"
+    if isinstance(error, BrokenPipeError):
+        sys.stdout = None  # whoever read it is gone: nothing to flush
+        return 128 + signal.SIGPIPE
+    if isinstance(error, OSError) and error.strerror:
+        _say(f"{error.filename}: {error.strerror}" if error.filename else error.strerror)
+        return 1
+    if isinstance(error, (ValueError, OSError, EngineError)):
+        _say(str(error))
+        return 1
+    if isinstance(error, MemoryError):
+        _say("out of memory; fewer disks, frames or workers need less")
+        return OUT_OF_MEMORY
+    _say(
+        f"a mistake in crowd-percussions, {type(error).__name__}: {error}; nothing was changed. "
+        "The same command with --traceback says where"
     )
-    try:
-        app()
-    except SystemExit as end:
-        if end.code == INTERRUPTED:
-            print("percussions: interrupted; earlier results are untouched", file=sys.stderr)
-        raise
-    except (ValueError, OSError, EngineError) as error:
-        print(f"percussions: {error}", file=sys.stderr)
-        sys.exit(1)
+    return INTERNAL
+
+
+def _say(words: str) -> None:
+    print("percussions: " + " ".join(words.split()), file=sys.stderr)

@@ -1,47 +1,152 @@
-"""The typer application, and what its commands share."""
+"""The typer application, and what its commands share: options, progress, tables."""
 
 from __future__ import annotations
 
 import contextlib
+import logging
+import math
 import shlex
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
-from analysis.support.progress import Progress as Report
+from analysis.support.progress import Progress
+
+# Where there is no terminal, a line of progress every so many seconds.
+BETWEEN_LINES_S = 5.0
+UNFOLDED = 1000  # columns
 
 app = typer.Typer(
     add_completion=False,
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), side by side.",
+    help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), "
+    "side by side.",
 )
+
+
+def finite(value: Any) -> Any:
+    """Take one or several numbers of an option only if each is finite and above 0."""
+    for number in value if isinstance(value, (list, tuple)) else (value,):
+        if number is not None and not 0 < number < math.inf:
+            raise typer.BadParameter(f"{number:g}: a finite number above 0 is needed")
+    return value
+
+
+def share(value: float | None) -> float | None:
+    """Take the number of an option only if it is from 0 to 1."""
+    if value is not None and not 0 <= value <= 1:
+        raise typer.BadParameter(f"{value:g}: a number from 0 to 1 is needed")
+    return value
+
+
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 Runs = Annotated[Path, typer.Option(help="Folder for the runs; unchanged ones are used again.")]
 SceneName = Annotated[str, typer.Argument(help="Name of a scene, or its .toml file.")]
+Scheduler = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
+]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
+
+
+@app.callback(invoke_without_command=True)
+def percussions(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say more.")] = False,
+    traceback: Annotated[
+        bool, typer.Option("--traceback", help="Show where a mistake is in the program.")
+    ] = False,
+) -> None:
+    """Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions)."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("percussions: %(message)s"))
+    logging.getLogger("analysis").handlers = [handler]
+    logging.getLogger("analysis").setLevel(logging.INFO if verbose else logging.WARNING)
+    if version:
+        from importlib.metadata import version as version_of
+
+        print(f"percussions {version_of('crowd-percussions')}")
+    elif context.invoked_subcommand is None:
+        print(context.get_help())
 
 
 @contextlib.contextmanager
-def progress() -> Iterator[Report]:
-    """A progress bar on a terminal; nothing where the output is not one."""
+def progress() -> Iterator[Progress]:
+    """Show progress: bars on a terminal, elsewhere a line on stderr every few seconds."""
+    from rich.console import Console
+    from rich.progress import Progress as Bars
+
     console = Console(stderr=True)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as bars:
-        tasks: dict[str, int] = {}
+    if not console.is_terminal:
+        yield _Lines().report
+        return
+    with Bars(console=console, transient=True) as bars:
+        tasks: dict[str, Any] = {}
 
         def report(label: str, share: float) -> None:
             if label not in tasks:
                 tasks[label] = bars.add_task(label, total=1.0)
-            bars.update(tasks[label], completed=share)  # type: ignore[arg-type]
+            bars.update(tasks[label], completed=share)
 
         yield report
 
 
+class _Lines:
+    def __init__(self) -> None:
+        self.began: dict[str, float] = {}
+        self.last = time.monotonic()
+
+    def report(self, label: str, share: float) -> None:
+        now = time.monotonic()
+        began = self.began.setdefault(label, now)
+        if now - self.last < BETWEEN_LINES_S:
+            return
+        self.last = now
+        left = f", about {lasting((now - began) * (1 / share - 1))} to go" if share > 0 else ""
+        print(f"percussions: {label}: {share:.0%}{left}", file=sys.stderr, flush=True)
+
+
+def lasting(seconds: float) -> str:
+    """Write a duration in the unit that suits it: 8 s, 3 min, 2 h, 5 days, 40 years."""
+    for unit, longest in (("s", 90), ("min", 90), ("h", 36), ("days", 700)):
+        if seconds < longest:
+            return f"{max(1, round(seconds))} {unit}"
+        seconds /= {"s": 60, "min": 60, "h": 24, "days": 365}[unit]
+    return f"{seconds:.2g} years"
+
+
+def say_expected(seconds: float, what: str) -> None:
+    """Say before work that takes long about how long it takes."""
+    if seconds > BETWEEN_LINES_S:
+        print(f"percussions: {what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
+
+
+def warn(words: str) -> None:
+    """Write a warning to stderr."""
+    print(f"warning: {words}", file=sys.stderr)
+
+
 def command_line() -> str:
-    """The command as it was typed, for the pages."""
+    """Return the command as it was typed, for the pages."""
     return shlex.join(["percussions", *sys.argv[1:]])
+
+
+def show(head: list[str], rows: list[list[str]], *, numbers_from: int = 1, title: str = "") -> None:
+    """Print a table, the columns from `numbers_from` on aligned to the right."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=title or None, title_justify="left")
+    for place, name in enumerate(head):
+        side: Literal["left", "right"] = "left" if place < numbers_from else "right"
+        table.add_column(Text(name), justify=side, overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    # where nobody looks at it, nothing is folded
+    Console(width=None if sys.stdout.isatty() else UNFOLDED).print(table)

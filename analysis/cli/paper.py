@@ -1,17 +1,14 @@
-"""The command that recomputes the paper's figures."""
+"""percussions paper."""
 
 from __future__ import annotations
 
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, Runs, command_line, progress
-
-commands = typer.Typer()
+from analysis.cli.app import Out, Runs, command_line, progress, warn
 
 
 class PaperSection(StrEnum):
@@ -21,7 +18,6 @@ class PaperSection(StrEnum):
     CONTINUUM = "continuum"
 
 
-@commands.command()
 def paper(
     section: Annotated[
         PaperSection | None, typer.Argument(help="Section of the paper. Left out: both.")
@@ -36,8 +32,9 @@ def paper(
     runs: Runs = Path("out"),
     out: Out = Path("paper"),
 ) -> None:
-    """Recompute the paper's figures: a page for each section that says which statements hold, and
-    the pictures as files.
+    """Recompute the paper's figures, and say which of its statements hold.
+
+    Writes a page for each section, and the pictures as files.
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper
     """
@@ -47,6 +44,6 @@ def paper(
     with progress() as bars:
         pages, warnings = write_pages(names, out, runs, command_line(), figure, bars)
     for warning in warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+        warn(warning)
     for page in pages:
         print(page.resolve().as_uri())

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from analysis.advice.advised_run import scene_within
 from analysis.advice.library import stored_library
-from analysis.cli import app
+from analysis.cli.commands import app
 from analysis.compare.comparison import compare_run
 from analysis.engines import lammps
 from analysis.engines.penalty import penalty_of

@@ -7,7 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from typer.testing import CliRunner
 
-from analysis.cli import app, main
+from analysis.cli import main
+from analysis.cli.commands import app
 from analysis.engines import lammps
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make

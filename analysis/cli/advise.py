@@ -1,0 +1,84 @@
+"""percussions advise."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from analysis.cli.app import Out, Runs, SceneName, progress
+
+
+def advise(
+    scene: SceneName,
+    error: Annotated[str, typer.Option(help="Error that is allowed, such as 5% or 0.05.")],
+    quantity: Annotated[
+        str,
+        typer.Option(
+            help="disk-load, contact-load, wall-load or displacement (of a driven crowd)."
+        ),
+    ] = "disk-load",
+    against: Annotated[
+        Literal["rigid", "model"],
+        typer.Option(
+            help="rigid: numerical and model error; model: the numerical error of the scene's own "
+            "contacts."
+        ),
+    ] = "rigid",
+    method: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="rigid, lammps or yade; give it several times. Left out: all that are installed."
+        ),
+    ] = None,
+    chart: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of a chart of this very scene, to read instead of the stored library."
+        ),
+    ] = None,
+    runs: Runs = Path("out"),
+    out: Out = Path("advice"),
+) -> None:
+    """Choose the cheapest method whose measured error is within what is asked.
+
+    Exit status 1 if there is none.
+
+    Example: percussions advise arch --error 5% --quantity wall-load
+    """
+    from analysis.advice.advised_run import methods_here
+    from analysis.advice.asked import asked_error
+    from analysis.advice.choice import advise as choose
+    from analysis.advice.library import stored_library
+    from analysis.advice.unneeded import left_out
+    from analysis.advice.words import report as words
+    from analysis.advice.words import to_json, where_measured
+    from analysis.scene.scene import read_scene
+    from analysis.support.files import write_text
+    from analysis.work_precision.point import read_points
+
+    chosen = read_scene(scene)
+    points = None if chart is None else read_points(chart / "points.json")
+    advice = choose(
+        chosen,
+        asked_error(error),
+        quantity=quantity,
+        against=against,
+        methods=methods_here(method),
+        library=stored_library(),
+        chart=points,
+    )
+    with progress() as bars:
+        bars(f"{chosen.name}: what it can do without", 0.0)
+        left = left_out(chosen, runs / "work_precision" / chosen.name)
+        bars(f"{chosen.name}: what it can do without", 1.0)
+    measured = where_measured(advice, stored_library(), points)
+    for line in words(advice, measured, left):
+        print(line)
+    content = to_json(advice, measured, left)
+    write_text(out / "advice.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    print(out / "advice.json")
+    if advice.choice is None:
+        raise typer.Exit(1)

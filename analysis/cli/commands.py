@@ -1,0 +1,22 @@
+"""All commands, in the order of `--help`. A new one is a file with a function, and a line here."""
+
+from __future__ import annotations
+
+from analysis.cli.advise import advise
+from analysis.cli.app import app
+from analysis.cli.chart import chart
+from analysis.cli.compare import compare
+from analysis.cli.doctor import doctor
+from analysis.cli.import_crowd import import_
+from analysis.cli.paper import paper
+from analysis.cli.report import report
+from analysis.cli.run import run
+from analysis.cli.scenes import scenes
+from analysis.cli.solve import solve
+from analysis.cli.stability import stability
+
+__all__ = ["app"]
+
+for command in (scenes, run, import_, solve, compare, report, chart, stability, advise, paper):
+    app.command(name=command.__name__.rstrip("_"))(command)
+app.command()(doctor)

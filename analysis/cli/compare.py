@@ -1,0 +1,57 @@
+"""percussions compare."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from analysis.cli.app import show
+
+
+def compare(
+    runs: Annotated[list[Path], typer.Argument(help="Folders of finished runs.")],
+    time: Annotated[
+        float | None, typer.Option(help="Instant in s, instead of the scene's.")
+    ] = None,
+) -> None:
+    """Compare finished runs with the percussions of their snapshots.
+
+    Writes comparison.csv and comparison.json into the folder of each run.
+
+    Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/yade_hooke_k1e+06
+    """
+    from analysis.compare.comparison import compare_run
+    from analysis.compare.contacts_csv import write_contacts
+    from analysis.compare.statistics import statistics
+    from analysis.pages.html import jsonable
+    from analysis.pages.names import engine_label
+    from analysis.pages.numbers import number
+    from analysis.support.files import write_text
+
+    heads, columns = [], []
+    for folder in runs:
+        comparison = compare_run(folder, time)
+        status = str(comparison.answer.status)
+        numbers = statistics(comparison)
+        write_contacts(folder / "comparison.csv", comparison)
+        content = {
+            "status": status,
+            "unit": comparison.unit,
+            "time_s": comparison.snapshot.time,
+            **numbers,
+        }
+        write_text(
+            folder / "comparison.json",
+            json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n",
+        )
+        heads.append(f"{comparison.scene.name}: {engine_label(comparison)} ({comparison.unit})")
+        columns.append({"status": status} | {key: number(value) for key, value in numbers.items()})
+    rows = [[key.replace("_", " "), *(column[key] for column in columns)] for key in columns[0]]
+    show(["quantity", *heads], rows)
+    for folder in runs:
+        print(folder / "comparison.csv")
+    if any(column["status"] != "solved" for column in columns):
+        raise typer.Exit(1)

@@ -1,0 +1,59 @@
+"""percussions import."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from analysis.cli.app import Out, finite
+
+
+def import_(
+    file: Annotated[Path, typer.Argument(help="Trajectory file that PedPy can load.")],
+    frame: Annotated[int, typer.Option(help="Number of the frame.")],
+    room: Annotated[
+        Path,
+        typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene."),
+    ],
+    radius: Annotated[
+        float, typer.Option(callback=finite, help="Radius of each disk in m.")
+    ] = 0.18,
+    mass: Annotated[float, typer.Option(callback=finite, help="Mass of each person in kg.")] = 75.0,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the scene; the room's by default.")
+    ] = None,
+    unit: Annotated[
+        Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
+    ] = None,
+    frame_rate: Annotated[
+        float | None,
+        typer.Option(callback=finite, help="Frames per second, where the file does not say."),
+    ] = None,
+    window: Annotated[
+        float,
+        typer.Option(callback=finite, help="Time in s over which velocities are measured."),
+    ] = 0.4,
+    out: Out = Path("."),
+) -> None:
+    """Turn one frame of a real trajectory into a scene without overlaps.
+
+    Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
+    --name mine"""
+    from analysis.scene.real.import_crowd import import_crowd
+
+    imported = import_crowd(
+        file,
+        frame=frame,
+        radius=radius,
+        room=room,
+        mass=mass,
+        name=name,
+        unit=unit,
+        frame_rate=frame_rate,
+        window_s=window,
+    )
+    print(imported.write(out))
+    assert imported.scene.reconciliation is not None
+    print(imported.scene.reconciliation.statement)
