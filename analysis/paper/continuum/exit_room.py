@@ -86,6 +86,13 @@ def body_mean(space: Space, values: Floats, room: Room = ROOM) -> Floats:
     return mean[:, 0] if values.ndim == 2 else mean
 
 
+def slopes(field: Field, points: Floats, step: float) -> list[Floats]:
+    """Take ∂u/∂x and ∂u/∂y, (m,2) 1/s each, at points (m,2) m by central differences of a step
+    (m)."""
+    shifts = step * np.eye(2)
+    return [(field(points + shift) - field(points - shift)) / (2 * step) for shift in shifts]
+
+
 def to_exit(points: Floats) -> Floats:
     """Measure the distance (n,) m of points (n,2) m from the nearest point of the exit."""
     beyond = np.maximum(np.abs(points[:, 1]) - 0.5 * EXIT, 0.0)

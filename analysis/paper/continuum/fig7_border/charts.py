@@ -8,9 +8,7 @@ from skfem import MeshTri1
 
 from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK
 from analysis.pages.fields import draw_field, draw_room, rounded
-from nscd.arrays import Floats
-from nscd.continuum.collision import CollisionAnswer
-from nscd.continuum.left_velocity import Field
+from analysis.paper.continuum.fig7_border.study import Run, inward
 from nscd.continuum.pressure import body_wall_percussion
 from nscd.continuum.room import Room
 
@@ -18,14 +16,12 @@ BAR = 1 / 4000  # m for each N·s/m
 ARROW = 0.8  # m
 
 
-def border(
-    room: Room, answer: CollisionAnswer, shown: MeshTri1, pressure: Floats, push: Field
-) -> Figure:
-    """The room's mesh and kinds of border; p (n,) at the vertices of `shown`, μ over a body, r_ext
+def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
+    """Draw the room's mesh and kinds of border; p at the vertices of `shown`, μ over a body, r_ext
     on the free border."""
     figure = Figure(figsize=(11.0, 5.4), layout="constrained")
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-    mesh = answer.space.mesh
+    mesh, wall, push = run.answer.space.mesh, run.answer.space.wall, inward(room)
     left.triplot(*mesh.p, mesh.t.T, color=GREY, lw=0.4)
     for words, place, colour in (
         ("$Γ_w$, wall", (0.15, 5.0), BLACK),
@@ -36,10 +32,9 @@ def border(
     left.annotate(
         "Ω, the crowd", (-4.6, 1.0), fontsize=10, bbox={"fc": "white", "ec": "none", "pad": 1}
     )
-    drawn = draw_field(right, shown, pressure, rounded(float(pressure.max())))
+    drawn = draw_field(right, shown, run.pressure, rounded(run.peak))
     figure.colorbar(drawn, ax=right, label="pressure over a body (N·s/m)", shrink=0.9)
-    wall = answer.space.wall
-    mu = body_wall_percussion(answer, 0.1)
+    mu = body_wall_percussion(run.answer, 0.1)
     ends = wall.point + BAR * mu[:, None] * wall.normal
     # the pillar's bars would hide the pressure around it
     outer = (mu > 0) & (np.abs(wall.point).min(1) < 1e-9)
