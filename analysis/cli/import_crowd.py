@@ -42,18 +42,9 @@ def import_(
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
     from analysis.scene.real.import_crowd import import_crowd
+    from analysis.scene.real.trajectory import read_heads
 
-    imported = import_crowd(
-        file,
-        frame=frame,
-        radius=radius,
-        room=room,
-        mass=mass,
-        name=name,
-        unit=unit,
-        frame_rate=frame_rate,
-        window_s=window,
-    )
+    heads = read_heads(file, frame, unit=unit, frame_rate=frame_rate, window_s=window)
+    imported = import_crowd(heads, radius=radius, room=room, mass=mass, name=name)
     print(imported.write(out))
-    assert imported.scene.reconciliation is not None
-    print(imported.scene.reconciliation.statement)
+    print(imported.statement)

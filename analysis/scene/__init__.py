@@ -9,6 +9,7 @@ from analysis.scene.scene import (
     Scene,
     SceneError,
     Wall,
+    read_room,
     read_scene,
     scene_names,
 )
@@ -22,6 +23,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Wall",
+    "read_room",
     "read_scene",
     "scene_names",
 ]

@@ -7,12 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from analysis.support.files import write_text
+from analysis.support.reading import NUMBER, lines_of, open_file, whole_number
 from nscd import Snapshot
+from nscd.arrays import Floats
 
 # read_data takes the density column as a sphere's even in two dimensions, so that is the density
 # written here: LAMMPS then gives each disk exactly the mass that is meant.
 SPHERE = 4.0 * np.pi / 3.0
 MARGIN_M = 200.0
+# Columns of a row by section: id, type, diameter, density, x, y, z (and three image flags), and
+# id, vx, vy, vz, wx, wy, wz.
+WIDTHS = {"Atoms": (7, 10), "Velocities": (7,)}
+SECTIONS = " or ".join(WIDTHS)
 
 
 def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
@@ -22,7 +28,7 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     low, high = snapshot.position.min(0) - MARGIN_M, snapshot.position.max(0) + MARGIN_M
     half = 2.0 * snapshot.radius.max()
     lines = [
-        f"{title} (SI units; density is that of the sphere, as read_data takes it)",
+        f"{' '.join(title.split())} (SI units; density is that of the sphere, as read_data takes it)",
         "",
         f"{len(snapshot)} atoms",
     ]
@@ -49,40 +55,55 @@ def read_data(path: Path) -> Snapshot:
     """Read disks from a LAMMPS data file that `write_data` (or LAMMPS' write_data, atom_style
     sphere) wrote.
 
-    Raises ValueError naming the file and the line for anything that is not such a file.
-    """
-    sections: dict[str, list[tuple[int, list[float]]]] = {"Atoms": [], "Velocities": []}
-    current = ""
-    count = None
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
-        words = line.split("#")[0].split()
-        if not words or number == 1:
-            continue
-        if words[0] in sections:
-            current = words[0]
-        elif not current:
-            if words[1:] == ["atoms"]:
-                count = int(words[0])
-        else:
-            try:
-                sections[current].append((number, [float(word) for word in words]))
-            except ValueError:
-                raise ValueError(
-                    f"{path}, line {number}: not a row of numbers: {line.strip()!r}"
-                ) from None
-    rows = {name: _table(path, name, entries) for name, entries in sections.items()}
-    atoms, velocities = rows["Atoms"], rows["Velocities"]
-    if count is None or len(atoms) != count or len(velocities) not in (0, count):
-        raise ValueError(
-            f"{path}: truncated: {count} atoms announced, {len(atoms)} positions, {len(velocities)} velocities"
-        )
-    order = np.argsort(atoms[:, 0], kind="stable")
-    atoms = atoms[order]
-    motion = np.zeros((len(atoms), 7))
-    if len(velocities):
-        motion = velocities[np.argsort(velocities[:, 0], kind="stable")]
-        if not np.array_equal(motion[:, 0], atoms[:, 0]):
-            raise ValueError(f"{path}: Velocities: the ids differ from those of Atoms")
+    Raises ValueError naming the file and the line for anything that is not such a file, and for one
+    that ends early: positions and velocities of all atoms are needed."""
+    rows: dict[str, list[list[float]]] = {section: [] for section in WIDTHS}
+    section, count = "", -1
+    with open_file(path) as file:
+        for number, line in enumerate(lines_of(file, path), start=1):
+            where = f"{path}, line {number}"
+            text = line.decode("utf-8", "replace").split("#")[0]
+            words = text.split()
+            if not words or number == 1:
+                continue
+            if words[0].isalpha():
+                section = words[0]
+                if section not in rows or rows[section] or len(words) > 1:
+                    raise ValueError(f"{where}: {text.strip()[:40]!r} where {SECTIONS} is expected")
+            elif section:
+                rows[section].append(_row(where, section, words))
+                if len(rows[section]) > count:
+                    raise ValueError(f"{where}: {section}: more rows than the {count} atoms")
+            elif words[1:] == ["atoms"]:
+                count = whole_number(words[0], f"{where}: atoms")
+    for section, found in rows.items():
+        if len(found) != count or not found:
+            raise ValueError(
+                f"{path}: truncated: {section}: {len(found)} rows for {max(count, 0)} atoms"
+            )
+    return _snapshot(path, np.array(rows["Atoms"]), np.array(rows["Velocities"]))
+
+
+def _row(where: str, section: str, words: list[str]) -> list[float]:
+    """The numbers of a row, an id first."""
+    if len(words) not in WIDTHS[section]:
+        needed = " or ".join(str(width) for width in WIDTHS[section])
+        raise ValueError(f"{where}: {section}: {len(words)} columns where {needed} are needed")
+    values = [float(whole_number(words[0], f"{where}: id"))]
+    for word in words[1:7]:
+        if not NUMBER.fullmatch(word):
+            raise ValueError(f"{where}: {section}: {word[:40]!r} is not a number")
+        values.append(float(word))
+    return values
+
+
+def _snapshot(path: Path, atoms: Floats, motion: Floats) -> Snapshot:
+    """The disks of both tables, in the order of their ids."""
+    atoms, motion = (rows[np.argsort(rows[:, 0], kind="stable")] for rows in (atoms, motion))
+    if not np.array_equal(motion[:, 0], atoms[:, 0]):
+        raise ValueError(f"{path}: Velocities: the ids differ from those of Atoms")
+    if np.ptp(atoms[:, 6]) > 0:
+        raise ValueError(f"{path}: Atoms: z differs between disks; a crowd is in one plane")
     radius = 0.5 * atoms[:, 2]
     mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * SPHERE * radius**3])
     try:
@@ -96,15 +117,3 @@ def read_data(path: Path) -> Snapshot:
         )
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-
-
-def _table(
-    path: Path, name: str, entries: list[tuple[int, list[float]]]
-) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    width = 7
-    for number, values in entries:
-        if len(values) < width:
-            raise ValueError(
-                f"{path}, line {number}: {name}: {len(values)} columns where {width} are needed"
-            )
-    return np.array([values[:width] for _, values in entries]).reshape(-1, width)

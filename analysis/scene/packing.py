@@ -201,6 +201,36 @@ def _pairs(position: Any, radius: Any, first: Any, second: Any) -> int:
 
 
 @njit(cache=True)
+def _push(
+    position: Any, radius: Any, half_door: float, stiffness: float, first: Any, second: Any, force: Any,
+) -> tuple[float, int]:  # fmt: skip
+    """Set the force (n,2) on each disk: its push to the door, the wall, the listed pairs that
+    overlap; the sum of the pairs' forces and their number."""
+    pressed, touching = 0.0, 0
+    for a in range(len(radius)):
+        x, y, weight = position[a, 0], position[a, 1], radius[a] * radius[a]
+        ty = min(max(y, -half_door), half_door) - y
+        d = np.sqrt(x * x + ty * ty)
+        force[a, 0], force[a, 1] = -weight * x / d, weight * ty / d
+        if x > -radius[a]:
+            force[a, 0] -= stiffness * (x + radius[a])
+    for p in range(len(first)):
+        a, b = first[p], second[p]
+        dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
+        d2, both = dx * dx + dy * dy, radius[a] + radius[b]
+        if d2 < both * both:
+            d = np.sqrt(d2)
+            f = stiffness * (both - d)
+            pressed += f
+            touching += 1
+            force[a, 0] -= f * dx / d
+            force[a, 1] -= f * dy / d
+            force[b, 0] += f * dx / d
+            force[b, 1] += f * dy / d
+    return pressed, touching
+
+
+@njit(cache=True)
 def _relax(position: Any, radius: Any, half_door: float, stiffness: float, most: int) -> bool:
     """FIRE, in units of the mean radius and of the mean push, masses ∝ r²; whether `most` steps
     were enough."""
@@ -218,28 +248,10 @@ def _relax(position: Any, radius: Any, half_door: float, stiffness: float, most:
         if count < 0 or moved > 0.25 * SKIN * SKIN:
             listed[:] = position
             count = _pairs(position, radius, first, second)
-        pressed, touching, worst = 0.0, 0, 0.0
-        for a in range(n):
-            x, y, weight = position[a, 0], position[a, 1], radius[a] * radius[a]
-            ty = min(max(y, -half_door), half_door) - y
-            d = np.sqrt(x * x + ty * ty)
-            force[a, 0], force[a, 1] = -weight * x / d, weight * ty / d
-            if x > -radius[a]:
-                force[a, 0] -= stiffness * (x + radius[a])
-        for p in range(count):
-            a, b = first[p], second[p]
-            dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
-            d2, both = dx * dx + dy * dy, radius[a] + radius[b]
-            if d2 < both * both:
-                d = np.sqrt(d2)
-                f = stiffness * (both - d)
-                pressed += f
-                touching += 1
-                force[a, 0] -= f * dx / d
-                force[a, 1] -= f * dy / d
-                force[b, 0] += f * dx / d
-                force[b, 1] += f * dy / d
-        power = speed = size = 0.0
+        pressed, touching = _push(
+            position, radius, half_door, stiffness, first[:count], second, force
+        )
+        power = speed = size = worst = 0.0
         for a in range(n):
             for c in range(2):
                 power += force[a, c] * velocity[a, c]

@@ -7,151 +7,73 @@ import hashlib
 import re
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, TypeVar
 
-import numpy as np
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError
 
 from analysis.scene.account import Reconciliation
 from analysis.scene.lammps_data import read_data, write_data
+from analysis.scene.parts import Analysis, ContactModel, Drive, Part, Room, Run, Wall
 from analysis.scene.placement import check_room
 from analysis.support.files import write_text
+from analysis.support.reading import UnreadableError, read_text
 from analysis.support.shipped import shipped
-from nscd import Snapshot, Walls
-from nscd.segments import nearest_on_segment
+from nscd import Snapshot
 
-Point = tuple[float, float]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+__all__ = [
+    "Analysis",
+    "ContactModel",
+    "Drive",
+    "Room",
+    "Run",
+    "Scene",
+    "SceneError",
+    "Wall",
+    "read_room",
+    "read_scene",
+    "scene_names",
+]
+# It becomes a part of paths, and must not lead out of their folder.
+FileName = Annotated[str, Field(pattern=r"^[^./\\\x00-\x1f][^/\\\x00-\x1f]*$", max_length=100)]
 
 
 class SceneError(ValueError):
     """A scene that cannot be simulated; the message names the file and the field or disk."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Wall(_Part):
-    """A straight wall from start_m to end_m; `name` is a word of letters, digits and
-    underscores."""
-
-    name: Annotated[str, Field(pattern=r"^[A-Za-z]\w*$")]
-    start_m: Point
-    end_m: Point
-
-
-class Drive(_Part):
-    """Desired-velocity drive m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
-    centre), and along `outward` for those who have passed the line of the door."""
-
-    speed_m_per_s: Positive
-    relaxation_time_s: Positive
-    door_start_m: Point
-    door_end_m: Point
-    outward: Point
-    aim: Literal["nearest", "centre"] = "nearest"
-
-    @model_validator(mode="after")
-    def _unit_outward(self) -> Drive:
-        if abs(np.hypot(*self.outward) - 1) > 1e-9:
-            raise ValueError("outward must be a unit vector")
-        if self.door_start_m == self.door_end_m:
-            raise ValueError("door_start_m and door_end_m are the same point")
-        return self
-
-    def target(self) -> tuple[Point, Point]:
-        """The segment whose nearest point people walk to (m): the door, or its centre twice."""
-        if self.aim == "nearest":
-            return self.door_start_m, self.door_end_m
-        (x0, y0), (x1, y1) = self.door_start_m, self.door_end_m
-        centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
-        return centre, centre
-
-    def desired_velocity(self, position: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """u_d of disks at position (n,2) m, in m/s, shape (n,2)."""
-        start, end = (np.array(point) for point in self.target())
-        outward = np.array(self.outward)
-        to_door = nearest_on_segment(position, start, end) - position
-        distance = np.hypot(*to_door.T)
-        gone = ((position - np.array(self.door_start_m)) @ outward >= 0) | (distance == 0)
-        direction = to_door / np.where(distance > 0, distance, 1.0)[:, None]
-        return np.asarray(self.speed_m_per_s * np.where(gone[:, None], outward, direction))
-
-
-class ContactModel(_Part):
-    """The penalty law: repulsion k·overlap (hooke) or K·overlap^1.5 (hertz), a dashpot for the
-    asked restitution, and Coulomb friction with a tangential spring of stiffness
-    tangential_ratio·k."""
-
-    law: Literal["hooke", "hertz"] = "hooke"
-    stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
-    restitution: Annotated[float, Field(ge=0, le=1)]
-    friction: Annotated[float, Field(ge=0)] = 0.0
-    tangential_ratio: Positive = 2 / 7
-
-
-class Run(_Part):
-    """How long to simulate and how often to write; the time step follows from the stiffness unless
-    given."""
-
-    duration_s: Positive
-    frames: Annotated[int, Field(ge=1)]
-    time_step_s: Positive | None = None
-    drive_interval_steps: Annotated[int, Field(ge=1)] = 10
-
-
-class Analysis(_Part):
-    """Which percussions are compared with which forces: `driven`: p/τ with the force at time_s;
-    `impact`: p of the initial state with ∫f dt over the run."""
-
-    kind: Literal["driven", "impact"]
-    time_s: Annotated[float, Field(ge=0)] = 0.0
-    contact_tolerance_m: Positive = 1e-6
-
-
-class Room(_Part):
-    """A scene without its disks: what `percussions import` puts a crowd into."""
-
-    title: str
-    source: str
-    walls: list[Wall] = []
-    drive: Drive | None = None
-    contact: ContactModel
-    run: Run
-    analysis: Analysis
+class _Disks(Part):
+    data: str
 
 
 class _SceneFile(Room):
-    disks: dict[Literal["data"], str]
+    disks: _Disks
     reconciliation: Reconciliation | None = None
 
 
-class Scene(_Part):
-    """A whole scene. `snapshot` is its initial state; `notes` the comment at the head of the
-    file."""
+class Scene(Room):
+    """A whole scene: a room with its crowd.
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    name: of its files
+    notes: the comment at the head of the file
+    snapshot: the initial state
+    reconciliation: how the heads of a real crowd became disks
+    """
 
-    name: str
-    title: str
-    source: str
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    name: FileName
     notes: str = ""
     snapshot: Snapshot
-    walls: tuple[Wall, ...] = ()
-    drive: Drive | None = None
-    contact: ContactModel
-    run: Run
-    analysis: Analysis
     reconciliation: Reconciliation | None = None
 
-    def wall_segments(self) -> Walls:
-        """The walls as nscd takes them, in the scene's order."""
-        return Walls(
-            start=np.array([w.start_m for w in self.walls]).reshape(-1, 2),
-            end=np.array([w.end_m for w in self.walls]).reshape(-1, 2),
-        )
+    @classmethod
+    def of(cls, room: Room, **rest: Any) -> Scene:
+        """Put a crowd into a room. Raises SceneError naming the field."""
+        try:
+            return cls(**{key: getattr(room, key) for key in Room.model_fields}, **rest)
+        except ValidationError as error:
+            raise SceneError(first_problem(error)) from None
 
     def with_contact(self, **changes: object) -> Scene:
         """The same scene with some keys of its contact model changed, validated."""
@@ -235,30 +157,39 @@ def read_scene(name_or_path: str | Path) -> Scene:
             raise SceneError(
                 f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a .toml file"
             )
+    parts, notes = read_part(path, _SceneFile)
     try:
-        text = path.read_text(encoding="utf-8")
-        parts = _SceneFile.model_validate(tomllib.loads(text))
-        snapshot = read_data(path.parent / parts.disks["data"])
-    except FileNotFoundError as error:
-        raise SceneError(f"{error.filename}: no such file") from None
+        snapshot = read_data(path.parent / parts.disks.data)
+    except ValueError as error:
+        raise SceneError(str(error)) from None
+    scene = Scene.of(
+        parts, name=path.stem, notes=notes, snapshot=snapshot, reconciliation=parts.reconciliation
+    )
+    scene.check(str(path))
+    return scene
+
+
+def read_room(path: Path) -> tuple[Room, str]:
+    """Read a room (a scene file without disks) and the comment at its head.
+
+    Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
+    return read_part(path, Room)
+
+
+def read_part(path: Path, kind: type[AnyRoom]) -> tuple[AnyRoom, str]:
+    """Read a TOML file of a given kind, and the comment at its head. Raises SceneError."""
+    try:
+        text = read_text(path)
+        return kind.model_validate(tomllib.loads(text)), head_comment(text)
+    except UnreadableError as error:
+        raise SceneError(str(error)) from None
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{path}: {error}") from None
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
-    except KeyError:
-        raise SceneError(
-            f"{path}: disks.data: missing; it names the data file with the initial state"
-        ) from None
-    except (ValueError, UnicodeDecodeError) as error:
-        raise SceneError(str(error)) from None
-    notes = head_comment(text)
-    rest = {
-        key: getattr(parts, key)
-        for key in ("title", "source", "drive", "contact", "run", "analysis", "reconciliation")
-    }
-    scene = Scene(name=path.stem, notes=notes, snapshot=snapshot, walls=tuple(parts.walls), **rest)
-    scene.check(str(path))
-    return scene
+
+
+AnyRoom = TypeVar("AnyRoom", bound=Room)
 
 
 def head_comment(text: str) -> str:

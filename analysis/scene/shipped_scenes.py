@@ -20,27 +20,26 @@ INELASTIC = 0.01
 IMPACT = Run(duration_s=0.3, frames=10000, time_step_s=2e-6)
 
 
-def _impact(
-    name: str,
-    title: str,
-    source: str,
-    notes: str,
-    position: Any,
-    velocity: Any,
-    mass: Any,
-    walls: Sequence[Wall] = (),
-    restitution: float = INELASTIC,
-    run: Run = IMPACT,
-) -> Scene:
+def _touching(position: Any, velocity: Any, mass: Any = MASS_KG) -> Snapshot:
+    """Disks of radius 0.25 m at position (n,2) m with velocity (n,2) m/s and mass (n,) kg."""
     position = np.asarray(position, dtype=float)
     n = len(position)
-    snapshot = Snapshot(
+    return Snapshot(
         position=position,
         velocity=velocity,
         radius=np.full(n, 0.25),
         mass=np.broadcast_to(mass, (n,)),
     )
-    contact = ContactModel(stiffness_N_per_m=1e6, restitution=restitution)
+
+
+def _impact(
+    name: str,
+    title: str,
+    source: str,
+    notes: str,
+    snapshot: Snapshot,
+    walls: Sequence[Wall] = (),
+) -> Scene:
     return Scene(
         name=name,
         title=title,
@@ -48,8 +47,8 @@ def _impact(
         notes=notes,
         snapshot=snapshot,
         walls=tuple(walls),
-        contact=contact,
-        run=run,
+        contact=ContactModel(stiffness_N_per_m=1e6, restitution=INELASTIC),
+        run=IMPACT,
         analysis=Analysis(kind="impact"),
     )
 
@@ -57,44 +56,24 @@ def _impact(
 def pair(disks: int, seed: int) -> Scene:
     notes = """Two equal disks of 75 kg touch; the first moves at 2 m/s straight at the second, which is at rest.
 Closed form: p = m_eff (1+e) U = 75 (1+e) N·s with m_eff = 37.5 kg."""
-    return _impact(
-        "pair",
-        "Two disks, head-on",
-        "closed-form collision of two bodies",
-        notes,
-        [[0, 0], [0.5, 0]],
-        [[2, 0], [0, 0]],
-        MASS_KG,
-    )
+    snapshot = _touching([[0, 0], [0.5, 0]], [[2, 0], [0, 0]])
+    source = "closed-form collision of two bodies"
+    return _impact("pair", "Two disks, head-on", source, notes, snapshot)
 
 
 def pair_oblique(disks: int, seed: int) -> Scene:
     notes = """Two equal disks of 75 kg touch along (0.8, 0.6); the first moves at 2 m/s along x. Only the normal part of
 the velocity, 1.6 m/s, collides (no friction): p = 60 (1+e) N·s along (0.8, 0.6)."""
-    return _impact(
-        "pair_oblique",
-        "Two disks, oblique",
-        "closed-form collision of two bodies",
-        notes,
-        [[0, 0], [0.4, 0.3]],
-        [[2, 0], [0, 0]],
-        MASS_KG,
-    )
+    snapshot = _touching([[0, 0], [0.4, 0.3]], [[2, 0], [0, 0]])
+    source = "closed-form collision of two bodies"
+    return _impact("pair_oblique", "Two disks, oblique", source, notes, snapshot)
 
 
 def four_disks(disks: int, seed: int) -> Scene:
     notes = """Four aligned disks of 75 kg touch; the first moves at 2 m/s, the others are at rest. Inelastic: all leave at
 0.5 m/s, percussions 112.5, 75 and 37.5 N·s: each feels the ones that it does not touch."""
-    x = [[0.5 * i, 0] for i in range(4)]
-    return _impact(
-        "four_disks",
-        "Four aligned disks",
-        f"{PAPER}, Fig. 1",
-        notes,
-        x,
-        [[2, 0], [0, 0], [0, 0], [0, 0]],
-        MASS_KG,
-    )
+    snapshot = _touching([[0.5 * i, 0] for i in range(4)], [[2, 0], [0, 0], [0, 0], [0, 0]])
+    return _impact("four_disks", "Four aligned disks", f"{PAPER}, Fig. 1", notes, snapshot)
 
 
 def _chain(name: str, disks: int, seed: int, wall: bool, unequal: bool) -> Scene:
@@ -115,16 +94,9 @@ every contact closes. Closed form (5), (6): common velocity U = Σ m u / Σ m, p
     walls = [Wall(name="wall", start_m=(end, -1.0), end_m=(end, 1.0))] if wall else []
     velocity = np.column_stack([speed, np.zeros(n)])
     position = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
-    return _impact(
-        name,
-        f"Chain of {n}, {place}, {masses}",
-        f"{PAPER}, Fig. 3",
-        notes,
-        position,
-        velocity,
-        mass,
-        walls,
-    )
+    snapshot = _touching(position, velocity, mass)
+    title = f"Chain of {n}, {place}, {masses}"
+    return _impact(name, title, f"{PAPER}, Fig. 3", notes, snapshot, walls)
 
 
 def corridor(disks: int, seed: int) -> Scene:
@@ -146,19 +118,9 @@ gives no positions: this arrangement of its 56 disks is ours."""
         Wall(name="lower", start_m=(length[0], -half), end_m=(length[1], -half)),
         Wall(name="upper", start_m=(length[0], half), end_m=(length[1], half)),
     ]
-    run = Run(duration_s=0.3, frames=3000, time_step_s=5e-6)
-    return _impact(
-        "corridor",
-        "Push in a corridor",
-        f"{PAPER}, Fig. 2",
-        notes,
-        position,
-        velocity,
-        MASS_KG,
-        walls,
-        0.05,
-        run,
-    )
+    snapshot = _touching(position, velocity)
+    scene = _impact("corridor", "Push in a corridor", f"{PAPER}, Fig. 2", notes, snapshot, walls)
+    return scene.with_contact(restitution=0.05).with_run(frames=3000, time_step_s=5e-6)
 
 
 def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import shapely
 
-from analysis.scene.real.import_crowd import import_crowd, read_room
+from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import TrajectoryError, read_heads
-from analysis.scene.scene import SceneError, read_scene
+from analysis.scene.scene import SceneError, read_room, read_scene
 from analysis.support.files import write_text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -80,13 +80,13 @@ def test_jupedsim_sqlite(tmp_path):
 
 
 def test_shipped_scene_is_what_import_makes_bit_by_bit(tmp_path):
-    import_crowd(EXCERPT, frame=405, radius=0.18, room=GATE).write(tmp_path)
+    import_crowd(read_heads(EXCERPT, 405), radius=0.18, room=GATE).write(tmp_path)
     for name in ("gate.toml", "gate.data", "gate.reconciliation.json"):
         assert (tmp_path / name).read_bytes() == (ROOT / "scenes" / name).read_bytes(), name
 
 
 def test_whole_file_gives_the_shipped_scene():
-    whole = import_crowd(real(WHOLE), frame=405, radius=0.18, room=GATE)
+    whole = import_crowd(read_heads(real(WHOLE), 405), radius=0.18, room=GATE)
     shipped = read_scene("gate")
     for name in ("position", "velocity", "ids"):
         np.testing.assert_array_equal(
@@ -120,7 +120,7 @@ def test_room_holds_the_crowd_that_was_filmed():
 
 
 def test_report_agrees_with_the_scene():
-    made = import_crowd(EXCERPT, frame=405, radius=0.18, room=GATE)
+    made = import_crowd(read_heads(EXCERPT, 405), radius=0.18, room=GATE)
     report, snapshot = made.report, made.scene.snapshot
     moved = np.hypot(*(snapshot.position - made.heads).T)
     assert report.people == len(snapshot) == 55
@@ -147,7 +147,7 @@ def test_report_agrees_with_the_scene():
 
 
 def test_reconciliation_survives_the_scene_file(tmp_path):
-    made = import_crowd(EXCERPT, frame=405, radius=0.18, room=GATE)
+    made = import_crowd(read_heads(EXCERPT, 405), radius=0.18, room=GATE)
     again = read_scene(made.write(tmp_path))
     assert again.reconciliation == made.report
     assert again.notes == made.scene.notes
@@ -157,7 +157,7 @@ def test_reconciliation_survives_the_scene_file(tmp_path):
 
 
 def test_crowd_on_an_open_floor():
-    made = import_crowd(FORMATS / "metres.txt", frame=2, radius=0.3, room=FREE)
+    made = import_crowd(read_heads(FORMATS / "metres.txt", 2), radius=0.3, room=FREE)
     x = made.scene.snapshot.position[:, 0]
     np.testing.assert_allclose(x, [-0.1, 0.5, 1.1], atol=1e-7)
     assert made.report.contacts_after == 2
@@ -165,7 +165,7 @@ def test_crowd_on_an_open_floor():
 
 
 def test_people_pushed_in_a_row():
-    made = import_crowd(real(PUSH), frame=40, radius=0.2, room=FREE, unit="m")
+    made = import_crowd(read_heads(real(PUSH), 40, unit="m"), radius=0.2, room=FREE)
     assert made.report.people == 5
     assert made.report.left_out == 0
 
@@ -235,7 +235,7 @@ def test_person_not_seen_long_enough(tmp_path):
     with pytest.raises(
         TrajectoryError, match=r"short.txt: frame 2: person 3 is not seen over 0.4 s"
     ):
-        import_crowd(tmp_path / "short.txt", frame=2, radius=0.2, room=FREE)
+        import_crowd(read_heads(tmp_path / "short.txt", 2), radius=0.2, room=FREE)
 
 
 @pytest.mark.parametrize(
@@ -253,7 +253,7 @@ def test_person_not_seen_long_enough(tmp_path):
 def test_bad_arguments_have_one_message(change, message):
     given = {"file": EXCERPT, "frame": 405, "radius": 0.18, "room": GATE} | change
     with pytest.raises((SceneError, TrajectoryError), match=message):
-        import_crowd(given.pop("file"), **given)
+        import_crowd(read_heads(given.pop("file"), given.pop("frame")), **given)
 
 
 def test_bad_rooms_name_the_key(tmp_path):
@@ -269,7 +269,7 @@ def test_bad_rooms_name_the_key(tmp_path):
     ]:
         write_text(tmp_path / "room.toml", text.replace(old, new))
         with pytest.raises(SceneError, match=message):
-            import_crowd(EXCERPT, frame=405, radius=0.18, room=tmp_path / "room.toml")
+            import_crowd(read_heads(EXCERPT, 405), radius=0.18, room=tmp_path / "room.toml")
 
 
 def test_too_many_people_for_the_room(tmp_path):
@@ -278,4 +278,4 @@ def test_too_many_people_for_the_room(tmp_path):
         text = text.replace(a, b)
     write_text(tmp_path / "room.toml", text)
     with pytest.raises(OverlapError, match=r"frame 405: there is no room for \d+ disks"):
-        import_crowd(EXCERPT, frame=405, radius=0.3, room=tmp_path / "room.toml")
+        import_crowd(read_heads(EXCERPT, 405), radius=0.3, room=tmp_path / "room.toml")

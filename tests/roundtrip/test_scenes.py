@@ -1,9 +1,13 @@
 """Scenes: files, makers, and what is refused."""
 
+import bz2
+import gzip
+import lzma
+
 import numpy as np
 import pytest
 
-from analysis.scene.scene import SceneError, read_scene, scene_names
+from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
 from analysis.scene.shipped_scenes import MAKERS, make
 from analysis.support.shipped import shipped
 
@@ -61,6 +65,11 @@ CHANGES = [
     ("outward = [1.0, 0.0]", "outward = [1.0, 1.0]", "unit vector"),
     ('data = "arch.data"', 'data = "absent.data"', "absent.data: no such file"),
     ("[drive]", "[drive", "line"),
+    ("restitution = 0.1", "restitution = true", "contact.restitution: .*valid number"),
+    ("restitution = 0.1", 'restitution = "0.1"', "contact.restitution: .*valid number"),
+    ("frames = 40", "frames = 40.0", "run.frames: .*valid integer"),
+    ("frames = 40", "frames = true", "run.frames: .*valid integer"),
+    ("outward = [1.0, 0.0]", 'outward = ["1.0", 0.0]', "drive.outward.0: .*valid number"),
 ]
 
 
@@ -98,10 +107,65 @@ def test_bad_initial_states(tmp_path):
         (4, "nan", r"position: not a finite number in row 0"),
         (4, "5.0", r"disk 1 at \(5, .*outside the walls"),
         (2, "1.5", r"disk \d+ and .* overlap by"),
-        (3, "word", r"line 12: not a row of numbers"),
+        (3, "word", r"line 12: Atoms: 'word' is not a number"),
     ]:
         with pytest.raises(SceneError, match=message):
             read_scene(_with_data(tmp_path, replaced(column, value)))
+
+
+def test_data_that_is_not_whole(tmp_path):
+    make("pair").write(tmp_path)
+    text = (tmp_path / "pair.data").read_text()
+    before = text.split("Velocities")[0]
+
+    def read(changed):
+        (tmp_path / "pair.data").write_bytes(
+            changed if isinstance(changed, bytes) else changed.encode()
+        )
+        return read_scene(tmp_path / "pair.toml")
+
+    assert read(text).snapshot.velocity[0, 0] == 2
+    for changed, message in [
+        (before, r"pair.data: truncated: Velocities: 0 rows for 2 atoms"),
+        (before + "Velocities\n", r"truncated: Velocities: 0 rows"),
+        (text.replace("2 atoms", "2.5 atoms"), r"line 3: atoms: '2.5' where a whole number"),
+        (text.replace("2 atoms", "1 atoms"), r"line \d+: Atoms: more rows than the 1 atoms"),
+        (text.replace("2 atoms", "9999999999 atoms"), r"line 3: atoms: '9999999999' where"),
+        (text.replace("2 atoms", "2000000000 atoms"), r"Atoms: 2 rows for 2000000000 atoms"),
+        (text.replace("\n2 1 0.5", "\n2.7 1 0.5"), r"line 13: id: '2.7' where a whole number"),
+        (text.replace("0.5 0.0 0.0\n", "0.5 0.0 0.5\n"), r"z differs between disks"),
+        (text.replace("0.5 0.0 0.0\n", "0.5 0.0\n"), r"line 13: Atoms: 6 columns where 7 or 10"),
+        (text.replace("Velocities", "Speeds"), r"line \d+: 'Speeds' where Atoms or Velocities"),
+        (text.replace("0.5 0.0 0.0\n", "0_5 0.0 0.0\n"), r"'0_5' is not a number"),
+        (text.encode() + b"\0" * 9, r"pair.data, line \d+: binary"),
+        (text + "x" * 99999, r"pair.data, line \d+: longer than 65536 characters"),
+    ]:
+        with pytest.raises(SceneError, match=message) as error:
+            read(changed)
+        assert "\n" not in str(error.value)
+
+
+def test_compressed_data_is_read_and_endless_is_not(tmp_path):
+    path = make("pair").write(tmp_path)
+    plain = (tmp_path / "pair.data").read_bytes()
+    for pack in (gzip.compress, bz2.compress, lzma.compress):
+        (tmp_path / "pair.data").write_bytes(pack(plain))
+        assert len(read_scene(path).snapshot) == 2
+    (tmp_path / "pair.data").write_bytes(gzip.compress(plain)[:-30])
+    with pytest.raises(SceneError, match=r"pair.data, line \d+: damaged"):
+        read_scene(path)
+    path.write_text(path.read_text().replace("pair.data", "/dev/zero"))
+    with pytest.raises(SceneError, match=r"/dev/zero: not a regular file"):
+        read_scene(path)
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(SceneError, match=r"folder.toml: not a regular file"):
+        read_scene(tmp_path / "folder.toml")
+
+
+@pytest.mark.parametrize("name", ["..", "../up", ".hidden", "a/b", ""])
+def test_names_stay_in_their_folder(name):
+    with pytest.raises(SceneError, match=r"name: "):
+        Scene.of(make("pair"), name=name, snapshot=make("pair").snapshot)
 
 
 def test_a_door_narrower_than_a_disk_is_a_warning():

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import json
 import textwrap
-import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +13,14 @@ import numpy as np
 import pandas as pd
 import pedpy
 import shapely
-from pydantic import ValidationError
 
 from analysis.scene.account import Reconciliation
 from analysis.scene.real.separate import OverlapError, reconcile
-from analysis.scene.real.trajectory import Heads, TrajectoryError, Unit, read_heads
-from analysis.scene.scene import Room, Scene, SceneError, first_problem, head_comment
+from analysis.scene.real.trajectory import Heads, TrajectoryError
+from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.support.files import write_text
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
 CELL_RADIUS_M = 0.8
@@ -64,41 +62,19 @@ class ImportedCrowd:
         return path
 
 
-def read_room(path: Path) -> tuple[Room, str]:
-    """The room in a TOML file (a scene file without disks) and the comment at its head.
-
-    Raises SceneError naming the file and the key for anything unknown, missing or out of range.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-        return Room.model_validate(tomllib.loads(text)), head_comment(text)
-    except FileNotFoundError:
-        raise SceneError(f"{path}: no such file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: {error}") from None
-    except ValidationError as error:
-        raise SceneError(f"{path}: {first_problem(error)}") from None
-
-
 def import_crowd(
-    file: Path,
-    *,
-    frame: int,
-    radius: float,
-    room: Path,
-    mass: float = 75.0,
-    name: str | None = None,
-    unit: Unit | None = None,
-    frame_rate: float | None = None,
-    window_s: float = 0.4,
+    heads: Heads, *, radius: float, room: Path, mass: float = 75.0, name: str | None = None
 ) -> ImportedCrowd:
-    """The people of one frame as disks of the given radius (m) and mass (kg) in the room of a TOML
-    file.
+    """Put the people of one frame as disks into the room of a TOML file.
+
+    heads: of `read_heads`
+    radius: m
+    mass: kg
+    name: of the scene; the room's where left out
 
     People outside the polygon of walls and door (where there are walls) are left out. The others
     are moved as little as possible until no disks overlap (see `reconcile`); they keep the
-    velocities of their heads, measured over window_s seconds. The scene is called `name`, or as the
-    room's file. `unit` and `frame_rate` are needed only where the file does not state them.
+    velocities of their heads.
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
@@ -109,35 +85,15 @@ def import_crowd(
     if not 0 < mass < 1000:
         raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
     parts, comment = read_room(room)
-    origin = f"{file}: frame {frame}"
-    heads = read_heads(file, frame, unit=unit, frame_rate=frame_rate, window_s=window_s)
     area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
-    if not inside.any():
-        (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
-        raise TrajectoryError(
-            f"{origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) and "
-            f"({x1:g}, {y1:g}) m; is the unit right (m, cm)?"
-        )
-    kept = Heads(
-        ids=heads.ids[inside], position=heads.position[inside], velocity=heads.velocity[inside]
-    )
-    if not np.isfinite(kept.velocity).all():
-        person = kept.ids[int(np.argmin(np.isfinite(kept.velocity).all(axis=1)))]
-        raise TrajectoryError(
-            f"{origin}: person {person} is not seen over {window_s:g} s: no velocity"
-        )
-    walls, radii = _walls(parts), np.full(len(kept.ids), radius)
-    door = outward = None
-    if parts.drive is not None:
-        door = Walls(
-            start=np.array([parts.drive.door_start_m]), end=np.array([parts.drive.door_end_m])
-        )
-        outward = np.array(parts.drive.outward)
+    kept = _inside(heads, inside, room)
+    walls, radii = parts.wall_segments(), np.full(len(kept.ids), radius)
+    outward = None if parts.drive is None else np.array(parts.drive.outward)
     try:
-        arranged = reconcile(kept.position, radii, walls, door, outward)
+        arranged = reconcile(kept.position, radii, walls, parts.door(), outward)
     except (OverlapError, ValueError) as error:
-        raise OverlapError(f"{origin}: {error}") from None
+        raise OverlapError(f"{heads.origin}: {error}") from None
     snapshot = Snapshot(
         position=arranged.position,
         velocity=kept.velocity.round(6),
@@ -146,46 +102,54 @@ def import_crowd(
         ids=kept.ids,
     )
     report = Reconciliation(
-        file=file.name,
-        frame=frame,
+        file=heads.file.name,
+        frame=heads.frame,
         people=len(radii),
         left_out=int((~inside).sum()),
         radius_m=radius,
-        velocity_window_s=window_s,
+        velocity_window_s=heads.window_s,
         linearisations=arranged.linearisations,
         **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),
     )
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
-    rest = {
-        key: getattr(parts, key)
-        for key in ("title", "source", "drive", "contact", "run", "analysis")
-    }
-    scene = Scene(
-        name=name or room.stem,
-        notes=notes.strip(),
-        snapshot=snapshot,
-        walls=tuple(parts.walls),
-        reconciliation=report,
-        **rest,
+    scene = Scene.of(
+        parts, name=name or room.stem, notes=notes.strip(), snapshot=snapshot, reconciliation=report
     )
-    scene.check(origin)
+    scene.check(heads.origin)
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)
 
 
-def _walls(parts: Room) -> Walls:
-    return Walls(
-        start=np.array([wall.start_m for wall in parts.walls]).reshape(-1, 2),
-        end=np.array([wall.end_m for wall in parts.walls]).reshape(-1, 2),
+def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
+    """The heads inside the walls. Raises TrajectoryError where there is none, or one without a
+    velocity."""
+    if not inside.any():
+        (x0, y0), (x1, y1) = heads.position.min(0), heads.position.max(0)
+        raise TrajectoryError(
+            f"{heads.origin}: nobody is inside the walls of {room}: heads between ({x0:g}, {y0:g}) "
+            f"and ({x1:g}, {y1:g}) m; is the unit right (m, cm)?"
+        )
+    kept = replace(
+        heads,
+        ids=heads.ids[inside],
+        position=heads.position[inside],
+        velocity=heads.velocity[inside],
     )
+    if not np.isfinite(kept.velocity).all():
+        person = kept.ids[int(np.argmin(np.isfinite(kept.velocity).all(axis=1)))]
+        raise TrajectoryError(
+            f"{heads.origin}: person {person} is not seen over {heads.window_s:g} s: no velocity"
+        )
+    return kept
 
 
 def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
     if not parts.walls:
         return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
-    lines = [shapely.LineString([wall.start_m, wall.end_m]) for wall in parts.walls]
+    ends = [(wall.start_m, wall.end_m) for wall in parts.walls]
     if parts.drive is not None:
-        lines.append(shapely.LineString([parts.drive.door_start_m, parts.drive.door_end_m]))
+        ends.append((parts.drive.door_start_m, parts.drive.door_end_m))
+    lines = [shapely.LineString(pair) for pair in ends]
     area = shapely.union_all(shapely.get_parts(shapely.polygonize(lines)))
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")

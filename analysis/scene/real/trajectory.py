@@ -41,12 +41,26 @@ class TrajectoryError(ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Heads:
-    """Heads in one frame: ids (n,), position (n,2) m, velocity (n,2) m/s (NaN for those who were
-    not seen long enough to have one)."""
+    """Hold the heads in one frame of a file, ordered by id.
 
+    file, frame: where they come from
+    window_s: s, over which velocities were measured
+    ids: (n,)
+    position: (n,2) m
+    velocity: (n,2) m/s, NaN for those who were not seen long enough to have one
+    """
+
+    file: Path
+    frame: int
+    window_s: float
     ids: Indices
     position: Floats
     velocity: Floats
+
+    @property
+    def origin(self) -> str:
+        """File and frame in words, for messages."""
+        return f"{self.file}: frame {self.frame}"
 
 
 def read_heads(
@@ -57,42 +71,23 @@ def read_heads(
     frame_rate: float | None = None,
     window_s: float = 0.4,
 ) -> Heads:
-    """Heads of frame number `frame`, ordered by id.
+    """Read the heads of frame number `frame`.
 
-    Velocities are displacements over window_s seconds round the frame (half of it for people who
-    appear or vanish there). `unit` and `frame_rate` (1/s) are needed only where the file does not
-    state them.
+    unit, frame_rate (1/s): needed only where the file does not state them
+    window_s: s; velocities are displacements over it, round the frame (over half of it for people
+        who appear or vanish there)
 
     Raises TrajectoryError naming the file, and the frame where it matters, for a file that PedPy
     cannot read, a missing unit or frame rate, a missing frame, a position that is not a number, a
     person who occurs twice and two people at the same place."""
     trajectory = _load(file, unit, frame_rate)
-    every = trajectory.data
     step = round(0.5 * window_s * trajectory.frame_rate)
     if step < 1:
         raise TrajectoryError(
             f"{file}: a window of {window_s:g} s holds no three frames at {trajectory.frame_rate:g} frames/s"
         )
-    near = every[(every.frame >= frame - step) & (every.frame <= frame + step)].sort_values(
-        ["id", "frame"]
-    )
+    near = _near(file, trajectory.data, frame, step)
     now = near[near.frame == frame]
-    if not len(now):
-        first, last = every.frame.min(), every.frame.max()
-        raise TrajectoryError(
-            f"{file}: there is no frame {frame}; the frames go from {first} to {last}"
-        )
-    bad = near[~np.isfinite(near[["x", "y"]]).all(axis=1)]
-    if len(bad):
-        person = bad.id.iloc[0]
-        raise TrajectoryError(
-            f"{file}: frame {bad.frame.iloc[0]}: the position of person {person} is not a number"
-        )
-    twice = near[near.duplicated(["id", "frame"])]
-    if len(twice):
-        raise TrajectoryError(
-            f"{file}: frame {twice.frame.iloc[0]}: person {twice.id.iloc[0]} occurs twice"
-        )
     ids, position = now.id.to_numpy(dtype=np.int64), now[["x", "y"]].to_numpy(dtype=np.float64)
     _check_places(f"{file}: frame {frame}", ids, position)
     try:
@@ -109,7 +104,39 @@ def read_heads(
             f"{file}: frame {frame}: no velocities over {window_s:g} s: {_first_line(error)}"
         ) from None
     found = moving[moving.frame == frame].set_index("id")[["v_x", "v_y"]]
-    return Heads(ids=ids, position=position, velocity=found.reindex(ids).to_numpy(dtype=np.float64))
+    return Heads(
+        file=file,
+        frame=frame,
+        window_s=window_s,
+        ids=ids,
+        position=position,
+        velocity=found.reindex(ids).to_numpy(dtype=np.float64),
+    )
+
+
+def _near(file: Path, every: pd.DataFrame, frame: int, step: int) -> pd.DataFrame:
+    """The rows up to `step` frames from the frame, by person and frame, each position a number and
+    each person once."""
+    near = every[(every.frame >= frame - step) & (every.frame <= frame + step)].sort_values(
+        ["id", "frame"]
+    )
+    if not (near.frame == frame).any():
+        first, last = every.frame.min(), every.frame.max()
+        raise TrajectoryError(
+            f"{file}: there is no frame {frame}; the frames go from {first} to {last}"
+        )
+    bad = near[~np.isfinite(near[["x", "y"]]).all(axis=1)]
+    if len(bad):
+        person = bad.id.iloc[0]
+        raise TrajectoryError(
+            f"{file}: frame {bad.frame.iloc[0]}: the position of person {person} is not a number"
+        )
+    twice = near[near.duplicated(["id", "frame"])]
+    if len(twice):
+        raise TrajectoryError(
+            f"{file}: frame {twice.frame.iloc[0]}: person {twice.id.iloc[0]} occurs twice"
+        )
+    return near
 
 
 def _check_places(origin: str, ids: Indices, position: Floats) -> None:

@@ -1,0 +1,154 @@
+"""What a scene consists of besides its disks: walls, drive, contact law, run, analysis."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+
+from nscd import Walls
+from nscd.segments import nearest_on_segment
+
+# strict: neither `true` nor "1.0" is a number
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
+Count = Annotated[int, Strict(), Field(ge=1)]
+Point = tuple[Number, Number]
+
+
+class Part(BaseModel):
+    """A table of a scene file: no key that is not known, numbers that are numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Wall(Part):
+    """Name a straight wall.
+
+    name: a word of letters, digits and underscores
+    start_m, end_m: m
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z]\w*$")]
+    start_m: Point
+    end_m: Point
+
+
+class Drive(Part):
+    """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
+    centre), and along `outward` for those who have passed the line of the door.
+
+    speed_m_per_s: m/s, |u_d|
+    relaxation_time_s: s, τ
+    door_start_m, door_end_m: m
+    outward: unit vector out of the room
+    aim: nearest or centre
+    """
+
+    speed_m_per_s: Positive
+    relaxation_time_s: Positive
+    door_start_m: Point
+    door_end_m: Point
+    outward: Point
+    aim: Literal["nearest", "centre"] = "nearest"
+
+    @model_validator(mode="after")
+    def _unit_outward(self) -> Drive:
+        if abs(np.hypot(*self.outward) - 1) > 1e-9:
+            raise ValueError("outward must be a unit vector")
+        if self.door_start_m == self.door_end_m:
+            raise ValueError("door_start_m and door_end_m are the same point")
+        return self
+
+    def target(self) -> tuple[Point, Point]:
+        """The segment whose nearest point people walk to (m): the door, or its centre twice."""
+        if self.aim == "nearest":
+            return self.door_start_m, self.door_end_m
+        (x0, y0), (x1, y1) = self.door_start_m, self.door_end_m
+        centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+        return centre, centre
+
+    def desired_velocity(self, position: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        """Compute u_d of disks at position (n,2) m, in m/s, shape (n,2)."""
+        start, end = (np.array(point) for point in self.target())
+        outward = np.array(self.outward)
+        to_door = nearest_on_segment(position, start, end) - position
+        distance = np.hypot(*to_door.T)
+        gone = ((position - np.array(self.door_start_m)) @ outward >= 0) | (distance == 0)
+        direction = to_door / np.where(distance > 0, distance, 1.0)[:, None]
+        return np.asarray(self.speed_m_per_s * np.where(gone[:, None], outward, direction))
+
+
+class ContactModel(Part):
+    """Repel by k·overlap (hooke) or K·overlap^1.5 (hertz), with a dashpot for the asked restitution
+    and Coulomb friction.
+
+    stiffness_N_per_m: N/m, k; of hertz the tangent stiffness at an overlap of 1 % of the mean
+        radius
+    restitution: 0 to 1, of two bodies
+    friction: coefficient; 0 is none
+    tangential_ratio: stiffness of the tangential spring over k
+    """
+
+    law: Literal["hooke", "hertz"] = "hooke"
+    stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
+    restitution: Annotated[Number, Field(ge=0, le=1)]
+    friction: Annotated[Number, Field(ge=0)] = 0.0
+    tangential_ratio: Positive = 2 / 7
+
+
+class Run(Part):
+    """Say how long to simulate and how often to write.
+
+    duration_s: s
+    frames: how many after the first
+    time_step_s: s; follows from the stiffness where left out
+    drive_interval_steps: steps between two evaluations of the drive
+    """
+
+    duration_s: Positive
+    frames: Count
+    time_step_s: Positive | None = None
+    drive_interval_steps: Count = 10
+
+
+class Analysis(Part):
+    """Say which percussions are compared with which forces.
+
+    kind: driven: p/τ with the force at time_s; impact: p of the initial state with ∫f dt over the
+        run
+    time_s: s
+    contact_tolerance_m: m, gap up to which disks are in contact
+    """
+
+    kind: Literal["driven", "impact"]
+    time_s: Annotated[Number, Field(ge=0)] = 0.0
+    contact_tolerance_m: Positive = 1e-6
+
+
+class Room(Part):
+    """A scene without its disks: what `percussions import` puts a crowd into."""
+
+    title: str
+    source: str
+    walls: tuple[Wall, ...] = ()
+    drive: Drive | None = None
+    contact: ContactModel
+    run: Run
+    analysis: Analysis
+
+    def wall_segments(self) -> Walls:
+        """Give the walls as nscd takes them, in the room's order."""
+        return Walls(
+            start=np.array([wall.start_m for wall in self.walls]).reshape(-1, 2),
+            end=np.array([wall.end_m for wall in self.walls]).reshape(-1, 2),
+        )
+
+    def door(self) -> Walls | None:
+        """Give the door as a segment, where there is a drive."""
+        if self.drive is None:
+            return None
+        return Walls(
+            start=np.array([self.drive.door_start_m]), end=np.array([self.drive.door_end_m])
+        )

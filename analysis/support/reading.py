@@ -1,0 +1,126 @@
+"""Reading what comes from outside: plain or compressed, never without end."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import importlib
+import lzma
+import re
+import stat
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, Any
+
+# A row of a table has some hundred bytes; without this limit one line could be a whole file.
+LONGEST_LINE = 1 << 16
+# Scene files have some kB, records of runs less.
+LARGEST_TEXT = 10 << 20
+ZSTANDARD = b"\x28\xb5\x2f\xfd"
+# What the libraries raise for a compressed file that is damaged or cut off.
+DAMAGED = (EOFError, zlib.error, lzma.LZMAError, OSError)
+
+# As LAMMPS writes and reads numbers: no underscores, no other digits.
+NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf)", re.I)
+# Ids and steps are whole numbers of at most so many digits.
+LARGEST_WHOLE = 2**31 - 1
+
+
+class UnreadableError(ValueError):
+    """A file that cannot be read; the message names it, and the line where there is one."""
+
+
+def open_file(path: Path) -> IO[bytes]:
+    """Open a regular file for reading, decompressed where it is gz, bz2, xz or zst (by its first
+    bytes, whatever its name).
+
+    Raises UnreadableError for a missing file, and for folders, devices and pipes, which may have no
+    end."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise UnreadableError(f"{path}: not a regular file")
+        with path.open("rb") as file:
+            start = file.read(6)
+        opened: IO[bytes] = _opener(start)(path)
+        return opened
+    except FileNotFoundError:
+        raise UnreadableError(f"{path}: no such file") from None
+    except OSError as error:
+        raise UnreadableError(f"{path}: {error.strerror or error}") from None
+    except ModuleNotFoundError:
+        raise UnreadableError(
+            f"{path}: zstd needs a library: pip install 'crowd-percussions[zst]', or unpack it"
+        ) from None
+    except ValueError as error:  # a name with a null character
+        raise (
+            error
+            if isinstance(error, UnreadableError)
+            else UnreadableError(f"{str(path)!r}: {error}")
+        ) from None
+
+
+def _opener(start: bytes) -> Callable[[Path], Any]:
+    if start.startswith(b"\x1f\x8b"):
+        return gzip.open
+    if start.startswith(b"BZh"):
+        return bz2.open
+    if start.startswith(b"\xfd7zXZ\x00"):
+        return lzma.open
+    if start.startswith(ZSTANDARD):
+        try:
+            library: Any = importlib.import_module("compression.zstd")
+        except ModuleNotFoundError:
+            library = importlib.import_module("backports.zstd")
+        opened: Callable[[Path], Any] = library.open
+        return opened
+    return lambda path: path.open("rb")
+
+
+def lines_of(file: IO[bytes], path: Path) -> Iterator[bytes]:
+    """The lines of an open file. Raises UnreadableError for one that is too long to be text, for
+    null bytes, and for damaged compression."""
+    number = 0
+    while line := next_line(file, path, number + 1):
+        number += 1
+        yield line
+
+
+def next_line(file: IO[bytes], path: Path, number: int) -> bytes:
+    """The next line of an open file, empty at its end; `number` is for the message."""
+    try:
+        line = file.readline(LONGEST_LINE)
+    except DAMAGED as error:
+        raise UnreadableError(f"{path}, line {number}: damaged: {error}") from None
+    if b"\0" in line:
+        raise UnreadableError(f"{path}, line {number}: binary; a text file is needed")
+    if len(line) == LONGEST_LINE and not line.endswith(b"\n"):
+        raise UnreadableError(
+            f"{path}, line {number}: longer than {LONGEST_LINE} characters; a text file is needed"
+        )
+    return line
+
+
+def read_text(path: Path, most: int = LARGEST_TEXT) -> str:
+    """The text of a small file. Raises UnreadableError as `open_file` does, for more than `most`
+    bytes and for what is not UTF-8."""
+    with open_file(path) as file:
+        try:
+            content = file.read(most + 1)
+        except DAMAGED as error:
+            raise UnreadableError(f"{path}: damaged: {error}") from None
+    if len(content) > most:
+        raise UnreadableError(f"{path}: more than {most >> 20} MB; a text of some kB is expected")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise UnreadableError(
+            f"{path}, line {content[: error.start].count(10) + 1}: not UTF-8 text"
+        ) from None
+
+
+def whole_number(word: str, what: str, *, least: int = 1, most: int = LARGEST_WHOLE) -> int:
+    """The whole number that a word is. Raises UnreadableError beginning with `what` otherwise."""
+    if word.isascii() and word.isdigit() and len(word) < 20 and least <= int(word) <= most:
+        return int(word)
+    raise UnreadableError(f"{what}: {word[:40]!r} where a whole number ≥ {least} is needed")
