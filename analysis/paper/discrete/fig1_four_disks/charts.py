@@ -2,35 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
-from nscd.arrays import Floats
+from analysis.paper.discrete.fig1_four_disks.study import (
+    LIGHT,
+    MASS,
+    PRINTED_K,
+    FourDisks,
+    Impact,
+    four_disk_restitution,
+)
 
 HATCHES = ("", "///", "...", "xxx")
 
 
-def four_disk_restitution(e: float) -> float:
-    """(u²⁺ − u¹⁺)/U of four equal disks with k of a pair's e: max(0, (5e−1)/(5−e)), from (k −
-    ¾m)/(k + ¾m)."""
-    return max(0.0, (5 * e - 1) / (5 - e))
-
-
-def after_impact(laws: Sequence[tuple[str, Floats]]) -> Figure:
-    """Bars of u⁺/U (n,) of each disk, a group for each law."""
-    figure = Figure(figsize=(8.0, 0.45 * len(laws) + 1.4), layout="constrained")
+def after_impact(impacts: list[Impact]) -> Figure:
+    """Draw bars of u⁺/U of each disk, a group for each law."""
+    figure = Figure(figsize=(8.0, 0.45 * len(impacts) + 1.4), layout="constrained")
     axes = figure.add_subplot()
-    disks = len(laws[0][1])
+    disks = len(impacts[0].mass)
     height = 0.8 / disks
-    rows = np.arange(len(laws), dtype=float)
+    rows = np.arange(len(impacts), dtype=float)
     for disk in range(disks):
         axes.barh(
             rows + (disk - 0.5 * (disks - 1)) * height,
-            [velocity[disk] for _, velocity in laws],
+            [impact.after[disk] / impact.before[0] for impact in impacts],
             height,
             color=COLOURS[disk],
             hatch=HATCHES[disk],
@@ -39,8 +38,8 @@ def after_impact(laws: Sequence[tuple[str, Floats]]) -> Figure:
             label=f"disk {disk + 1}",
         )
     axes.axvline(0, color=BLACK, lw=0.8)
-    axes.set_yticks(rows, [law for law, _ in laws], fontsize=8)
-    axes.set_ylim(len(laws) - 0.4, -0.6)
+    axes.set_yticks(rows, [impact.law for impact in impacts], fontsize=8)
+    axes.set_ylim(len(impacts) - 0.4, -0.6)
     axes.set_xlabel("velocity after the impact / velocity of disk 1 before it (–)")
     axes.grid(axis="x", alpha=0.3)
     figure.legend(
@@ -49,58 +48,42 @@ def after_impact(laws: Sequence[tuple[str, Floats]]) -> Figure:
     return figure
 
 
-def against_dissipation(
-    sweep: tuple[Floats, Floats, Floats],
-    heavy: float,
-    light: float,
-    restitution: Sequence[Sequence[float]],
-) -> Figure:
-    """Left: u⁺/U against k/m, four disks and a pair, with both thresholds and k/m = heavy and light
-    marked.
-
-    Right: what the asked restitution becomes: rows of (e, k, pair, four disks, …).
-    """
+def against_dissipation(disks: FourDisks) -> Figure:
+    """Draw u⁺/U against k/m, with both readings of the printed k, and the restitution obtained."""
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2)
-    _velocities(left, sweep, heavy, light)
-    table = np.array(restitution, dtype=float)
+    _velocities(left, disks)
+    e, _, pair, four, _, newton, _ = np.array(disks.restitutions).T
     line = np.linspace(0, 1, 201)
+    closed = [four_disk_restitution(float(x)) for x in line]
     right.plot(line, line, "-", color=GREY, label="e asked")
-    right.plot(
-        line,
-        [four_disk_restitution(float(e)) for e in line],
-        "--",
-        color=BLACK,
-        label="(5e−1)/(5−e), or 0",
-    )
-    right.plot(table[:, 0], table[:, 2], MARKERS[0], color=BLUE, label="percussions, pair")
-    right.plot(table[:, 0], table[:, 3], MARKERS[1], color=ORANGE, label="percussions, four disks")
-    right.plot(table[:, 0], table[:, 5], "x", color=BLACK, label="Newton's law, four disks")
+    right.plot(line, closed, "--", color=BLACK, label="(5e−1)/(5−e), or 0")
+    right.plot(e, pair, MARKERS[0], color=BLUE, label="percussions, pair")
+    right.plot(e, four, MARKERS[1], color=ORANGE, label="percussions, four disks")
+    right.plot(e, newton, "x", color=BLACK, label="Newton's law, four disks")
     right.set(xlabel="restitution e that k stands for in a pair (–)", ylabel="(u²⁺ − u¹⁺) / U (–)")
     right.legend(fontsize=8)
     right.grid(alpha=0.3)
     return figure
 
 
-def _velocities(
-    axes: Axes, sweep: tuple[Floats, Floats, Floats], heavy: float, light: float
-) -> None:
-    ratio, four, pair = sweep
+def _velocities(axes: Axes, disks: FourDisks) -> None:
+    ratio, four, pair = disks.ratios, disks.four, disks.pair
     axes.plot(ratio, four[:, 0], "-", color=BLUE, label="four disks: disk 1")
     axes.plot(ratio, four[:, 1:].mean(1), "--", color=ORANGE, label="four disks: disks 2–4")
     axes.plot(ratio, pair[:, 0], ":", color=BLUE, label="pair: disk 1")
     axes.plot(ratio, pair[:, 1], "-.", color=ORANGE, label="pair: disk 2")
-    for place, words in ((0.75, "k = ¾m"), (0.5, "k = ½m")):
-        axes.axvline(place, color=BLACK, lw=0.8, ls="-" if place == 0.75 else ":")
-        side = "left" if place == 0.75 else "right"
-        shift = 1.08 if place == 0.75 else 0.93
-        axes.text(place * shift, -0.72, words, fontsize=8, ha=side)
-    for place, marker, words in (
-        (heavy, "D", "k = 10 kg, m = 75 kg"),
-        (light, "v", "k = 10 kg, m = 1 kg"),
+    for place, words, style, side, shift in (
+        (0.75, "k = ¾m", "-", "left", 1.08),
+        (0.5, "k = ½m", ":", "right", 0.93),
     ):
+        axes.axvline(place, color=BLACK, lw=0.8, ls=style)
+        axes.text(place * shift, -0.72, words, fontsize=8, ha=side)
+    for mass, marker in ((MASS, "D"), (LIGHT, "v")):
+        place = PRINTED_K / mass
         values = [np.interp(np.log(place), np.log(ratio), four[:, disk]) for disk in (0, 1)]
-        axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=words)
+        label = f"k = {PRINTED_K:g} kg, m = {mass:g} kg"
+        axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=label)
     axes.set(xscale="log", ylim=(-1.05, 1.45), xlabel="k/m (–)", ylabel="u⁺/U (–)")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=7, ncols=2, loc="upper left")

@@ -1,9 +1,9 @@
-"""The impact of a line of disks by every law: percussions, Newton's law, soft contacts of both
-engines."""
+"""The impact of a line of disks by every law: percussions, Newton's law, both engines."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -29,12 +29,23 @@ TOLERANCE = 1e-10
 MASS, PRINTED_K, LIGHT = 75.0, 10.0, 1.0  # kg
 # k of the limit k → ∞, over m: large, yet not beyond what double precision resolves.
 LARGE = 1e6
+RESTITUTIONS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.99)
+UNEQUAL = (50.0, 90.0, 60.0, 75.0)  # kg
+# m/s: every contact closes
+CLOSING = (2.0, 1.2, 0.5, 0.0)
+# m/s: the second disk leaves the third while the first pushes from behind, so that a contact opens
+# and is pressed
+OPENING = (2.0, 0.0, 1.0, -1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Impact:
-    """One law's answer for a line: masses (n,) kg, velocities before and after (n,) m/s; the
-    percussions where it has any."""
+    """One law's answer for a line.
+
+    mass: (n,) kg
+    before, after: (n,) m/s
+    answer: the percussions of a law that has any
+    """
 
     law: str
     mass: Floats
@@ -50,26 +61,27 @@ class Impact:
     @property
     def energies(self) -> tuple[float, float]:
         """Kinetic energy before and after (J)."""
-        return tuple(float(0.5 * self.mass @ u**2) for u in (self.before, self.after))  # type: ignore[return-value]
+        before, after = (float(0.5 * self.mass @ u**2) for u in (self.before, self.after))
+        return before, after
+
+    @property
+    def returned(self) -> float:
+        """Share of the energy lost by the inelastic impact that this one gives back."""
+        inelastic = 0.5 * float(self.mass @ self.before) ** 2 / float(self.mass.sum())
+        before, after = self.energies
+        return (after - inelastic) / (before - inelastic)
 
     def row(self) -> list[Cell]:
         """Law, mass, u⁺ of each disk, p¹², λ¹², energies, status."""
         answer = self.answer
         reaction: Cell = "–" if answer is None else float(answer.reaction[0])
         status = "–" if answer is None else ", ".join([str(answer.status), *answer.warnings])
-        return [
-            self.law,
-            float(self.mass[0]),
-            *map(float, self.after),
-            self.first_impulse,
-            reaction,
-            *self.energies,
-            status,
-        ]
+        speeds, impulse = map(float, self.after), self.first_impulse
+        return [self.law, float(self.mass[0]), *speeds, impulse, reaction, *self.energies, status]
 
 
 def percussions(mass: ArrayLike, left: ArrayLike, law: ContactLaw) -> Percussions:
-    """Percussions of touching disks in a line with masses (n,) kg and left velocities (n,) m/s."""
+    """Solve touching disks in a line with masses (n,) kg and left velocities (n,) m/s."""
     snapshot = aligned(mass, left)
     return solve(snapshot, find_contacts(snapshot, tolerance=1e-9), law=law, tolerance=TOLERANCE)
 
@@ -80,8 +92,8 @@ def first_only(disks: int, speed: float = 2.0) -> Floats:
 
 
 def opening_threshold(mass: ArrayLike) -> float:
-    """The k (kg) beyond which the first contact of a line at rest, hit by its first disk, opens; by
-    bisection.
+    """Find the k (kg) beyond which the first contact of a line at rest, hit by its first disk,
+    opens; by bisection.
 
     The sign is that of λ¹²/m − (u²⁺ − u¹⁺): the contact carries a reaction below the threshold and
     opens above."""
@@ -93,18 +105,21 @@ def opening_threshold(mass: ArrayLike) -> float:
         right = answer.right_velocity[:, 0]
         return float(answer.reaction[0] / masses[0] + right[0] - right[1])
 
-    return float(
-        bisect(pressed, 1e-3 * masses.min(), 1e3 * masses.max(), xtol=1e-10 * masses.min())
-    )
+    ends = 1e-3 * masses.min(), 1e3 * masses.max()
+    return float(bisect(pressed, *ends, xtol=1e-10 * masses.min()))
 
 
 def line_restitution(disks: int, restitution: float) -> float:
     """(u²⁺ − u¹⁺)/U of equal disks hit by their first one, with k of the pair's `restitution`."""
-    left = first_only(disks)
-    right = percussions(
-        np.full(disks, MASS), left, ContactLaw(restitution=restitution)
-    ).right_velocity[:, 0]
+    left, law = first_only(disks), ContactLaw(restitution=restitution)
+    right = percussions(np.full(disks, MASS), left, law).right_velocity[:, 0]
     return float((right[1] - right[0]) / left[0])
+
+
+def four_disk_restitution(e: float) -> float:
+    """(u²⁺ − u¹⁺)/U of four equal disks with k of a pair's e: max(0, (5e−1)/(5−e)), from (k −
+    ¾m)/(k + ¾m)."""
+    return max(0.0, (5 * e - 1) / (5 - e))
 
 
 def influence(mass: ArrayLike, left: ArrayLike, step: float = 1e-3) -> Floats:
@@ -119,7 +134,7 @@ def influence(mass: ArrayLike, left: ArrayLike, step: float = 1e-3) -> Floats:
 
 
 def cradle_runs(disks: int, runs: Path) -> list[EngineRun]:
-    """The line as soft disks: elastic and strongly damped, by both engines, and with Hertz' law."""
+    """List the line as soft disks: elastic, strongly damped, by both engines, with Hertz' law."""
     scene = read_scene("four_disks")
     return [
         EngineRun.of(
@@ -138,25 +153,22 @@ def cradle_runs(disks: int, runs: Path) -> list[EngineRun]:
 def impacts_of(
     disks: int, runs: Path, warnings: list[str], progress: Progress | None
 ) -> list[Impact]:
-    """The impact of a line by every law; the first four: k = 0, the printed k with both masses, k →
-    ∞."""
+    """Compute the impact of a line by every law; the first four: k = 0, the printed k with both
+    masses, k → ∞."""
     mass, left = np.full(disks, MASS), first_only(disks)
+    printed = ContactLaw(dissipation=PRINTED_K)
     cases = [
-        ("percussions, k = 0", mass, ContactLaw()),
-        (f"percussions, k = {PRINTED_K:g} kg", mass, ContactLaw(dissipation=PRINTED_K)),
-        (
-            f"percussions, k = {PRINTED_K:g} kg, m = {LIGHT:g} kg",
-            mass / MASS * LIGHT,
-            ContactLaw(dissipation=PRINTED_K),
-        ),
-        ("percussions, k = 10⁶ m (k → ∞)", mass, ContactLaw(dissipation=LARGE * MASS)),
-        ("percussions, pair's e = 0.5", mass, ContactLaw(restitution=0.5)),
+        ("k = 0", mass, ContactLaw()),
+        (f"k = {PRINTED_K:g} kg", mass, printed),
+        (f"k = {PRINTED_K:g} kg, m = {LIGHT:g} kg", mass / MASS * LIGHT, printed),
+        ("k = 10⁶ m (k → ∞)", mass, ContactLaw(dissipation=LARGE * MASS)),
+        ("pair's e = 0.5", mass, ContactLaw(restitution=0.5)),
     ]
     impacts = []
-    for law, masses, contact_law in cases:
-        answer = percussions(masses, left, contact_law)
+    for name, masses, law in cases:
+        answer, name = percussions(masses, left, law), f"percussions, {name}"
         after = answer.right_velocity[:, 0]
-        impacts.append(Impact(law=law, mass=masses, before=left, after=after, answer=answer))
+        impacts.append(Impact(law=name, mass=masses, before=left, after=after, answer=answer))
     snapshot = aligned(mass, left)
     contacts = find_contacts(snapshot, tolerance=1e-9)
     for e in (0.5, 1.0):
@@ -172,3 +184,114 @@ def impacts_of(
         label = f"{ENGINE_NAMES[run.engine]}, e = {contact.restitution:g}, {contact.law}"
         impacts.append(Impact(law=label, mass=mass, before=left, after=after))
     return impacts
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FourDisks:
+    """All that figure 1 shows.
+
+    fours, threes: the impact of four and of three disks by every law
+    ratios, four, pair: (s,) k/m, and u⁺/U (s,4) of four disks and (s,2) of a pair there
+    """
+
+    fours: list[Impact]
+    threes: list[Impact]
+    ratios: Floats
+    four: Floats
+    pair: Floats
+    warnings: list[str]
+
+    @classmethod
+    def of(cls, runs: Path, progress: Progress | None) -> FourDisks:
+        """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
+        warnings: list[str] = []
+        fours, threes = (impacts_of(n, runs, warnings, progress) for n in (4, 3))
+        warnings += [
+            f"{i.law}, m = {i.mass[0]:g} kg: {i.answer.status}: {i.answer.reason}"
+            for i in fours + threes
+            if i.answer is not None and i.answer.status != "solved"
+        ]
+        ratios = np.geomspace(0.03, 300, 61)
+        laws = [ContactLaw(dissipation=ratio * MASS) for ratio in ratios]
+        four, pair = (
+            np.array([percussions(mass, left, law).right_velocity[:, 0] for law in laws])
+            for mass, left in ((np.full(n, MASS), first_only(n, 1.0)) for n in (4, 2))
+        )
+        return cls(
+            fours=fours, threes=threes, ratios=ratios, four=four, pair=pair, warnings=warnings
+        )
+
+    @property
+    def newton(self) -> Impact:
+        """Newton's law with e = 1."""
+        return next(impact for impact in self.fours if impact.law == "Newton, e = 1")
+
+    @property
+    def cradles(self) -> list[Impact]:
+        """The elastic soft contacts."""
+        return [impact for impact in self.fours if "e = 1," in impact.law]
+
+    @cached_property
+    def apart(self) -> float:
+        """The largest difference of u⁺/U between disks 2 to 4, over all k."""
+        return float(np.ptp(self.four[:, 1:], axis=1).max())
+
+    @cached_property
+    def thresholds(self) -> list[tuple[int, str, float, float, float]]:
+        """Disks, masses, k at which the first contact opens by bisection and in closed form
+        m¹M/(m¹+M), M the mass of all others (kg), relative difference."""
+        rows = []
+        for mass in ([MASS] * 2, [MASS] * 3, [MASS] * 4, UNEQUAL):
+            found, rest = opening_threshold(mass), sum(mass[1:])
+            closed = mass[0] * rest / (mass[0] + rest)
+            words = ", ".join(f"{m:g}" for m in mass)
+            rows.append((len(mass), words, found, closed, abs(found / closed - 1)))
+        return rows
+
+    @cached_property
+    def restitutions(self) -> list[tuple[float, ...]]:
+        """e asked, its k (kg), the restitution of a pair, of four disks, in closed form, by
+        Newton's law, and how far four disks are short of e."""
+        rows = []
+        snapshot = aligned(np.full(4, MASS), first_only(4))
+        contacts = find_contacts(snapshot, tolerance=1e-9)
+        for e in RESTITUTIONS:
+            k = float(ContactLaw(restitution=e).coefficients(np.array([2 / MASS]))[0][0])
+            newton = newton_impact(snapshot, contacts, e)[:, 0]
+            four, obtained = line_restitution(4, e), float((newton[1] - newton[0]) / 2.0)
+            closed = four_disk_restitution(e)
+            rows.append((e, k, line_restitution(2, e), four, closed, obtained, e - four))
+        return rows
+
+    @cached_property
+    def misses(self) -> tuple[float, float]:
+        """How far the restitution of a pair, and of four disks, is from the e asked, at most."""
+        pair, four = (max(abs(row[i] - row[0]) for row in self.restitutions) for i in (2, 3))
+        return pair, four
+
+    @cached_property
+    def influences(self) -> tuple[Floats, Floats]:
+        """∂λ¹²/∂u⁻ (4,) kg of unequal disks, all contacts closing: by the solver, and of (3)."""
+        mass = np.array(UNEQUAL)
+        closed = np.concatenate([[mass[0] * mass[1:].sum()], -mass[0] * mass[1:]]) / mass.sum()
+        return influence(mass, CLOSING), closed
+
+    @cached_property
+    def formula(self) -> tuple[float, float]:
+        """λ¹² (N·s) of unequal disks, all contacts closing: (3), and the solver."""
+        mass, left = np.array(UNEQUAL), np.array(CLOSING)
+        printed = float(mass[0] * (mass[1:] @ (left[0] - left[1:])) / mass.sum())
+        return printed, float(percussions(mass, left, ContactLaw()).reaction[0])
+
+    def opening_rows(self) -> list[tuple[Cell, ...]]:
+        """k (kg), λ²³ (N·s), energy before and after (J), energy error and status where a contact
+        opens while it is pressed."""
+        rows: list[tuple[Cell, ...]] = []
+        for k in (0.0, 10.0, 100.0, 1000.0):
+            answer = percussions(np.full(4, MASS), OPENING, ContactLaw(dissipation=k))
+            before = 0.5 * MASS * float(np.square(OPENING).sum())
+            after = 0.5 * MASS * float((answer.right_velocity**2).sum())
+            remark = ", ".join([str(answer.status), *answer.warnings])
+            reaction = float(answer.reaction[1])
+            rows.append((k, reaction, before, after, answer.energy_error, remark))
+        return rows
