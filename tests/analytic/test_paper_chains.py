@@ -11,12 +11,15 @@ from analysis.paper.discrete.fig1_four_disks.study import (
     opening_threshold,
     percussions,
 )
-from analysis.paper.discrete.fig2_corridor.columns import gaps_of, local_contacts
+from analysis.paper.discrete.fig2_corridor.columns import (
+    first_arrivals,
+    gaps_of,
+    local_contacts,
+    long_wave_speed,
+)
 from analysis.paper.discrete.fig2_corridor.push import (
     crossing_times,
     exponent,
-    first_arrivals,
-    long_wave_speed,
 )
 from analysis.paper.discrete.fig3_chains import section as chains
 from analysis.paper.discrete.fig3_chains.study import LENGTHS, Chain, Trial, chain_of

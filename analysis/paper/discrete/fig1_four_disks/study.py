@@ -252,7 +252,7 @@ class FourDisks:
     def restitutions(self) -> list[tuple[float, ...]]:
         """e asked, its k (kg), the restitution of a pair, of four disks, in closed form, by
         Newton's law, and how far four disks are short of e."""
-        rows = []
+        rows: list[tuple[float, ...]] = []
         snapshot = aligned(np.full(4, MASS), first_only(4))
         contacts = find_contacts(snapshot, tolerance=1e-9)
         for e in RESTITUTIONS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,77 +14,67 @@ from analysis.pages.drawing import (
     BLACK,
     BLUE,
     COLOURS,
+    DARK_GREY,
     LINES,
     MARKERS,
     ORANGE,
     circles,
     contact_lines,
+    draw_walls,
 )
 from analysis.pages.names import ENGINE_NAMES
-from analysis.paper.discrete.fig2_corridor.push import Push, first_arrivals
-from analysis.scene.scene import Scene
-from nscd import Contacts, Percussions
-from nscd.arrays import Flags, Floats
+from analysis.paper.discrete.fig2_corridor.push import Push
+from analysis.paper.discrete.fig2_corridor.study import Corridor, soft_flux
+from nscd.arrays import Floats
+
+KINDS: Sequence[tuple[str, str, Any]] = (
+    ("non-local", BLUE, "-"),
+    ("local (a pushing disk takes part)", BLACK, (0, (2, 1))),
+)
+DIFFERENCE = "rms(∫f dt − p) / rms(∫f dt) (–)"
 
 
-def network(scene: Scene, contacts: Contacts, answer: Percussions, local: Flags) -> Figure:
-    """Above: who pushes; middle: percussions, width ∝ |p|, local dashed; below: right
-    velocities."""
+def network(corridor: Corridor) -> Figure:
+    """Draw who pushes above; percussions, width ∝ |p|, local dashed; right velocities below."""
     figure = Figure(figsize=(8.5, 8.6), layout="constrained")
     before, middle, after = figure.subplots(3, 1, sharex=True)
-    snapshot = scene.snapshot
-    pushing = np.hypot(*snapshot.velocity.T) > 0
+    snapshot, answer, size = corridor.scene.snapshot, corridor.found.answer, corridor.size
     for axes in (before, middle, after):
-        for chosen, colour, hatch in ((~pushing, "#EEF3F7", ""), (pushing, "#F6D9A8", "////")):
-            disks = circles(snapshot, chosen)
-            axes.add_collection(
-                PatchCollection(
-                    disks, facecolor=colour, edgecolor="#777777", linewidth=0.5, hatch=hatch
-                )
-            )
-        axes.add_collection(
-            LineCollection(
-                [(w.start_m, w.end_m) for w in scene.walls], colors=BLACK, linewidths=2.5
-            )
-        )
-        axes.set(
-            xlim=(-0.6, snapshot.position[:, 0].max() + 0.6),
-            ylim=(-1.25, 1.25),
-            aspect="equal",
-            ylabel="y (m)",
-        )
+        _draw_corridor(axes, corridor)
     after.set_xlabel("x (m)")
     before.set_title("left velocities", fontsize=10)
     _arrows(before, snapshot.position, snapshot.velocity, 0.2)
-    lines = contact_lines(snapshot, contacts)
-    size = np.hypot(*answer.impulse.T)
-    carries = size > 1e-6 * size.max()
-    for chosen, colour, style, words in (
-        (carries & ~local, BLUE, "solid", "non-local"),
-        (carries & local, BLACK, (0, (2, 1)), "local (a pushing disk takes part)"),
-    ):
+    lines = contact_lines(snapshot, corridor.found.contacts)
+    for chosen, (_, colour, style) in zip((~corridor.local, corridor.local), KINDS, strict=True):
+        shown = corridor.carries & chosen
         middle.add_collection(
             LineCollection(
-                list(lines[chosen]),
-                linewidths=list(7 * size[chosen] / size.max()),
+                list(lines[shown]),
+                linewidths=list(7 * size[shown] / size.max()),
                 colors=colour,
                 linestyles=[style],
-                label=words,
                 capstyle="butt",
             )
         )
-    handles = [
-        middle.plot([], [], color=c, ls=s, lw=3, label=w)[0]
-        for c, s, w in (
-            (BLUE, "-", "non-local"),
-            (BLACK, (0, (2, 1)), "local (a pushing disk takes part)"),
-        )
-    ]
+    handles = [middle.plot([], [], color=c, ls=s, lw=3, label=words)[0] for words, c, s in KINDS]
     middle.set_title(f"percussions; the widest is {size.max():.0f} N·s", fontsize=10)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
     after.set_title("right velocities (arrows four times as long as above)", fontsize=10)
     _arrows(after, snapshot.position, answer.right_velocity, 0.8)
     return figure
+
+
+def _draw_corridor(axes: Axes, corridor: Corridor) -> None:
+    snapshot = corridor.scene.snapshot
+    for chosen, colour, hatch in (
+        (corridor.resting, "#EEF3F7", ""),
+        (~corridor.resting, "#F6D9A8", "////"),
+    ):
+        style: dict[str, Any] = {"facecolor": colour, "edgecolor": DARK_GREY, "linewidth": 0.5}
+        axes.add_collection(PatchCollection(circles(snapshot, chosen), hatch=hatch, **style))
+    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in corridor.scene.walls])
+    end = snapshot.position[:, 0].max() + 0.6
+    axes.set(xlim=(-0.6, end), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
 
 
 def _arrows(axes: Axes, position: Floats, velocity: Floats, metres_per_speed: float) -> None:
@@ -99,77 +90,43 @@ def _arrows(axes: Axes, position: Floats, velocity: Floats, metres_per_speed: fl
     )
 
 
-def decay(
-    distance: Floats,
-    flux: Floats,
-    columns: Floats,
-    largest: Floats,
-    soft: Sequence[tuple[str, Floats]],
-) -> Figure:
-    """Left: momentum along x passed through each gap between columns (m,) N·s: percussions, the
-    closed form of columns that move as one, soft contacts. Right: the largest percussion in it."""
+def decay(corridor: Corridor) -> Figure:
+    """Draw the momentum along x that goes through each gap between columns (percussions, the closed
+    form of columns that move as one, soft contacts), and the largest percussion in it."""
     figure = Figure(figsize=(9.5, 4.0), layout="constrained")
     left, right = figure.subplots(1, 2)
-    left.plot(distance, flux, MARKERS[0], color=BLACK, label="percussions")
-    left.plot(distance, columns, "-", color=BLACK, lw=1, label="(5), (6) for whole columns")
-    for number, (label, values) in enumerate(soft):
-        left.plot(
-            distance,
-            values,
-            MARKERS[number + 1],
-            ls=LINES[number + 1],
-            color=COLOURS[number],
-            mfc="none",
-            ms=5,
-            label=label,
-        )
-    left.set(xlabel="distance from the pushing column (m)", ylabel="impulse along x (N·s)")
-    left.set_ylim(
-        0, 1.3 * max(float(values.max()) for values in (flux, columns, *(v for _, v in soft)))
-    )
+    gaps = corridor.gaps
+    left.plot(gaps.distance, gaps.flux, MARKERS[0], color=BLACK, label="percussions")
+    words = "(5), (6) for whole columns"
+    left.plot(gaps.distance, gaps.columns, "-", color=BLACK, lw=1, label=words)
+    top = max(gaps.flux.max(), gaps.columns.max())
+    for number, push in enumerate(corridor.damped[1::2]):
+        values = soft_flux(push)
+        top = max(top, values.max())
+        style = {"ls": LINES[number + 1], "color": COLOURS[number], "mfc": "none", "ms": 5}
+        label = f"LAMMPS, ζ = {push.damping:.2g}"
+        left.plot(gaps.distance, values, MARKERS[number + 1], label=label, **style)
+    left.set(ylabel="impulse along x (N·s)", ylim=(0, 1.3 * top))
     left.legend(fontsize=8)
-    right.plot(distance, largest, MARKERS[0], ls="-", color=BLUE)
-    right.set(
-        xlabel="distance from the pushing column (m)", ylabel="largest percussion in the gap (N·s)"
-    )
+    right.plot(gaps.distance, gaps.largest, MARKERS[0], ls="-", color=BLUE)
+    right.set_ylabel("largest percussion in the gap (N·s)")
     right.set_ylim(bottom=0)
     for axes in (left, right):
+        axes.set_xlabel("distance from the pushing column (m)")
         axes.grid(alpha=0.3)
     return figure
 
 
-def wave(pushes: Sequence[Push], closed_form: Floats) -> Figure:
-    """Left: first arrival in each column against the distance. Right: front speed against
+def wave(corridor: Corridor) -> Figure:
+    """Draw the first arrival in each column against the distance, and the front's speed against the
     stiffness, with the long-wave speed of the springs."""
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
-    stiffnesses = sorted({push.stiffness for push in pushes})
-    restitutions = sorted({push.restitution for push in pushes})
-    for push in pushes:
-        if push.engine != pushes[0].engine:
-            continue
-        x, first = first_arrivals(push.comparison.snapshot.position[:, 0], push.arrival)
-        number, kind = stiffnesses.index(push.stiffness), restitutions.index(push.restitution)
-        later = first > 0
-        left.plot(
-            x[later] - x[0],
-            first[later],
-            MARKERS[number],
-            ls=LINES[kind],
-            color=COLOURS[number],
-            mfc="none" if kind else COLOURS[number],
-            ms=4,
-            label=f"k = {push.stiffness:.0e} N/m, e = {push.restitution:g}",
-        )
-    left.set(
-        yscale="log", xlabel="distance from the pushing column (m)", ylabel="first arrival (s)"
-    )
-    handles, labels = left.get_legend_handles_labels()
-    left.legend(handles, labels, fontsize=7, loc="lower right")
-    left.set_title(f"{ENGINE_NAMES[pushes[0].engine]}; percussions arrive at once", fontsize=10)
-    kinds = sorted({(push.engine, push.restitution) for push in pushes})
+    stiffnesses = sorted({push.stiffness for push in corridor.waves})
+    _arrivals(left, [p for p in corridor.waves if p.engine == corridor.waves[0].engine])
+    kinds = sorted({(push.engine, push.restitution) for push in corridor.waves})
     for number, (engine, restitution) in enumerate(kinds):
-        chosen = [p for p in pushes if (p.engine, p.restitution) == (engine, restitution)]
+        chosen = [p for p in corridor.waves if (p.engine, p.restitution) == (engine, restitution)]
         right.plot(
             [p.stiffness for p in chosen],
             [p.speed for p in chosen],
@@ -179,67 +136,85 @@ def wave(pushes: Sequence[Push], closed_form: Floats) -> Figure:
             color=COLOURS[number],
             label=f"{ENGINE_NAMES[engine]}, e = {restitution:g}",
         )
-    right.plot(stiffnesses, closed_form, "-", color=BLACK, lw=1, label="long waves, d √(K/m), ∝ √k")
-    right.set(
-        xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="speed of the front (m/s)"
-    )
+    closed = [corridor.long_wave(stiffness) for stiffness in stiffnesses]
+    right.plot(stiffnesses, closed, "-", color=BLACK, lw=1, label="long waves, d √(K/m), ∝ √k")
+    right.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)")
+    right.set_ylabel("speed of the front (m/s)")
     right.legend(fontsize=8)
     for axes in (left, right):
         axes.grid(alpha=0.3, which="both")
     return figure
 
 
-def impulses(
-    stiffness: Sequence[Push], damping: Sequence[Push], difference: Sequence[Floats]
-) -> Figure:
-    """∫f dt against p contact by contact for runs of falling restitution, and the difference
-    against k and ζ.
+def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
+    stiffnesses = sorted({push.stiffness for push in pushes})
+    restitutions = sorted({push.restitution for push in pushes})
+    for push in pushes:
+        x, first = push.first_arrivals
+        number, kind = stiffnesses.index(push.stiffness), restitutions.index(push.restitution)
+        later = first > 0
+        axes.plot(
+            x[later] - x[0],
+            first[later],
+            MARKERS[number],
+            ls=LINES[kind],
+            color=COLOURS[number],
+            mfc="none" if kind else COLOURS[number],
+            ms=4,
+            label=f"k = {push.stiffness:.0e} N/m, e = {push.restitution:g}",
+        )
+    axes.set(yscale="log", xlabel="distance from the pushing column (m)")
+    axes.set_ylabel("first arrival (s)")
+    axes.legend(fontsize=7, loc="lower right")
+    axes.set_title(f"{ENGINE_NAMES[pushes[0].engine]}; percussions arrive at once", fontsize=10)
 
-    difference: rows of (value, relative difference) for the stiffness runs and for the damping
-    runs."""
+
+def impulses(corridor: Corridor) -> Figure:
+    """Draw ∫f dt against p contact by contact for the least and the most damping, and their
+    difference against k and ζ."""
     figure = Figure(figsize=(11.0, 3.9), layout="constrained")
     cloud, by_stiffness, by_damping = figure.subplots(1, 3)
+    _cloud(cloud, (corridor.damped[0], corridor.damped[-1]))
+    for number, engine in enumerate(sorted({push.engine for push in corridor.inelastic})):
+        mine = [push for push in corridor.inelastic if push.engine == engine]
+        by_stiffness.plot(
+            [push.stiffness for push in mine],
+            [push.difference for push in mine],
+            MARKERS[number],
+            ls=LINES[number],
+            ms=9 - 4 * number,
+            mfc="none",
+            color=COLOURS[number],
+            label=f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}",
+        )
+    top = max(push.difference for push in corridor.inelastic)
+    by_stiffness.set(xscale="log", xlabel="stiffness k (N/m)", ylim=(0, 1.15 * top))
+    damped = corridor.damped
+    label = f"{ENGINE_NAMES[damped[0].engine]}, k = {damped[0].stiffness:.0e} N/m"
+    values = [[push.damping for push in damped], [push.difference for push in damped]]
+    by_damping.plot(*values, MARKERS[0], ls="-", color=BLUE, label=label)
+    by_damping.set(xscale="log", yscale="log", xlabel="damping ratio ζ (–)")
+    for axes in (by_stiffness, by_damping):
+        axes.set_ylabel(DIFFERENCE)
+    for axes in (cloud, by_stiffness, by_damping):
+        axes.grid(alpha=0.3, which="both")
+        axes.legend(fontsize=7)
+    return figure
+
+
+def _cloud(axes: Axes, pushes: Sequence[Push]) -> None:
     top = 0.0
-    for number, push in enumerate((damping[0], damping[-1])):
+    for number, push in enumerate(pushes):
         soft, rigid = push.comparison.match.normal_parts()
         top = max(top, float(rigid.max()), float(soft.max()))
-        cloud.plot(
+        axes.plot(
             rigid,
             soft,
             MARKERS[number],
             ms=4,
             mfc="none" if number == 0 else BLUE,
             mec=ORANGE if number == 0 else BLUE,
-            label=f"e = {push.restitution:g} (ζ = {push.comparison.record.damping_ratio:.2g})",
+            label=f"e = {push.restitution:g} (ζ = {push.damping:.2g})",
         )
-    cloud.plot([0, top], [0, top], "-", color=BLACK, lw=0.8, label="equal")
-    cloud.set(xlabel="percussion p (N·s)", ylabel="∫f dt (N·s)", aspect="equal")
-    engines = sorted({push.engine for push in stiffness})
-    for number, engine in enumerate(engines):
-        at = np.array([push.engine == engine for push in stiffness])
-        by_stiffness.plot(
-            *difference[0][at].T,
-            MARKERS[number],
-            ls=LINES[number],
-            ms=9 - 4 * number,
-            mfc="none",
-            color=COLOURS[number],
-            label=f"{ENGINE_NAMES[engine]}, e = {stiffness[0].restitution:g}",
-        )
-    by_stiffness.set(
-        xscale="log", xlabel="stiffness k (N/m)", ylabel="rms(∫f dt − p) / rms(∫f dt) (–)"
-    )
-    by_stiffness.set_ylim(0, 1.15 * difference[0][:, 1].max())
-    by_damping.plot(
-        *difference[1].T,
-        MARKERS[0],
-        ls="-",
-        color=BLUE,
-        label=f"{ENGINE_NAMES[damping[0].engine]}, k = {damping[0].stiffness:.0e} N/m",
-    )
-    by_damping.set(xscale="log", yscale="log", xlabel="damping ratio ζ (–)")
-    by_damping.set_ylabel("rms(∫f dt − p) / rms(∫f dt) (–)")
-    for axes in (cloud, by_stiffness, by_damping):
-        axes.grid(alpha=0.3, which="both")
-        axes.legend(fontsize=7)
-    return figure
+    axes.plot([0, top], [0, top], "-", color=BLACK, lw=0.8, label="equal")
+    axes.set(xlabel="percussion p (N·s)", ylabel="∫f dt (N·s)", aspect="equal")

@@ -1,19 +1,20 @@
-"""A push that soft contacts pass on: when it reaches each disk, how fast, and which impulse each
-contact carries."""
+"""A push that soft contacts pass on: when it reaches each disk, how fast, with which impulses."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from analysis.compare.comparison import Comparison, compare_run
+from analysis.compare.statistics import statistics
 from analysis.dumps.reader import open_bodies
 from analysis.engines.run import EngineRun
+from analysis.paper.discrete.fig2_corridor.columns import first_arrivals
 from analysis.paper.discrete.line_of_disks import impact_time
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
-from nscd import Contacts
 from nscd.arrays import Floats
 
 # A disk is reached once it is this share of the push as fast.
@@ -22,10 +23,13 @@ REACHED = 0.01
 FRONT_FROM = 5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Push:
-    """One engine's run of a push: arrival (n,) s at each disk (0 for those that push, NaN where it
-    never arrives) and the impulses against the percussions."""
+    """One engine's run of a push.
+
+    comparison: its impulses against the percussions
+    arrival: (n,) s at each disk; 0 for those that push, NaN where it never arrives
+    """
 
     comparison: Comparison
     arrival: Floats
@@ -46,10 +50,30 @@ class Push:
         return self.comparison.scene.contact.restitution
 
     @property
+    def damping(self) -> float:
+        """Damping ratio ζ of its contacts."""
+        return self.comparison.record.damping_ratio
+
+    @cached_property
+    def numbers(self) -> dict[str, float | int]:
+        """Its impulses against the percussions, in numbers."""
+        return statistics(self.comparison)
+
+    @property
+    def difference(self) -> float:
+        """rms(∫f dt − p) / rms(∫f dt)."""
+        return float(self.numbers["contact_relative_difference"])
+
+    @property
+    def first_arrivals(self) -> tuple[Floats, Floats]:
+        """Each column's x (m) and the earliest arrival in it (s)."""
+        return first_arrivals(self.comparison.snapshot.position[:, 0], self.arrival)
+
+    @property
     def speed(self) -> float:
         """Speed of the front (m/s): slope of distance against the first arrival in each column; NaN
         for fewer than 3."""
-        x, first = first_arrivals(self.comparison.snapshot.position[:, 0], self.arrival)
+        x, first = self.first_arrivals
         known = np.isfinite(first)
         known[:FRONT_FROM] = False
         if known.sum() < 3:
@@ -60,7 +84,7 @@ class Push:
 def push_scene(
     scene: Scene, stiffness: float, restitution: float, periods: float, frames: int
 ) -> Scene:
-    """The scene with another stiffness (N/m) and restitution, run for `periods` times √(m/k)."""
+    """Make the scene with another stiffness (N/m) and restitution, run for `periods` times √(m/k)."""
     variant = scene.model_copy(update={"name": f"{scene.name}_e{restitution:g}"})
     variant = variant.with_contact(stiffness_N_per_m=stiffness, restitution=restitution)
     return variant.with_run(
@@ -69,8 +93,8 @@ def push_scene(
 
 
 def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
-    """What an engine's run of the push shows. Raises EngineError for an engine that is missing or
-    fails."""
+    """Read what an engine's run of the push shows. Raises EngineError for an engine that is missing
+    or fails."""
     scene, record = run.scene, run.record(progress)
     trajectory = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory
     times, speeds = [], []
@@ -83,7 +107,7 @@ def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
 
 
 def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
-    """When each column of values (frames, n) first reaches the level (s), linear between frames;
+    """Find when each column of values (frames, n) first reaches the level (s), linear between frames;
     NaN where never."""
     above = values >= level
     crossing = np.full(values.shape[1], np.nan)
@@ -96,42 +120,6 @@ def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
         share = (level - before) / (after - before)
         crossing[column] = times[frame - 1] + share * (times[frame] - times[frame - 1])
     return crossing
-
-
-def columns(x: Floats) -> Floats:
-    """The distinct x (m) of disks that stand in columns, rising; closer than 1 µm is the same."""
-    distinct: Floats = np.unique(np.round(x, 6))
-    return distinct
-
-
-def first_arrivals(x: Floats, arrival: Floats) -> tuple[Floats, Floats]:
-    """Each column's x (m) and the earliest arrival in it (s), NaN where it was not reached."""
-    places = columns(x)
-    first = np.full(len(places), np.nan)
-    for number, place in enumerate(places):
-        reached = arrival[np.abs(x - place) < 1e-6]
-        if np.isfinite(reached).any():
-            first[number] = np.nanmin(reached)
-    return places, first
-
-
-def long_wave_speed(scene: Scene, contacts: Contacts) -> float:
-    """c = d √(K/m̄) (m/s) of long waves along columns: d their spacing, K = k Σ nₓ² over the
-    contacts between two neighbours, m̄ the mean mass of a column (inner columns; a chain of rigid
-    columns on springs)."""
-    x = scene.snapshot.position[:, 0]
-    places = columns(x)
-    middle = 0.5 * (places[1:] + places[:-1])
-    pairs = contacts.select(~contacts.is_wall)
-    a, b = x[pairs.first], x[pairs.second]
-    square = pairs.normal[:, 0] ** 2
-    stiffness = scene.contact.stiffness_N_per_m * np.mean(
-        [square[(np.minimum(a, b) < m) & (np.maximum(a, b) > m)].sum() for m in middle]
-    )
-    masses = np.array([scene.snapshot.mass[np.abs(x - place) < 1e-6].sum() for place in places])
-    # two neighbours share each kind of column, so that the mean is taken over whole pairs
-    mass = masses[: 2 * (len(masses) // 2)].mean()
-    return float(np.diff(places).mean() * np.sqrt(stiffness / mass))
 
 
 def exponent(x: Floats, y: Floats) -> float:
