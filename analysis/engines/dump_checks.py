@@ -54,7 +54,7 @@ def check_contacts(path: Path, kinetic: Floats, record: RunRecord, scene: Scene)
 
     Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V with the kinetic energy K of each
     frame (frames,) J and V = Σ ½ k δ² (hertz ⅖ K √R δ^2.5). Without drive E never grows; with drive
-    K stays below max(E at the start, ½ M U²) and the largest V so far (docs/guard.md)."""
+    K stays below max(E at the start, ½ M U²) and the largest V so far (docs/results/guard.md)."""
     snapshot, drive = scene.snapshot, scene.drive
     start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
     desired = 0.5 * float(snapshot.mass.sum()) * drive.speed_m_per_s**2 if drive else 0.0

@@ -2,7 +2,7 @@
 a stopped run ends.
 
 The looking itself is done by the engines' own means (lammps_inputs/guard.in,
-yade_scripts/crowd_guard.py), so that a plain run has it too. docs/guard.md derives the bounds."""
+yade_scripts/crowd_guard.py), so that a plain run has it too. docs/results/guard.md derives the bounds."""
 
 from __future__ import annotations
 

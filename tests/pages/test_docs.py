@@ -1,0 +1,97 @@
+"""The docs: every link and every file that they name is there, lines are no longer than 100."""
+
+import re
+import subprocess
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from markdown_it import MarkdownIt
+
+ROOT = Path(__file__).resolve().parents[2]
+LISTED = subprocess.run(
+    ["git", "ls-files", "-co", "--exclude-standard"],
+    cwd=ROOT, capture_output=True, text=True, check=False,
+).stdout.split()  # fmt: skip
+FILES = [ROOT / name for name in LISTED if (ROOT / name).is_file()] or [
+    path for path in ROOT.glob("**/*") if ".venv" not in path.parts and path.is_file()
+]
+PAGES = [path for path in FILES if path.suffix == ".md" and path.name != "words.md"]
+TEXTS = [path for path in FILES if path.suffix in (".md", ".py", ".toml", ".html", ".in")]
+# what a run writes, and what a text names as an example
+MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/")
+
+
+def anchors(page):
+    """The anchors of a page's headings, as GitHub makes them."""
+    tokens = MarkdownIt("commonmark").parse(page.read_text(encoding="utf-8"))
+    titles = [
+        tokens[at + 1].content for at, token in enumerate(tokens) if token.type == "heading_open"
+    ]
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def links(page):
+    """The targets of a page's links and pictures."""
+    found = []
+    for token in MarkdownIt("commonmark").enable("table").parse(page.read_text(encoding="utf-8")):
+        for child in token.children or ():
+            found += [child.attrs[name] for name in ("href", "src") if name in child.attrs]
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    for link in links(page):
+        target, _, anchor = unquote(link).partition("#")
+        if re.match(r"https?:|mailto:", target):
+            continue
+        place = (page.parent / target).resolve() if target else page
+        assert place.exists(), f"{link} of {page.name}"
+        if anchor and place.suffix == ".md":
+            assert anchor in anchors(place), f"{link} of {page.name}"
+
+
+def test_docs_named_in_texts_exist():
+    missing = []
+    for path in TEXTS:
+        if path == Path(__file__).resolve():
+            continue
+        for name in re.findall(r"(?<![\w/])docs/[\w/]+\.md", path.read_text(encoding="utf-8")):
+            if not (ROOT / name).exists():
+                missing.append(f"{path.relative_to(ROOT)}: {name}")
+    assert missing == []
+
+
+def test_every_doc_is_reached_from_the_index():
+    seen, todo = set(), [ROOT / "docs/index.md"]
+    while todo:
+        page = todo.pop()
+        if page in seen:
+            continue
+        seen.add(page)
+        for link in links(page):
+            place = (page.parent / link.partition("#")[0]).resolve()
+            if place.suffix == ".md" and place.exists():
+                todo.append(place)
+    docs = {page for page in PAGES if (ROOT / "docs") in page.parents}
+    assert docs - seen == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_lines_are_no_longer_than_100(page):
+    code = False
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        code ^= line.startswith("```")
+        # tables, output of programs, and what cannot be broken
+        if code or line.startswith("|") or " " not in line.strip() or "](" in line:
+            continue
+        assert len(line) <= 100, f"{page.name}, line {number}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_files_that_a_page_names_exist(page):
+    """A path in back-quotes with a folder in it is a file of the project, from its root or here."""
+    for name in re.findall(r"`([\w.]+/[\w./]+\.(?:py|md|toml|data|in|json|txt))`", page.read_text()):
+        if not MADE.match(name):
+            assert (ROOT / name).exists() or (page.parent / name).exists(), f"{page.name}: {name}"
