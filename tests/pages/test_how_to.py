@@ -1,0 +1,87 @@
+"""What the how-to pages say is done, word for word."""
+
+import csv
+import dataclasses
+import importlib.util
+import subprocess
+import sys
+
+import pytest
+from documented import blocks, write_files
+
+from analysis import engines
+from analysis.compare.comparison import compare_run
+from analysis.dumps.reader import read_contacts
+from analysis.engines.run import simulate
+from analysis.paper import build
+from analysis.paper import page as paper
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
+
+needs_lammps = pytest.mark.skipif(
+    engines.engine("lammps").find() is None, reason="LAMMPS is not installed"
+)
+
+
+@needs_lammps
+def test_a_scene_by_hand(tmp_path):
+    write_files("docs/how_to/scene.md", tmp_path)
+    (commands,) = (b.text for b in blocks("docs/how_to/scene.md") if b.language == "bash")
+    for line in commands.splitlines():
+        words = line.split()
+        assert words[0] == "percussions"
+        call = [sys.executable, "-c", "from analysis.cli import main; main()", *words[1:]]
+        made = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert made.returncode == 0, made.stderr
+    compared = compare_run(tmp_path / "out/corner/lammps_hooke_k1e+06")
+    # what the scene's comment predicts
+    for sums in compared.disk_sums():
+        assert sums == pytest.approx([450 + 300, 300 + 150, 150], rel=1e-9)
+
+
+def test_an_engine_of_your_own(tmp_path, monkeypatch):
+    write_files("docs/how_to/engine.md", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    spec = importlib.util.spec_from_file_location("adapter", tmp_path / "adapter.py")
+    springs = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(springs)
+    monkeypatch.setattr(engines, "ENGINES", (*engines.ENGINES, springs))
+    scene = make("pair").with_run(duration_s=0.05, frames=500, time_step_s=2e-6)
+    record = simulate(scene, "springs", tmp_path / "pair")
+    assert (record.exit_state, record.engine) == ("finished", "springs")
+    compared = compare_run(tmp_path / "pair")
+    penalty, rigid = compared.disk_sums()
+    # m_eff (1 + e) U; the percussion is that of e = 0 or, by the scene's law, of e
+    assert penalty == pytest.approx([75 * 1.01] * 2, rel=2e-3)
+    assert 75 - 1e-6 <= rigid[0] == rigid[1] <= 75 * 1.01 + 1e-6
+    frames = list(read_contacts(tmp_path / "pair/contacts.dump"))
+    assert max(len(frame) for frame in frames) == 1
+    with pytest.raises(engines.EngineError, match="knows no walls"):
+        simulate(read_scene("arch"), "springs", tmp_path / "arch")
+
+
+def test_a_figure_of_your_own(tmp_path, monkeypatch):
+    folder = tmp_path / "fig0_pair"
+    folder.mkdir()
+    write_files("docs/how_to/figure.md", folder)
+    (folder / "__init__.py").touch()
+    monkeypatch.syspath_prepend(str(tmp_path))
+    importlib.invalidate_caches()
+    fig0 = importlib.import_module("fig0_pair.section")
+    part = build.Part(number="0", seconds=1, build=lambda runs, progress: fig0.build(progress))
+    monkeypatch.setattr(build, "DISCRETE", (*build.DISCRETE, part))
+    page = dataclasses.replace(paper.PAGES["discrete"], parts=build.DISCRETE)
+    monkeypatch.setitem(paper.PAGES, "discrete", page)
+    pages, warnings = paper.write_pages(
+        ["discrete"], tmp_path / "paper", tmp_path / "runs", "percussions paper", ["0"]
+    )
+    assert warnings == []
+    text = pages[0].read_text(encoding="utf-8")
+    assert "Two people of 75 kg touch. One wants to walk at 2 m/s" in text
+    assert "the percussion is 75" in text
+    rows = (tmp_path / "paper/claims.csv").read_text(encoding="utf-8").splitlines()
+    (claim,) = csv.DictReader(rows)
+    assert (claim["figure"], claim["verdict"]) == ("0", "holds")
+    assert claim["reason"] == "p/(mU) = 0.500"
+    for suffix in ("png", "pdf"):
+        assert (tmp_path / f"paper/figures/fig_pair.{suffix}").stat().st_size > 1000
