@@ -95,7 +95,9 @@ def test_lines_are_no_longer_than_100(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_files_that_a_page_names_exist(page):
     """A path in back-quotes with a folder in it is a file of the project, from its root or here."""
-    for name in re.findall(r"`([\w.]+/[\w./]+\.(?:py|md|toml|data|in|json|txt))`", page.read_text()):
+    for name in re.findall(
+        r"`([\w.]+/[\w./]+\.(?:py|md|toml|data|in|json|txt))`", page.read_text()
+    ):
         if not MADE.search(name):
             assert (ROOT / name).exists() or (page.parent / name).exists(), f"{page.name}: {name}"
 

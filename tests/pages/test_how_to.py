@@ -7,10 +7,11 @@ import subprocess
 import sys
 
 import pytest
-from documented import blocks, write_files
+from documented import blocks, columns, write_files
 
 from analysis import engines
 from analysis.compare.comparison import compare_run
+from analysis.compare.contacts_csv import write_contacts
 from analysis.dumps.reader import read_contacts
 from analysis.engines.run import simulate
 from analysis.paper import build
@@ -34,6 +35,8 @@ def test_a_scene_by_hand(tmp_path):
         made = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert made.returncode == 0, made.stderr
     compared = compare_run(tmp_path / "out/corner/lammps_hooke_k1e+06")
+    table = (tmp_path / "out/corner/lammps_hooke_k1e+06/comparison.csv").read_text()
+    assert set(table.splitlines()[0].split(",")) <= columns()
     # what the scene's comment predicts
     for sums in compared.disk_sums():
         assert sums == pytest.approx([450 + 300, 300 + 150, 150], rel=1e-9)
@@ -54,6 +57,8 @@ def test_an_engine_of_your_own(tmp_path, monkeypatch):
     # m_eff (1 + e) U; the percussion is that of e = 0 or, by the scene's law, of e
     assert penalty == pytest.approx([75 * 1.01] * 2, rel=2e-3)
     assert 75 - 1e-6 <= rigid[0] == rigid[1] <= 75 * 1.01 + 1e-6
+    write_contacts(tmp_path / "pair.csv", compared)
+    assert set((tmp_path / "pair.csv").read_text().splitlines()[0].split(",")) <= columns()
     frames = list(read_contacts(tmp_path / "pair/contacts.dump"))
     assert max(len(frame) for frame in frames) == 1
     with pytest.raises(engines.EngineError, match="knows no walls"):
