@@ -12,8 +12,7 @@ from analysis.advice.likeness import Likeness, likeness_of
 from analysis.advice.price import lasts, price_of, safe_step
 from analysis.advice.safety import factor
 from analysis.scene.scene import Scene
-from analysis.work_precision.pareto import WORTH
-from analysis.work_precision.point import Point
+from analysis.work_precision.point import WORTH, Point
 from analysis.work_precision.soft_runs import STIFFER
 from analysis.work_precision.window import DRIVEN_SHARE
 from nscd import find_contacts

@@ -12,7 +12,13 @@ from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 from analysis.work_precision.measure import measure
 from analysis.work_precision.point import Point
-from analysis.work_precision.soft_runs import LAWS, MOST_PARTICLE_STEPS, STIFFER, Setting, scene_of
+from analysis.work_precision.soft_runs import (
+    LAWS,
+    MOST_PARTICLE_STEPS,
+    STIFFER,
+    SoftSetting,
+    scene_of,
+)
 from analysis.work_precision.window import Window
 from analysis.work_precision.window_start import prepare_window
 
@@ -22,14 +28,14 @@ from analysis.work_precision.window_start import prepare_window
 SHARES = {"lammps": (0.25, 1.0, 4.0, 8.0), "yade": (1.0, 4.0)}
 
 
-def grid(window: Window, engines: Sequence[str]) -> Iterator[Setting]:
+def grid(window: Window, engines: Sequence[str]) -> Iterator[SoftSetting]:
     """The settings that advice chooses among, short of those that would take too long."""
     for engine in engines:
         for law in LAWS[engine]:
             for stiffer in STIFFER:
                 stiffness = stiffer * window.scene.contact.stiffness_N_per_m
                 for share in SHARES[engine]:
-                    setting = Setting(
+                    setting = SoftSetting(
                         engine=engine, law=law, stiffness_N_per_m=stiffness, share=share
                     )
                     steps = penalty_of(scene_of(window, setting)).steps

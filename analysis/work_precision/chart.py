@@ -9,7 +9,7 @@ from analysis.engines import ENGINES
 from analysis.scene.scene import Scene
 from analysis.support.parallel import workers
 from analysis.support.progress import Progress
-from analysis.work_precision.continuum_ladder import SIDES
+from analysis.work_precision.continuum.ladder import SIDES
 from analysis.work_precision.measure import Measured, measure
 from analysis.work_precision.point import Point
 from analysis.work_precision.scaling import scaling

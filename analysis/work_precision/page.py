@@ -3,67 +3,41 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from analysis.pages.html import render, write_picture
-from analysis.pages.names import ENGINE_NAMES
-from analysis.pages.numbers import number, percent
+from analysis.pages.names import engine_name
+from analysis.pages.numbers import number, percent, significant
 from analysis.pages.section import Picture
 from analysis.support.files import write_text
 from analysis.work_precision.chart import Chart
-from analysis.work_precision.charts import look_of, scaling_picture, work_precision_picture
-from analysis.work_precision.continuum_ladder import SIDES
-from analysis.work_precision.pareto import pareto_front
-from analysis.work_precision.point import Point, PointStatus, write_points
+from analysis.work_precision.charts import scaling_picture, work_precision_picture
+from analysis.work_precision.continuum.ladder import SIDES
+from analysis.work_precision.looks import look_of
+from analysis.work_precision.point import Point, PointStatus, pareto_front, write_points
 from analysis.work_precision.scaling import ACCURACY
 from analysis.work_precision.window import Quantity
+
+COLUMNS = ("method", "setting", "cpu", "numerical", "model", "sum", "total")
 
 
 def write_chart(chart: Chart, folder: Path, command: str) -> Path:
     """Write `index.html`, `points`, `pareto` and `scaling` as CSV and JSON, and the pictures as PNG
-    and PDF."""
-    measured = chart.measured
-    fronts = {q: pareto_front(_of(measured.points, q)) for q in measured.quantities}
-    write_points(folder, measured.points)
-    write_points(folder, [point for front in fronts.values() for point in front], "pareto")
+    and PDF; return the path of the page."""
+    measured, window, scene = chart.measured, chart.measured.window, chart.scene
+    points, quantities = measured.points, measured.quantities
+    write_points(folder, points)
+    fronts = [pareto_front(_of(points, quantity)) for quantity in quantities]
+    write_points(folder, [point for front in fronts for point in front], "pareto")
     write_points(folder, chart.scaling, "scaling")
-    sections = []
-    for quantity, front in fronts.items():
-        figure = work_precision_picture(measured.points, quantity, chart.scene.name)
-        image = write_picture(Picture(name=quantity.name, caption="", figure=figure), folder)
-        sections.append(
-            {
-                "name": quantity.name,
-                "words": quantity.words,
-                "unit": quantity.unit,
-                "image": image,
-                "front": [_row(point) for point in front],
-                "soft_front": [
-                    _row(p) for p in pareto_front(_soft(_of(measured.points, quantity)))
-                ],
-                "rigid_bar": _rigid_bar(measured.points, quantity),
-                "continuum_bar": _largest(
-                    p.numerical_bar
-                    for p in _of(measured.points, quantity)
-                    if p.mesh_side_m is not None
-                ),
-                "soft_bar": _largest(
-                    p.numerical_bar
-                    for p in _of(measured.points, quantity)
-                    if p.stiffness_N_per_m is not None
-                ),
-            }
-        )
     scaled = ""
     if chart.scaling:
         figure = scaling_picture(chart.scaling, ACCURACY)
         scaled = write_picture(Picture(name="scaling", caption="", figure=figure), folder)
-    first = _of(measured.points, measured.quantities[0])
-    window, scene = measured.window, chart.scene
     stiffness = scene.contact.stiffness_N_per_m
     page = render(
         "chart.html",
@@ -76,16 +50,16 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
         duration=number(window.duration(stiffness)),
         stiffness=number(stiffness),
         origin=measured.rigid.origin,
-        sections=sections,
+        sections=[_section(chart, quantity, folder) for quantity in quantities],
         no_continuum=measured.no_continuum,
         mesh_sides=", ".join(f"{side:g}" for side in SIDES),
-        unfinished=_unfinished(measured.points, measured.quantities),
-        starts=_starts(first),
+        unfinished=_unfinished(points, quantities),
+        starts=_starts(_of(points, quantities[0])),
         scaling=[_row(p) for p in chart.scaling],
         scaling_image=scaled,
         accuracy=percent(ACCURACY),
-        places=sorted({f"{p.machine}, {p.date}" for p in (*measured.points, *chart.scaling)}),
-        count=len(measured.points),
+        places=sorted({f"{p.machine}, {p.date}" for p in (*points, *chart.scaling)}),
+        count=len(points),
         warnings=chart.warnings,
     )
     write_text(folder / "index.html", page)
@@ -93,17 +67,28 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
 
 
 def front_table(chart: Chart, quantity: Quantity) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Head and rows of the Pareto fronts of one quantity in words: of all methods, then of soft
-    contacts alone."""
-    head = ("method", "setting", "CPU s", "numerical", "model", "sum", "total")
+    """Give head and rows of the Pareto fronts of one quantity in words: of all methods, then of
+    soft contacts alone."""
     points = _of(chart.measured.points, quantity)
     rows = [_row(p) for p in (*pareto_front(points), *pareto_front(_soft(points)))]
-    return head, [
-        tuple(
-            str(row[k]) for k in ("method", "setting", "cpu", "numerical", "model", "sum", "total")
-        )
-        for row in rows
-    ]
+    head = tuple("CPU s" if name == "cpu" else name for name in COLUMNS)
+    return head, [tuple(str(row[name]) for name in COLUMNS) for row in rows]
+
+
+def _section(chart: Chart, quantity: Quantity, folder: Path) -> dict[str, Any]:
+    points = _of(chart.measured.points, quantity)
+    figure = work_precision_picture(points, quantity, chart.scene.name)
+    return {
+        "name": quantity.name,
+        "words": quantity.words,
+        "unit": quantity.unit,
+        "image": write_picture(Picture(name=quantity.name, caption="", figure=figure), folder),
+        "front": [_row(p) for p in pareto_front(points)],
+        "soft_front": [_row(p) for p in pareto_front(_soft(points))],
+        "rigid_bar": _largest(p for p in points if p.method == "rigid"),
+        "continuum_bar": _largest(p for p in points if p.mesh_side_m is not None),
+        "soft_bar": _largest(_soft(points)),
+    }
 
 
 def _of(points: Iterable[Point], quantity: Quantity) -> list[Point]:
@@ -115,19 +100,14 @@ def _soft(points: Iterable[Point]) -> list[Point]:
 
 
 def _row(point: Point) -> dict[str, Any]:
-    if (
-        point.stiffness_N_per_m is not None
-        and point.time_step_s is not None
-        and point.time_step_share is not None
-    ):
-        setting = (
-            f"k = {number(point.stiffness_N_per_m)} N/m, Δt = {number(point.time_step_s)} s "
-            f"= {point.time_step_share:.3g} × safe"
-        )
+    setting = "–"
+    if point.stiffness_N_per_m is not None:
+        step = f"Δt = {number(point.time_step_s)} s = {significant(point.time_step_share)} × safe"
+        setting = f"k = {number(point.stiffness_N_per_m)} N/m, {step}"
     elif point.mesh_side_m is not None:
         setting = f"triangles of {number(point.mesh_side_m)} m"
-    else:
-        setting = f"tolerance {number(point.tolerance)}" if point.tolerance is not None else "–"
+    elif point.tolerance is not None:
+        setting = f"tolerance {number(point.tolerance)}"
     return {
         "method": look_of(point).label,
         "disks": point.disks,
@@ -142,10 +122,9 @@ def _row(point: Point) -> dict[str, Any]:
     }
 
 
-def _unfinished(points: Iterable[Point], quantities: Iterable[Quantity]) -> list[dict[str, Any]]:
+def _unfinished(points: Sequence[Point], quantities: Iterable[Quantity]) -> list[dict[str, Any]]:
     """What is no answer, or a wrong one, each method and setting once: in the first quantity in
     which it is."""
-    points = list(points)
     rows: dict[tuple[str, str], dict[str, Any]] = {}
     for quantity in quantities:
         for point in _of(points, quantity):
@@ -155,19 +134,16 @@ def _unfinished(points: Iterable[Point], quantities: Iterable[Quantity]) -> list
     return list(rows.values())
 
 
-def _rigid_bar(points: Iterable[Point], quantity: Quantity) -> str:
-    return _largest(p.numerical_bar for p in _of(points, quantity) if p.method == "rigid")
-
-
-def _largest(values: Iterable[float | None]) -> str:
-    known = [value for value in values if value is not None]
-    return number(max(known)) if known else "–"
+def _largest(points: Iterable[Point]) -> str:
+    """The largest error bar of the reference of points."""
+    known = [point.numerical_bar for point in points if point.numerical_bar is not None]
+    return number(max(known, default=None))
 
 
 def _starts(points: Iterable[Point]) -> list[tuple[str, str]]:
     """The cheapest run of each engine: about what it takes to start it."""
     costs: dict[str, float] = {}
-    for point in points:
-        if point.stiffness_N_per_m is not None and point.cpu_seconds is not None:
+    for point in _soft(points):
+        if point.cpu_seconds is not None:
             costs[point.method] = min(costs.get(point.method, np.inf), point.cpu_seconds)
-    return [(ENGINE_NAMES.get(name, name), number(cost)) for name, cost in costs.items()]
+    return [(engine_name(name), number(cost)) for name, cost in costs.items()]

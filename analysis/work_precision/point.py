@@ -17,6 +17,10 @@ from analysis.support.files import whole_file, write_text
 FORMAT = 2
 
 
+# A dearer point of a front has to be better by this share: less is lost in the noise of CPU time.
+WORTH = 0.05
+
+
 class PointStatus(StrEnum):
     """ok: the run ended and its answer is one; inaccurate: it ended, but missed its tolerance, or
     is wrong by more than 100 %; failed: there is no answer (stopped, died, not finite). The reason
@@ -29,24 +33,27 @@ class PointStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
-    """One method with one setting on one scene, for one quantity.
+    """One method with one setting on one scene, for one quantity; None or "" for what a method does
+    not have.
 
-    scene, disks: where it was measured. method: `lammps`, `yade`, `rigid`, `continuum`, or a
-    rival's name. law: contact law of a soft method (hooke, hertz), model of the continuum
-    (deformable, first_order), else "". time_step_s, time_step_share (of the safe one),
-    stiffness_N_per_m: of a soft method, else None. solver, tolerance: of the rigid model, else ""
-    and None. mesh_side_m: of the continuum's triangles, else None. cpu_seconds: of the engine's
-    process, its start included, or of the solution from snapshot and contacts on (None where a
-    failure left it unknown).
-
-    quantity: what is compared (see `quantities`), unit: in what. Errors are rms over all its
-    components, relative to the rms of the rigid reference: numerical_error: from the method's own
-    model, converged; model_error: of that converged model from the rigid reference; total_error: of
-    the point from the rigid reference (at most their sum). numerical_bar and model_bar: how well
-    those references are known, in the same measure. None where there is no such number.
-
-    status, reason: `ok`, `inaccurate` or `failed`, and why. machine, date: where and when it was
-    measured (ISO date)."""
+    scene, disks: where it was measured.
+    method: `lammps`, `yade`, `rigid`, `continuum`, or a rival's name.
+    law: contact law of a soft method (hooke, hertz), model of the continuum (deformable,
+    first_order).
+    solver, tolerance: of the rigid model.
+    time_step_s, stiffness_N_per_m: s, N/m, of a soft method.
+    time_step_share: of the safe time step.
+    mesh_side_m: m, of the continuum's triangles.
+    cpu_seconds: s, of the engine's process, its start included, or of the solution from the
+    snapshot on.
+    quantity, unit: what is compared (see `Window.quantities`), and in what.
+    numerical_error: from the method's own model, converged; like all errors rms over all
+    components, relative to the rms of the rigid reference.
+    model_error: of that converged model from the rigid reference.
+    total_error: of the point from the rigid reference, at most their sum.
+    numerical_bar, model_bar: how well those references are known, in the same measure.
+    status, reason: `ok`, `inaccurate` or `failed`, and why.
+    machine, date: where and when it was measured (ISO date)."""
 
     scene: str
     disks: int
@@ -135,3 +142,23 @@ def read_points(path: Path) -> list[Point]:
         raise ValueError(f"{path}: no such file; make it with: percussions chart SCENE") from None
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(f"{path}: not the points of a chart: {error}") from None
+
+
+def pareto_front(points: Sequence[Point]) -> list[Point]:
+    """Choose, of points of one quantity, those that are `ok` and for which no cheaper one has an
+    error as small (to WORTH), from cheap to accurate: numerical plus model error against CPU
+    seconds, so that no point wins by errors that cancel."""
+    usable = [
+        (point.cpu_seconds, point.error_sum, point)
+        for point in points
+        if point.status == PointStatus.OK
+        and point.cpu_seconds is not None
+        and point.error_sum is not None
+    ]
+    front: list[Point] = []
+    least = float("inf")
+    for _, error, point in sorted(usable, key=lambda entry: entry[:2]):
+        if not front or error < (1 - WORTH) * least:
+            front.append(point)
+            least = error
+    return front

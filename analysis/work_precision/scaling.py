@@ -9,10 +9,10 @@ from pathlib import Path
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
 from analysis.support.progress import Progress
-from analysis.work_precision.continuum_ladder import SIDES
+from analysis.work_precision.continuum.ladder import SIDES
 from analysis.work_precision.measure import measure
 from analysis.work_precision.point import Point, PointStatus
-from analysis.work_precision.soft_runs import LAWS, STIFFER, Setting
+from analysis.work_precision.soft_runs import LAWS, STIFFER, SoftSetting
 from analysis.work_precision.window_start import prepare_window
 
 ACCURACY = 0.01
@@ -47,7 +47,7 @@ def scaling(
         window = prepare_window(made, place)
         stiffness = STIFFER[len(STIFFER) // 2] * made.contact.stiffness_N_per_m
         settings = [
-            Setting(engine=name, law=law, stiffness_N_per_m=stiffness, share=share)
+            SoftSetting(engine=name, law=law, stiffness_N_per_m=stiffness, share=share)
             for name in engines
             for law in LAWS[name]
             for share in SHARES

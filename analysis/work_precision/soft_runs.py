@@ -9,7 +9,6 @@ import resource
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from analysis.scene.scene import Scene
 from analysis.support.cache import keep, kept
 from analysis.support.machine import machine
 from analysis.work_precision.point import PointStatus
+from analysis.work_precision.points_of import Answer, today
 from analysis.work_precision.window import Motion, Window
 
 # Times the scene's stiffness.
@@ -39,7 +39,7 @@ _one_at_a_time = threading.Lock()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class SoftSetting:
     """An engine with a contact law, a stiffness and a time step as a share of the safe one."""
 
     engine: str
@@ -53,7 +53,7 @@ class SoftRun:
     """What a run gave: its motion (None where it failed), time step, CPU seconds of the engine (its
     start included), and whether it ended, where and when."""
 
-    setting: Setting
+    setting: SoftSetting
     time_step_s: float
     motion: Motion | None
     cpu_seconds: float | None
@@ -62,8 +62,27 @@ class SoftRun:
     machine: str
     date: str
 
+    def answer(self, window: Window) -> Answer:
+        """Give the answer on the window."""
+        setting, values = self.setting, None
+        if self.motion is not None:
+            values = window.quantities(self.motion, setting.stiffness_N_per_m)
+        return Answer(
+            method=setting.engine,
+            law=setting.law,
+            time_step_s=self.time_step_s,
+            time_step_share=setting.share,
+            stiffness_N_per_m=setting.stiffness_N_per_m,
+            cpu_seconds=self.cpu_seconds,
+            values=values,
+            status=self.status,
+            reason=self.reason,
+            machine=self.machine,
+            date=self.date,
+        )
 
-def settings_of(window: Window, engines: tuple[str, ...]) -> Iterator[Setting]:
+
+def settings_of(window: Window, engines: tuple[str, ...]) -> Iterator[SoftSetting]:
     """All settings that are tried, short of those that would take too long."""
     n = len(window.scene.snapshot)
     for name in engines:
@@ -71,7 +90,7 @@ def settings_of(window: Window, engines: tuple[str, ...]) -> Iterator[Setting]:
             for stiffer in STIFFER:
                 stiffness = stiffer * window.scene.contact.stiffness_N_per_m
                 for share in SHARES:
-                    setting = Setting(
+                    setting = SoftSetting(
                         engine=name, law=law, stiffness_N_per_m=stiffness, share=share
                     )
                     steps = penalty_of(scene_of(window, setting)).steps
@@ -79,7 +98,7 @@ def settings_of(window: Window, engines: tuple[str, ...]) -> Iterator[Setting]:
                         yield setting
 
 
-def scene_of(window: Window, setting: Setting) -> Scene:
+def scene_of(window: Window, setting: SoftSetting) -> Scene:
     """The scene to run: two frames, and a time step at most `share` of the safe one that divides
     the window."""
     variant = window.variant(setting.law, setting.stiffness_N_per_m)
@@ -88,7 +107,7 @@ def scene_of(window: Window, setting: Setting) -> Scene:
     return variant.with_run(time_step_s=half / steps)
 
 
-def run_folder(folder: Path, setting: Setting) -> Path:
+def run_folder(folder: Path, setting: SoftSetting) -> Path:
     """Where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
     return (
         folder
@@ -96,7 +115,7 @@ def run_folder(folder: Path, setting: Setting) -> Path:
     )
 
 
-def run_soft(scene: Scene, setting: Setting, folder: Path) -> SoftRun:
+def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
     """Run the scene with the setting's engine, or take what is there: the finished run, or how it
     failed.
 
@@ -132,7 +151,7 @@ def _version(name: str) -> str | None:
     return engine(name).version()
 
 
-def _run(scene: Scene, setting: Setting, folder: Path) -> dict[str, Any]:
+def _run(scene: Scene, setting: SoftSetting, folder: Path) -> dict[str, Any]:
     status, reason = PointStatus.OK, ""
     # a time step beyond the safe one is meant here
     logging.getLogger("analysis.engines.run").setLevel(logging.ERROR)
@@ -152,7 +171,7 @@ def _run(scene: Scene, setting: Setting, folder: Path) -> dict[str, Any]:
         "reason": reason,
         "cpu_seconds": seconds,
         "machine": machine(),
-        "date": datetime.now(UTC).date().isoformat(),
+        "date": today(),
     }
 
 

@@ -50,6 +50,9 @@ WALL_FORCE = Quantity(name="wall_force", unit="N", words="mean force on all wall
 DISPLACEMENT = Quantity(name="displacement", unit="m", words="displacement of each disk")
 
 
+Values = dict[Quantity, Floats]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Window:
     """A scene whose snapshot is the start of the window: disks that touch and, where there is a
@@ -118,7 +121,12 @@ class Window:
         velocity = -right_velocity * np.expm1(-time / tau)
         return Motion(displacement=right_velocity * time - tau * velocity, velocity=velocity)
 
-    def quantities(self, motion: Motion, stiffness: float) -> dict[Quantity, Floats]:
+    def rigid_values(self, right_velocity: Floats) -> Values:
+        """Give the quantities of rigid disks with u⁺ (n,2) m/s."""
+        motion = self.rigid_motion(right_velocity)
+        return self.quantities(motion, self.scene.contact.stiffness_N_per_m)
+
+    def quantities(self, motion: Motion, stiffness: float) -> Values:
         """What the motion says of the contacts, as flat arrays in the unit of each quantity.
 
         The impulse that a disk received is m Δu − ∫F_drive dt, with the drive's own time integral

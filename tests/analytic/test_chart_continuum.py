@@ -10,12 +10,12 @@ from wall_line import line_at_a_wall
 
 from analysis.scene.scene import Drive, Wall
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision import continuum_ladder as ladders
-from analysis.work_precision.continuum_ladder import ContinuumLadder, continuum_ladder
-from analysis.work_precision.continuum_solves import ContinuumModel, solve_continuum
-from analysis.work_precision.crowd_region import crowd_room
+from analysis.work_precision.continuum import ladder as ladders
+from analysis.work_precision.continuum.ladder import ContinuumLadder, continuum_ladder
+from analysis.work_precision.continuum.region import crowd_room
+from analysis.work_precision.continuum.solves import ContinuumModel, solve_continuum
 from analysis.work_precision.point import PointStatus
-from analysis.work_precision.points_of import Book
+from analysis.work_precision.points_of import Judge
 from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.window import (
     CONTACT_FORCE,
@@ -158,27 +158,27 @@ def away_from_walls():
 
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory):
-    """A window, its ladder, its book, and where the ladder's references are kept."""
+    """A window, its ladder, its judge, and where the ladder's references are kept."""
     window, path = dead_end(), tmp_path_factory.mktemp("ladder") / "continuum"
     rigid = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
     return (
         window,
         continuum_ladder(window, (4.0, 2.0, 1.0), path),
-        Book(window=window, name="end", rigid=rigid),
+        Judge(window=window, name="end", rigid=rigid),
         path,
     )
 
 
-def forces(book, ladder):
+def forces(judge, ladder):
     """Points of forces: rigid disks that are blocked have no displacement to compare with."""
-    points = list(book.of_continuum(ladder))
+    points = [p for answer in ladder.judged(judge.window) for p in judge.points(*answer)]
     assert {p.quantity for p in points} == {"disk_force", "wall_force", "displacement"}
     return [p for p in points if p.unit == "N"]
 
 
 def test_numerical_error_of_the_continuum_falls_with_the_mesh_and_the_model_error_stays(pressed):
-    _, ladder, book, _ = pressed
-    points = forces(book, ladder)
+    _, ladder, judge, _ = pressed
+    points = forces(judge, ladder)
     for model in ContinuumModel:
         for quantity in ("disk_force", "wall_force"):
             curve = [p for p in points if p.law == model and p.quantity == quantity]
@@ -204,7 +204,7 @@ def test_references_of_the_continuum_are_kept(pressed, monkeypatch):
 
 
 def test_a_continuum_that_is_not_solved_is_visible(pressed):
-    _, ladder, book, _ = pressed
+    _, ladder, judge, _ = pressed
     coarse, fine = ladder.references[0]
     unsure = dataclasses.replace(fine, status=PointStatus.INACCURATE, reason="residual 1 above 0")
     lost = dataclasses.replace(
@@ -215,7 +215,7 @@ def test_a_continuum_that_is_not_solved_is_visible(pressed):
         reason="no mesh",
     )
     points = forces(
-        book, ContinuumLadder(answers=(lost, ladder.answers[1]), references=((coarse, unsure),))
+        judge, ContinuumLadder(answers=(lost, ladder.answers[1]), references=((coarse, unsure),))
     )
     assert len(points) == 4
     failed, rest = points[:2], points[2:]
@@ -227,6 +227,6 @@ def test_a_continuum_that_is_not_solved_is_visible(pressed):
         assert p.numerical_error is None
         assert p.total_error is not None
     off = dataclasses.replace(ladder.answers[1], change=9.0 * ladder.answers[1].change)
-    wrong = forces(book, ContinuumLadder(answers=(off,), references=ladder.references))[0]
+    wrong = forces(judge, ContinuumLadder(answers=(off,), references=ladder.references))[0]
     assert wrong.status == PointStatus.INACCURATE
     assert "too coarse" in wrong.reason

@@ -20,14 +20,20 @@ from analysis.work_precision.chart import Chart
 from analysis.work_precision.measure import measure
 from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, read_points
-from analysis.work_precision.soft_runs import Setting, run_folder, run_soft, scene_of, settings_of
+from analysis.work_precision.soft_runs import (
+    SoftSetting,
+    run_folder,
+    run_soft,
+    scene_of,
+    settings_of,
+)
 from analysis.work_precision.window import driven_window, impact_window
 
 pytestmark = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
 
 
 def setting(share, law="hooke", stiffness=1e6):
-    return Setting(engine="lammps", law=law, stiffness_N_per_m=stiffness, share=share)
+    return SoftSetting(engine="lammps", law=law, stiffness_N_per_m=stiffness, share=share)
 
 
 @pytest.fixture(scope="module")

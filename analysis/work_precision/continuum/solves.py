@@ -13,10 +13,18 @@ import shapely
 from skfem import MeshTri1
 
 from analysis.scene.scene import Drive
-from analysis.work_precision.crowd_region import crowd_room
+from analysis.work_precision.continuum.region import crowd_room
 from analysis.work_precision.point import PointStatus
+from analysis.work_precision.points_of import Answer
 from analysis.work_precision.rigid_solves import STATUS, timed
-from analysis.work_precision.window import DISK_FORCE, DISPLACEMENT, WALL_FORCE, Quantity, Window
+from analysis.work_precision.window import (
+    CONTACT_FORCE,
+    DISK_FORCE,
+    DISPLACEMENT,
+    WALL_FORCE,
+    Values,
+    Window,
+)
 from nscd.arrays import Floats, Indices
 from nscd.bodies import Snapshot
 from nscd.continuum.collision import collide
@@ -61,23 +69,33 @@ class ContinuumAnswer:
     status: PointStatus
     reason: str
 
-    def values(self, window: Window) -> dict[Quantity, Floats] | None:
-        """What the window compares: as for the rigid model impulses over τ are constant forces.
-        None without an answer.
-
-        There are no contacts in a continuum, and so no contact forces.
-        """
+    def values(self, window: Window) -> Values | None:
+        """Give what the window compares: as for the rigid model impulses over τ are constant
+        forces. None without an answer."""
         if self.change is None or self.wall_impulse is None or window.scene.drive is None:
             return None
         received = window.scene.snapshot.mass[:, None] * self.change
         tau = window.scene.drive.relaxation_time_s
+        motion = window.rigid_motion(window.left_velocity + self.change)
         return {
             DISK_FORCE: received.ravel() / tau,
             WALL_FORCE: self.wall_impulse / tau,
-            DISPLACEMENT: window.rigid_motion(window.left_velocity + self.change)
-            .displacement[1]
-            .ravel(),
+            DISPLACEMENT: motion.displacement[1].ravel(),
         }
+
+    def answer(self, window: Window) -> Answer:
+        """Give the answer on the window. There are no contacts in a continuum, and so no contact
+        forces."""
+        return Answer(
+            method="continuum",
+            law=str(self.model),
+            mesh_side_m=self.side_m,
+            cpu_seconds=self.cpu_seconds,
+            values=self.values(window),
+            lacks=(CONTACT_FORCE,),
+            status=self.status,
+            reason=self.reason,
+        )
 
 
 def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> ContinuumAnswer:

@@ -3,18 +3,19 @@ are."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.support.cache import keep, kept
-from analysis.work_precision.continuum_solves import (
+from analysis.work_precision.continuum.solves import (
     ContinuumAnswer,
     ContinuumModel,
     solve_both,
     solve_continuum,
 )
 from analysis.work_precision.point import PointStatus
+from analysis.work_precision.points_of import Answer, Converged
 from analysis.work_precision.window import Window
 
 # Sides of the triangles, in mean radii of the disks.
@@ -34,6 +35,20 @@ class ContinuumLadder:
     answers: tuple[ContinuumAnswer, ...] = ()
     references: tuple[tuple[ContinuumAnswer, ContinuumAnswer], ...] = ()
     reason: str = ""
+
+    def judged(self, window: Window) -> Iterator[tuple[Answer, Converged]]:
+        """Yield each answer with its model, converged."""
+        models = {}
+        for coarse, fine in self.references:
+            sure = coarse.status == fine.status == PointStatus.OK
+            models[coarse.model] = Converged(
+                own=fine.values(window) if sure else None,
+                looser=coarse.values(window) if sure else None,
+                why=f"the reference is {fine.status}: {fine.reason or coarse.reason}",
+                wrong="the mesh is too coarse: wrong",
+            )
+        for answer in self.answers:
+            yield answer.answer(window), models[answer.model]
 
 
 def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> ContinuumLadder:

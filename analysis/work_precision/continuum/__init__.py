@@ -1,0 +1,1 @@
+"""The two continuum models on the crowd of a window."""
