@@ -218,4 +218,7 @@ def test_on_a_dask_cluster_of_two_processes(window, tmp_path):
         assert there.status == PointStatus.OK
         assert (there.motion.velocity == here.motion.velocity).all()
         assert there.cpu_seconds > 0
-    assert {cell.outcome for cell in maps[0].cells.values()} == {Outcome.STABLE, Outcome.ENERGY_GAIN}
+    assert {cell.outcome for cell in maps[0].cells.values()} == {
+        Outcome.STABLE,
+        Outcome.ENERGY_GAIN,
+    }
