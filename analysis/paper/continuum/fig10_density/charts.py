@@ -6,33 +6,26 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK
-from analysis.paper.continuum.exit_room import PERSON, TIME_STEP
-from nscd.arrays import Floats
+from analysis.paper.continuum.fig10_density.study import DENSITIES, STEP, Densities
+from nscd.continuum.medium import PERSON
 from nscd.continuum.rivals.density_laws import ExponentialSpeed, KladekSpeed, PowerPressure
 
 
-def curves(
-    density: Floats,
-    *,
-    largest: Floats,
-    mean: Floats,
-    measured: Floats,
-    printed: Floats,
-    speed: Floats,
-    adapted: tuple[Floats, Floats],
-) -> Figure:
-    """Against the density (k,) people/m²: `largest` and `mean` percussion of (11) (N·s/m); (M1)
-    `measured` and as `printed` (people/s²); mean speed (m/s) of (11), and where the left speed is
-    `adapted` (density, speed)."""
+def curves(found: Densities) -> Figure:
+    """Draw pressures in one unit, as plain numbers, and speeds, against the density."""
     figure = Figure(figsize=(13.0, 4.8), layout="constrained")
     forces, numbers, speeds = figure.subplots(1, 3)
+    density = np.array(DENSITIES)
+    largest, mean, measured, printed, speed = (
+        np.array([getattr(solved, name) for solved in found.free])
+        for name in ("largest", "mean", "measured", "printed", "mean_speed")
+    )
+    adapted = ([s.density for s in found.adapted], [s.mean_speed for s in found.adapted])
     fine = np.linspace(density[0], density[-1], 200)
     power = PowerPressure().pressure
-    forces.plot(density, largest / TIME_STEP, "o-", color=BLUE, label="(11) over δt, largest")
-    forces.plot(
-        density, mean / TIME_STEP, "o--", mfc="none", color=BLUE, label="(11) over δt, mean"
-    )
-    forces.plot(density, PERSON * measured, "s-.", color=ORANGE, label="(M1)")
+    forces.plot(density, largest / STEP, "o-", color=BLUE, label="(11) over δt, largest")
+    forces.plot(density, mean / STEP, "o--", mfc="none", color=BLUE, label="(11) over δt, mean")
+    forces.plot(density, measured, "s-.", color=ORANGE, label="(M1)")
     forces.plot(fine, PERSON * power(fine), "-", color=BLACK, label="(M2)")
     forces.set(yscale="log", ylabel="pressure (N/m)", title="(a) in one unit")
     numbers.plot(density, largest / PERSON, "o-", color=BLUE, label="(11), largest, not divided")
