@@ -130,8 +130,11 @@ def sum_at_disks(
     if on_first.ndim == 1:
         total = np.bincount(first, on_first, n) + np.bincount(both, on_second[pairs], n)
         return np.asarray(total, dtype=np.float64)
-    columns = zip(on_first.T, on_second.T, strict=True)
-    return np.stack([sum_at_disks(first, second, one, two, n) for one, two in columns], axis=1)
+    sums = np.empty((n, on_first.shape[1]))
+    for axis in range(on_first.shape[1]):
+        sums[:, axis] = np.bincount(first, on_first[:, axis], n)
+        sums[:, axis] += np.bincount(both, on_second[pairs, axis], n)
+    return sums
 
 
 def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: float) -> Contacts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from nscd.contacts import Contacts, sum_at_disks
 from nscd.laws import ContactLaw
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ContactProblem:
     """min ½ (u − û)·Â (u − û) subject to C u ≤ b (or C u = b where `maintained`).
 
@@ -41,12 +42,12 @@ class ContactProblem:
     position: Floats
     maintained: bool
 
-    @property
+    @cached_property
     def scale(self) -> float:
         """‖u⁻‖∞ (m/s), the velocity that residuals are measured in; tiny where nothing moves."""
         return max(float(np.abs(self.left[:, :2]).max(initial=0.0)), float(np.finfo(float).tiny))
 
-    @property
+    @cached_property
     def dissipative(self) -> bool:
         """Whether any contact has k_n or k_t."""
         return bool(self.normal_weight.any() or self.tangent_weight.any())

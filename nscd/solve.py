@@ -14,7 +14,9 @@ from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
-from nscd.solvers.ladder import SOLVERS, Outcome, climb, with_free_velocity
+from nscd.solvers.dissipation import with_free_velocity
+from nscd.solvers.ladder import SOLVERS, climb
+from nscd.solvers.task import Answer, Task
 
 
 def solve(
@@ -57,27 +59,28 @@ def solve(
     )
     problem = impact_problem(snapshot, contacts, left, law)
     if not len(contacts):
-        outcome = Outcome("none", "no contacts", np.empty(0), problem.free, 0, True)
+        found = Answer(np.empty(0), problem.free, 0, least=True, solver="none", why="no contacts")
     else:
         problem = with_free_velocity(problem)
         start = (
             guess.reaction if guess is not None and len(guess.reaction) == len(contacts) else None
         )
-        outcome = climb(problem, tolerance, solver, start, canonical)
-    return certify(snapshot, contacts, problem, outcome, tolerance, started)
+        task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=start)
+        found = climb(task, solver)
+    return certify(snapshot, contacts, problem, found, tolerance, started)
 
 
 def certify(
     snapshot: Snapshot,
     contacts: Contacts,
     problem: ContactProblem,
-    outcome: Outcome,
+    found: Answer,
     tolerance: float,
     started: float,
 ) -> Percussions:
-    """The answer with its residual, momentum and energy recomputed from the outcome's reactions and
+    """The answer with its residual, momentum and energy recomputed from the found reactions and
     velocities."""
-    reaction, right = outcome.reaction, outcome.velocity
+    reaction, right = found.reaction, found.velocity
     total = right + problem.left
     along, across = problem.approach(total), problem.sliding(total)
     normal = problem.normal_weight * along + reaction
@@ -114,9 +117,9 @@ def certify(
         status=status,
         reason=reason,
         warnings=warnings,
-        choice=outcome.choice,
-        canonical=outcome.canonical,
-        solver=outcome.solver,
-        iterations=outcome.iterations,
+        choice=found.why,
+        canonical=found.least,
+        solver=found.solver,
+        iterations=found.iterations,
         seconds=time.perf_counter() - started,
     )

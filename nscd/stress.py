@@ -9,55 +9,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Floats, Indices, read_only
+from nscd.arrays import Floats, read_only
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
+from nscd.smearing import Kernel, cells_of, smear, value_at, window
+
+__all__ = [
+    "FlowField", "Kernel", "StressField", "branches", "flow_field", "smear", "stress_field", "virial",
+]  # fmt: skip
 
 # below this length, in widths, a branch is a point: erf's difference would lose more than the
 # midpoint does
 SHORT = 1e-5
-MOST_CELLS = 512
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Kernel:
-    """An isotropic kernel φ of unit integral in the plane; width w (m): its standard deviation
-    along an axis.
-
-    Gaussian: φ = exp(−r²/2w²)/(2πw²), cut where r > cutoff·w; what is cut is below exp(−cutoff²/2)
-    of φ(0). compact: φ = 4/(πR²)·(1 − r²/R²)³ for r < R = √10 w, twice continuously differentiable,
-    nothing to cut.
-
-    Raises ValueError for a width that is not positive and finite, or a cutoff below 1.
-    """
-
-    width: float
-    compact: bool = False
-    cutoff: float = 6.0
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.width) and self.width > 0):
-            raise ValueError(f"width: {self.width} m; a kernel needs a positive width")
-        if not (np.isfinite(self.cutoff) and self.cutoff >= 1):
-            raise ValueError(f"cutoff: {self.cutoff} widths; at least 1 is needed")
-
-    @property
-    def reach(self) -> float:
-        """Beyond this distance (m) the kernel counts as zero."""
-        return math.sqrt(10.0) * self.width if self.compact else self.cutoff * self.width
-
-    @property
-    def neglected(self) -> float:
-        """Largest value (1/m²) that the kernel has beyond its reach."""
-        return (
-            0.0 if self.compact else math.exp(-0.5 * self.cutoff**2) / (2 * math.pi * self.width**2)
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -113,9 +82,9 @@ def stress_field(
     m = len(points)
     stress, divergence, traction = np.zeros((m, 2, 2)), np.zeros((m, 2)), np.zeros((m, 2))
     if m and len(contacts):
-        cells = _cells(points, kernel.reach)
-        arrays = (start, branch, p, contacts.is_wall, kernel.width, kernel.reach, kernel.compact)
-        _add_contacts(points, *cells, *arrays, stress, divergence, traction)
+        loads = Loads(start, branch, p, contacts.is_wall)
+        out = Fields(stress, divergence, traction)
+        _add_contacts(cells_of(points, kernel.reach), loads, kernel.weight, out)
     size = float((np.hypot(*p.T) * np.hypot(*branch.T)).sum())
     return StressField(
         stress=stress, divergence=divergence, traction=traction, truncation=kernel.neglected * size
@@ -141,28 +110,6 @@ def virial(snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike) -> Floats
     return total
 
 
-def smear(
-    position: ArrayLike, values: ArrayLike, kernel: Kernel, at: ArrayLike
-) -> tuple[Floats, Floats]:
-    """Σ_i values_i φ(x − x_i) at the points (m,2), shape (m,d), and its gradient (m,d,2), of values
-    (n,d) at position (n,2) m.
-
-    With a quadrature's points and weights × values it convolves a continuous field with the same
-    kernel. Raises ValueError for wrong shapes and non-finite numbers."""
-    points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
-    what = read_only(values, (len(where), -1), "values")
-    field, gradient = (
-        np.zeros((len(points), what.shape[1])),
-        np.zeros((len(points), what.shape[1], 2)),
-    )
-    if len(points) and len(where):
-        cells = _cells(points, kernel.reach)
-        _add_points(
-            points, *cells, where, what, kernel.width, kernel.reach, kernel.compact, field, gradient
-        )
-    return field, gradient
-
-
 def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: ArrayLike) -> FlowField:
     """Density, momentum, velocity and its gradient at the points (m,2) m, of disks that move with
     velocity (n,2) m/s.
@@ -183,34 +130,21 @@ def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: Arra
     )
 
 
-def _cells(points: Floats, reach: float) -> tuple[Indices, Indices, int, int, float, float, float]:
-    """Points sorted into square cells: order (m,), where each cell begins, cells along x and y,
-    corner and side (m)."""
-    low, extent = points.min(0), float(np.ptp(points, axis=0).max())
-    side = max(reach, extent / MOST_CELLS)
-    column, row = ((points - low) / side).astype(np.int64).T
-    nx, ny = int(column.max()) + 1, int(row.max()) + 1
-    key = column * ny + row
-    order: Indices = np.argsort(key, kind="stable")
-    begins = np.searchsorted(key[order], np.arange(nx * ny + 1))
-    return order, begins, nx, ny, float(low[0]), float(low[1]), side
+class Loads(NamedTuple):
+    """Branches: start (k,2) m, branch ℓ (k,2) m, impulse p (k,2) N·s, is_wall (k,)."""
+
+    start: Any
+    branch: Any
+    impulse: Any
+    is_wall: Any
 
 
-@njit(cache=True)
-def _value(d2: float, width: float, compact: bool) -> float:
-    if compact:
-        inside = 1.0 - d2 / (10.0 * width * width)
-        return 4.0 / (math.pi * 10.0 * width * width) * inside**3 if inside > 0.0 else 0.0
-    return math.exp(-0.5 * d2 / (width * width)) / (2.0 * math.pi * width * width)
+class Fields(NamedTuple):
+    """What is added to: stress (m,2,2), divergence (m,2), traction (m,2)."""
 
-
-@njit(cache=True)
-def _slope(d2: float, width: float, compact: bool) -> float:
-    """∇φ(d) = slope · d."""
-    if compact:
-        inside = 1.0 - d2 / (10.0 * width * width)
-        return -2.4 / (math.pi * 10.0 * width**4) * inside**2 if inside > 0.0 else 0.0
-    return -_value(d2, width, False) / (width * width)
+    stress: Any
+    divergence: Any
+    traction: Any
 
 
 @njit(cache=True)
@@ -218,7 +152,7 @@ def _along(along: float, across: float, length: float, width: float, compact: bo
     """∫₀¹ φ ds on a branch of this length, seen from a point that is `along` after its start and
     `across` beside it (m)."""
     if length < SHORT * width:
-        return _value((along - 0.5 * length) ** 2 + across * across, width, compact)
+        return value_at((along - 0.5 * length) ** 2 + across * across, width, compact)
     if compact:
         half2 = 10.0 * width * width - across * across
         if half2 <= 0.0:
@@ -236,7 +170,7 @@ def _along(along: float, across: float, length: float, width: float, compact: bo
         ):
             for side in (-1.0, 1.0):
                 s = middle + side * node * reach
-                total += weight * _value(s * s + across * across, width, True)
+                total += weight * value_at(s * s + across * across, width, True)
         return total * reach / length
     scale = 1.0 / (math.sqrt(2.0) * width)
     difference = math.erf(along * scale) - math.erf((along - length) * scale)
@@ -245,18 +179,11 @@ def _along(along: float, across: float, length: float, width: float, compact: bo
 
 
 @njit(cache=True)
-def _window(low: float, high: float, side: float, count: int) -> tuple[int, int]:
-    """First and last of `count` cells that the interval meets (m from the first cell); first >
-    last: none."""
-    return max(math.floor(low / side), 0), min(math.floor(high / side), count - 1)
-
-
-@njit(cache=True)
-def _add_contacts(
-    points: Any, order: Any, begins: Any, nx: int, ny: int, x0: float, y0: float, side: float,
-    start: Any, branch: Any, impulse: Any, is_wall: Any, width: float, reach: float, compact: bool,
-    stress: Any, divergence: Any, traction: Any,
-) -> None:  # fmt: skip
+def _add_contacts(cells: Any, loads: Any, weight: Any, out: Any) -> None:
+    points, order, begins, nx, ny, x0, y0, side = cells
+    start, branch, impulse, is_wall = loads
+    width, reach, compact = weight
+    stress, divergence, traction = out
     for c in range(len(start)):
         sx, sy, lx, ly = start[c, 0], start[c, 1], branch[c, 0], branch[c, 1]
         px, py = impulse[c, 0], impulse[c, 1]
@@ -264,10 +191,8 @@ def _add_contacts(
             continue
         length = math.sqrt(lx * lx + ly * ly)
         ex, ey = (lx / length, ly / length) if length > 0.0 else (1.0, 0.0)
-        first, last = _window(
-            min(sx, sx + lx) - reach - x0, max(sx, sx + lx) + reach - x0, side, nx
-        )
-        low, high = _window(min(sy, sy + ly) - reach - y0, max(sy, sy + ly) + reach - y0, side, ny)
+        first, last = window(min(sx, sx + lx) - reach - x0, max(sx, sx + lx) + reach - x0, side, nx)
+        low, high = window(min(sy, sy + ly) - reach - y0, max(sy, sy + ly) + reach - y0, side, ny)
         for column in range(first, last + 1):
             if low > high:
                 break
@@ -284,35 +209,10 @@ def _add_contacts(
                 stress[k, 1, 0] -= py * lx * mean
                 stress[k, 1, 1] -= py * ly * mean
                 # ℓ·∇ of the line integral is φ at the start less φ at the end
-                end = _value((dx - lx) ** 2 + (dy - ly) ** 2, width, compact)
-                change = _value(dx * dx + dy * dy, width, compact) - end
+                end = value_at((dx - lx) ** 2 + (dy - ly) ** 2, width, compact)
+                change = value_at(dx * dx + dy * dy, width, compact) - end
                 divergence[k, 0] -= px * change
                 divergence[k, 1] -= py * change
                 if is_wall[c]:
                     traction[k, 0] -= px * end
                     traction[k, 1] -= py * end
-
-
-@njit(cache=True)
-def _add_points(
-    points: Any, order: Any, begins: Any, nx: int, ny: int, x0: float, y0: float, side: float,
-    where: Any, what: Any, width: float, reach: float, compact: bool, field: Any, gradient: Any,
-) -> None:  # fmt: skip
-    for i in range(len(where)):
-        sx, sy = where[i, 0], where[i, 1]
-        first, last = _window(sx - reach - x0, sx + reach - x0, side, nx)
-        low, high = _window(sy - reach - y0, sy + reach - y0, side, ny)
-        for column in range(first, last + 1):
-            if low > high:
-                break
-            for place in range(begins[column * ny + low], begins[column * ny + high + 1]):
-                k = order[place]
-                dx, dy = points[k, 0] - sx, points[k, 1] - sy
-                d2 = dx * dx + dy * dy
-                if d2 > reach * reach:
-                    continue
-                value, slope = _value(d2, width, compact), _slope(d2, width, compact)
-                for d in range(what.shape[1]):
-                    field[k, d] += what[i, d] * value
-                    gradient[k, d, 0] += what[i, d] * slope * dx
-                    gradient[k, d, 1] += what[i, d] * slope * dy

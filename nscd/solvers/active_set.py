@@ -1,5 +1,4 @@
-"""Contacts known to be closed: C u = b on a set of them, to rounding; the finish of other solvers
-and the equality form."""
+"""The active set: from a guess of the closed contacts to the exact ones, one factorisation a round."""
 
 from __future__ import annotations
 
@@ -8,71 +7,85 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.system import (
-    Factor,
-    System,
-    add_reactions,
-    approach,
-    factorise,
-    inertia,
-    solve_factorised,
-    stiffness,
-)
+from nscd.arrays import Flags, Floats
+from nscd.solvers.cholesky.factor import factorise
+from nscd.solvers.closing import EXACT, PENALTY, close_contacts
+from nscd.solvers.projected_gradient import descend
+from nscd.solvers.system import System, approach, even, stiffness
+from nscd.solvers.task import Answer, Task
+from nscd.solvers.thresholds import AT
 
 ROUNDS = 12
-# Weight of the equalities: large for speed, small enough to keep ten digits.
-PENALTY = 1e6
-# For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are
-# redundant.
-FIRM = 1e9
 # Multiplier steps at most; the first shows which contacts pull, the others are for a set that is
 # nearly right.
 STEPS = 50
 # So many contacts, and this share of all, may change without getting fewer from round to round.
 HANDFUL, SHARE = 4, 1e-5
-# Gaps and openings are known to this share of ‖u⁻‖∞.
-EXACT = 1e-14
 # Reactions below the rounding of PENALTY · C u have no sign.
 ROUNDING = 4.0 * PENALTY * float(np.finfo(float).eps)
 
 
-def free_velocity(system: System, factor: Factor, momentum: Any) -> Any:
-    """û from Â û = momentum (n,d), with one refinement; all in elimination order."""
-    factorise(system, factor, np.zeros(len(system.first)))
-    velocity = momentum.copy()
-    solve_factorised(factor, velocity)
-    rest = np.empty_like(velocity)
-    inertia(system, velocity, rest)
-    rest = momentum - rest
-    solve_factorised(factor, rest)
-    return velocity + rest
+def active_set(task: Task) -> Answer:
+    """Find the closed contacts by descent and close them, however many there are."""
+    system = task.system
+    reaction, velocity, sweeps, _ = descend(system, task.tolerance, AT.sweeps, _steady(system))
+    return close_set(task, pressing(system, reaction, velocity), sweeps)[0]
 
 
-def maintained(system: System, factor: Factor) -> tuple[Any, Any, int]:
-    """The equality form (paper eqs. (2) and (8)): every contact stays closed and may pull.
-    Reactions λ (k,) N·s, of least norm where contacts are redundant (weighted by the masses where
-    these differ much); velocities (n,d); steps."""
-    k = len(system.first)
-    closed, steps = np.ones(k, dtype=np.bool_), 0
-    reaction, velocity, v = np.zeros(k), system.free.copy(), np.empty(k)
-    for penalty in (PENALTY, FIRM):
-        theta = penalty * stiffness(system)
-        if not factorise(system, factor, theta):
-            break
-        reaction, velocity = np.zeros(k), system.free.copy()
-        approach(system, velocity, v)
-        steps += _close(system, factor, closed, theta, reaction, velocity, v, 200)
-        if np.abs(v - system.offset).max() <= 100.0 * EXACT * system.scale:
-            break
-    return reaction, velocity, steps
+def correct_guess(task: Task) -> Answer:
+    """Close the contacts whose reactions were more than nothing in the guess (k,) N·s."""
+    assert task.guess is not None
+    pressed = AT.pressed * task.guess.max(initial=0.0)
+    return close_set(task, task.guess[task.factor.contact] > pressed, 0)[0]
 
 
-def active_set(
-    system: System, factor: Factor, closed: Any, thorough: bool = False
-) -> tuple[Any, Any, int, float, bool]:
-    """Percussions from a set of contacts (k,) that is nearly the set of closed ones: reaction (k,)
-    N·s, velocity (n,d) m/s, rounds, the error max|min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had
-    to be cut, and whether the set settled.
+def descend_and_close(task: Task) -> Answer:
+    """Find the closed contacts of even masses by descent and close them, where that is worth it.
+
+    Unsettled where the descent does not tell them: too many still change, the packing is marginal,
+    or the set would not settle."""
+    system = task.system
+    n = len(system.mass)
+    most = AT.sweeps if n >= AT.large else AT.few_sweeps
+    reaction, velocity, sweeps, settled = descend(
+        system, task.tolerance, most, _steady(system), AT.isostatic
+    )
+    closed = pressing(system, reaction, velocity)
+    share = int(closed.sum()) / (2 * n)
+    marginal = AT.isostatic < share < AT.redundant
+    if (settled or n >= AT.large or share >= AT.redundant) and not marginal:
+        found, error = close_set(task, closed, sweeps)
+        if error <= task.tolerance and found.least:
+            return found._replace(settled=True)
+        sweeps = found.iterations
+    return task.answer(reaction, velocity, sweeps)._replace(settled=False)
+
+
+def _steady(system: System) -> int:
+    return AT.steady + int(AT.steady_share * len(system.first))
+
+
+def pressing(system: System, reaction: Floats, velocity: Floats, soft: float = 0.0) -> Flags:
+    """Tell which contacts (k,) press more than they open; with `soft` ones, more than they yield."""
+    yielded = soft * reaction / stiffness(system)
+    closed: Flags = system.inverse_mass * reaction > gap(system, velocity) + yielded
+    return closed
+
+
+def gap(system: System, velocity: Floats) -> Floats:
+    """b − C u (k,) m/s: how fast the contacts open."""
+    v = np.empty(len(system.first))
+    approach(system, velocity, v)
+    opening: Floats = system.offset - v
+    return opening
+
+
+def close_set(
+    task: Task, closed: Flags, before: int, thorough: bool = False
+) -> tuple[Answer, float]:
+    """Percussions from a set of contacts (k,) that is nearly the set of closed ones, in elimination
+    order; `before` iterations were made already. Also the error max|min(wλ, b − Cu)| / ‖u⁻‖∞ with
+    the pulls that had to be cut.
 
     A round closes the set from rest: λ is then the least-norm reaction on it (the first step is the
     penalty model of stiffness PENALTY, the others its stiff limit), and Σ θ(Cu − b) on the open
@@ -81,11 +94,13 @@ def active_set(
     round; a `thorough` one goes to the stiff limit every time. Once it settles, the reactions are
     those of least energy if the stiffness is the same for all contacts (see `stiffness`). It ends
     unsettled after ROUNDS, or when more contacts change than before."""
+    system = task.system
     theta = PENALTY * stiffness(system)
     reaction, velocity, done, error, settled = _rounds(
-        system, factor, closed.copy(), theta, ROUNDS, thorough
+        system, task.factor, closed.copy(), theta, ROUNDS, thorough
     )
-    return reaction, velocity, int(done), float(error), bool(settled)
+    least = bool(settled) and even(system.inverse_mass)
+    return task.answer(reaction, velocity, before + int(done), least=least), float(error)
 
 
 @njit(cache=True)
@@ -107,10 +122,10 @@ def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorou
         u[:] = system.free
         reaction[:] = 0.0
         approach(system, u, v)
-        _close(system, factor, closed, theta, reaction, u, v, 1)
+        close_contacts(system, factor, closed, theta, reaction, u, v, 1)
         changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
         if thorough or changed <= few or done == most:
-            _close(system, factor, closed, theta, reaction, u, v, STEPS)
+            close_contacts(system, factor, closed, theta, reaction, u, v, STEPS)
             changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
             error = 0.0
             for c in range(k):
@@ -164,41 +179,3 @@ def _change(first: Any, second: Any, disks: int, closed: Any, wrong: Any, sparin
             if j >= 0:
                 taken[j] = True
             closed[c] = not closed[c]
-
-
-@njit(cache=True)
-def _close(
-    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: int
-) -> int:
-    """Method of multipliers on the closed contacts, with the factor of Â + CᵀΘC: λ ← λ + θ(Cu − b),
-    and the steps taken.
-
-    λ (k,) is kept for the open contacts as well (it presses nothing there); λ, u (n,d) and v = C u
-    are changed in place. u is corrected by the momentum that is still out of balance, so that
-    rounding does not grow with θ."""
-    k = len(closed)
-    push, change = np.empty(k), np.empty(k)
-    moved, rest = np.empty_like(u), np.empty_like(u)
-    before = np.inf
-    steps = 0
-    while steps < most:
-        steps += 1
-        for c in range(k):
-            reaction[c] += theta[c] * (v[c] - system.offset[c])
-            push[c] = reaction[c] if closed[c] else 0.0
-        moved[:] = system.free - u
-        inertia(system, moved, rest)
-        add_reactions(system, push, -1.0, rest)
-        solve_factorised(factor, rest)
-        u += rest
-        approach(system, rest, change)
-        approach(system, u, v)
-        open_by = 0.0
-        for c in range(k):
-            reaction[c] += theta[c] * change[c]
-            if closed[c]:
-                open_by = max(open_by, abs(v[c] - system.offset[c]))
-        if open_by <= 1e-15 * system.scale or (steps > 2 and open_by > 0.8 * before):
-            break
-        before = open_by
-    return steps

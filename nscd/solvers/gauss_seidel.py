@@ -8,36 +8,29 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.system import System
+from nscd.solvers.task import Answer, Task
 
-CHECK = 10
+MOST_SWEEPS = 200_000
+# The solver stops a little before the tolerance, so that rounding does not carry it beyond.
+MARGIN = 0.9
 
 
-def gauss_seidel(system: System, tolerance: float, most: int = 200_000) -> tuple[Any, Any, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map
-    residual ≤ tolerance.
+def gauss_seidel(task: Task) -> Answer:
+    """Sweep over the contacts of a crowd without dissipation until the residual is within the
+    tolerance.
 
     Contact by contact λ ← max(0, λ + (Cu − b)/w), with u updated at once. On a chain of n disks
     against a wall it contracts by cos²(π/(2n)) a sweep."""
-    reaction, velocity, sweeps = _sweep(
-        system.first, system.second, system.normal_first, system.mass, system.free, system.offset, system.inverse_mass,
-        tolerance * system.scale, most,
-    )  # fmt: skip
-    return reaction, velocity, int(sweeps)
+    task.refuse_dissipation("gauss_seidel")
+    system = task.system
+    reaction, velocity, sweeps = _sweep(system, MARGIN * task.tolerance * system.scale, MOST_SWEEPS)
+    return task.answer(reaction, velocity, int(sweeps))
 
 
 @njit(cache=True)
-def _sweep(
-    first: Any,
-    second: Any,
-    normal: Any,
-    mass: Any,
-    free: Any,
-    offset: Any,
-    w: Any,
-    tolerance: float,
-    most: int,
-) -> Any:
+def _sweep(system: Any, tolerance: float, most: int) -> Any:
+    first, second, normal, mass = system.first, system.second, system.normal_first, system.mass
+    free, offset, w = system.free, system.offset, system.inverse_mass
     k = len(first)
     reaction, u = np.zeros(k), free.copy()
     for sweep in range(1, most + 1):

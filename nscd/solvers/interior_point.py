@@ -3,21 +3,17 @@ crowds."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from nscd.solvers.system import (
-    Factor,
-    System,
-    add_reactions,
-    approach,
-    factorise,
-    inertia,
-    solve_factorised,
-    stiffness,
-)
+from nscd.arrays import Floats
+from nscd.solvers.active_set import close_set, gap, pressing
+from nscd.solvers.cholesky.factor import factorise, solve_factorised
+from nscd.solvers.system import add_reactions, approach, even, inertia, stiffness
+from nscd.solvers.task import Answer, Task
+from nscd.solvers.thresholds import AT
 
 MAXIMUM_ITERATIONS = 200
 # Compliance of the contacts, relative to the Delassus diagonal: keeps redundant contacts definite
@@ -31,13 +27,48 @@ NOTHING = 1e-140
 AWAY = 10.0
 
 
-def interior_point(
-    system: System,
-    factor: Factor,
-    tolerance: float,
-    soft: float = RIGID,
-    start: tuple[Any, Any] | None = None,
-) -> tuple[Any, Any, int]:
+class State(NamedTuple):
+    """A point of the iteration: slack s (k,) m/s, reaction λ (k,) N·s, velocity u (n,d) m/s."""
+
+    slack: Any
+    reaction: Any
+    velocity: Any
+
+
+def interior_point(task: Task) -> Answer:
+    """Solve any problem: jammed, of unequal masses, dissipative.
+
+    Where the reactions of least energy are wanted and one stiffness serves, contacts are slightly
+    soft, so that the closed ones are those of these reactions, and the active set follows. Where
+    any reactions will do, or that does not reach the tolerance, they are rigid, which takes about
+    half as long."""
+    system, start = task.system, None
+    if task.start is not None:
+        factor = task.factor
+        start = task.start.reaction[factor.contact], task.start.velocity[factor.order]
+    done = 0 if task.start is None else task.start.iterations
+    spent = done
+    if even(system.inverse_mass) and task.canonical:
+        reaction, velocity, soft = follow_path(task, AT.soft_accuracy, SOFT, start)
+        closed = pressing(system, reaction, velocity, SOFT)
+        found, error = close_set(task, closed, done + soft, thorough=True)
+        if error <= task.tolerance:
+            return found
+        spent = found.iterations
+    reaction, velocity, rigid = follow_path(task, 0.5 * task.tolerance, RIGID, start)
+    apart = np.minimum(system.inverse_mass * reaction, gap(system, velocity))
+    error = float(np.abs(apart).max()) / system.scale
+    if error > task.tolerance:
+        closed = pressing(system, reaction, velocity)
+        better, least = close_set(task, closed, done + rigid, thorough=True)
+        if least < error:
+            return better
+    return task.answer(reaction, velocity, spent + rigid)
+
+
+def follow_path(
+    task: Task, tolerance: float, soft: float, start: tuple[Floats, Floats] | None
+) -> tuple[Floats, Floats, int]:
     """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
 
     Follows the central path of min ½(u−û)·Â(u−û) + ½ε Σλ²/κ, C u + s = b + ελ/κ, s ≥ 0 with one
@@ -49,6 +80,7 @@ def interior_point(
     Without a `start` from s = √w, λ = 1/√w (times one constant), which makes unequal masses
     harmless; from reactions and velocities that are nearly right, from the point of the path that
     is as far from the end as they are: wλ − s is kept, √(wλ·s) = AWAY · error."""
+    system = task.system
     w, scale = system.inverse_mass, system.scale
     if scale < NOTHING:  # their squares are no numbers any more
         return np.zeros(len(w)), system.free.copy(), 0
@@ -57,24 +89,17 @@ def interior_point(
         velocity = system.free
         slack, reaction = scale * np.sqrt(w / w.min()), scale / np.sqrt(w * w.min())
     else:
-        velocity, v = start[1], np.empty(len(w))
-        approach(system, velocity, v)
-        gap, pushed = system.offset - v, w * start[0]
-        square = (AWAY * max(float(np.abs(np.minimum(pushed, gap)).max()), tolerance * scale)) ** 2
-        apart = pushed - gap
+        velocity = start[1]
+        opening, pushed = gap(system, velocity), w * start[0]
+        away = max(float(np.abs(np.minimum(pushed, opening)).max()), tolerance * scale)
+        square = (AWAY * away) ** 2
+        apart = pushed - opening
         pushed = 0.5 * (apart + np.sqrt(apart**2 + 4.0 * square))
         slack = np.maximum(pushed - apart, square / pushed)
         reaction = square / slack / w
+    at = State(slack, reaction, velocity.copy())
     reaction, velocity, iterations = _follow(
-        system,
-        factor,
-        tolerance,
-        compliance,
-        float(soft > RIGID),
-        slack,
-        reaction,
-        velocity.copy(),
-        MAXIMUM_ITERATIONS,
+        system, task.factor, tolerance, compliance, float(soft > RIGID), at, MAXIMUM_ITERATIONS
     )
     return reaction, velocity, int(iterations)
 
@@ -112,18 +137,11 @@ def _imbalance(system: Any, u: Any, reaction: Any, moved: Any, dual: Any, size: 
 
 @njit(cache=True)
 def _follow(
-    system: Any,
-    factor: Any,
-    tolerance: float,
-    soft: Any,
-    yields: float,
-    slack: Any,
-    reaction: Any,
-    u: Any,
-    most: int,
+    system: Any, factor: Any, tolerance: float, soft: Any, yields: float, at: Any, most: int
 ) -> Any:
-    """`slack`, `reaction` and `u` are where it starts, and are changed. With `yields` 0 the
-    compliance is only in the matrix: a proximal term, which does not change the answer."""
+    """Where it starts is `at`, which is changed. With `yields` 0 the compliance is only in the
+    matrix: a proximal term, which does not change the answer."""
+    slack, reaction, u = at
     n, d = system.mass.shape
     k = len(system.first)
     w, b, scale = system.inverse_mass, system.offset, system.scale

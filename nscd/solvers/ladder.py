@@ -1,301 +1,128 @@
-"""The ladder of solvers: the cheapest that serves, and why."""
+"""The ladder of solvers: which there are, when each serves, and the climb to an answer.
+
+A new solver is one file with a function Task → Answer and one line here: see
+docs/how_to/solver.md."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
-from nscd.arrays import Flags, Floats
-from nscd.problem import ContactProblem
-from nscd.solvers.active_set import active_set, free_velocity, maintained
+from nscd.solvers.active_set import active_set, correct_guess, descend_and_close
+from nscd.solvers.canonical import canonical as least_energy
+from nscd.solvers.closed_form import closed_form
+from nscd.solvers.dissipation import balanced
 from nscd.solvers.gauss_seidel import gauss_seidel
-from nscd.solvers.interior_point import SOFT, interior_point
-from nscd.solvers.islands import find_islands
-from nscd.solvers.least_energy import least_energy
-from nscd.solvers.projected_gradient import descend, projected_gradient
-from nscd.solvers.system import Factor, System, add_reactions, approach, even, stiffness, system_of
+from nscd.solvers.interior_point import interior_point
+from nscd.solvers.maintained import maintained
+from nscd.solvers.projected_gradient import projected_gradient
+from nscd.solvers.system import even
+from nscd.solvers.task import Answer, Solver, Task
 from nscd.solvers.tree import tree
 
-SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
-# Sweeps of a descent before the active set is tried, and how many contacts may still change within
-# 25 of them: a few and a share of all.
-SWEEPS, STEADY, SHARE = 1600, 2, 1e-6
-# In a small crowd factorisations are cheap: from this size on all these sweeps are made, below it
-# few.
-LARGE, FEW_SWEEPS = 2000, 200
-# Closed contacts per unknown where a packing is marginal: nearly isostatic, with soft modes, so
-# that active sets cycle.
-MARGINAL = 1.0, 1.2
-# To which accuracy soft contacts are solved before their active set is closed.
-NEARLY = 1e-9
-# A reaction above this share of the largest is one of a closed contact.
-PRESSED = 1e-9
-# Reactions that differ by less than this share of the largest are the same.
-UNIQUE = 1e-8
+
+class Rung(NamedTuple):
+    """A line of the ladder.
+
+    name: of the solver; serves: on which tasks it is tried; solve: the solver; why: what its answer
+    says of the choice, {n} being the number of disks."""
+
+    name: str
+    serves: Callable[[Task], bool]
+    solve: Solver
+    why: str
 
 
-class Found(NamedTuple):
-    """What a method found, in elimination order: reaction (k,), velocity (n,d), iterations, its own
-    error, and whether the reactions are those of least energy."""
-
-    reaction: Floats
-    velocity: Floats
-    iterations: int
-    error: float
-    least: bool
+def _asked(task: Task) -> bool:
+    return True
 
 
-class Outcome(NamedTuple):
-    """Which solver and why; reactions (k,) N·s, velocities (n,d) m/s and iterations; canonical:
-    whether the reactions are those of least energy (unique ones are)."""
-
-    solver: str
-    choice: str
-    reaction: Floats
-    velocity: Floats
-    iterations: int
-    canonical: bool
+def _trees(task: Task) -> bool:
+    return task.forest and not task.problem.dissipative
 
 
-def with_free_velocity(problem: ContactProblem) -> ContactProblem:
-    """The problem with û from Â û = (M − DᵀKD) u⁻, which is u⁻ without dissipation."""
-    if not problem.dissipative:
-        return problem
-    system, factor = system_of(problem)
-    free = np.empty_like(problem.left)
-    free[factor.order] = free_velocity(system, factor, _given_momentum(problem)[factor.order])
-    return replace(problem, free=free)
+def _guessed(task: Task) -> bool:
+    return task.guess is not None
 
 
-def _given_momentum(problem: ContactProblem) -> Floats:
-    """(M − DᵀKD) u⁻ = Â û, (n,d) kg m/s."""
-    momentum: Floats = 2 * problem.mass * problem.left - problem.inertia(problem.left)
-    return momentum
+def _dissipative(task: Task) -> bool:
+    return task.problem.dissipative
 
 
-def climb(
-    problem: ContactProblem,
-    tolerance: float,
-    solver: str = "auto",
-    guess: Floats | None = None,
-    canonical: bool = True,
-) -> Outcome:
-    """Solve a problem with k ≥ 1 contacts by the named solver, or by the cheapest one that serves.
-
-    Islands that nothing presses and single contacts are answered at once; trees by closing all
-    their contacts; a crowd with a `guess` of its reactions (k,) by correcting it; even masses
-    without dissipation by descent and an active set; the rest, and where that does not settle, by
-    the interior point.
-
-    Where reactions are not unique, `canonical` ones have the least elastic energy (see
-    `least_energy`)."""
-    if solver != "auto" or problem.maintained:
-        return _whole(
-            problem,
-            tolerance,
-            "maintained" if problem.maintained else solver,
-            "asked for",
-            guess,
-            canonical,
-        )
-    islands = find_islands(problem)
-    island = islands.label[problem.first]
-    reaction, velocity = np.zeros(len(island)), problem.free.copy()
-    single = islands.pressed & (islands.contacts == 1) & (not problem.dissipative)
-    if single.any():
-        at = single[island]
-        reaction[at] = np.maximum(
-            (problem.approach(problem.free)[at] - problem.offset[at]) / problem.inverse_mass[at],
-            0.0,
-        )
-        velocity -= problem.momentum(reaction) / problem.mass
-    many = islands.pressed & ~single
-    if not many.any():
-        why = (
-            "nothing presses" if not single.any() else "each pressed contact is alone: closed form"
-        )
-        return Outcome("closed_form", why, reaction, velocity, 0, True)
-    at, disks = many[island], many[islands.label]
-    part = problem if at.all() and disks.all() else problem.restricted(at, disks)
-    some = None if guess is None else guess[at]
-    outcome = _choose(part, tolerance, bool(islands.forest[many].all()), some, canonical)
-    reaction[at], velocity[disks] = outcome.reaction, outcome.velocity
-    return outcome._replace(reaction=reaction, velocity=velocity)
+def _uneven(task: Task) -> bool:
+    return not task.problem.dissipative and not even(task.problem.inverse_mass)
 
 
-def _choose(
-    problem: ContactProblem, tolerance: float, forest: bool, guess: Floats | None, canonical: bool
-) -> Outcome:
-    n = len(problem.mass)
-    if forest and not problem.dissipative:
-        found = Outcome(
-            "tree", f"the contacts of {n} disks form trees: linear time", *tree(problem), True
-        )
-        if _error(problem, found) <= tolerance:
-            return found
-    if guess is not None:
-        found = _whole(problem, tolerance, "active_set", "corrects the guess", guess, canonical)
-        if _error(problem, found) <= tolerance:
-            return found
-    return _whole(problem, tolerance, "auto", "", None, canonical)
+def _even(task: Task) -> bool:
+    return not task.problem.dissipative and even(task.problem.inverse_mass)
 
 
-def _error(problem: ContactProblem, outcome: Outcome) -> float:
-    residual = problem.residual(outcome.reaction, outcome.velocity)
-    return max(residual, problem.balance_error(outcome.reaction, outcome.velocity))
-
-
-def _whole(
-    problem: ContactProblem,
-    tolerance: float,
-    solver: str,
-    why: str,
-    guess: Floats | None,
-    canonical: bool,
-) -> Outcome:
-    system, factor = system_of(problem)
-    n = len(problem.mass)
-    if problem.dissipative and solver in ("projected_gradient", "gauss_seidel"):
-        raise ValueError(f"solver: {solver} is for contacts without dissipation")
-    if solver == "maintained":
-        found = Found(*maintained(system, factor), 0.0, True)
-    elif solver == "projected_gradient":
-        found = Found(*projected_gradient(system, 0.9 * tolerance), 0.0, False)
-    elif solver == "gauss_seidel":
-        found = Found(*gauss_seidel(system, 0.9 * tolerance), 0.0, False)
-    elif guess is not None:
-        found = _close(system, factor, guess[factor.contact] > PRESSED * guess.max(initial=0.0), 0)
-    elif solver == "active_set":
-        reaction, velocity, sweeps, _ = descend(system, tolerance, SWEEPS, _steady(system))
-        found = _close(system, factor, _closed(system, reaction, velocity), sweeps)
-    elif solver == "interior_point":
-        found = _interior_point(system, factor, tolerance, None, canonical)
-    elif problem.dissipative or not even(system):
-        reason = "dissipative contacts" if problem.dissipative else "masses far apart"
-        solver, why = "interior_point", f"{n} disks, {reason}"
-        found = _interior_point(system, factor, tolerance, None, canonical)
-    else:
-        found, solver, why = _even(system, factor, tolerance, canonical)
-    right, unordered = np.empty_like(found.velocity), np.empty_like(found.reaction)
-    right[factor.order], unordered[factor.contact] = found.velocity, found.reaction
-    outcome = Outcome(solver, why, unordered, right, found.iterations, found.least)
-    if problem.dissipative:
-        # k/m times a rounding error of u is momentum out of balance
-        momentum = _given_momentum(problem)[factor.order]
-        add_reactions(system, found.reaction, -1.0, momentum)
-        balanced = np.empty_like(right)
-        balanced[factor.order] = free_velocity(system, factor, momentum)
-        outcome = min(
-            outcome, outcome._replace(velocity=balanced), key=lambda o: _error(problem, o)
-        )
-    if canonical and not outcome.canonical:
-        outcome = _canonical(problem, system, factor, outcome, found.velocity, tolerance)
-    return outcome
-
-
-def _canonical(
-    problem: ContactProblem,
-    system: System,
-    factor: Factor,
-    outcome: Outcome,
-    velocity: Floats,
-    tolerance: float,
-) -> Outcome:
-    """The outcome with the reactions of least energy, unless it is no answer or its accuracy would
-    suffer."""
-    if not _error(problem, outcome) <= tolerance:
-        return outcome
-    least = np.empty_like(outcome.reaction)
-    least[factor.contact] = least_energy(
-        system, factor, outcome.reaction[factor.contact], velocity, tolerance
-    )[0]
-    better = outcome._replace(reaction=least, canonical=True)
-    if _error(problem, better) <= tolerance:
-        return better
-    # the given ones serve where they are the same but for rounding
-    same = float(np.abs(least - outcome.reaction).max()) <= UNIQUE * float(least.max())
-    return outcome._replace(canonical=same)
-
-
-def _close(
-    system: System, factor: Factor, closed: Flags, before: int, thorough: bool = False
-) -> Found:
-    """The active set from a guess of it; `before` iterations were made already."""
-    reaction, velocity, rounds, error, settled = active_set(system, factor, closed, thorough)
-    return Found(reaction, velocity, before + rounds, error, settled and even(system))
-
-
-def _even(
-    system: System, factor: Factor, tolerance: float, canonical: bool
-) -> tuple[Found, str, str]:
-    """Even masses without dissipation: descent, then its active set, or the interior point where
-    that would not settle."""
-    n = len(system.mass)
-    steady = _steady(system)
-    most = SWEEPS if n >= LARGE else FEW_SWEEPS
-    reaction, velocity, sweeps, settled = descend(system, tolerance, most, steady, MARGINAL[0])
-    closed = _closed(system, reaction, velocity)
-    share = int(closed.sum()) / (2 * n)
-    if (settled or n >= LARGE or share >= MARGINAL[1]) and not MARGINAL[0] < share < MARGINAL[1]:
-        found = _close(system, factor, closed, sweeps)
-        if found.error <= tolerance and found.least:
-            return (
-                found,
-                "active_set",
-                f"{n} disks of even masses: descent found the closed contacts",
-            )
-        sweeps = found.iterations
-    rest = _interior_point(system, factor, tolerance, (reaction, velocity), canonical)
-    return (
-        rest._replace(iterations=sweeps + rest.iterations),
+# What nobody presses and single contacts are answered before: see `closed_form`. Of the rungs that
+# serve, the first whose answer is within the tolerance has it; the last one's is given in any case.
+RUNGS = [
+    Rung("tree", _trees, tree, "the contacts of {n} disks form trees: linear time"),
+    Rung("active_set", _guessed, correct_guess, "corrects the guess"),
+    Rung("interior_point", _dissipative, interior_point, "{n} disks, dissipative contacts"),
+    Rung("interior_point", _uneven, interior_point, "{n} disks, masses far apart"),
+    Rung(
+        "active_set",
+        _even,
+        descend_and_close,
+        "{n} disks of even masses: descent found the closed contacts",
+    ),
+    Rung(
         "interior_point",
-        f"{n} disks: descent does not find the closed contacts exactly",
-    )
+        _even,
+        interior_point,
+        "{n} disks: descent does not find the closed contacts exactly",
+    ),
+]
+# Solvers that can be asked for by name.
+BY_NAME: dict[str, Solver] = {
+    "interior_point": interior_point,
+    "active_set": active_set,
+    "projected_gradient": projected_gradient,
+    "gauss_seidel": gauss_seidel,
+}
+SOLVERS = ("auto", *BY_NAME)
 
 
-def _interior_point(
-    system: System,
-    factor: Factor,
-    tolerance: float,
-    start: tuple[Floats, Floats] | None,
-    canonical: bool,
-) -> Found:
-    """The interior point on slightly soft contacts, whose closed ones are those of the least-energy
-    reactions, and the active set; on rigid ones, which takes about half as long, where any
-    reactions will do or that does not reach the tolerance."""
-    found = None
-    if even(system) and canonical:
-        reaction, velocity, soft = interior_point(system, factor, NEARLY, SOFT, start)
-        closed = _closed(system, reaction, velocity, SOFT)
-        found = _close(system, factor, closed, soft, True)
-        if found.error <= tolerance:
-            return found
-    reaction, velocity, rigid = interior_point(system, factor, 0.5 * tolerance, start=start)
-    apart = np.minimum(system.inverse_mass * reaction, _gap(system, velocity))
-    error = float(np.abs(apart).max()) / system.scale
-    if error > tolerance:
-        better = _close(system, factor, _closed(system, reaction, velocity), rigid, True)
-        if better.error < error:
-            return better
-    return Found(reaction, velocity, rigid + (found.iterations if found else 0), error, False)
+def choose(task: Task, solver: str = "auto") -> list[Rung]:
+    """List the rungs that serve a task, the cheapest first; the one asked for by name alone."""
+    if task.problem.maintained:
+        return [Rung("maintained", _asked, maintained, "every contact stays closed")]
+    if solver != "auto":
+        return [Rung(solver, _asked, BY_NAME[solver], "asked for")]
+    return [rung for rung in RUNGS if rung.serves(task)]
 
 
-def _steady(system: System) -> int:
-    return STEADY + int(SHARE * len(system.first))
+def climb(task: Task, solver: str = "auto") -> Answer:
+    """Solve a task by the named solver, or by the cheapest rung that serves.
+
+    Islands that nothing presses and single contacts are answered at once, the others together. Raises
+    ValueError where the named solver is not for such contacts."""
+    if solver != "auto" or task.problem.maintained:
+        return _climb(task, choose(task, solver))
+    answer, rest = closed_form(task)
+    if not rest.contacts.any():
+        return answer
+    part = task.part(rest.contacts, rest.disks, forest=rest.forest)
+    found = _climb(part, choose(part))
+    reaction, velocity = answer.reaction, answer.velocity
+    reaction[rest.contacts], velocity[rest.disks] = found.reaction, found.velocity
+    return found._replace(reaction=reaction, velocity=velocity)
 
 
-def _closed(system: System, reaction: Floats, velocity: Floats, soft: float = 0.0) -> Flags:
-    """Which contacts (k,) press more than they open."""
-    yielded = soft * reaction / stiffness(system)
-    closed: Flags = system.inverse_mass * reaction > _gap(system, velocity) + yielded
-    return closed
-
-
-def _gap(system: System, velocity: Floats) -> Floats:
-    """b − C u (k,) m/s: how fast the contacts open."""
-    v = np.empty(len(system.first))
-    approach(system, velocity, v)
-    gap: Floats = system.offset - v
-    return gap
+def _climb(task: Task, rungs: list[Rung]) -> Answer:
+    for rung in rungs:
+        answer, last = rung.solve(task), rung is rungs[-1]
+        if answer.settled is False and not last:
+            task = task.after(answer)
+            continue
+        answer = balanced(task, answer)
+        if task.canonical:
+            answer = least_energy(task, answer)
+        if last or answer.settled or task.error(answer) <= task.tolerance:
+            break
+    why = rung.why.format(n=len(task.problem.mass))
+    return answer._replace(solver=rung.name, why=why)

@@ -3,37 +3,57 @@ without dissipation."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from nscd.solvers.system import System
+from nscd.solvers.task import Answer, Task
 
 POWER_ITERATIONS = 20
 CHECK = 25
+MOST_SWEEPS = 200_000
+# The solver stops a little before the tolerance, so that rounding does not carry it beyond.
+MARGIN = 0.9
 EARLY = 100
 
 
-def projected_gradient(
-    system: System, tolerance: float, most: int = 200_000
-) -> tuple[Any, Any, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) in elimination order, and sweeps, to natural-map
-    residual ≤ tolerance.
+class Scaled(NamedTuple):
+    """The problem in the variables λ√w: first, second (k,) disks, n for a wall; normal (x, y) (k,)
+    over √w; inverse mass (n+1,) 1/kg; pull (Cû − b)/√w (k,); root √w (k,)."""
+
+    first: Any
+    second: Any
+    x: Any
+    y: Any
+    inverse: Any
+    pull: Any
+    root: Any
+
+
+def projected_gradient(task: Task) -> Answer:
+    """Descend to the answer of a crowd without dissipation: natural-map residual ≤ tolerance.
 
     min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit
     diagonal), by Nesterov's method with the gradient restart of O'Donoghue & Candès, Found. Comput.
     Math. 15 (2015) 715."""
-    return descend(system, tolerance, most, -1)[:3]
+    task.refuse_dissipation("projected_gradient")
+    reaction, velocity, sweeps, _ = descend(
+        task.system, MARGIN * task.tolerance, MOST_SWEEPS, steady=-1
+    )
+    return task.answer(reaction, velocity, sweeps)
 
 
 def descend(
     system: System, tolerance: float, most: int, steady: int, redundant: float = np.inf
 ) -> tuple[Any, Any, int, bool]:
-    """The same, ended early once no more than `steady` contacts (negative: never) close or open
-    within 25 sweeps (the last value says whether), or, after 100, where there are more of them than
-    `redundant` times the number of unknowns: they then cannot all be told from the reactions, which
-    are not unique."""
+    """Descend to the tolerance, or `most` sweeps: reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s in
+    elimination order, sweeps, and whether it ended because it had found the closed contacts.
+
+    It ends early once no more than `steady` contacts (negative: never) close or open within 25
+    sweeps, or, after 100, where there are more of them than `redundant` times the number of
+    unknowns: they then cannot all be told from the reactions, which are not unique."""
     n = len(system.mass)
     root = np.sqrt(system.inverse_mass)
     x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root
@@ -47,13 +67,12 @@ def descend(
     pull -= system.offset / root
     step = 1.0 / _norm(first, second, x, y, inverse)
     weighted = tolerance * system.scale
-    scaled, sweeps, settled = _descend(
-        first, second, x, y, inverse, pull, root, step, weighted, most, steady, 2 * n * redundant
-    )
+    scaled = Scaled(first, second, x, y, inverse, pull, root)
+    pushed, sweeps, settled = _descend(scaled, step, weighted, most, steady, 2 * n * redundant)
     momentum = np.zeros((2, n + 1))
-    _gather(first, second, x, y, scaled, momentum[0], momentum[1])
+    _gather(first, second, x, y, pushed, momentum[0], momentum[1])
     velocity = system.free - (momentum * inverse).T[:n]
-    return scaled / root, velocity, int(sweeps), bool(settled)
+    return pushed / root, velocity, int(sweeps), bool(settled)
 
 
 @njit(cache=True, fastmath=True)
@@ -98,9 +117,9 @@ def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
 
 @njit(cache=True, fastmath=True)
 def _descend(
-    first: Any, second: Any, x: Any, y: Any, inverse: Any, pull: Any, root: Any, step: float, tolerance: float, most: int,
-    steady: int, redundant: float,
-) -> Any:  # fmt: skip
+    scaled: Any, step: float, tolerance: float, most: int, steady: int, redundant: float
+) -> Any:
+    first, second, x, y, inverse, pull, root = scaled
     k, n = len(first), len(inverse)
     now, ahead, v, ux, uy = np.empty(k), np.empty(k), np.empty(k), np.empty(n), np.empty(n)
     for c in range(k):

@@ -1,25 +1,16 @@
-"""A ContactProblem in elimination order, its matrix–vector products, and the factorisation of Â +
-CᵀΘC."""
+"""A ContactProblem in elimination order, and its matrix–vector products."""
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from nscd.arrays import Index32
+from nscd.arrays import Floats
 from nscd.problem import ContactProblem
-from nscd.solvers.cholesky.dissection import dissect
-from nscd.solvers.cholesky.fronts import Fronts, fronts_of
-from nscd.solvers.cholesky.minimum_degree import minimum_degree
-from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
-from nscd.solvers.cholesky.rows import Rows, factorise_rows, rows_of, solve_rows
+from nscd.solvers.cholesky.factor import Factor, factor_of
 
-# From this many disks the multifrontal factorisation is the faster one (see benchmarks).
-MANY = 3000
-LEAF = 8
 # Up to this ratio of w masses are even: contacts may then all have the same stiffness, whatever
 # they join.
 EVEN = 100.0
@@ -48,29 +39,10 @@ class System(NamedTuple):
     scale: float
 
 
-class Factor(NamedTuple):
-    """order (n,): the disk at each place; contact (k,): the contact at each row; the factor of Â +
-    CᵀΘC, by rows or (many) by fronts: the other one is empty."""
-
-    order: Index32
-    contact: Any
-    many: bool
-    rows: Rows
-    fronts: Fronts
-
-
 def system_of(problem: ContactProblem) -> tuple[System, Factor]:
     """The kernels' form of a problem, and storage for its factors in a good order."""
-    n, d = problem.mass.shape
-    many = bool(n >= MANY or d == 3)
-    if many:
-        ordering = dissect(problem.position, problem.first, problem.second, LEAF)
-    else:
-        ordering = minimum_degree(n, problem.first, problem.second)
-    order, place = ordering.order, ordering.place
-    contact = np.argsort(
-        place[problem.first], kind="stable"
-    )  # neighbours in memory as in the crowd
+    factor = factor_of(problem)
+    order, place, contact = factor.order, factor.place, factor.contact
     first, second = problem.first[contact], problem.second[contact]
     system = System(
         first=place[first],
@@ -87,45 +59,20 @@ def system_of(problem: ContactProblem) -> tuple[System, Factor]:
         inverse_mass=problem.inverse_mass[contact],
         scale=problem.scale,
     )
-    rows = _nothing()[0] if many else rows_of(ordering, first, second)
-    fronts = fronts_of(ordering, first, second, d) if many else _nothing()[1]
-    return system, Factor(order, contact, many, rows, fronts)
+    return system, factor
 
 
 def stiffness(system: System) -> Any:
     """Relative stiffness (k,) kg of the contacts as a penalty model: the same for all, 1/max w, so
     that its stiff limit has the least Σλ²; 1/w where masses differ too much for that."""
     w = system.inverse_mass
-    return np.full(len(w), 1.0 / w.max()) if even(system) else 1.0 / w
+    return np.full(len(w), 1.0 / w.max()) if even(w) else 1.0 / w
 
 
-def even(system: System) -> bool:
-    """Whether masses are even enough for one stiffness, and for first-order methods."""
-    return bool(system.inverse_mass.max() <= EVEN * system.inverse_mass.min())
-
-
-@cache
-def _nothing() -> tuple[Rows, Fronts]:
-    none = np.empty(0, dtype=np.int32)
-    empty = dissect(np.empty((0, 2)), none, none, 1)
-    return rows_of(empty, none, none), fronts_of(empty, none, none, 2)
-
-
-@njit(cache=True)
-def factorise(system: Any, factor: Any, theta: Any) -> bool:
-    """Factorise Â + CᵀΘC for theta (k,) kg; False where rounding left it indefinite."""
-    if factor.many:
-        return factorise_fronts(system, factor.fronts, theta)
-    return factorise_rows(system, factor.rows, theta)
-
-
-@njit(cache=True)
-def solve_factorised(factor: Any, b: Any) -> None:
-    """b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
-    if factor.many:
-        solve_fronts(factor.fronts, b)
-    else:
-        solve_rows(factor.rows, b)
+def even(inverse_mass: Floats) -> bool:
+    """Tell from w (k,) whether masses are even enough for one stiffness, and for first-order
+    methods."""
+    return bool(inverse_mass.max() <= EVEN * inverse_mass.min())
 
 
 @njit(cache=True, fastmath=True)

@@ -3,43 +3,53 @@ time."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from nscd.arrays import Floats
-from nscd.problem import ContactProblem
+from nscd.solvers.task import Answer, Task
 
 ROUNDS = 50
 
 
-def tree(problem: ContactProblem) -> tuple[Floats, Floats, int]:
-    """Reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s and rounds, for contacts without dissipation
-    that form trees.
+class Given(NamedTuple):
+    """What a pass needs of the problem: first (k,), normal (k,2), mass (n,) kg, free (n,2) m/s,
+    offset (k,) m/s."""
+
+    first: Any
+    normal: Any
+    mass: Any
+    free: Any
+    offset: Any
+
+
+def tree(task: Task) -> Answer:
+    """Close contacts without dissipation that form trees, from the leaves.
 
     With its contacts closed, everything behind a disk acts on it as a mass along one normal: m_c =
     1/(n·A_c⁻¹n) with A_a = m_a I + Σ m_c n nᵀ over the branches behind. One pass from the leaves
     gives these, one pass back the reactions (paper eqs. (5), (6) for a straight chain). Contacts
     that pull are then opened and open ones that would overlap closed, until none is left."""
+    problem = task.problem
     n, k = len(problem.mass), len(problem.first)
-    order, parent, link = _branches(n, problem.first, problem.second)
+    branches = _branches(n, problem.first, problem.second)
+    given = Given(
+        problem.first, problem.normal_first, problem.mass[:, 0], problem.free, problem.offset
+    )
     closed = np.ones(k, dtype=np.bool_)
     reaction, u = np.zeros(k), problem.free.copy()
     done = 0
     while done < ROUNDS:
         done += 1
-        reaction, u = _pass(
-            order, parent, link, closed, problem.first, problem.second, problem.normal_first, problem.mass[:, 0],
-            problem.free, problem.offset,
-        )  # fmt: skip
+        reaction, u = _pass(branches, closed, given)
         new = problem.inverse_mass * reaction > problem.offset - problem.approach(u)
         # a closed contact stays so unless it pulls: its own velocity is rounding
         new = np.where(closed, reaction >= 0.0, new)
         if (new == closed).all():
             break
         closed = new
-    return np.maximum(reaction, 0.0), u, done
+    return Answer(np.maximum(reaction, 0.0), u, done, least=True)
 
 
 @njit(cache=True)
@@ -89,18 +99,9 @@ def _branches(n: int, first: Any, second: Any) -> Any:
 
 
 @njit(cache=True)
-def _pass(
-    order: Any,
-    parent: Any,
-    link: Any,
-    closed: Any,
-    first: Any,
-    second: Any,
-    normal: Any,
-    mass: Any,
-    free: Any,
-    offset: Any,
-) -> Any:
+def _pass(branches: Any, closed: Any, given: Any) -> Any:
+    order, parent, link = branches
+    first, normal, mass, free, offset = given
     n = len(order)
     A, r = np.empty((n, 3)), np.empty((n, 2))
     for a in range(n):

@@ -181,18 +181,18 @@ def test_first_order_solvers_refuse_dissipation():
 @given(st.integers(0, 10**6), st.floats(0.1, 10), st.floats(0, 10))
 def test_large_and_small_factorisations_agree(seed, normal, tangential):
     """The multifrontal factorisation (forced) and the row factorisation solve the same problem."""
-    from nscd.solvers import system as cholesky
+    from nscd.solvers.cholesky import factor
 
     snapshot = lattice(seed, decades=2.0)
     law = ContactLaw(
         dissipation=normal, tangential_dissipation=tangential if tangential > 1 else 0.0
     )
     _, by_rows = answer(snapshot, law=law, solver="interior_point")
-    many, cholesky.MANY = cholesky.MANY, 0
+    many, factor.MANY = factor.MANY, 0
     try:
         _, by_fronts = answer(snapshot, law=law, solver="interior_point")
     finally:
-        cholesky.MANY = many
+        factor.MANY = many
     assert by_rows.status == by_fronts.status == "solved"
     np.testing.assert_allclose(by_fronts.right_velocity, by_rows.right_velocity, atol=1e-7)
 

@@ -10,6 +10,7 @@ from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.problem import impact_problem
 from nscd.solvers.ladder import climb
+from nscd.solvers.task import Task
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at
 # least SPARE_M before rounding and so never negative after it.
@@ -70,8 +71,8 @@ def reconcile(
             snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M
         )
         problem = replace(problem, free=home)
-        outcome = climb(problem, SOLVER_TOLERANCE)
-        reaction, step = outcome.reaction, outcome.velocity
+        found = climb(Task(problem=problem, tolerance=SOLVER_TOLERANCE))
+        reaction, step = found.reaction, found.velocity
         if not problem.residual(reaction, step) < 1e-6:
             raise OverlapError(f"there is no room for {n} disks of radius up to {radius.max():g} m")
         current = current + step

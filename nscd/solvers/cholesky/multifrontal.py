@@ -8,9 +8,9 @@ from numba import njit
 
 from nscd.solvers.cholesky.elimination import eliminate
 
-# A front is made where its results belong: row t of front s begins in `store` at panel_start +
-# t·size where it is eliminated here, else at update_start + (t − pivots)·rest. Only the upper half
-# is kept.
+# A front (panel, update, size, pivots) is made where its results belong: row t of front s begins in
+# `store` at panel_start + t·size where it is eliminated here, else at update_start + (t −
+# pivots)·rest. Only the upper half is kept.
 
 
 @njit(cache=True, fastmath=True)
@@ -23,6 +23,7 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
         pivots = d * (fronts.end[s] - fronts.first[s])
         rest = d * (fronts.border_start[s + 1] - fronts.border_start[s])
         size, panel, update = pivots + rest, fronts.panel_start[s], fronts.update_start[s]
+        front = (panel, update, size, pivots)
         F[panel : panel + pivots * size] = 0.0
         for i in range(rest):
             F[update + i * rest + i : update + (i + 1) * rest] = 0.0
@@ -34,18 +35,14 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
             i, j = fronts.left[e] * d, fronts.right[e] * d
             weight = theta[c] + system.normal_weight[c]
             x, y = system.normal_first[c, 0], system.normal_first[c, 1]
-            _add_normal(
-                F, panel, update, size, pivots, i, j, weight * x * x, weight * x * y, weight * y * y
-            )
+            _add_normal(F, front, i, j, weight * x * x, weight * x * y, weight * y * y)
             if system.tangent_weight[c] != 0.0:
                 first, second = system.tangent_first[c], system.tangent_second[c]
-                _add_tangent(
-                    F, panel, update, size, pivots, i, j, system.tangent_weight[c], first, second
-                )
+                _add_tangent(F, front, i, j, system.tangent_weight[c], first, second)
         c = fronts.child[s]
         while c >= 0:
             inner = fronts.inner[fronts.border_start[c] : fronts.border_start[c + 1]]
-            _add_child(F, panel, update, size, pivots, fronts.update_start[c], inner, fronts.run, d)
+            _add_child(F, front, fronts.update_start[c], inner, fronts.run, d)
             c = fronts.sibling[c]
         rows, others = F[panel : panel + pivots * size], F[update : update + rest * rest]
         if not eliminate(rows, others, fronts.work, size, pivots):
@@ -56,10 +53,7 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
 @njit(cache=True, fastmath=True)
 def _add_normal(
     F: Any,
-    panel: int,
-    update: int,
-    size: int,
-    pivots: int,
+    front: Any,
     i: int,
     j: int,
     xx: float,
@@ -67,6 +61,7 @@ def _add_normal(
     yy: float,
 ) -> None:
     """The upper half of (n, −n)ᵀ(n, −n) = (xx, xy; xy, yy) at rows i and j (negative: a wall)."""
+    panel, update, size, pivots = front
     at, stride = panel + i * (size + 1), size
     if i >= pivots:
         at, stride = update + (i - pivots) * (size - pivots + 1), size - pivots
@@ -92,10 +87,7 @@ def _add_normal(
 @njit(cache=True, fastmath=True)
 def _add_tangent(
     F: Any,
-    panel: int,
-    update: int,
-    size: int,
-    pivots: int,
+    front: Any,
     i: int,
     j: int,
     weight: float,
@@ -104,6 +96,7 @@ def _add_tangent(
 ) -> None:
     """The upper half of weight · (first, second)ᵀ(first, second) at rows i and j (negative: a
     wall)."""
+    panel, update, size, pivots = front
     d = len(first)
     for a in range(d):
         for b in range(d):
@@ -125,10 +118,7 @@ def _add_tangent(
 @njit(cache=True, fastmath=True)
 def _add_child(
     F: Any,
-    panel: int,
-    update: int,
-    size: int,
-    pivots: int,
+    front: Any,
     child: int,
     inner: Any,
     run: Any,
@@ -136,6 +126,7 @@ def _add_child(
 ) -> None:
     """Add a child's Schur complement at the places `inner` of its disks, neighbouring places
     together."""
+    panel, update, size, pivots = front
     count, rest, rows = len(inner), size - pivots, d * len(inner)
     for i in range(count - 1, -1, -1):
         run[i] = run[i + 1] if i + 1 < count and inner[i + 1] == inner[i] + 1 else i + 1

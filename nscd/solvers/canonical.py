@@ -1,5 +1,6 @@
-"""Among all percussions that give the same velocities, the one of least elastic energy (equal
-stiffness: least norm)."""
+"""The canonical reactions: of all that give the same velocities, those of least elastic energy.
+
+Their check, by another method, is `nscd.indeterminacy.least_energy`."""
 
 from __future__ import annotations
 
@@ -8,7 +9,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.system import Factor, System, add_reactions, approach, factorise, solve_factorised
+from nscd.arrays import Floats
+from nscd.solvers.active_set import gap
+from nscd.solvers.cholesky.factor import factorise, solve_factorised
+from nscd.solvers.system import add_reactions, approach
+from nscd.solvers.task import Answer, Task
+from nscd.solvers.thresholds import AT
 
 # Weight of the contacts against the inertia that keeps the Newton matrix definite.
 STIFF = 1e8
@@ -17,24 +23,36 @@ STEPS = 60
 ROUNDING = 1e-14
 
 
-def least_energy(
-    system: System, factor: Factor, reaction: Any, velocity: Any, tolerance: float
-) -> tuple[Any, float, int]:
-    """Reactions λ (k,) N·s of least Σλ² with the same momentum Cᵀλ as `reaction`, λ ≥ 0, and λ = 0
-    where the contact opens at `velocity` (n,d) by more than tolerance · ‖u⁻‖∞; the momentum error
-    left (relative to the largest), and Newton steps.
+def canonical(task: Task, answer: Answer) -> Answer:
+    """Put the reactions of least energy into an answer, unless it is none or its accuracy would
+    suffer."""
+    if answer.least or not task.error(answer) <= task.tolerance:
+        return answer
+    reaction = np.empty_like(answer.reaction)
+    reaction[task.factor.contact] = _least_energy(task, answer)
+    better = answer._replace(reaction=reaction, least=True)
+    if task.error(better) <= task.tolerance:
+        return better
+    # the given ones serve where they are the same but for rounding
+    apart = float(np.abs(reaction - answer.reaction).max())
+    return answer._replace(least=apart <= AT.unique * float(reaction.max()))
+
+
+def _least_energy(task: Task, answer: Answer) -> Floats:
+    """Reactions λ (k,) N·s, in elimination order, of least Σλ² with the same momentum Cᵀλ as those
+    of the answer, λ ≥ 0, and λ = 0 where the contact opens by more than tolerance · ‖u⁻‖∞.
 
     The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth
     Newton method with line search. It is the limit of a penalty packing of equal stiffness, loaded
     from rest, as the stiffness grows."""
-    gap = np.empty(len(reaction))
-    approach(system, velocity, gap)
-    may = system.offset - gap <= tolerance * system.scale
-    bare = system._replace(
-        normal_weight=np.zeros(len(reaction)), tangent_weight=np.zeros(len(reaction))
-    )
-    found, error, steps = _newton(bare, factor, np.where(may, reaction, 0.0), may)
-    return found, float(error), int(steps)
+    system, factor = task.system, task.factor
+    reaction = answer.reaction[factor.contact]
+    may = gap(system, answer.velocity[factor.order]) <= task.tolerance * system.scale
+    none = np.zeros(len(reaction))
+    bare = system._replace(normal_weight=none, tangent_weight=none)
+    found, _, _ = _newton(bare, factor, np.where(may, reaction, 0.0), may)
+    least: Floats = found
+    return least
 
 
 @njit(cache=True)

@@ -1,0 +1,54 @@
+"""Contacts known to be closed: C u = b on a set of them, to rounding."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from nscd.solvers.cholesky.factor import solve_factorised
+from nscd.solvers.system import add_reactions, approach, inertia
+
+# Weight of the equalities: large for speed, small enough to keep ten digits.
+PENALTY = 1e6
+# Gaps and openings are known to this share of ‖u⁻‖∞.
+EXACT = 1e-14
+
+
+@njit(cache=True)
+def close_contacts(
+    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: int
+) -> int:
+    """Method of multipliers on the closed contacts, with the factor of Â + CᵀΘC: λ ← λ + θ(Cu − b),
+    and the steps taken.
+
+    λ (k,) is kept for the open contacts as well (it presses nothing there); λ, u (n,d) and v = C u
+    are changed in place. u is corrected by the momentum that is still out of balance, so that
+    rounding does not grow with θ."""
+    k = len(closed)
+    push, change = np.empty(k), np.empty(k)
+    moved, rest = np.empty_like(u), np.empty_like(u)
+    before = np.inf
+    steps = 0
+    while steps < most:
+        steps += 1
+        for c in range(k):
+            reaction[c] += theta[c] * (v[c] - system.offset[c])
+            push[c] = reaction[c] if closed[c] else 0.0
+        moved[:] = system.free - u
+        inertia(system, moved, rest)
+        add_reactions(system, push, -1.0, rest)
+        solve_factorised(factor, rest)
+        u += rest
+        approach(system, rest, change)
+        approach(system, u, v)
+        open_by = 0.0
+        for c in range(k):
+            reaction[c] += theta[c] * change[c]
+            if closed[c]:
+                open_by = max(open_by, abs(v[c] - system.offset[c]))
+        if open_by <= 1e-15 * system.scale or (steps > 2 and open_by > 0.8 * before):
+            break
+        before = open_by
+    return steps

@@ -1,0 +1,112 @@
+"""What every solver takes and gives: a Task and an Answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from nscd.arrays import Flags, Floats
+from nscd.problem import ContactProblem
+from nscd.solvers.cholesky.factor import Factor
+from nscd.solvers.system import System, system_of
+
+
+class Answer(NamedTuple):
+    """Give what a solver found, in the order of the problem.
+
+    reaction λ (k,) N·s; velocity u⁺ (n,d) m/s, spins in rad/s; iterations: sweeps, rounds,
+    factorisations; least: whether λ is known to be the one of least energy (which a unique λ is);
+    settled: True if the solver has checked that this is the answer, False if the next rung is to
+    start from it, None if the ladder is to measure it.
+    solver and why: the rung of the ladder that gave it, filled in there."""
+
+    reaction: Floats
+    velocity: Floats
+    iterations: int
+    least: bool
+    settled: bool | None = None
+    solver: str = ""
+    why: str = ""
+
+
+class _Ordered:
+    """The problem in elimination order, and storage for its factors: made when first asked for."""
+
+    def __init__(self, problem: ContactProblem) -> None:
+        self._problem = problem
+
+    @cached_property
+    def both(self) -> tuple[System, Factor]:
+        return system_of(self._problem)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Task:
+    """One problem, and what is asked of its answer.
+
+    problem: k ≥ 1 contacts between n disks; tolerance: of the residual and the momentum error;
+    canonical: whether λ is to be the one of least energy where it is not unique; guess (k,) N·s: the
+    reactions of a similar problem; start: where an unsettled rung ended; forest: whether the
+    contacts are known to form trees."""
+
+    problem: ContactProblem
+    tolerance: float
+    canonical: bool = True
+    guess: Floats | None = None
+    start: Answer | None = None
+    forest: bool = False
+    _ordered: _Ordered = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_ordered", _Ordered(self.problem))
+
+    @property
+    def system(self) -> System:
+        """The problem as the compiled kernels take it, in elimination order."""
+        return self._ordered.both[0]
+
+    @property
+    def factor(self) -> Factor:
+        """The order of elimination, and storage for the factors."""
+        return self._ordered.both[1]
+
+    def part(self, contacts: Flags, disks: Flags, *, forest: bool) -> Task:
+        """Restrict the task to some contacts (k,) and the disks (n,) that they are between."""
+        whole = bool(contacts.all() and disks.all())
+        return replace(
+            self,
+            problem=self.problem if whole else self.problem.restricted(contacts, disks),
+            guess=None if self.guess is None else self.guess[contacts],
+            forest=forest,
+        )
+
+    def after(self, answer: Answer) -> Task:
+        """Hand an unsettled answer on: the same task, to be started from there."""
+        task = replace(self, start=answer)
+        object.__setattr__(task, "_ordered", self._ordered)
+        return task
+
+    def answer(
+        self, reaction: Floats, velocity: Floats, iterations: int, *, least: bool = False
+    ) -> Answer:
+        """Put reactions (k,) and velocities (n,d) from elimination order into that of the problem."""
+        unordered, right = np.empty_like(reaction), np.empty_like(velocity)
+        unordered[self.factor.contact], right[self.factor.order] = reaction, velocity
+        return Answer(unordered, right, iterations, least)
+
+    def refuse_dissipation(self, name: str) -> None:
+        """Raise ValueError, naming the solver, where contacts dissipate."""
+        if self.problem.dissipative:
+            raise ValueError(f"solver: {name} is for contacts without dissipation")
+
+    def error(self, answer: Answer) -> float:
+        """Measure an answer: the larger of its residual and its momentum error, dimensionless."""
+        residual = self.problem.residual(answer.reaction, answer.velocity)
+        return max(residual, self.problem.balance_error(answer.reaction, answer.velocity))
+
+
+Solver = Callable[[Task], Answer]
