@@ -80,7 +80,9 @@ def theory(solver: str) -> float:
     if solver != SWEEPER:
         return float("nan")
     wanted = np.log(TOLERANCE)
-    return float(brentq(lambda n: np.log(2 / n) + MOST_SWEEPS * np.log(rate(2 * n)) - wanted, 10.0, 1e6))
+    return float(
+        brentq(lambda n: np.log(2 / n) + MOST_SWEEPS * np.log(rate(2 * n)) - wanted, 10.0, 1e6)
+    )
 
 
 def case(quick: bool) -> Case:
