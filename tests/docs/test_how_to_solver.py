@@ -10,9 +10,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "how_to" / "solver.md").read_text()
-SOLVER, BY_NAME, RUNG, EXAMPLE = re.findall(
-    r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE
-)
+SOLVER, EXAMPLE = re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+BY_NAME, RUNG = re.findall(r"^```diff\n\+(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
 PRINTED = re.search(r"^prints\n\n```\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE).group(1)
 
 
