@@ -24,7 +24,8 @@ class ContactProblem:
     first, second (k,) disks, second −1 for a wall; normal_first, normal_second, tangent_first,
     tangent_second (k,d): rows of C and of the tangential part of D; normal_weight, tangent_weight
     (k,) kg: k_n, k_t; mass (n,d) kg, kg m²; left u⁻, free û (n,d); offset b (k,) m/s, 0 for an
-    impact; inverse_mass w (k,) 1/kg; position (n,2) m."""
+    impact; inverse_mass w (k,) 1/kg; position (n,2) m; least_scale m/s:
+    for problems whose u⁻ is 0 and whose offset is not."""
 
     first: Index32
     second: Index32
@@ -41,11 +42,14 @@ class ContactProblem:
     inverse_mass: Floats
     position: Floats
     maintained: bool
+    least_scale: float = 0.0
 
     @cached_property
     def scale(self) -> float:
-        """‖u⁻‖∞ (m/s), the velocity that residuals are measured in; tiny where nothing moves."""
-        return max(float(np.abs(self.left[:, :2]).max(initial=0.0)), float(np.finfo(float).tiny))
+        """‖u⁻‖∞ (m/s), the velocity that residuals are measured in, at least `least_scale`; tiny
+        where nothing moves."""
+        moving = float(np.abs(self.left[:, :2]).max(initial=0.0))
+        return max(moving, self.least_scale, float(np.finfo(float).tiny))
 
     @cached_property
     def dissipative(self) -> bool:

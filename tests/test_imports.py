@@ -11,7 +11,7 @@ RANKS = [
     ["nscd/solvers/cholesky"],
     ["nscd/solvers"],
     ["nscd/solve.py"],
-    ["nscd/rivals.py"],
+    ["nscd/rivals.py", "nscd/stepping"],
     ["nscd/__init__.py"],
     ["nscd/__main__.py"],
     ["nscd/indeterminacy"],

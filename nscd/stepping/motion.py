@@ -1,0 +1,216 @@
+"""A rigid crowd in motion: one Moreau–Jean step after another, each an exact contact problem."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nscd.arrays import Floats
+from nscd.bodies import Snapshot, Walls
+from nscd.problem import ContactProblem
+from nscd.solvers.ladder import climb
+from nscd.solvers.task import Answer, Task
+from nscd.stepping.search import Neighbours, neighbours, segments_of
+
+# Accelerated gradient serves from this tolerance on: the exact solvers are for tighter ones.
+LOOSE = 1e-6
+# An answer whose recomputed error is this many times what was asked is not used.
+STALLED = 10.0
+# Bodies that overlap at the start are pushed apart together with all within this many radii.
+REACH = 0.3
+PUSHES = 20
+# Overlaps below this share of the mean radius are rounding.
+TOUCHING = 1e-12
+
+
+class StepError(RuntimeError):
+    """A step that has no answer within the tolerance; the message gives the time and the residual."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StepReport:
+    """What a step did.
+
+    neighbours: the k candidates for contact; reaction (k,) N·s: their percussions; residual
+    (dimensionless): recomputed; iterations: of the solver; repeats: how often the margin was too
+    small; solver: its name.
+    """
+
+    neighbours: Neighbours
+    reaction: Floats
+    residual: float
+    iterations: int
+    repeats: int
+    solver: str
+
+
+class Motion:
+    """Step rigid disks with a desired-velocity drive, by Moreau–Jean's scheme with the gap in the
+    constraint.
+
+    With a = h/τ: u_free = (u + a u_d(q) + h g)/(1 + a), then
+    min ½|u⁺ − u_free|² in the masses (1 + a) m, subject to C(q) u⁺ ≤ gap/h, and q ← q + h u⁺.
+    The multiplier λ (N·s) is the percussion of the step. Since |x| is convex the linearised gap
+    underestimates the true one: disks that do not overlap never do, at any h. With restitution e a
+    contact that closes within the step with v⁻ > 0 has C u⁺ ≤ −e v⁻ instead (Moreau's law), unless
+    v⁻ is no more than what the drive gives in a step: that contact rests.
+
+    position, velocity (n,2) m, m/s; time s: the state, changed by each step.
+
+    Sources: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235; the drive is implicit in u.
+    Raises ValueError for a step, relaxation time, tolerance or restitution out of range.
+    """
+
+    def __init__(
+        self,
+        snapshot: Snapshot,
+        walls: Walls | None = None,
+        *,
+        step: float,
+        desired: Callable[[Floats], Floats] | None = None,
+        relaxation_time: float = np.inf,
+        restitution: float = 0.0,
+        tolerance: float = 1e-8,
+    ) -> None:
+        if not (np.isfinite(step) and step > 0):
+            raise ValueError(f"step: {step} s; a time > 0 is needed")
+        if desired is not None and not (np.isfinite(relaxation_time) and relaxation_time > 0):
+            raise ValueError(f"relaxation_time: {relaxation_time} s; a time > 0 is needed")
+        if not 0 <= restitution <= 1:
+            raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
+        if not 1e-14 <= tolerance < 1:
+            raise ValueError(f"tolerance: {tolerance}; between 1e-14 and 1 is needed")
+        self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
+        self.time, self.step = snapshot.time, step
+        self.radius, self.mass = np.array(snapshot.radius), np.array(snapshot.mass)
+        self._walls = segments_of(walls)
+        self._desired, self._share = desired, step / relaxation_time if desired else 0.0
+        self._restitution, self._tolerance = restitution, tolerance
+
+    @property
+    def overlap(self) -> float:
+        """The deepest overlap of two disks, or of a disk and a wall (m); 0 where none overlap."""
+        near = neighbours(self.position, self.radius, self._walls, 0.0)
+        return max(0.0, -float(near.gap.min(initial=0.0)))
+
+    def separate(self) -> float:
+        """Push overlapping disks apart, as little as possible (in the masses); return how far the
+        one moved most was moved (m). Velocities stay.
+
+        min ½|x|²_M subject to C x ≤ gap, again until nothing overlaps: a full gap in the first step
+        would instead throw them apart. Raises StepError if that does not end.
+        """
+        start = self.position.copy()
+        reach = REACH * float(self.radius.mean())
+        for _ in range(PUSHES):
+            near = neighbours(self.position, self.radius, self._walls, reach)
+            if near.gap.min(initial=0.0) >= -TOUCHING * self.radius.mean():
+                return float(np.hypot(*(self.position - start).T).max(initial=0.0))
+            deepest = -float(near.gap.min())
+            problem = _problem(
+                near, self.mass, np.zeros_like(start), self.position, near.gap, deepest
+            )
+            answer, error = _solve(problem, 1e-12)
+            if not error <= 1e-8:
+                break
+            self.position = self.position + answer.velocity
+        raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
+
+    def advance(self) -> StepReport:
+        """Make one step; repeat it with a larger margin where a disk went faster than the margin
+        allows for. Raises StepError where no solver reaches the tolerance; the state then stays."""
+        h, a = self.step, self._share
+        free = self.velocity
+        if self._desired is not None:
+            free = (free + a * self._desired(self.position)) / (1 + a)
+        gained = float(np.abs(free - self.velocity).max(initial=0.0))
+        margin = 2 * h * max(_fastest(free), _fastest(self.velocity))
+        mass = (1 + a) * self.mass
+        repeats = -1
+        needed = np.inf
+        while needed > margin and repeats < PUSHES:
+            repeats += 1
+            margin = margin if repeats == 0 else needed
+            near = neighbours(self.position, self.radius, self._walls, margin)
+            problem = _problem(near, mass, free, self.position, near.gap / h)
+            problem = self._rebounding(problem, near, gained)
+            answer, error = _solve(problem, self._tolerance)
+            if not error <= STALLED * self._tolerance:
+                raise StepError(
+                    f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
+                    f"where {self._tolerance:.1e} was asked"
+                )
+            needed = 2 * h * _fastest(answer.velocity)
+        self.velocity = answer.velocity
+        self.position = self.position + h * answer.velocity
+        self.time += h
+        return StepReport(
+            neighbours=near,
+            reaction=answer.reaction,
+            residual=error,
+            iterations=answer.iterations,
+            repeats=repeats,
+            solver=answer.solver,
+        )
+
+    def _rebounding(
+        self, problem: ContactProblem, near: Neighbours, gained: float
+    ) -> ContactProblem:
+        if not self._restitution:
+            return problem
+        before = problem.approach(self.velocity)
+        closing = self.step * problem.approach(problem.free) >= near.gap
+        bouncing = closing & (before > 2 * gained) & (before > 0)
+        rebound = np.minimum(problem.offset, -self._restitution * before)
+        return replace(problem, offset=np.where(bouncing, rebound, problem.offset))
+
+
+def _fastest(velocity: Floats) -> float:
+    return float(np.hypot(velocity[:, 0], velocity[:, 1]).max(initial=0.0))
+
+
+def _problem(
+    near: Neighbours,
+    mass: Floats,
+    free: Floats,
+    position: Floats,
+    offset: Floats,
+    scale: float = 0.0,
+) -> ContactProblem:
+    """min ½|u − free|² in the masses (n,), subject to C u ≤ offset (k,) m/s."""
+    inverse = 1.0 / mass
+    weight = inverse[near.first] + np.where(near.second >= 0, inverse[near.second], 0.0)
+    none = np.zeros(len(weight))
+    tangent = np.column_stack([-near.normal[:, 1], near.normal[:, 0]])
+    return ContactProblem(
+        first=near.first,
+        second=near.second,
+        normal_first=near.normal,
+        normal_second=-near.normal,
+        tangent_first=tangent,
+        tangent_second=-tangent,
+        normal_weight=none,
+        tangent_weight=none,
+        mass=np.repeat(mass[:, None], 2, axis=1),
+        left=free,
+        free=free,
+        offset=offset,
+        inverse_mass=weight,
+        position=position,
+        maintained=False,
+        least_scale=scale,
+    )
+
+
+def _solve(problem: ContactProblem, tolerance: float) -> tuple[Answer, float]:
+    """The answer, any reactions, and its recomputed error."""
+    if not len(problem.first):
+        return Answer(np.empty(0), problem.free, 0, least=True, solver="none"), 0.0
+    task = Task(problem=problem, tolerance=tolerance, canonical=False)
+    answer = climb(task, "projected_gradient" if tolerance >= LOOSE else "auto")
+    return answer, max(
+        problem.residual(answer.reaction, answer.velocity),
+        problem.balance_error(answer.reaction, answer.velocity),
+    )

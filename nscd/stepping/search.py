@@ -1,0 +1,163 @@
+"""Neighbours of a step: all pairs and walls within a margin, from a cell list, compiled."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from nscd.arrays import Floats, Index32
+from nscd.bodies import Walls
+
+# A grid never has more cells than this times the number of disks: who has left the room may be far.
+CELLS_PER_DISK = 8
+
+
+class Segments(NamedTuple):
+    """Walls as the kernel takes them: start, along (w,2) m; vertex (w,2): the numbers of their two
+    ends, the same where two walls meet."""
+
+    start: Any
+    along: Any
+    vertex: Any
+
+
+class Neighbours(NamedTuple):
+    """Candidates for contact: first (k,), second (k,; −1 for a wall), wall (k,; −1 for a pair),
+    normal (k,2) first→second, gap (k,) m."""
+
+    first: Index32
+    second: Index32
+    wall: Index32
+    normal: Floats
+    gap: Floats
+
+
+def segments_of(walls: Walls | None) -> Segments:
+    """Number the ends of walls: ends at the same point are one vertex."""
+    if walls is None or not len(walls):
+        return Segments(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2), np.int32))
+    ends = np.stack([walls.start, walls.end], axis=1)
+    vertex = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)[1]
+    return Segments(
+        np.array(walls.start),
+        np.array(walls.end - walls.start),
+        vertex.reshape(-1, 2).astype(np.int32),
+    )
+
+
+def neighbours(position: Floats, radius: Floats, segments: Segments, margin: float) -> Neighbours:
+    """Find every pair and every wall whose gap is at most `margin` (m).
+
+    position (n,2) m, radius (n,) m. A disk has one contact for each nearest point of connected
+    walls: one at a corner that points at it, two in a corner that it sits in.
+    """
+    # ten neighbours each are ample for disks of similar size; the search grows the room it needs
+    most = 10 * len(radius) + 16
+    while True:
+        out = Neighbours(
+            np.empty(most, np.int32),
+            np.empty(most, np.int32),
+            np.empty(most, np.int32),
+            np.empty((most, 2)),
+            np.empty(most),
+        )
+        count = _search(position, radius, segments, margin, out)
+        if count <= most:
+            return Neighbours(
+                out.first[:count],
+                out.second[:count],
+                out.wall[:count],
+                out.normal[:count],
+                out.gap[:count],
+            )
+        most = count
+
+
+@njit(cache=True)
+def _search(position: Any, radius: Any, segments: Any, margin: float, out: Any) -> int:
+    n, most = len(radius), len(out.gap)
+    cell = 2.0 * radius.max() + max(margin, 0.0)
+    x0, y0 = position[:, 0].min(), position[:, 1].min()
+    room = CELLS_PER_DISK * n + 64
+    nx = int(min((position[:, 0].max() - x0) / cell + 1.0, room))
+    ny = int(min((position[:, 1].max() - y0) / cell + 1.0, room / nx + 1.0))
+    head = np.full((nx, ny), -1, np.int32)
+    after = np.full(n, -1, np.int32)
+    at = np.empty((n, 2), np.int32)
+    for a in range(n - 1, -1, -1):
+        i = min(int(min((position[a, 0] - x0) / cell, room)), nx - 1)
+        j = min(int(min((position[a, 1] - y0) / cell, room)), ny - 1)
+        at[a, 0], at[a, 1] = i, j
+        after[a] = head[i, j]
+        head[i, j] = a
+    count = 0
+    for a in range(n):
+        for p in range(max(at[a, 0] - 1, 0), min(at[a, 0] + 2, nx)):
+            for q in range(max(at[a, 1] - 1, 0), min(at[a, 1] + 2, ny)):
+                b = head[p, q]
+                while b >= 0:
+                    if b > a:
+                        dx = position[b, 0] - position[a, 0]
+                        dy = position[b, 1] - position[a, 1]
+                        near = radius[a] + radius[b] + margin
+                        if dx * dx + dy * dy <= near * near:
+                            d = np.sqrt(dx * dx + dy * dy)
+                            if count < most:
+                                out.first[count], out.second[count] = a, b
+                                out.wall[count] = -1
+                                out.normal[count, 0], out.normal[count, 1] = dx / d, dy / d
+                                out.gap[count] = d - radius[a] - radius[b]
+                            count += 1
+                    b = after[b]
+        count = _walls_of(a, position, radius, segments, margin, out, count)
+    return count
+
+
+@njit(cache=True)
+def _walls_of(
+    a: int, position: Any, radius: Any, segments: Any, margin: float, out: Any, count: int
+) -> int:
+    x, y = position[a, 0], position[a, 1]
+    near = radius[a] + margin
+    for w in range(len(segments.start)):
+        share = _share(segments, w, x, y)
+        dx = segments.start[w, 0] + share * segments.along[w, 0] - x
+        dy = segments.start[w, 1] + share * segments.along[w, 1] - y
+        if dx * dx + dy * dy > near * near or _is_another(segments, w, share, x, y):
+            continue
+        d = np.sqrt(dx * dx + dy * dy)
+        if count < len(out.gap):
+            out.first[count], out.second[count], out.wall[count] = a, -1, w
+            out.normal[count, 0], out.normal[count, 1] = dx / d, dy / d
+            out.gap[count] = d - radius[a]
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def _share(segments: Any, w: int, x: float, y: float) -> Any:
+    """Where on wall w, 0 to 1, its nearest point to (x, y) is."""
+    ax, ay = segments.along[w, 0], segments.along[w, 1]
+    s = (x - segments.start[w, 0]) * ax + (y - segments.start[w, 1]) * ay
+    return min(max(s / (ax * ax + ay * ay), 0.0), 1.0)
+
+
+@njit(cache=True)
+def _is_another(segments: Any, w: int, share: float, x: float, y: float) -> bool:
+    """Whether the nearest point of wall w is a vertex that another wall answers for: one that comes
+    nearer beyond it, or the first of those that all end there."""
+    if 0.0 < share < 1.0:
+        return False
+    vertex = segments.vertex[w, 0 if share == 0.0 else 1]
+    for other in range(len(segments.start)):
+        if other == w:
+            continue
+        for end in range(2):
+            if segments.vertex[other, end] != vertex:
+                continue
+            s = _share(segments, other, x, y)
+            if s != float(end) or other < w:
+                return True
+    return False

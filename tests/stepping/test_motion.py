@@ -1,0 +1,182 @@
+"""The rigid crowd in motion against closed forms: chains, rebounds, energy, overlap, windows."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nscd import Snapshot, Walls, find_contacts
+from nscd.stepping import Motion, StepError, WindowSums
+from nscd.stepping.search import neighbours, segments_of
+
+MASS, SPEED, TAU = 75.0, 2.0, 0.5
+
+
+def row(n, gap=0.0, velocity=(0.0, 0.0)):
+    """n disks of radius 0.25 m along x, the last one `gap` before a wall at x = 0."""
+    x = -0.25 - gap - (0.5 + gap) * np.arange(n)[::-1]
+    return Snapshot(
+        position=np.column_stack([x, np.zeros(n)]),
+        velocity=np.tile(velocity, (n, 1)),
+        radius=np.full(n, 0.25),
+        mass=np.full(n, MASS),
+    )
+
+
+def wall():
+    return Walls(start=[[0.0, -1.0]], end=[[0.0, 1.0]])
+
+
+def rightwards(position):
+    return np.tile([SPEED, 0.0], (len(position), 1))
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-2, 2e-2])
+@pytest.mark.parametrize("gap", [0.0, 0.05])
+def test_a_pressed_row_pushes_each_neighbour_with_the_drive_of_all_behind(step, gap):
+    motion = Motion(
+        row(10, gap), wall(), step=step, desired=rightwards, relaxation_time=TAU, tolerance=1e-12
+    )
+    for _ in range(round(3.0 / step)):
+        report = motion.advance()
+    near = report.neighbours
+    force = np.zeros(10)
+    for c, first in enumerate(near.first):
+        disk = first if near.second[c] < 0 else min(first, near.second[c])
+        force[disk] += report.reaction[c] / step
+    assert force == pytest.approx(MASS * SPEED / TAU * np.arange(1, 11), rel=1e-9)
+    assert np.abs(motion.velocity).max() < 1e-9
+    assert motion.overlap < 1e-12
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
+def test_two_disks_rebound_with_the_restitution_asked(restitution):
+    pair = Snapshot(
+        position=[[0.0, 0.0], [0.61, 0.0]],
+        velocity=[[2.0, 0.0], [0.0, 0.0]],
+        radius=[0.25, 0.25],
+        mass=[75.0, 25.0],
+    )
+    motion = Motion(pair, step=0.01, restitution=restitution)
+    for _ in range(20):
+        motion.advance()
+    centre = 75.0 * 2.0 / 100.0
+    along = motion.velocity[:, 0]
+    assert along == pytest.approx(
+        [centre - 0.25 * restitution * 2.0, centre + 0.75 * restitution * 2.0], abs=1e-9
+    )
+
+
+def crowd(seed, n=40, speed=2.0):
+    """Disks of different sizes on a jittered lattice, in random motion."""
+    random = np.random.default_rng(seed)
+    side = int(np.ceil(np.sqrt(n)))
+    lattice = np.stack(np.meshgrid(np.arange(side), np.arange(side)), -1).reshape(-1, 2)[:n]
+    return Snapshot(
+        position=0.6 * lattice + random.uniform(-0.05, 0.05, (n, 2)),
+        velocity=random.normal(0.0, speed, (n, 2)),
+        radius=random.uniform(0.15, 0.24, n),
+        mass=random.uniform(50.0, 100.0, n),
+    )
+
+
+def box(low, high):
+    corners = np.array([[low, low], [high, low], [high, high], [low, high]])
+    return Walls(start=corners, end=np.roll(corners, -1, axis=0))
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    step=st.sampled_from([1e-3, 5e-3, 2e-2]),
+    restitution=st.sampled_from([0.0, 0.5]),
+)
+def test_no_overlap_and_no_energy_gained(seed, step, restitution):
+    motion = Motion(crowd(seed), box(-0.6, 4.2), step=step, restitution=restitution)
+    energy = 0.5 * (motion.mass[:, None] * motion.velocity**2).sum()
+    for _ in range(60):
+        motion.advance()
+        now = 0.5 * (motion.mass[:, None] * motion.velocity**2).sum()
+        assert now <= energy * (1 + 1e-9)
+        energy = now
+    assert motion.overlap <= 1e-9
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**31), margin=st.sampled_from([0.0, 0.02, 0.3]))
+def test_neighbours_are_those_of_the_contact_search(seed, margin):
+    snapshot, walls = crowd(seed), box(-0.3, 4.0)
+    near = neighbours(snapshot.position, snapshot.radius, segments_of(walls), margin)
+    contacts = find_contacts(snapshot, walls, tolerance=margin)
+    pairs = set(
+        zip(contacts.first[~contacts.is_wall], contacts.second[~contacts.is_wall], strict=True)
+    )
+    assert pairs == set(zip(near.first[near.wall < 0], near.second[near.wall < 0], strict=True))
+    found = {(a, w): g for a, w, g in zip(near.first, near.wall, near.gap, strict=True) if w >= 0}
+    searched = {
+        (a, w): g
+        for a, w, g, is_wall in zip(
+            contacts.first, contacts.second, contacts.gap, contacts.is_wall, strict=True
+        )
+        if is_wall
+    }
+    assert found.items() <= {key: pytest.approx(g) for key, g in searched.items()}.items()
+
+
+@pytest.mark.parametrize(
+    ("where", "contacts"),
+    [((-0.3, -0.3), 1), ((0.3, -0.3), 1), ((0.3, 0.3), 2), ((-0.3, 0.2), 1), ((2.0, 0.3), 1)],
+)
+def test_a_corner_of_walls_is_one_contact_from_outside_and_two_from_inside(where, contacts):
+    # an L of two walls that meet at the origin: along x > 0 and along y > 0, and on along x
+    walls = Walls(start=[[0, 0], [0, 0], [2, 0]], end=[[2, 0], [0, 2], [4, 0]])
+    near = neighbours(np.array([where]), np.array([0.25]), segments_of(walls), 0.3)
+    assert len(near.gap) == contacts
+
+
+def test_windows_add_up_to_the_momentum_that_the_wall_took():
+    motion = Motion(row(5, 0.1, (2.0, 0.0)), wall(), step=5e-3)
+    sums = WindowSums(5)
+    for _ in range(200):
+        report = motion.advance()
+        sums.add(report.neighbours, report.reaction)
+    window = sums.close(motion.time)
+    assert window.duration == pytest.approx(1.0)
+    assert window.impulse[window.is_wall].sum(0) == pytest.approx([5 * MASS * 2.0, 0.0])
+    assert len(window.first) == 5
+    assert sums.close(motion.time).duration == 0.0
+
+
+def test_overlapping_disks_are_pushed_apart_and_stay_apart():
+    snapshot = Snapshot(
+        position=[[0.0, 0.0], [0.4, 0.1], [0.7, -0.1]],
+        velocity=np.zeros((3, 2)),
+        radius=np.full(3, 0.25),
+        mass=[50.0, 75.0, 100.0],
+    )
+    motion = Motion(snapshot, step=5e-3)
+    assert motion.overlap > 0.08
+    moved = motion.separate()
+    assert 0.05 < moved < 0.2
+    assert motion.overlap < 1e-12
+    # nobody pushes from outside, so the centre of mass stays
+    assert snapshot.mass @ (motion.position - snapshot.position) == pytest.approx(0.0, abs=1e-9)
+    motion.advance()
+    assert np.abs(motion.velocity).max() < 1e-9
+
+
+def test_disks_that_do_not_fit_are_refused():
+    snapshot = Snapshot(position=[[0.0, 0.0]], velocity=[[0, 0]], radius=[0.3], mass=[75])
+    slot = Walls(start=[[-1, -0.25], [-1, 0.25]], end=[[1, -0.25], [1, 0.25]])
+    with pytest.raises(StepError, match="do not fit"):
+        Motion(snapshot, slot, step=5e-3).separate()
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("step", 0.0), ("step", np.nan), ("restitution", 1.5), ("tolerance", 0.0)],
+)
+def test_nonsense_is_refused_by_name(field, value):
+    given = {"step": 5e-3} | {field: value}
+    with pytest.raises(ValueError, match=field):
+        Motion(row(2), **given)
