@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import ENGINES
 from analysis.engines.record import EngineError
 from analysis.engines.run import simulate

@@ -21,7 +21,7 @@ import numpy as np
 from families import heap
 from machine import describe
 
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.percussions.dump_to_csv import solve_dump

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from analysis.compare.match import Match, match_contacts
-from analysis.dumps.impulses import integrate_contacts
-from analysis.dumps.reader import (
+from analysis.dumps import (
     DumpError,
     EngineContacts,
     contacts_at,
@@ -20,6 +19,7 @@ from analysis.dumps.reader import (
     open_bodies,
     snapshot_of,
 )
+from analysis.dumps.impulses import integrate_contacts
 from analysis.engines.record import RunRecord
 from analysis.percussions.snapshot import FORCE, SnapshotPercussions, percussions_of
 from analysis.scene.scene import Scene, read_scene

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.dumps.reader import EngineContacts
+from analysis.dumps import EngineContacts
 from analysis.percussions.snapshot import SnapshotPercussions
 from nscd import Contacts
 from nscd.arrays import Flags, Floats, Indices

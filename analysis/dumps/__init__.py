@@ -1,21 +1,20 @@
 """What the engines write, one reader for all: bodies, contacts, impulses."""
 
-from analysis.dumps.reader import (
-    BodiesReader,
-    DumpError,
+from analysis.dumps.contacts import (
+    CONTACT_COLUMNS,
     EngineContacts,
     contacts_at,
-    frame_at,
     index_contacts,
-    index_dump,
-    open_bodies,
     read_contacts,
-    snapshot_of,
 )
+from analysis.dumps.reader import BodiesReader, frame_at, open_bodies, snapshot_of
+from analysis.dumps.table import DumpError, DumpIndex, index_dump
 
 __all__ = [
+    "CONTACT_COLUMNS",
     "BodiesReader",
     "DumpError",
+    "DumpIndex",
     "EngineContacts",
     "contacts_at",
     "frame_at",

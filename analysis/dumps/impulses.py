@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.reader import DumpIndex, EngineContacts, contacts_at, snapshot_of
+from analysis.dumps.contacts import EngineContacts, contacts_at
+from analysis.dumps.reader import snapshot_of
+from analysis.dumps.table import DumpIndex
 from nscd import Contacts, Snapshot
 from nscd.arrays import Floats
 from nscd.contacts import sum_at_disks

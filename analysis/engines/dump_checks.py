@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.reader import DumpError, index_contacts, index_dump
+from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines.guard import (
     ENERGY_SHARE,
     OVERLAP_SHARE,

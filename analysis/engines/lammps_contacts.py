@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.reader import CONTACT_COLUMNS, DumpIndex, index_dump
+from analysis.dumps import CONTACT_COLUMNS, DumpIndex, index_dump
 from analysis.engines.penalty import Penalty, penalty_of
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene

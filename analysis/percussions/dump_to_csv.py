@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from analysis.dumps.reader import DumpError, open_bodies
+from analysis.dumps import DumpError, open_bodies
 from analysis.engines.record import EngineError, RunRecord
 from analysis.percussions.snapshot import LeftVelocity
 from analysis.percussions.trajectory import CSV_HEADER, PercussionAnalysis, contact_rows

@@ -8,7 +8,7 @@ import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import ResultsGroup
 
-from analysis.dumps.reader import DumpError, snapshot_of
+from analysis.dumps import DumpError, snapshot_of
 from analysis.percussions.snapshot import (
     LeftVelocity,
     Setting,
@@ -51,7 +51,10 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         **kwargs: Any,
     ) -> None:
         super().__init__(universe.trajectory, **kwargs)
-        first = snapshot_of(universe.trajectory.ts, universe.trajectory.filename)
+        self._moving = left_velocity != "desired"
+        first = snapshot_of(
+            universe.trajectory.ts, universe.trajectory.filename, needs_velocity=self._moving
+        )
         self._setting = Setting(
             walls=walls,
             drive=drive,
@@ -69,7 +72,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         self._before: SnapshotPercussions | None = None
 
     def _single_frame(self) -> None:
-        snapshot = snapshot_of(self._ts, self._trajectory.filename)
+        snapshot = snapshot_of(self._ts, self._trajectory.filename, needs_velocity=self._moving)
         if not np.array_equal(snapshot.ids, self.ids):
             raise DumpError(
                 f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.dumps.reader import DumpError, index_dump
+from analysis.dumps import DumpError, index_dump
 from analysis.scene.scene import Scene
 from analysis.stability.trial import Trial
 from nscd import Snapshot, find_contacts

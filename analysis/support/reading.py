@@ -17,7 +17,6 @@ from typing import IO, Any
 LONGEST_LINE = 1 << 16
 # Scene files have some kB, records of runs less.
 LARGEST_TEXT = 10 << 20
-ZSTANDARD = b"\x28\xb5\x2f\xfd"
 # What the libraries raise for a compressed file that is damaged or cut off.
 DAMAGED = (EOFError, zlib.error, lzma.LZMAError, OSError)
 
@@ -42,7 +41,8 @@ def open_file(path: Path) -> IO[bytes]:
             raise UnreadableError(f"{path}: not a regular file")
         with path.open("rb") as file:
             start = file.read(6)
-        opened: IO[bytes] = _opener(start)(path)
+        opener = next((PACKED[head] for head in PACKED if start.startswith(head)), None)
+        opened: IO[bytes] = opener(path) if opener else path.open("rb")
         return opened
     except FileNotFoundError:
         raise UnreadableError(f"{path}: no such file") from None
@@ -60,21 +60,27 @@ def open_file(path: Path) -> IO[bytes]:
         ) from None
 
 
-def _opener(start: bytes) -> Callable[[Path], Any]:
-    if start.startswith(b"\x1f\x8b"):
-        return gzip.open
-    if start.startswith(b"BZh"):
-        return bz2.open
-    if start.startswith(b"\xfd7zXZ\x00"):
-        return lzma.open
-    if start.startswith(ZSTANDARD):
-        try:
-            library: Any = importlib.import_module("compression.zstd")
-        except ModuleNotFoundError:
-            library = importlib.import_module("backports.zstd")
-        opened: Callable[[Path], Any] = library.open
-        return opened
-    return lambda path: path.open("rb")
+def is_compressed(path: Path) -> bool:
+    """Whether a file begins as gz, bz2, xz or zst files do."""
+    with path.open("rb") as file:
+        return file.read(6).startswith(tuple(PACKED))
+
+
+def _zstd(path: Path) -> Any:
+    try:
+        library: Any = importlib.import_module("compression.zstd")
+    except ModuleNotFoundError:
+        library = importlib.import_module("backports.zstd")
+    return library.open(path)
+
+
+# How files that begin so are opened.
+PACKED: dict[bytes, Callable[[Path], Any]] = {
+    b"\x1f\x8b": gzip.open,
+    b"BZh": bz2.open,
+    b"\xfd7zXZ\x00": lzma.open,
+    b"\x28\xb5\x2f\xfd": _zstd,
+}
 
 
 def lines_of(file: IO[bytes], path: Path) -> Iterator[bytes]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.reader import DumpError, open_bodies, snapshot_of
+from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines import EngineError, engine
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import FINISHED

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import run_engine
 from analysis.scene.real.separate import reconcile

@@ -6,7 +6,7 @@ from at_hand import require
 
 from analysis.compare.comparison import compare_run
 from analysis.compare.stress import stresses
-from analysis.dumps.reader import index_dump
+from analysis.dumps import index_dump
 from analysis.engines.run import simulate
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make

@@ -12,7 +12,7 @@ import pytest
 from at_hand import ROOT, require
 
 from analysis.compare.study import study
-from analysis.dumps.reader import index_dump
+from analysis.dumps import index_dump
 from analysis.engines import EngineError, RunRecord
 from analysis.engines.dump_checks import check_bodies, check_contacts
 from analysis.engines.guard import ENERGY_SHARE, OVERLAP_SHARE, STEP_SHARE, energy_besides

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from at_hand import ROOT, require
 
-from analysis.dumps.reader import index_contacts, index_dump
+from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import read_scene, scene_names

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from at_hand import ROOT, require
 
-from analysis.dumps.reader import index_contacts, index_dump
+from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
 from nscd import Snapshot

@@ -12,7 +12,7 @@ from documented import blocks, columns, write_files
 from analysis import engines
 from analysis.compare.comparison import compare_run
 from analysis.compare.contacts_csv import write_contacts
-from analysis.dumps.reader import read_contacts
+from analysis.dumps import read_contacts
 from analysis.engines.run import simulate
 from analysis.paper import build
 from analysis.paper import page as paper

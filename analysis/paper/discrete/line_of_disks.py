@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from analysis.dumps.reader import open_bodies
+from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.compare.comparison import Comparison, compare_run
 from analysis.compare.statistics import statistics
-from analysis.dumps.reader import open_bodies
+from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
 from analysis.paper.discrete.fig2_corridor.columns import first_arrivals
 from analysis.paper.discrete.line_of_disks import impact_time

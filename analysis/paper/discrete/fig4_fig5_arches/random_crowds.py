@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import EngineRun
 from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import (

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.compare.statistics import relative_difference
-from analysis.dumps.reader import DumpError
+from analysis.dumps import DumpError
 from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Cell, Claim, Picture, Section, Table
