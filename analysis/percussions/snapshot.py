@@ -130,6 +130,21 @@ def percussions_of(
     )
 
 
+def law_of(scene: Scene) -> ContactLaw:
+    """Give the rigid law of a scene's own contacts: an impact has the scene's restitution, which is
+    part of the model. A crowd that a drive presses rests, and its forces do not depend on it.
+
+    Raises ValueError for an impact of restitution 1, which no finite dissipation gives."""
+    restitution = scene.contact.restitution
+    if scene.drive is not None or not restitution:
+        return ContactLaw()
+    if restitution == 1:
+        raise ValueError(
+            f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution below 1"
+        )
+    return ContactLaw(restitution=restitution)
+
+
 def left_velocity_of(
     snapshot: Snapshot, kind: LeftVelocity, drive: Drive | None = None, window: float | None = None
 ) -> tuple[Floats, float | None]:

@@ -101,7 +101,7 @@ def _run(window: Window, folder: Path, setting: SoftSetting) -> Task:
 
 def _solutions(window: Window, folder: Path, mesh_sides: Sequence[float]) -> dict[str, list[Task]]:
     size = len(window.scene.snapshot)
-    given = (window.scene.snapshot, window.contacts, window.left_velocity)
+    given = (window.scene.snapshot, window.contacts, window.left_velocity, window.law)
     meshed = (window, mesh_sides, folder / "continuum")
     work = 1e6 + 2e4 * size if window.driven and mesh_sides else 0.0
     return {

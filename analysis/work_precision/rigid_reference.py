@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
-from nscd import Contacts, Snapshot
+from nscd import ContactLaw, Contacts, Snapshot
 from nscd.arrays import Floats
 
 # Rounding, as a share of the kinetic norm.
@@ -20,8 +21,11 @@ ALIGNED = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RigidReference:
-    """u⁺ (n,2) m/s of the purely inelastic impact, how it was found, and a bound of its error |u⁺ −
-    exact|_M, kg^½ m/s."""
+    """The rigid model, solved.
+
+    right_velocity: (n,2) m/s, u⁺.
+    origin: how it was found.
+    bound: kg^½ m/s, of its error |u⁺ − exact|_M."""
 
     right_velocity: Floats
     origin: str
@@ -29,31 +33,36 @@ class RigidReference:
 
 
 def rigid_reference(
-    snapshot: Snapshot, contacts: Contacts, left_velocity: Floats
+    snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw | None = None
 ) -> RigidReference:
-    """u⁺ of M(u⁺ − u⁻) + Cᵀλ = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected, k = 0).
+    """Solve M(u⁺ − u⁻) + Cᵀ(K C(u⁺ + u⁻) + λ) = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected).
 
-    In closed form for a line of touching disks that is pressed together everywhere (paper eqs. (5),
-    (6)); else λ minimises |M^(−½)Cᵀλ − M^½u⁻| over λ ≥ 0, by Lawson and Hanson's active set on
-    dense matrices (scipy). The bound: what was found is the exact answer for C u ≤ b, with b = C u⁺
-    where λ > 0 and max(C u⁺, 0) elsewhere, tiny. A shift by w with C w = b turns one problem into
-    the other, so |u⁺ − exact|_M ≤ 2 |w|_M ≤ 2 |b| / σ_min(C M^(−½)). Where C lacks full row rank:
-    |u⁺ − exact|²_M ≤ |λ·v| + Σλ* max(v, 0), from monotonicity, where Σλ stands for Σλ*."""
-    closed = _pressed_line(snapshot, contacts, left_velocity)
-    if closed is not None:
-        norm = float(np.sqrt((snapshot.mass[:, None] * left_velocity**2).sum()))
-        return RigidReference(
-            right_velocity=closed, origin="closed form of a pressed line", bound=ROUNDING * norm
-        )
-    n = len(snapshot)
+    Without dissipation (K = 0) in closed form for a line of touching disks that is pressed together
+    everywhere (paper eqs. (5), (6)). Else, with A = M + CᵀKC = LLᵀ and b = (M − CᵀKC)u⁻, λ
+    minimises |L⁻¹(Cᵀλ − b)| over λ ≥ 0, by Lawson and Hanson's active set on dense matrices
+    (scipy). The bound: what was found is the exact answer for C u ≤ c, with c = C u⁺ where λ > 0
+    and max(C u⁺, 0) elsewhere, tiny. A shift by w with C w = c turns one problem into the other, so
+    |u⁺ − exact|_M ≤ |u⁺ − exact|_A ≤ 2 |w|_A ≤ 2 |c| / σ_min(C L^(−T)). Where C lacks full row
+    rank: |u⁺ − exact|²_A ≤ |λ·v| + Σλ* max(v, 0), from monotonicity, where Σλ stands for Σλ*."""
+    n, mass = len(snapshot), np.repeat(snapshot.mass, 2)
+    left = left_velocity.ravel()
+    norm = float(np.linalg.norm(np.sqrt(mass) * left))
+    weight = (law or ContactLaw()).coefficients(contacts.inverse_mass(snapshot.mass))[0]
+    if not weight.any():
+        closed = _pressed_line(snapshot, contacts, left_velocity)
+        if closed is not None:
+            return RigidReference(
+                right_velocity=closed, origin="closed form of a pressed line", bound=ROUNDING * norm
+            )
     matrix = contacts.normal_matrix(n).toarray()
-    root = np.sqrt(np.repeat(snapshot.mass, 2))
-    reaction, _ = nnls(
-        matrix.T / root[:, None], root * left_velocity.ravel(), maxiter=30 * (len(contacts) + 1)
-    )
-    right = left_velocity.ravel() - matrix.T @ reaction / root**2
+    drag = matrix.T @ (weight[:, None] * matrix)
+    factor = np.linalg.cholesky(np.diag(mass) + drag)
+    columns = solve_triangular(factor, matrix.T, lower=True)
+    wanted = solve_triangular(factor, mass * left - drag @ left, lower=True)
+    reaction, _ = nnls(columns, wanted, maxiter=30 * (len(contacts) + 1))
+    right = solve_triangular(factor.T, wanted - columns @ reaction)
     closing = matrix @ right
-    size = np.linalg.svd(matrix / root, compute_uv=False)
+    size = np.linalg.svd(columns, compute_uv=False)
     if len(contacts) <= 2 * n and size[-1] > RANK * size[0]:
         offset = np.where(reaction > 0, closing, np.maximum(closing, 0.0))
         bound = 2.0 * float(np.linalg.norm(offset)) / float(size[-1])
@@ -63,7 +72,7 @@ def rigid_reference(
     return RigidReference(
         right_velocity=right.reshape(n, 2),
         origin="dense non-negative least squares (Lawson–Hanson)",
-        bound=bound + ROUNDING * float(np.linalg.norm(root * left_velocity.ravel())),
+        bound=bound + ROUNDING * norm,
     )
 
 

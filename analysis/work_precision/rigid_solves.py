@@ -20,6 +20,8 @@ from nscd.percussions import Percussions, Status
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
 from nscd.solvers.ladder import SOLVERS
 
+# The others sweep over contacts that dissipate nothing.
+DISSIPATIVE = ("auto", "interior_point", "active_set")
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 # Social forces that are left out at each disk, at most, for each pair (N).
 LEFT_OUT_N = 1e-3
@@ -45,13 +47,14 @@ class _Velocities(Protocol):
 
 
 def solve_rigid(window: Window) -> list[Answer]:
-    """Solve by every solver at every tolerance."""
+    """Solve by every solver that serves the law, at every tolerance."""
 
     def call(solver: str, tolerance: float) -> Percussions:
         # every quantity here follows from u⁺: which λ of several is of no matter
         return percussions_of(
             window.setting,
             window.scene.snapshot,
+            window.law,
             tolerance=tolerance,
             solver=solver,
             canonical=False,
@@ -59,7 +62,7 @@ def solve_rigid(window: Window) -> list[Answer]:
 
     return [
         _moved(window, partial(call, solver, tolerance), "rigid", solver, tolerance)
-        for solver in SOLVERS
+        for solver in (SOLVERS if window.law.restitution is None else DISSIPATIVE)
         for tolerance in TOLERANCES
     ]
 

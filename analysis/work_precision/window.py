@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.percussions.snapshot import Setting
+from analysis.percussions.snapshot import Setting, law_of
 from analysis.scene.scene import Scene
-from nscd import Contacts, Snapshot
+from nscd import ContactLaw, Contacts, Snapshot
 from nscd.arrays import Floats
 
 # The window of a driven crowd, in relaxation times: so short that the rigid disks keep their
@@ -98,6 +98,11 @@ class Window:
     def contacts(self) -> Contacts:
         """Who touches whom at the start."""
         return self.setting.contacts(self.scene.snapshot)
+
+    @cached_property
+    def law(self) -> ContactLaw:
+        """The contact law of the rigid model, restitution included."""
+        return law_of(self.scene)
 
     @cached_property
     def left_velocity(self) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import run_engine
+from analysis.percussions.snapshot import law_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from analysis.support.cache import keep, kept
@@ -23,12 +24,13 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
     An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
     run to the scene's instant of analysis by the first engine that there is; then disks that
     overlap are moved apart, as little as possible (see `reconcile`), since a stiffer contact would
-    make an explosion of the same overlap. Raises ValueError for a scene with friction, or where
-    nobody touches anybody; EngineError where no engine can run it."""
+    make an explosion of the same overlap. Raises ValueError for a scene with friction, an impact of
+    restitution 1, or where nobody touches anybody; EngineError where no engine can run it."""
     if scene.contact.friction:
         raise ValueError(
             f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; charts are for frictionless contacts"
         )
+    law_of(scene)
     if scene.drive is None:
         window = impact_window(scene)
     elif scene.reconciliation is not None:

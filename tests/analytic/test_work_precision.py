@@ -3,6 +3,7 @@ by hand."""
 
 import dataclasses
 import json
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from wall_line import line_at_a_wall
 
 from analysis.engines.penalty import damping_ratio_for, restitution_of
 from analysis.scene.shipped_scenes import make
+from analysis.stability.dense_reference import exact_line
 from analysis.work_precision.charts import scaling_picture, work_precision_picture
 from analysis.work_precision.looks import APART
 from analysis.work_precision.point import (
@@ -115,9 +117,52 @@ def test_a_line_that_is_pulled_apart_has_no_closed_form():
     assert answer.right_velocity == pytest.approx(-window.left_velocity, abs=1e-12)
 
 
-def test_every_solver_is_within_its_tolerance_of_the_reference():
-    window = impact_window(make("corridor"))
-    reference = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
+def test_restitution_is_part_of_the_rigid_model():
+    """Two disks at e = 0.5 pass on 37.5 · 1.5 · 2 N·s, and soft contacts of that restitution do the
+    same: without it in the model, they would seem to be 50 % off."""
+    window = impact_window(make("pair").with_contact(restitution=0.5))
+    exact = rigid_reference(
+        window.scene.snapshot, window.contacts, window.left_velocity, window.law
+    )
+    impulse = window.rigid_values(exact.right_velocity)[CONTACT_IMPULSE]
+    assert impulse == pytest.approx([112.5], rel=1e-12)
+    soft = window.quantities(soft_reference(window.variant("hooke", 1e6)).motion, 1e6)
+    assert relative_error(soft[CONTACT_IMPULSE], impulse, impulse) < 1e-4
+    for answer in solve_rigid(window):
+        assert answer.values[CONTACT_IMPULSE] == pytest.approx([112.5], rel=1e-2)
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.6])
+def test_the_reference_of_a_line_with_restitution_is_that_of_exact_arithmetic(restitution):
+    window = impact_window(make("chain_masses", 5, seed=3).with_contact(restitution=restitution))
+    snapshot, contacts = window.scene.snapshot, window.contacts
+    found = rigid_reference(snapshot, contacts, window.left_velocity, window.law)
+    k = window.law.coefficients(contacts.inverse_mass(snapshot.mass))[0]
+    order, along = np.argsort(snapshot.position[:, 0]), np.argsort(contacts.point[:, 0])
+    exact, _ = exact_line(
+        [int(m) for m in snapshot.mass[order]],
+        [Fraction(float(u)) for u in window.left_velocity[order, 0]],
+        [Fraction(float(c)) for c in k[along]],
+    )
+    right = found.right_velocity[order, 0]
+    assert right == pytest.approx([float(u) for u in exact], abs=1e-12)
+
+
+def test_a_pressed_crowd_has_no_restitution_and_an_elastic_impact_no_rigid_model():
+    scene = line_at_a_wall()
+    window = driven_window(scene, scene.snapshot.position)
+    assert scene.contact.restitution > 0
+    assert window.law.restitution is None
+    with pytest.raises(ValueError, match=r"contact\.restitution: 1"):
+        prepare_window(make("pair").with_contact(restitution=1.0), None)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.05])
+def test_every_solver_is_within_its_tolerance_of_the_reference(restitution):
+    window = impact_window(make("corridor").with_contact(restitution=restitution))
+    reference = rigid_reference(
+        window.scene.snapshot, window.contacts, window.left_velocity, window.law
+    )
     exact = window.quantities(window.rigid_motion(reference.right_velocity), 1e6)
     for answer in solve_rigid(window):
         assert answer.status == PointStatus.OK, answer
