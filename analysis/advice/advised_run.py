@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, floor
+from math import ceil
 
 from analysis.advice.asked import asked_error
 from analysis.advice.choice import Candidate, advise, window_of
@@ -15,6 +15,8 @@ from analysis.engines import engine as find_engine
 from analysis.scene.scene import Scene
 
 RIGID = "rigid"
+# With fewer steps than these between two frames, the step would be shortened by too much.
+FEW_STEPS = 10
 
 
 def methods_here(asked: Sequence[str] | None = None) -> tuple[str, ...]:
@@ -47,23 +49,34 @@ def scene_within(
     if advice.choice is None:
         raise ValueError(f"error: {headline(advice)}")
     words = headline(advice)
+    advised = advised_scene(scene, advice.choice)
+    if advised.run.time_step_s != advice.choice.time_step_s:
+        words += (
+            f"; it runs with Δt = {advised.run.time_step_s:.3g} s, since frames fall on whole steps"
+        )
     if scene.drive is not None:
         # in a run people collide: the force at an instant is no mean over a window
-        words += f"; the error is that of mean forces over {window_of(scene):g} s of a crowd pressed together, not of an instant"
-    return advised_scene(scene, advice.choice), advice.choice.method, words
+        words += (
+            f"; the error is that of mean forces over {window_of(scene):g} s of a crowd pressed "
+            "together, not of an instant"
+        )
+    return advised, advice.choice.method, words
 
 
 def advised_scene(scene: Scene, candidate: Candidate) -> Scene:
-    """The scene with the law, stiffness and time step of an engine's candidate.
+    """Return the scene with the law, stiffness and time step of an engine's candidate.
 
-    An impact lasts as many √(m/k) as in the scene. The step is shortened until frames fall on
-    steps; where the scene writes frames more often than there are steps, every step is one."""
+    An impact lasts as many √(m/k) as in the scene. The step is shortened a little, so that frames
+    fall on steps: by less than a tenth, with fewer frames than the scene's where it must be."""
     assert candidate.stiffness_N_per_m is not None
     assert candidate.time_step_s is not None
     stiffness, step = candidate.stiffness_N_per_m, candidate.time_step_s
     duration = lasts(scene, stiffness, True, window_of(scene))
-    frames = min(scene.run.frames, max(1, floor(duration / step)))
-    between = duration / frames
+    steps = ceil(duration / step - 1e-9)
+    frames = scene.run.frames
+    interval = ceil(steps / frames)
+    if interval < FEW_STEPS:
+        frames = ceil(steps / interval)
     return scene.with_contact(law=candidate.law, stiffness_N_per_m=stiffness).with_run(
-        duration_s=duration, frames=frames, time_step_s=between / ceil(between / step - 1e-9)
+        duration_s=duration, frames=frames, time_step_s=duration / (interval * frames)
     )

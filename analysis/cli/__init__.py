@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 from types import FrameType
@@ -41,7 +42,7 @@ def _ended_by(number: int, _: FrameType | None) -> None:
 def _status_of(error: BaseException) -> int:
     """Say what went wrong, in a line; return the exit status."""
     if hasattr(error, "format_message"):  # words on the command line that typer does not take
-        _say(f"{error.format_message()} (percussions --help says more)")
+        _say(re.sub(r"^Invalid value for '([^']+)': ", r"\1: ", error.format_message()))
         return 2
     if type(error).__name__ == "Abort":
         _say("interrupted; earlier results are untouched")

@@ -29,19 +29,35 @@ app = typer.Typer(
 )
 
 
-def finite(value: Any) -> Any:
-    """Take one or several numbers of an option only if each is finite and above 0."""
-    for number in value if isinstance(value, (list, tuple)) else (value,):
-        if number is not None and not 0 < number < math.inf:
-            raise typer.BadParameter(f"{number:g}: a finite number above 0 is needed")
-    return value
+def positive(text: str) -> float:
+    """Read the number of an option, which must be finite and above 0."""
+    number = _number(text)
+    if not 0 < number < math.inf:
+        raise typer.BadParameter(f"{text}: a finite number above 0 is needed")
+    return number
 
 
-def share(value: float | None) -> float | None:
-    """Take the number of an option only if it is from 0 to 1."""
-    if value is not None and not 0 <= value <= 1:
-        raise typer.BadParameter(f"{value:g}: a number from 0 to 1 is needed")
-    return value
+def share(text: str) -> float:
+    """Read the number of an option, which must be from 0 to 1."""
+    number = _number(text)
+    if not 0 <= number <= 1:
+        raise typer.BadParameter(f"{text}: a number from 0 to 1 is needed")
+    return number
+
+
+def count(text: str) -> int:
+    """Read the number of an option, which must be whole and above 0."""
+    number = _number(text)
+    if not (0 < number < math.inf and number == int(number)):
+        raise typer.BadParameter(f"{text}: a whole number above 0 is needed")
+    return int(number)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 Out = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
@@ -50,7 +66,9 @@ SceneName = Annotated[str, typer.Argument(help="Name of a scene, or its .toml fi
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
 ]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
+Jobs = Annotated[
+    int | None, typer.Option(parser=count, help="Processes; as many as cores if left out.")
+]
 
 
 @app.callback(invoke_without_command=True)

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from analysis.cli.app import Out, finite
+from analysis.cli.app import Out, positive
 
 
 def import_(
@@ -18,9 +18,9 @@ def import_(
         typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene."),
     ],
     radius: Annotated[
-        float, typer.Option(callback=finite, help="Radius of each disk in m.")
+        float, typer.Option(parser=positive, help="Radius of each disk in m.")
     ] = 0.18,
-    mass: Annotated[float, typer.Option(callback=finite, help="Mass of each person in kg.")] = 75.0,
+    mass: Annotated[float, typer.Option(parser=positive, help="Mass of each person in kg.")] = 75.0,
     name: Annotated[
         str | None, typer.Option(help="Name of the scene; the room's by default.")
     ] = None,
@@ -29,11 +29,11 @@ def import_(
     ] = None,
     frame_rate: Annotated[
         float | None,
-        typer.Option(callback=finite, help="Frames per second, where the file does not say."),
+        typer.Option(parser=positive, help="Frames per second, where the file does not say."),
     ] = None,
     window: Annotated[
         float,
-        typer.Option(callback=finite, help="Time in s over which velocities are measured."),
+        typer.Option(parser=positive, help="Time in s over which velocities are measured."),
     ] = 0.4,
     out: Out = Path("."),
 ) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, Runs, command_line, finite, progress, say_expected, warn
+from analysis.cli.app import Out, Runs, command_line, positive, progress, say_expected, warn
 
 
 def report(
@@ -20,7 +20,7 @@ def report(
     stiffness: Annotated[
         list[float] | None,
         typer.Option(
-            callback=finite,
+            parser=positive,
             help="Stiffness in N/m; give it several times. Left out: the scene's and, for a "
             "driven crowd, ten times it.",
         ),

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, SceneName, finite, progress, say_expected, share, warn
+from analysis.cli.app import Out, SceneName, positive, progress, say_expected, share, warn
 
 
 def run(
@@ -24,18 +24,18 @@ def run(
     ] = None,
     stiffness: Annotated[
         float | None,
-        typer.Option(callback=finite, help="Contact stiffness in N/m, instead of the scene's."),
+        typer.Option(parser=positive, help="Contact stiffness in N/m, instead of the scene's."),
     ] = None,
     restitution: Annotated[
-        float | None, typer.Option(callback=share, help="Asked restitution, 0 to 1.")
+        float | None, typer.Option(parser=share, help="Asked restitution, 0 to 1.")
     ] = None,
     law: Annotated[str | None, typer.Option(help="hooke or hertz.")] = None,
     time_step: Annotated[
         float | None,
-        typer.Option(callback=finite, help="Time step in s, instead of the rule's."),
+        typer.Option(parser=positive, help="Time step in s, instead of the rule's."),
     ] = None,
     duration: Annotated[
-        float | None, typer.Option(callback=finite, help="Simulated time in s.")
+        float | None, typer.Option(parser=positive, help="Simulated time in s.")
     ] = None,
     out: Out = Path("out"),
 ) -> None:

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, show, warn
+from analysis.cli.app import Out, count, show, warn
 
 
 def scenes(
     make: Annotated[
         str | None, typer.Option(help="Write this scene, of any size, instead of listing.")
     ] = None,
-    disks: Annotated[int | None, typer.Option(min=1, help="Number of disks.")] = None,
+    disks: Annotated[int | None, typer.Option(parser=count, help="Number of disks.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 1,
     out: Out = Path("."),
 ) -> None:

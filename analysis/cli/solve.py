@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from analysis.cli.app import finite, progress
+from analysis.cli.app import count, positive, progress
 
 
 def solve(
@@ -31,24 +31,24 @@ def solve(
         ),
     ] = None,
     window: Annotated[
-        float | None, typer.Option(callback=finite, help="Δt of --left-velocity free, in s.")
+        float | None, typer.Option(parser=positive, help="Δt of --left-velocity free, in s.")
     ] = None,
     time_step: Annotated[
         float | None,
         typer.Option(
-            callback=finite,
+            parser=positive,
             help="Time step of the simulation in s (from run.json beside the dump if there).",
         ),
     ] = None,
     contact_tolerance: Annotated[
         float,
-        typer.Option(callback=finite, help="Gap in m up to which disks are in contact."),
+        typer.Option(parser=positive, help="Gap in m up to which disks are in contact."),
     ] = 1e-6,
     tolerance: Annotated[
         float,
-        typer.Option(callback=finite, help="Residual up to which a frame counts as solved."),
+        typer.Option(parser=positive, help="Residual up to which a frame counts as solved."),
     ] = 1e-8,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(parser=count, help="Processes.")] = 1,
     out: Annotated[Path, typer.Option(help="CSV file, one row per contact.")] = Path(
         "contacts.csv"
     ),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.compare.comparison import Comparison, compare_run
+from analysis.dumps import DumpError
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.record import EngineError
 from analysis.engines.run import run_engine, run_folder
@@ -33,8 +34,8 @@ def study(
     out: Path,
     progress: Progress | None = None,
 ) -> Study:
-    """Run and compare. A run that is stopped or fails becomes a failure, a missing engine a
-    warning; the rest goes on.
+    """Run and compare. A run that is stopped or fails, or whose dumps are damaged, becomes a
+    failure, a missing engine a warning; the rest goes on.
 
     Raises EngineError if no run was even tried.
     """
@@ -51,6 +52,10 @@ def study(
             except EngineError as error:
                 words = f"{name}, k = {stiffness:.3g} N/m: {error}"
                 (failures if isinstance(error, RunStoppedError) else warnings).append(words)
+            except DumpError as error:
+                failures.append(
+                    f"{name}, k = {stiffness:.3g} N/m: {error}; remove {folder} to run it again"
+                )
     if not comparisons and not failures:
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
     for comparison in comparisons:

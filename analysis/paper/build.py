@@ -27,7 +27,8 @@ from analysis.paper.continuum.solid_chain import section as solid_chain
 from analysis.paper.discrete.fig1_four_disks import section as fig1
 from analysis.paper.discrete.fig2_corridor import section as fig2
 from analysis.paper.discrete.fig3_chains import section as fig3
-from analysis.paper.discrete.fig4_fig5_arches import fig4, fig5
+from analysis.paper.discrete.fig4_arch import section as fig4
+from analysis.paper.discrete.fig5_masses import section as fig5
 from analysis.paper.discrete.fig6_rivals import section as fig6
 from analysis.support import cache
 from analysis.support.parallel import Task, do_all, workers

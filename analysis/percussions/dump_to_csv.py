@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+from MDAnalysis.analysis.backends import BackendBase
 
 from analysis.dumps import DumpError, open_bodies
 from analysis.engines.record import EngineError, RunRecord
@@ -11,6 +16,7 @@ from analysis.percussions.snapshot import LeftVelocity
 from analysis.percussions.trajectory import CSV_HEADER, PercussionAnalysis, contact_rows
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.files import whole_file
+from analysis.support.parallel import workers
 from nscd import Walls
 
 BLOCK = 64
@@ -24,7 +30,7 @@ def solve_dump(
     time_step: float | None,
     contact_tolerance: float,
     tolerance: float,
-    workers: int,
+    processes: int,
     out: Path,
     progress: Callable[[str, float], None] | None = None,
 ) -> list[str]:
@@ -42,7 +48,7 @@ def solve_dump(
     segments: Walls | None = scene.wall_segments() if scene else None
     unsolved: list[str] = []
     rows = 0
-    with whole_file(out) as file:
+    with whole_file(out) as file, _pool(processes) as pool:
         file.write(CSV_HEADER + "\n")
         for start in range(0, frames, BLOCK):
             stop = min(start + BLOCK, frames)
@@ -55,8 +61,7 @@ def solve_dump(
                 tolerance=tolerance,
                 contact_tolerance=contact_tolerance,
             )
-            backend = {"backend": "multiprocessing", "n_workers": workers} if workers > 1 else {}
-            analysis.run(start=start, stop=stop, **backend)
+            analysis.run(start=start, stop=stop, n_parts=min(processes, stop - start), **pool)
             for frame, contacts, answer in zip(
                 range(start, stop),
                 analysis.results.contacts,
@@ -78,6 +83,27 @@ def solve_dump(
                 f"{dump}: no contact in any frame (gap ≤ {contact_tolerance:g} m); nothing was written"
             )
     return unsolved
+
+
+class _Pool(BackendBase):  # type: ignore[misc]
+    """The product's own pool as MDAnalysis wants it: its workers end with their parent."""
+
+    def __init__(self, executor: Executor) -> None:
+        self.executor = executor
+
+    def apply(self, func: Callable[..., Any], computations: list[Any]) -> list[Any]:
+        """Return what the function gives for each part of the frames."""
+        return list(self.executor.map(func, computations))
+
+
+@contextmanager
+def _pool(processes: int) -> Iterator[dict[str, Any]]:
+    """Give the options with which an analysis runs in so many processes."""
+    if processes == 1:
+        yield {}
+        return
+    with workers(processes) as executor:
+        yield {"backend": _Pool(executor), "unsupported_backend": True}
 
 
 def _scene(dump: Path, walls: Path | None) -> Scene | None:

@@ -9,21 +9,20 @@ import pytest
 from analysis.engines import ENGINES, EngineError
 from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
-from analysis.paper.discrete.fig4_fig5_arches import fig4 as figures
-from analysis.paper.discrete.fig4_fig5_arches import fig5 as arch_masses
-from analysis.paper.discrete.fig4_fig5_arches import random_crowds as arch_seeds
-from analysis.paper.discrete.fig4_fig5_arches.claims import (
-    place_claim,
-    ring_claim,
-    uniformity_claim,
-)
-from analysis.paper.discrete.fig4_fig5_arches.dissipation import Maintained, dissipation_trials
-from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import Arch
-from analysis.paper.discrete.fig4_fig5_arches.random_crowds import Sample, growth, warnings_of
+from analysis.pages.words import Words
+from analysis.paper.discrete.fig4_arch import claims
+from analysis.paper.discrete.fig4_arch import random_crowds as arch_seeds
+from analysis.paper.discrete.fig4_arch import section as figures
+from analysis.paper.discrete.fig4_arch.dissipation import Maintained, dissipation_trials
+from analysis.paper.discrete.fig4_arch.random_crowds import Sample, growth, warnings_of
+from analysis.paper.discrete.fig5_masses import section as arch_masses
+from analysis.paper.discrete.fig5_masses.uniformity import Uniformity
+from analysis.paper.discrete.pressed_crowd.arch import Arch
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
 
+WORDS = Words("analysis.paper.discrete.fig4_arch")
 FORCE = 75.0 * 2.0 / 0.5  # N, the drive of one person
 
 
@@ -167,7 +166,8 @@ def test_dissipation_of_a_pair():
     ],
 )
 def test_where_the_maximum_lies(distances, verdict):
-    claim = place_claim([sample(distance_m=d) for d in distances], "distance_m", "the sum")
+    samples = [sample(distance_m=d) for d in distances]
+    claim = claims.place(WORDS, samples, "distance_m", "the sum")
     assert claim.verdict == verdict
     assert f"from {min(distances):.2f} to {max(distances):.2f} m" in claim.reason
 
@@ -177,7 +177,8 @@ def test_where_the_maximum_lies(distances, verdict):
     [((0, 0, 0), Verdict.HOLDS), ((0, 1, 2), Verdict.PARTLY), ((2, 2, 0), Verdict.FAILS)],
 )
 def test_where_the_mean_is_largest(peaks, verdict):
-    claim = ring_claim([sample(profile=tuple(np.eye(3)[peak] + 1.0)) for peak in peaks], "made up")
+    samples = [sample(profile=tuple(np.eye(3)[peak] + 1.0)) for peak in peaks]
+    claim = claims.rings(WORDS, samples, "made up")
     assert claim.verdict == verdict
 
 
@@ -195,7 +196,7 @@ def test_uniformity():
         rings = replace(
             arch, snapshot=replace(arch.snapshot, position=arch.snapshot.position * 0.3)
         )
-        assert uniformity_claim(rings, values, "made up", "N").verdict == verdict
+        assert Uniformity.of(rings, values).verdict == verdict
 
 
 def test_growth_is_the_exponent():

@@ -1,6 +1,7 @@
 """`percussions advise` and `run --error`: the main job, refusals, bad input."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -101,3 +102,17 @@ def test_an_advised_impact_ends_on_a_frame():
     # harder contacts let go sooner
     stiffer = scene.contact.stiffness_N_per_m / 1e6
     assert scene.run.duration_s == pytest.approx(0.3 / stiffer**0.5)
+
+
+@no_lammps
+@pytest.mark.parametrize("error", ["2%", "5%", "20%", "40%"])
+@pytest.mark.parametrize("name", ["pair", "four_disks", "chain_masses", "arch"])
+def test_the_time_step_that_is_announced_is_the_one_that_runs(name, error):
+    try:
+        scene, _, words = scene_within(make(name), error, "lammps")
+    except ValueError:
+        pytest.skip("nothing reaches this error")
+    *_, announced = re.findall(r"Δt = (\S+) s", words)
+    assert float(announced) == pytest.approx(penalty_of(scene).time_step, rel=5e-3)
+    advised = float(re.search(r"Δt = (\S+) s", words)[1])
+    assert 0.9 * advised <= penalty_of(scene).time_step <= 1.005 * advised

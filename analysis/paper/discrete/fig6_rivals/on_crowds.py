@@ -16,8 +16,8 @@ from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Table
-from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import RING_M
 from analysis.paper.discrete.fig6_rivals.on_chains import LEFT_OUT_N
+from analysis.paper.discrete.pressed_crowd.arch import RING_M
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, Walls, find_contacts

@@ -18,15 +18,18 @@ log = logging.getLogger(__name__)
 RING_M = 1.0
 # Half the exit (0.5 m) and a metre beyond: what is called the neighbourhood of the exit here.
 NEIGHBOURHOOD_M = 1.5
+# Contacts that part faster open.
+OPENS_M_PER_S = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Arch:
     """A snapshot of a driven crowd and its percussions for the desired velocity as u⁻ (paper (1),
-    (7) corrected).
+    (7) corrected): n people, k contacts.
 
-    left_velocity (n,2) m/s; window: the relaxation time τ (s) that turns percussions p into forces
-    p/τ."""
+    left_velocity: (n,2) m/s
+    window: s, the relaxation time τ that turns percussions p into forces p/τ
+    """
 
     drive: Drive
     snapshot: Snapshot
@@ -37,7 +40,7 @@ class Arch:
 
     @classmethod
     def of(cls, scene: Scene, snapshot: Snapshot) -> Arch:
-        """The percussions (k = 0) of a snapshot in the room of a scene. Raises ValueError for a
+        """Solve the percussions (k = 0) of a snapshot in the room of a scene. Raises ValueError for a
         scene without drive."""
         if scene.drive is None:
             raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
@@ -52,57 +55,67 @@ class Arch:
         )
 
     def under(self, law: ContactLaw) -> Percussions:
-        """The percussions of the same snapshot and left velocity under another contact law."""
+        """Solve the percussions of the same snapshot and left velocity under another contact law."""
         return solve(
             self.snapshot, self.contacts, left_velocity=self.left_velocity, law=law, tolerance=1e-8
         )
 
     def normal_forces(self) -> Floats:
-        """n·p/τ at each contact, (k,) N."""
+        """Give n·p/τ at each contact, (k,) N."""
         forces: Floats = (self.answer.impulse * self.contacts.normal).sum(1) / self.window
         return forces
 
     def carried(self) -> Floats:
-        """Σ |n·p|/τ over the contacts of each person, (n,) N: how hard a person is pressed, from
+        """Sum |n·p|/τ over the contacts of each person, (n,) N: how hard one is pressed, from
         whatever side."""
         return self.contacts.sum_at_disks(np.abs(self.normal_forces()), len(self.snapshot))
 
     def resultants(self) -> Floats:
-        """|Σ p|/τ of each person, (n,) N: forces from opposite sides cancel; m |u⁺ − u⁻|/τ,
+        """Give |Σ p|/τ of each person, (n,) N: forces from opposite sides cancel; m |u⁺ − u⁻|/τ,
         whatever the pressing."""
         change = self.contacts.momentum_change(self.answer.impulse, len(self.snapshot))
         return np.asarray(np.hypot(*change.T) / self.window, dtype=np.float64)
 
     def inside(self) -> Flags:
-        """Who has not passed the line of the exit, (n,)."""
+        """Tell who has not passed the line of the exit, (n,)."""
         beyond = (self.snapshot.position - np.array(self.drive.door_start_m)) @ np.array(
             self.drive.outward
         )
         return np.asarray(beyond < 0)
 
     def distance(self) -> Floats:
-        """From the middle of the exit to each person's centre, (n,) m."""
+        """Measure from the middle of the exit to each person's centre, (n,) m."""
         return np.asarray(np.hypot(*self._from_exit().T), dtype=np.float64)
 
     def angle_degrees(self) -> Floats:
-        """Direction of each person seen from the middle of the exit, (n,): 0 straight into the
+        """Give the direction of each person seen from the middle of the exit, (n,): 0 straight into the
         room, ±90 along the wall."""
         x, y = self._from_exit().T
         out_x, out_y = self.drive.outward
         return np.asarray(np.degrees(np.arctan2(y * out_x - x * out_y, -(x * out_x + y * out_y))))
 
+    def approach(self, velocity: Floats) -> float:
+        """Give the speed (m/s) at which velocities (n,2) m/s bring two in contact together, at
+        most."""
+        return float(self.contacts.approach_velocity(velocity).max())
+
+    def opening(self) -> int:
+        """Count the contacts that open."""
+        approach = self.contacts.approach_velocity(self.answer.right_velocity)
+        return int((approach < -OPENS_M_PER_S).sum())
+
     def largest(self, values: Floats) -> int:
-        """The index of the person inside who has the largest value (n,)."""
+        """Find the person inside who has the largest value (n,)."""
         return int(np.argmax(np.where(self.inside(), values, -np.inf)))
 
     def overlap_share(self) -> float:
-        """The largest overlap over the mean diameter."""
+        """Give the largest overlap over the mean diameter."""
         return float(
             max(-self.contacts.gap.min(initial=0.0), 0.0) / (2 * self.snapshot.radius.mean())
         )
 
     def rings(self) -> Indices:
-        """Ring of each person, (n,): 0 within a metre of the middle of the exit, then 1, …; −1 for
+        """Give the ring of each person, (n,): 0 within a metre of the middle of the exit, then 1, …; −1 for
         those outside."""
         return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)
 
@@ -112,7 +125,7 @@ class Arch:
 
 
 def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
-    """The proven interval (N) of the sum of normal magnitudes of a person, (nan, nan) where none
+    """Prove the interval (N) of the sum of normal magnitudes of a person, (nan, nan) where none
     could be proven."""
     try:
         found = interval(arch.contacts, arch.answer, weights_of_disk(arch.contacts, person))

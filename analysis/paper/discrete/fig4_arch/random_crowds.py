@@ -12,11 +12,7 @@ import numpy as np
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import EngineRun
-from analysis.paper.discrete.fig4_fig5_arches.pressed_crowd import (
-    NEIGHBOURHOOD_M,
-    Arch,
-    carried_interval,
-)
+from analysis.paper.discrete.pressed_crowd.arch import NEIGHBOURHOOD_M, Arch, carried_interval
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.progress import Progress
@@ -36,12 +32,20 @@ GATHERED = 2000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """One random arch in numbers. Forces in N, of people inside: mean_N and largest_N of the sum of
-    normal magnitudes, largest_resultant_N of the vector sum, with the places (m from the middle of
-    the exit, degrees) of both maxima and of the largest contact force. lower_N, upper_N: proven
-    interval of the largest sum of magnitudes over all percussions that the mechanics allows (nan:
-    not proven). redundant: contacts − rank of C. near_share: people in the neighbourhood of the
-    exit. reach_m: the farthest person. profile: ring means of the sum of magnitudes over mean_N.
+    """One random arch in numbers; of its people inside, distances from the middle of the exit.
+
+    solved: whether the percussions are solved, and canonical
+    redundant: contacts − rank of C
+    overlap_share: the largest overlap over the mean diameter
+    near_share: share of the people who are in the neighbourhood of the exit
+    reach_m: m, of the farthest person
+    mean_N, largest_N: N, of the sum of normal magnitudes at a person
+    lower_N, upper_N: N, the largest sum of magnitudes over all percussions that the mechanics
+        allows lies between them (nan: not proven)
+    distance_m, angle_degrees: where the largest sum is
+    largest_contact_N, contact_distance_m: N and m, the largest force of a contact
+    largest_resultant_N, resultant_distance_m: N and m, the largest vector sum at a person
+    profile: (rings,) means of the sum of magnitudes in rings of 1 m, over mean_N
     """
 
     people: int
@@ -66,7 +70,7 @@ class Sample:
 
     @classmethod
     def of(cls, arch: Arch, seed: int) -> Sample:
-        """The numbers of an arch."""
+        """Compute the numbers of an arch."""
         carried, resultants, distance, inside = (
             arch.carried(), arch.resultants(), arch.distance(), arch.inside(),
         )  # fmt: skip
@@ -106,7 +110,7 @@ class Sample:
 
 
 def gathered(run: EngineRun) -> Arch:
-    """The last frame of a run. Raises EngineError."""
+    """Solve the last frame of a run. Raises EngineError."""
     record = run.record()
     bodies = run.folder / "bodies.dump"
     return Arch.of(
@@ -115,7 +119,7 @@ def gathered(run: EngineRun) -> Arch:
 
 
 def installed_engine() -> str:
-    """The first engine that is there. Raises EngineError if none is."""
+    """Name the first engine that is there. Raises EngineError if none is."""
     name = next((engine.NAME for engine in ENGINES if engine.find() is not None), None)
     if name is None:
         raise EngineError("no engine is installed to gather a crowd")
@@ -123,7 +127,7 @@ def installed_engine() -> str:
 
 
 def seeded_scene(people: int, seed: int) -> Scene:
-    """A random crowd like that of the scene `arch`, until all have arrived."""
+    """Make a random crowd like that of the scene `arch`, until all have arrived."""
     scene = make("arch", people, seed)
     stiffness = scene.contact.stiffness_N_per_m * max(1.0, people / PEOPLE) ** 0.5
     seconds = scene.run.duration_s * max(1.0, people / GATHERED) ** 0.5
@@ -131,7 +135,7 @@ def seeded_scene(people: int, seed: int) -> Scene:
 
 
 def survey_runs(runs: Path) -> dict[tuple[int, int], EngineRun]:
-    """The runs of `survey` by people and seed: SEEDS with the people of the scene, and SIZES.
+    """List the runs of `survey` by people and seed: SEEDS with the people of the scene, and SIZES.
     Raises EngineError."""
     wanted = [(PEOPLE, seed) for seed in SEEDS]
     wanted += [(people, seed) for people, count in SIZES.items() for seed in range(1, count + 1)]
@@ -147,7 +151,7 @@ def survey_runs(runs: Path) -> dict[tuple[int, int], EngineRun]:
 
 
 def survey(runs: Path, progress: Progress | None = None) -> list[Sample]:
-    """The random arches. Raises EngineError."""
+    """Compute the random arches. Raises EngineError."""
     found, samples, done = survey_runs(runs), [], 0
     total = sum(people for people, _ in found)
     for (people, seed), run in found.items():
@@ -159,7 +163,7 @@ def survey(runs: Path, progress: Progress | None = None) -> list[Sample]:
 
 
 def blocked_runs(runs: Path) -> dict[int, EngineRun]:
-    """The runs of `blocked` by seed. Raises EngineError."""
+    """List the runs of `blocked` by seed. Raises EngineError."""
     engine, folder = installed_engine(), runs / "jam_seeds"
     return {
         seed: EngineRun(
@@ -172,7 +176,7 @@ def blocked_runs(runs: Path) -> dict[int, EngineRun]:
 
 
 def blocked(runs: Path, progress: Progress | None = None) -> list[Sample]:
-    """The crowds of BLOCKED_SEEDS that an arch stopped: nobody inside has a right velocity beyond
+    """Compute the crowds of BLOCKED_SEEDS that an arch stopped: nobody inside has a right velocity beyond
     AT_REST_M_PER_S. Raises EngineError."""
     samples = []
     for done, (seed, run) in enumerate(blocked_runs(runs).items(), start=1):
@@ -185,7 +189,7 @@ def blocked(runs: Path, progress: Progress | None = None) -> list[Sample]:
 
 
 def warnings_of(samples: Sequence[Sample]) -> list[str]:
-    """What a reader of the samples has to know: answers that are not solved, maxima without a
+    """List what a reader of the samples has to know: answers that are not solved, maxima without a
     proven interval."""
     unsolved = [f"{s.people} people, seed {s.seed}" for s in samples if not s.solved]
     unproven = [f"{s.people} people, seed {s.seed}" for s in samples if np.isnan(s.lower_N)]
@@ -198,5 +202,5 @@ def warnings_of(samples: Sequence[Sample]) -> list[str]:
 
 
 def growth(samples: Sequence[Sample], values: Sequence[float]) -> float:
-    """The exponent a of value ∝ N^a, by least squares in the logarithms."""
+    """Fit the exponent a of value ∝ N^a, by least squares in the logarithms."""
     return float(np.polyfit(np.log([s.people for s in samples]), np.log(values), 1)[0])

@@ -1,0 +1,1 @@
+"""Fig. 4: an arch at the exit, equal masses."""

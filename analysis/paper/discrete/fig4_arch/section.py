@@ -1,0 +1,121 @@
+"""Figure 4: a crowd of equal masses pressed to an exit."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from analysis.compare.study import Study
+from analysis.engines import EngineError
+from analysis.engines.run import EngineRun
+from analysis.pages.section import Section
+from analysis.pages.words import Words
+from analysis.paper.discrete.fig4_arch import charts, claims, tables
+from analysis.paper.discrete.fig4_arch.dissipation import Maintained, Trial, dissipation_trials
+from analysis.paper.discrete.fig4_arch.random_crowds import (
+    BLOCKED_SEEDS,
+    PEOPLE,
+    Sample,
+    blocked,
+    blocked_runs,
+    growth,
+    survey,
+    survey_runs,
+    warnings_of,
+)
+from analysis.paper.discrete.pressed_crowd.arch import Arch
+from analysis.paper.discrete.pressed_crowd.section import (
+    CrowdWords,
+    arch_runs,
+    arch_study,
+    without_crowd,
+)
+from analysis.scene.scene import read_scene
+from analysis.support.progress import Progress
+from nscd.arrays import Floats
+
+
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """List the crowd by every engine, and the random ones; without an engine none of the latter."""
+    found = arch_runs(read_scene("arch"), runs)
+    with contextlib.suppress(EngineError):
+        found += [*survey_runs(runs).values(), *blocked_runs(runs).values()]
+    return found
+
+
+def build(runs: Path, progress: Progress | None = None) -> Section:
+    """Build figure 4. `runs` keeps the engine runs; an engine that is missing becomes a warning."""
+    try:
+        found = arch_study(read_scene("arch"), runs, progress)
+    except EngineError as error:
+        return without_crowd("4", Words(__package__).text("title"), str(error))
+    samples: list[Sample] = []
+    jams: list[Sample] = []
+    missing: list[str] = []
+    try:
+        samples = survey(runs, progress)
+        jams = blocked(runs, progress)
+    except EngineError as error:
+        missing.append(f"random arches: {error}")
+    section = _section(found, samples, jams)
+    return replace(section, warnings=[*missing, *section.warnings])
+
+
+def _section(found: Study, samples: Sequence[Sample], jams: Sequence[Sample]) -> Section:
+    arch = Arch.of(found.scene, found.comparisons[0].snapshot)
+    trials, pull = dissipation_trials(arch), Maintained.of(arch)
+    same = [s for s in samples if s.people == PEOPLE]
+    several = len({s.people for s in samples}) > 1
+    words = Words(__package__, arch=arch, trials=trials, pull=pull, samples=samples, jams=jams)
+    crowd = CrowdWords(arch, found)
+    pictures = [
+        crowd.snapshot_picture("fig_4_arch"),
+        words.picture("fig_4_dissipation", charts.dissipation(trials)),
+        crowd.engines_picture("fig_4_engines"),
+    ]
+    every = [crowd.maxima_table(), tables.dissipation(words, trials), crowd.engines_table()]
+    if same:
+        pictures.append(words.picture("fig_4_seeds", charts.seeds(same), shown=same))
+        every.append(tables.seeds(words, "table_flowing", same))
+    if jams:
+        every.append(tables.seeds(words, "table_blocked", jams, tried=len(BLOCKED_SEEDS)))
+    if several:
+        pictures.append(words.picture("fig_4_sizes", charts.sizes(samples)))
+        every.append(tables.sizes(words, samples))
+    section = words.section(
+        "4",
+        largest=arch.normal_forces().max(),
+        opening=arch.opening(),
+        approach=(arch.approach(_as_printed(arch)), arch.approach(arch.answer.right_velocity)),
+        growth=lambda name: growth(samples, [getattr(s, name) for s in samples]),
+        several=several,
+        pictures=pictures,
+        tables=every,
+        claims=[
+            *(claims.places(words, same) if same else ()),
+            claims.maintained(words, arch, pull),
+            claims.dissipation(words, trials),
+            *([claims.rings(words, jams, "crowds at rest behind a blocked exit")] if jams else ()),
+        ],
+        warnings=[*crowd.warnings(), *warnings_of(samples), *_trial_warnings(trials)],
+    )
+    return replace(section, words=[*crowd.items(), *section.words])
+
+
+def _as_printed(arch: Arch) -> Floats:
+    """The right velocities (n,2) m/s of (7) as printed: u⁺ = u⁻ + Cᵀλ with the λ that solve (8)."""
+    push = arch.answer.reaction[:, None] * arch.contacts.normal
+    printed: Floats = arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot))
+    return printed
+
+
+def _trial_warnings(trials: Sequence[Trial]) -> list[str]:
+    out = []
+    for trial in trials:
+        answer = trial.arch.answer
+        if answer.status != "solved":
+            out.append(f"{trial.name}: {answer.status}: {answer.reason}")
+        out += [f"{trial.name}: {warning}" for warning in answer.warnings]
+    return out

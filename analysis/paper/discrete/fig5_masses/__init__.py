@@ -1,0 +1,1 @@
+"""Fig. 5: an arch at the exit, unequal masses."""

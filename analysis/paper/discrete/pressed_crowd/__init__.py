@@ -1,0 +1,1 @@
+"""A crowd pressed to an exit: its percussions, and what Figs. 4 and 5 show of it alike."""

@@ -1,0 +1,82 @@
+"""What the command refuses, and how it ends: one line that names the option, nothing written."""
+
+import pytest
+
+from analysis.cli import main
+
+POSITIVE = "a finite number above 0 is needed"
+
+
+@pytest.fixture
+def refused(tmp_path, monkeypatch, capsys):
+    """refused(words) → the one line with which `percussions words` ends."""
+
+    def run(*words):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr("sys.argv", ["percussions", *map(str, words)])
+        before = sorted(tmp_path.rglob("*"))
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code not in (0, None)
+        said = capsys.readouterr().err.strip()
+        assert len(said.splitlines()) == 1, said
+        assert sorted(tmp_path.rglob("*")) == before
+        return said
+
+    return run
+
+
+@pytest.mark.parametrize("value", ["-1", "0", "nan", "inf", "-inf", "much"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "pair", "--time-step"),
+        ("run", "pair", "--duration"),
+        ("run", "pair", "--stiffness"),
+        ("solve", "a.dump", "--time-step"),
+        ("solve", "a.dump", "--window"),
+        ("solve", "a.dump", "--tolerance"),
+        ("solve", "a.dump", "--contact-tolerance"),
+        ("report", "pair", "--stiffness"),
+        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--frame-rate"),
+        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--radius"),
+        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--mass"),
+        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--window"),
+    ],
+)
+def test_numbers_that_must_be_positive(refused, words, value):
+    assert refused(*words, value) == f"percussions: {words[-1]}: {value}: {POSITIVE}"
+
+
+@pytest.mark.parametrize("value", ["-0.1", "1.1", "nan"])
+def test_restitution_is_a_share(refused, value):
+    said = refused("run", "pair", "--restitution", value)
+    assert said == f"percussions: --restitution: {value}: a number from 0 to 1 is needed"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("solve", "a.dump", "--workers"),
+        ("chart", "pair", "--jobs"),
+        ("stability", "--jobs"),
+        ("scenes", "--make", "arch", "--disks"),
+    ],
+)
+@pytest.mark.parametrize("value", ["0", "-3", "2.5", "many"])
+def test_counts_are_whole_and_positive(refused, words, value):
+    said = refused(*words, value)
+    assert said == f"percussions: {words[-1]}: {value}: a whole number above 0 is needed"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("run",), "scene"),
+        (("run", "pair", "--speed", "3"), "--speed"),
+        (("nonsense",), "nonsense"),
+        (("run", "pair", "pair"), "pair"),
+    ],
+)
+def test_words_that_are_not_known(refused, words, says):
+    assert says in refused(*words)
