@@ -7,19 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.pages.words import Words
+from analysis.paper.discrete.fig6_rivals import claims
 from analysis.paper.discrete.fig6_rivals import section as rivals
-from analysis.paper.discrete.fig6_rivals.claims import (
-    chain_claims,
-    loehner_claims,
-    mass_claim,
-    surface_claim,
-)
-from analysis.paper.discrete.fig6_rivals.on_chains import chain_forces, gap_that_carries
-from analysis.paper.discrete.fig6_rivals.on_crowds import PRINTED, TEXT
+from analysis.paper.discrete.fig6_rivals.chains import chain_forces, gap_that_carries
+from analysis.paper.discrete.fig6_rivals.crowds import PRINTED, TEXT, BeyondTouch
 from analysis.scene.scene import read_scene
 from nscd.rivals import SocialForceLaw
 
 TAU = 0.5
+WORDS = Words("analysis.paper.discrete.fig6_rivals")
 
 
 @pytest.fixture(scope="module")
@@ -54,22 +51,20 @@ def test_a_gap_that_carries():
 
 def test_verdicts_follow_the_numbers(chains):
     equal, unequal = chains
-    assert [claim.verdict.value for claim in chain_claims(equal, unequal)] == [
-        "holds",
-        "holds in part",
-    ]
-    assert mass_claim(unequal, []).verdict == "holds in part"
-    assert mass_claim(equal, []).verdict == "does not hold"
+    assert claims.special_case(WORDS, equal, unequal).verdict == "holds"
+    assert claims.constant_in_a_chain(WORDS, equal, unequal).verdict == "holds in part"
+    assert claims.restrictive_mass(WORDS, unequal, []).verdict == "holds in part"
+    assert claims.restrictive_mass(WORDS, equal, []).verdict == "does not hold"
     far_off = replace(unequal, first_order=2 * unequal.first_order)
-    assert mass_claim(far_off, []).verdict == "holds"
-    assert chain_claims(far_off, far_off)[0].verdict == "does not hold"
+    assert claims.restrictive_mass(WORDS, far_off, []).verdict == "holds"
+    assert claims.special_case(WORDS, far_off, far_off).verdict == "does not hold"
     varying = replace(equal, social=equal.percussion)
-    assert chain_claims(varying, unequal)[1].verdict == "does not hold"
+    assert claims.constant_in_a_chain(WORDS, varying, unequal).verdict == "does not hold"
     resting = replace(equal, social_at_rest=equal.social)
-    assert chain_claims(resting, unequal)[1].verdict == "holds"
-    assert surface_claim(0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
-    silent = dict.fromkeys((PRINTED, TEXT), (0.0, 1.0, 0.0))
-    assert loehner_claims(silent, 2.0, 2.0)[0].verdict == "does not hold"
+    assert claims.constant_in_a_chain(WORDS, resting, unequal).verdict == "holds"
+    assert claims.surface(WORDS, 0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
+    silent = dict.fromkeys((PRINTED, TEXT), BeyondTouch(share=0.0, ratio=1.0))
+    assert claims.non_zero_apart(WORDS, silent, 2.0, 2.0).verdict == "does not hold"
 
 
 def test_without_an_engine_the_chains_remain(monkeypatch, tmp_path):
