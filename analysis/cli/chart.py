@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from analysis.cli.app import (
     Jobs,
@@ -19,6 +22,9 @@ from analysis.cli.app import (
 
 def chart(
     scene: SceneName,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A coarse chart: few settings, and one size.")
+    ] = False,
     runs: Runs = Path("out"),
     scheduler: Scheduler = None,
     jobs: Jobs = None,
@@ -36,7 +42,9 @@ def chart(
 
     chosen = read_scene(scene)
     with progress() as bars:
-        made = build_chart(chosen, runs, processes=jobs, scheduler=scheduler, progress=bars)
+        made = build_chart(
+            chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
+        )
     page = write_chart(made, out, command_line())
     for quantity in made.measured.quantities:
         head, rows = front_table(made, quantity)

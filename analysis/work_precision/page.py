@@ -14,12 +14,10 @@ from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, percent, significant
 from analysis.pages.section import Picture
 from analysis.support.files import write_text
-from analysis.work_precision.chart import Chart
+from analysis.work_precision.chart import ACCURACY, Chart
 from analysis.work_precision.charts import scaling_picture, work_precision_picture
-from analysis.work_precision.continuum.ladder import SIDES
 from analysis.work_precision.looks import look_of
 from analysis.work_precision.point import Point, PointStatus, pareto_front, write_points
-from analysis.work_precision.scaling import ACCURACY
 from analysis.work_precision.window import Quantity
 
 COLUMNS = ("method", "setting", "cpu", "numerical", "model", "sum", "total")
@@ -42,6 +40,7 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
     page = render(
         "chart.html",
         command=command,
+        quick=chart.quick,
         scene=scene,
         driven=window.driven,
         disks=len(window.scene.snapshot),
@@ -52,7 +51,7 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
         origin=measured.rigid.origin,
         sections=[_section(chart, quantity, folder) for quantity in quantities],
         no_continuum=measured.no_continuum,
-        mesh_sides=", ".join(f"{side:g}" for side in SIDES),
+        mesh_sides=", ".join(f"{side:g}" for side in chart.mesh_sides),
         unfinished=_unfinished(points, quantities),
         starts=_starts(_of(points, quantities[0])),
         scaling=[_row(p) for p in chart.scaling],

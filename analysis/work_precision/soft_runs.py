@@ -4,11 +4,12 @@ the next time."""
 from __future__ import annotations
 
 import functools
+import itertools
 import logging
 import resource
 import threading
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -82,20 +83,33 @@ class SoftRun:
         )
 
 
-def settings_of(window: Window, engines: tuple[str, ...]) -> Iterator[SoftSetting]:
-    """All settings that are tried, short of those that would take too long."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """Settings to try: stiffnesses (times the scene's), shares of the safe time step, and the
+    shares of an engine that has others."""
+
+    stiffer: tuple[float, ...] = STIFFER
+    shares: tuple[float, ...] = SHARES
+    of_engine: dict[str, tuple[float, ...]] = field(default_factory=dict)
+
+
+FULL = Grid()
+QUICK = Grid(stiffer=(1.0, 1e2), shares=(1 / 4, 1.0, 4.0), of_engine={"yade": (1.0,)})
+
+
+def settings_of(window: Window, engines: Sequence[str], grid: Grid = FULL) -> Iterator[SoftSetting]:
+    """Yield all settings of a grid, short of those that would take too long."""
     n = len(window.scene.snapshot)
+    own = window.scene.contact.stiffness_N_per_m
     for name in engines:
-        for law in LAWS[name]:
-            for stiffer in STIFFER:
-                stiffness = stiffer * window.scene.contact.stiffness_N_per_m
-                for share in SHARES:
-                    setting = SoftSetting(
-                        engine=name, law=law, stiffness_N_per_m=stiffness, share=share
-                    )
-                    steps = penalty_of(scene_of(window, setting)).steps
-                    if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
-                        yield setting
+        shares = grid.of_engine.get(name, grid.shares)
+        for law, stiffer, share in itertools.product(LAWS[name], grid.stiffer, shares):
+            setting = SoftSetting(
+                engine=name, law=law, stiffness_N_per_m=stiffer * own, share=share
+            )
+            steps = penalty_of(scene_of(window, setting)).steps
+            if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
+                yield setting
 
 
 def scene_of(window: Window, setting: SoftSetting) -> Scene:

@@ -12,6 +12,7 @@ from wall_line import line_at_a_wall
 from analysis.engines.penalty import damping_ratio_for, restitution_of
 from analysis.scene.shipped_scenes import make
 from analysis.stability.dense_reference import exact_line
+from analysis.work_precision.chart import cheapest
 from analysis.work_precision.charts import scaling_picture, work_precision_picture
 from analysis.work_precision.looks import APART
 from analysis.work_precision.point import (
@@ -23,7 +24,6 @@ from analysis.work_precision.point import (
 )
 from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
-from analysis.work_precision.scaling import cheapest
 from analysis.work_precision.soft_reference import kept_reference, soft_reference
 from analysis.work_precision.window import (
     CONTACT_FORCE,

@@ -114,11 +114,8 @@ def test_what_is_there_is_not_run_again(window, tmp_path, monkeypatch):
 
 
 def test_page_and_tables(tmp_path, monkeypatch):
-    monkeypatch.setattr(soft_runs, "SHARES", (1.0, 32.0))
-    monkeypatch.setattr(soft_runs, "STIFFER", (1.0,))
-    monkeypatch.setitem(soft_runs.LAWS, "lammps", ("hooke",))
     monkeypatch.chdir(tmp_path)
-    made = CliRunner().invoke(app, ["chart", "pair", "--jobs", "1"])
+    made = CliRunner().invoke(app, ["chart", "pair", "--quick", "--jobs", "1"])
     assert made.exit_code == 0, made.output
     assert made.stdout.strip().endswith("chart/index.html")
     points = read_points(tmp_path / "chart/points.json")
@@ -126,6 +123,8 @@ def test_page_and_tables(tmp_path, monkeypatch):
     assert all(p.machine and p.date for p in points)
     page = (tmp_path / "chart/index.html").read_text()
     assert points[0].machine in page
+    assert "quick chart" in page
+    assert "e = 0.01, contact by contact" in page
     assert "contact_impulse" in page
     assert "No continuum on this chart: it is for a crowd that a drive presses" in page
     assert "http" not in page.split("<section")[1]

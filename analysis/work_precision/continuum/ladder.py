@@ -20,6 +20,7 @@ from analysis.work_precision.window import Window
 
 # Sides of the triangles, in mean radii of the disks.
 SIDES = (4.0, 2.0, 1.0)
+COARSE = (4.0, 2.0)
 # The reference has sides of the smallest times these: its change from the first to the second is
 # its error bar.
 FINER = (0.5, 0.25)

@@ -1,0 +1,166 @@
+"""The soft-contact model written anew, apart from any engine: the accelerations of the disks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from analysis.engines.penalty import damping_ratio_for
+from analysis.scene.scene import Scene
+from nscd import find_contacts
+from nscd.arrays import Floats
+
+# Hertz contacts have the tangent stiffness asked for at an overlap of this share of the mean
+# radius.
+HERTZ_OVERLAP = 0.01
+
+
+class SoftModel:
+    """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m.
+
+    A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
+    (hertz) while δ > 0. The dashpots are those of `penalty_of`, written anew from the law's
+    definition. The drive acts continuously. Contacts are looked for among those that are within
+    `reach` (m) at the start.
+
+    Raises ValueError for friction, which has a memory that this model does not keep."""
+
+    def __init__(self, scene: Scene, reach: float) -> None:
+        if scene.contact.friction:
+            raise ValueError(
+                f"contact.friction: {scene.contact.friction:g}; "
+                "charts and advice are for frictionless contacts"
+            )
+        self._disks, walls = scene.snapshot, scene.wall_segments()
+        near = find_contacts(scene.snapshot, walls, tolerance=reach)
+        # a wall's number in `wall`, −1 for a pair
+        wall = np.where(near.is_wall, near.second, -1)
+        second = np.where(near.is_wall, 0, near.second)
+        self._contacts = (near.first.copy(), second, wall, walls.start, walls.end)
+        self._law, self._drive = _law(scene), _drive(scene)
+
+    def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
+        """Write the acceleration (n,2) m/s² at positions (n,2) m and velocities (n,2) m/s into
+        `out`."""
+        disks = self._disks
+        _contact_forces(
+            out, position, velocity, disks.radius, disks.mass, *self._contacts, *self._law
+        )
+        out /= disks.mass[:, None]
+        if self._drive is not None:
+            _add_drive(out, position, velocity, *self._drive)
+
+
+def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] | None:
+    """Speed, τ, target (start, end), a point of the door's line and where outward is."""
+    drive = scene.drive
+    if drive is None:
+        return None
+    start, end = (np.array(point) for point in drive.target())
+    return (
+        drive.speed_m_per_s,
+        drive.relaxation_time_s,
+        start,
+        end,
+        np.array(drive.door_start_m),
+        np.array(drive.outward),
+    )
+
+
+def _law(scene: Scene) -> tuple[bool, float, float, float, float]:
+    """Hertz or not; k or K; ζ; dashpots of pairs and walls (N·s/m)."""
+    contact, mass = scene.contact, scene.snapshot.mass
+    ratio = damping_ratio_for(contact.restitution)
+    k = contact.stiffness_N_per_m
+    heaviest = float(mass.max())
+    if contact.law == "hertz":
+        # two disks of mean radius r̄: R = r̄/2 and d(K √R δ^1.5)/dδ = k at δ = 0.01 r̄
+        mean = float(scene.snapshot.radius.mean())
+        stiffness = k / (1.5 * np.sqrt(0.5 * mean * HERTZ_OVERLAP * mean))
+        return True, float(stiffness), ratio, 0.0, 0.0
+    pair, wall = (2 * ratio * float(np.sqrt(k * m)) for m in (heaviest / 2, heaviest))
+    return False, k, ratio, pair, wall
+
+
+@njit(cache=True)
+def _add_drive(
+    acceleration: Any,
+    x: Any,
+    v: Any,
+    speed: float,
+    tau: float,
+    start: Any,
+    end: Any,
+    door: Any,
+    outward: Any,
+) -> None:
+    ax, ay = end[0] - start[0], end[1] - start[1]
+    square = ax * ax + ay * ay
+    for i in range(len(x)):
+        s = 0.0
+        if square > 0.0:
+            s = min(1.0, max(0.0, ((x[i, 0] - start[0]) * ax + (x[i, 1] - start[1]) * ay) / square))
+        dx, dy = start[0] + s * ax - x[i, 0], start[1] + s * ay - x[i, 1]
+        distance = np.sqrt(dx * dx + dy * dy)
+        beyond = (x[i, 0] - door[0]) * outward[0] + (x[i, 1] - door[1]) * outward[1]
+        if beyond >= 0.0 or distance == 0.0:
+            dx, dy, distance = outward[0], outward[1], 1.0
+        acceleration[i, 0] += (speed * dx / distance - v[i, 0]) / tau
+        acceleration[i, 1] += (speed * dy / distance - v[i, 1]) / tau
+
+
+@njit(cache=True)
+def _contact_forces(
+    force: Any,
+    x: Any,
+    v: Any,
+    radius: Any,
+    mass: Any,
+    first: Any,
+    second: Any,
+    wall: Any,
+    start: Any,
+    end: Any,
+    hertz: bool,
+    stiffness: float,
+    ratio: float,
+    pair_dashpot: float,
+    wall_dashpot: float,
+) -> None:
+    force[:] = 0.0
+    for c in range(len(first)):
+        i, j, w = first[c], second[c], wall[c]
+        if w < 0:
+            dx, dy = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
+            sum_of_radii = radius[i] + radius[j]
+            size = radius[i] * radius[j] / sum_of_radii
+            m = mass[i] * mass[j] / (mass[i] + mass[j])
+        else:
+            ax, ay = end[w, 0] - start[w, 0], end[w, 1] - start[w, 1]
+            s = ((x[i, 0] - start[w, 0]) * ax + (x[i, 1] - start[w, 1]) * ay) / (ax * ax + ay * ay)
+            s = min(1.0, max(0.0, s))
+            dx, dy = start[w, 0] + s * ax - x[i, 0], start[w, 1] + s * ay - x[i, 1]
+            sum_of_radii, size, m = radius[i], radius[i], mass[i]
+        distance = np.sqrt(dx * dx + dy * dy)
+        overlap = sum_of_radii - distance
+        if overlap <= 0.0:
+            continue
+        nx, ny = dx / distance, dy / distance
+        vx, vy = v[i, 0], v[i, 1]
+        if w < 0:
+            vx, vy = vx - v[j, 0], vy - v[j, 1]
+        approach = vx * nx + vy * ny
+        if hertz:
+            tangent = stiffness * np.sqrt(size * overlap)
+            push = tangent * overlap + np.sqrt(5.0) * ratio * np.sqrt(m * tangent) * approach
+        else:
+            push = stiffness * overlap + (pair_dashpot if w < 0 else wall_dashpot) * approach
+        if push <= 0.0:
+            continue
+        force[i, 0] -= push * nx
+        force[i, 1] -= push * ny
+        if w < 0:
+            force[j, 0] += push * nx
+            force[j, 1] += push * ny
