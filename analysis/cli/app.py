@@ -81,8 +81,10 @@ def percussions(
     ] = False,
 ) -> None:
     """Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions)."""
+    logging.addLevelName(logging.WARNING, "warning")
+    logging.addLevelName(logging.INFO, "note")
     handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("percussions: %(message)s"))
+    handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
     logging.getLogger("analysis").handlers = [handler]
     logging.getLogger("analysis").setLevel(logging.INFO if verbose else logging.WARNING)
     if version:
@@ -126,7 +128,7 @@ class _Lines:
             return
         self.last = now
         left = f", about {lasting((now - began) * (1 / share - 1))} to go" if share > 0 else ""
-        print(f"percussions: {label}: {share:.0%}{left}", file=sys.stderr, flush=True)
+        print(f"{label}: {share:.0%}{left}", file=sys.stderr, flush=True)
 
 
 def lasting(seconds: float) -> str:
@@ -141,7 +143,7 @@ def lasting(seconds: float) -> str:
 def say_expected(seconds: float, what: str) -> None:
     """Say before work that takes long about how long it takes."""
     if seconds > BETWEEN_LINES_S:
-        print(f"percussions: {what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
+        print(f"{what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
 
 
 def warn(words: str) -> None:

@@ -7,23 +7,24 @@ from pathlib import Path
 from typing import Protocol
 
 from analysis.engines import lammps, yade
-from analysis.engines.process import Command
+from analysis.engines.process import Command, said
 from analysis.engines.record import EngineError, RunRecord
 from analysis.scene.scene import Scene
 
-__all__ = ["ENGINES", "Engine", "EngineError", "RunRecord", "engine", "installed"]
+__all__ = ["ENGINES", "Engine", "EngineError", "RunRecord", "engine", "installed", "why_not"]
 
 
 class Engine(Protocol):
     """What every engine offers.
 
-    NAME: in commands and records; TITLE: in sentences; COMMAND: the program; INSTALL: the command
-    that installs it.
+    NAME: in commands and records; TITLE: in sentences; COMMAND: the program; ASK: its option that
+    says the version; INSTALL: the command that installs it.
     """
 
     NAME: str
     TITLE: str
     COMMAND: str
+    ASK: str
     INSTALL: str
 
     def find(self) -> Path | None:
@@ -76,8 +77,16 @@ def installed(name: str) -> str:
         )
     known = _version(name, path)
     if known is None:
-        raise EngineError(f"{path} does not start; reinstall it with: {chosen.INSTALL}")
+        raise EngineError(f"{why_not(chosen)}; reinstall it with: {chosen.INSTALL}")
     return known
+
+
+def why_not(chosen: Engine) -> str:
+    """Say why an engine that is there does not start, in its own last words."""
+    path = chosen.find()
+    lines = said(path, chosen.ASK).split("\n") if path else []
+    last = next((line.strip() for line in reversed(lines) if line.strip()), "without a word")
+    return f"{path} does not start ({last})"
 
 
 @functools.cache

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from analysis.engines import Engine, lammps, yade
+from analysis.engines import Engine, lammps, why_not, yade
 from analysis.engines.process import version_said
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -41,7 +41,6 @@ def examine() -> list[Finding]:
             lammps,
             "missing",
             f"make install (or: {lammps.INSTALL})",
-            ", perhaps for want of MPICH's libmpi.so.12",
         ),
         _engine(
             yade, "optional", f"runs are made with LAMMPS only; on Debian: sudo {yade.INSTALL}"
@@ -57,14 +56,12 @@ def _python() -> Finding:
     )
 
 
-def _engine(
-    known: Engine, missing: Literal["missing", "optional"], advice: str, perhaps: str = ""
-) -> Finding:
+def _engine(known: Engine, missing: Literal["missing", "optional"], advice: str) -> Finding:
     path, version = known.find(), known.version()
     if path is not None and version is not None:
         return Finding(name=known.TITLE, version=version, path=path, state="ok")
     if path is not None:
-        advice = f"{path} does not start{perhaps}; {advice}"
+        advice = f"{why_not(known)}; {advice}"
     return Finding(name=known.TITLE, version=None, path=path, state=missing, advice=advice)
 
 

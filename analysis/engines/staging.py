@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Be the only one who runs into this folder; wait for another process that does."""
-    folder = folder.absolute()
+    folder = folder.resolve()
     folder.parent.mkdir(parents=True, exist_ok=True)
     path = folder.with_name(f".{folder.name}.lock")
     while True:
@@ -47,7 +47,7 @@ def staged(folder: Path) -> Iterator[Path]:
     When the block ends well it becomes `folder`; when it does not (an error, Ctrl-C), it is removed
     and `folder` stays as it was. A run that was stopped or failed becomes `folder` too, with the
     reason in its record, where no finished run is there. To be used while the folder is locked."""
-    folder = folder.absolute()
+    folder = folder.resolve()  # a link to a folder stays
     staging = folder.with_name(f".{folder.name}.next")
     earlier = folder.with_name(f".{folder.name}.earlier")
     if earlier.exists() and not folder.exists():
@@ -63,6 +63,10 @@ def staged(folder: Path) -> Iterator[Path]:
                 _publish(staging, folder)
             raise
         _publish(staging, folder)
+    except OSError as error:
+        if str(staging) in str(error.filename):  # a name that will be gone
+            error.filename = str(error.filename).replace(str(staging), str(folder))
+        raise
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 

@@ -11,7 +11,7 @@ from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
 from analysis.support.shipped import shipped
 
-NAME, TITLE, COMMAND = "yade", "YADE", "yade"
+NAME, TITLE, COMMAND, ASK = "yade", "YADE", "yade", "--version"
 INSTALL = "apt-get install --no-install-recommends yade"
 
 
@@ -23,7 +23,7 @@ def find() -> Path | None:
 
 def version() -> str | None:
     """Ask for the version, such as `2023.02a`; None where YADE is missing or does not start."""
-    return version_said(find(), "--version", r"Yade version: (\S+)")
+    return version_said(find(), ASK, r"Yade version: (\S+)")
 
 
 def scripts_folder() -> Path:

@@ -43,7 +43,7 @@ class SceneError(ValueError):
 
 
 class _Disks(Part):
-    data: str
+    data: FileName
 
 
 class _SceneFile(Room):

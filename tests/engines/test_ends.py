@@ -1,17 +1,23 @@
 """How runs end when something outside goes wrong: killed parents, two at once, damaged files."""
 
+import errno
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from at_hand import ROOT, require
 
 from analysis.compare.study import study
-from analysis.engines.run import run_folder
+from analysis.engines import EngineError, RunRecord
+from analysis.engines.guard import died, garbage
+from analysis.engines.run import run_folder, simulate
+from analysis.engines.staging import staged
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 
@@ -116,3 +122,104 @@ def test_a_damaged_dump_is_one_failed_run(tmp_path):
     (failure,) = made.failures
     assert "bodies.dump" in failure
     assert f"remove {folder}" in failure
+
+
+@pytest.mark.parametrize(
+    ("name", "limit", "says"),
+    [
+        ("lammps", "-f 200", r"a file became larger than is allowed \(ulimit -f\)"),
+        ("yade", "-f 200", "File too large"),
+        ("lammps", "-t 4", r"it used more CPU time than is allowed \(ulimit -t\)"),
+    ],
+)
+def test_a_limit_of_the_system_is_named(tmp_path, name, limit, says):
+    require(name)
+    make("arch", 500).with_run(duration_s=60.0, frames=600).write(tmp_path)
+    program = (
+        "import resource, sys\n"
+        "from pathlib import Path\n"
+        "from analysis.engines import EngineError\n"
+        "from analysis.engines.run import run_engine\n"
+        "from analysis.scene.scene import read_scene\n"
+        "kind, most = sys.argv[2:]\n"
+        "if kind == '-f':\n"
+        "    resource.setrlimit(resource.RLIMIT_FSIZE, (int(most) * 1024,) * 2)\n"
+        "try:\n"
+        "    scene = read_scene('arch.toml')\n"
+        "    if kind == '-t':\n"
+        "        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])\n"
+        "        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + int(most), 1000))\n"
+        "    run_engine(scene, sys.argv[1], Path('run'))\n"
+        "except EngineError as error:\n"
+        "    sys.exit(str(error))\n"
+    )
+    process = started(program, tmp_path, name, *limit.split())
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert re.search(says, said), said
+    assert "time step" not in said
+    assert ".next" not in said
+    assert "run_engine" not in said
+
+
+def test_a_file_that_cannot_be_written_is_named_as_it_would_be(tmp_path):
+    require("lammps")
+    scene = read_scene("pair").with_run(duration_s=0.01, frames=10)
+    earlier, link = tmp_path / "elsewhere", tmp_path / "run"
+    earlier.mkdir()
+    link.symlink_to(earlier)
+    simulate(scene, "lammps", link)
+    assert link.is_symlink()
+    assert (earlier / "run.json").exists()
+    with pytest.raises(OSError, match="No space") as caught, staged(tmp_path / "new") as staging:
+        raise OSError(errno.ENOSPC, "No space left on device", str(staging / "bodies.dump"))
+    assert caught.value.filename == str(tmp_path / "new/bodies.dump")
+
+
+def test_a_full_disk_is_named(tmp_path, monkeypatch):
+    """LAMMPS ends with status 0 where its dumps are cut off by a full disk."""
+    require("lammps")
+    scene = read_scene("pair").with_run(duration_s=0.01, frames=10)
+    monkeypatch.setattr("shutil.disk_usage", lambda folder: SimpleNamespace(free=0))
+    monkeypatch.setattr(
+        "analysis.engines.run.check_bodies",
+        lambda path, record, scene: (_ for _ in ()).throw(garbage(record, "a frame is missing")),
+    )
+    with pytest.raises(EngineError, match="pair: no space is left on the disk of "):
+        simulate(scene, "lammps", tmp_path / "run")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("status", "last", "says"),
+    [
+        (-9, [], "it was killed, perhaps since memory ran out"),
+        (None, [], "it was killed, perhaps since memory ran out"),
+        (256 - 25, [], r"a file became larger than is allowed \(ulimit -f\)"),
+        (128 + 24, [], r"it used more CPU time than is allowed \(ulimit -t\)"),
+        (
+            1,
+            ["ERROR: Lost atoms: original 20 current 18 (../thermo.cpp:494)"],
+            "20 at the start, 18",
+        ),
+        (
+            1,
+            [
+                "ERROR on proc 0: Cannot open dump file {}/pairs.dump (../src/dump.cpp:601)",
+                "Last command: dump pairs",
+            ],
+            r"status 1 and said: ERROR on proc 0: Cannot open dump file pairs\.dump$",
+        ),
+        (7, ["a last word"], "it ended with status 7 and said: a last word$"),
+        (7, [], "it ended with status 7$"),
+    ],
+)
+def test_how_an_engine_ended_in_words(tmp_path, status, last, says):
+    record = RunRecord(
+        engine="lammps", version="1", scene="pair", scene_digest="0", disks=2, time_step_s=1e-5,
+        steps=10, frame_interval=1, damping_ratio=1.0, restitution_least=0.1, restitution_most=0.1,
+    )  # fmt: skip
+    end = died(record, status, 5, [line.format(tmp_path) for line in last], tmp_path)
+    assert re.search(says, end.record.reason), end.record.reason
+    assert str(end).startswith("lammps, pair, after t = 5e-05 s (step 5): ")
+    assert "smaller time step" not in str(end) or "Lost" in str(last)

@@ -64,6 +64,8 @@ CHANGES = [
     ('law = "hooke"', 'law = "hook"', "contact.law"),
     ("outward = [1.0, 0.0]", "outward = [1.0, 1.0]", "unit vector"),
     ('data = "arch.data"', 'data = "absent.data"', "absent.data: no such file"),
+    ('data = "arch.data"', 'data = "../arch.data"', "disks.data"),
+    ('data = "arch.data"', 'data = "/etc/passwd"', "disks.data"),
     ("[drive]", "[drive", "line"),
     ("restitution = 0.1", "restitution = true", "contact.restitution: .*valid number"),
     ("restitution = 0.1", 'restitution = "0.1"', "contact.restitution: .*valid number"),

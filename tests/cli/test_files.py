@@ -1,0 +1,59 @@
+"""Writing results: whole or not at all, to what is there and nowhere else."""
+
+import errno
+import os
+import stat
+import threading
+
+import pytest
+
+from analysis.support.files import whole_file, write_text
+
+
+def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path):
+    target, link = tmp_path / "real.csv", tmp_path / "link.csv"
+    target.write_text("earlier")
+    link.symlink_to(target)
+    write_text(link, "now")
+    assert link.is_symlink()
+    assert target.read_text() == "now"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.csv", "real.csv"]
+
+
+def test_a_pipe_stays_a_pipe(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
+    reader.start()
+    write_text(pipe, "through")
+    reader.join(10)
+    assert read == ["through"]
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_the_command_writes_its_rows_to_a_device(percussions, tmp_path):
+    (tmp_path / "touch.dump").write_text(
+        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n-9 9\n-9 9\n-1 1\n"
+        "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.25 75 1 0\n2 0.5 0 0.25 75 -1 0\n"
+    )
+    made = percussions("solve", "touch.dump", "--time-step", 1, "--out", "/dev/stdout")
+    assert made.returncode == 0, made.stderr
+    assert made.stdout.startswith("time_s,first,second")
+    assert ",75," in made.stdout or ",75.0" in made.stdout
+
+
+def test_a_folder_is_named(tmp_path):
+    (tmp_path / "taken").mkdir()
+    with pytest.raises(IsADirectoryError, match="taken"):
+        write_text(tmp_path / "taken", "now")
+
+
+def test_a_failed_write_leaves_what_was_there_and_names_the_file(tmp_path):
+    path = tmp_path / "numbers.csv"
+    path.write_text("earlier")
+    with pytest.raises(OSError, match=r"numbers\.csv") as caught, whole_file(path):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert caught.value.errno == errno.ENOSPC
+    assert path.read_text() == "earlier"
+    assert [path.name for path in tmp_path.iterdir()] == ["numbers.csv"]
