@@ -35,7 +35,8 @@ ADVICE = {
     "speed": _SHORTER,
     "energy": _SHORTER,
     "momentum": _SHORTER,
-    "overlap": "give a stiffer contact (contact.stiffness_N_per_m)",
+    "overlap": "give a stiffer contact (contact.stiffness_N_per_m), or a smaller time step where it "
+    "is longer than the safe one",
 }
 _SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$")
 _NOT_A_NUMBER = (

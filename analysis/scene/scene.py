@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import tomli_w
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, ConfigDict, ValidationError
 
 from analysis.scene.account import Reconciliation
 from analysis.scene.lammps_data import read_data, write_data
@@ -34,8 +34,16 @@ __all__ = [
     "read_scene",
     "scene_names",
 ]
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
+        raise ValueError(f"{name!r} is not the name of a file in one folder")
+    return name
+
+
 # It becomes a part of paths, and must not lead out of their folder.
-FileName = Annotated[str, Field(pattern=r"^[^./\\\x00-\x1f][^/\\\x00-\x1f]*$", max_length=100)]
+FileName = Annotated[str, AfterValidator(_file_name)]
 
 
 class SceneError(ValueError):
