@@ -44,7 +44,7 @@ def run(
     Example: percussions run arch --engine yade --stiffness 1e7
     """
     from analysis.advice.price import expected_seconds
-    from analysis.engines.run import finished_run, run_engine, run_folder
+    from analysis.engines.run import check_before, finished_run, run_engine, run_folder
     from analysis.scene.scene import read_scene
 
     chosen = read_scene(scene)
@@ -68,6 +68,7 @@ def run(
     engine = engine or "lammps"
     folder = run_folder(out, chosen, engine)
     if not finished_run(chosen, engine, folder):
+        check_before(chosen, engine, folder)
         say_expected(expected_seconds(chosen, engine), f"{chosen.name} with {engine}")
     with progress() as report:
         record = run_engine(chosen, engine, folder, report)

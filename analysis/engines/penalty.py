@@ -13,6 +13,8 @@ from analysis.scene.scene import Scene
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
+# More steps between two frames than this are nobody's intention.
+UNCOUNTABLE = 1e200
 
 
 def restitution_of(damping_ratio: float) -> float:
@@ -81,6 +83,11 @@ def penalty_of(scene: Scene) -> Penalty:
     largest_ratio = ratio * np.sqrt(heaviest / lightest) if contact.law == "hooke" else ratio
     safe = float(STEP_FRACTION * np.sqrt(lightest / k) / max(1.0, 2 * largest_ratio))
     between_frames = run.duration_s / run.frames
+    if not between_frames / (run.time_step_s or safe) < UNCOUNTABLE:
+        raise ValueError(
+            f"{scene.name}: run.duration_s: {run.duration_s:g} s are too many steps to count; "
+            f"the safe one is {safe:.3g} s at contact.stiffness_N_per_m = {k:g}"
+        )
     if run.time_step_s:
         step, interval = run.time_step_s, max(1, round(between_frames / run.time_step_s))
     else:  # shorten the step a little, so that frames fall on the same instants at every stiffness

@@ -25,6 +25,12 @@ from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
 DECKS = "decks"
+# LAMMPS counts no further in one run.
+MOST_STEPS = 2**31 - 1
+# A month of an engine that moves four million disks a second by a step.
+MOST_DISK_STEPS = 1e13
+# Of a disk in a frame of bodies.dump; contacts are about as much again.
+ROW_BYTES = 500
 _STEP = re.compile(r"^\s*(\d+)\s+[\d.e+-]+\s+\d+\s")  # step, time, disks, …
 log = logging.getLogger(__name__)
 
@@ -67,8 +73,7 @@ def run_engine(
     Raises EngineError."""
     if record := _taken(scene, engine_name, folder):
         return record
-    engine(engine_name).check(scene)
-    installed(engine_name)
+    check_before(scene, engine_name, folder)
     with locked(folder):
         # another process may have run it meanwhile
         return _taken(scene, engine_name, folder) or _simulate(scene, engine_name, folder, progress)
@@ -82,10 +87,30 @@ def simulate(
 
     Raises EngineError for an engine that is missing, dies, or gives what cannot be right; then, and
     when interrupted, what was in the folder stays as it was."""
-    engine(engine_name).check(scene)
-    installed(engine_name)
+    check_before(scene, engine_name, folder)
     with locked(folder):
         return _simulate(scene, engine_name, folder, progress)
+
+
+def check_before(scene: Scene, engine_name: str, folder: Path) -> None:
+    """Raise EngineError for a run that cannot be, or would never end."""
+    engine(engine_name).check(scene)
+    installed(engine_name)
+    penalty, disks = penalty_of(scene), len(scene.snapshot)
+    if penalty.steps > MOST_STEPS or penalty.steps * disks > MOST_DISK_STEPS:
+        raise EngineError(
+            f"{scene.name}: {penalty.steps:.3g} steps of {penalty.time_step:.3g} s for {disks} "
+            f"disks would not end within a month; at most {MOST_STEPS:.3g} steps and "
+            f"{MOST_DISK_STEPS:.0g} disks times steps are run. A softer contact, a longer time step "
+            "or a shorter duration needs fewer"
+        )
+    there = next(parent for parent in folder.resolve().parents if parent.exists())
+    needed, free = scene.run.frames * disks * ROW_BYTES, shutil.disk_usage(there).free
+    if needed > free:
+        raise EngineError(
+            f"{scene.name}: run.frames: {scene.run.frames} frames of {disks} disks need about "
+            f"{needed / 1e9:.3g} GB on the disk of {there}, where {free / 1e9:.3g} GB are free"
+        )
 
 
 def _taken(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:

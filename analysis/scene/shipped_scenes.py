@@ -252,6 +252,8 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
     "arch_masses": arch_masses,
     "jam": jam,
 }
+# About 2 kB of memory for each.
+MOST_DISKS = 1_000_000
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 
 
@@ -266,6 +268,8 @@ def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
             f"--disks {disks}: {name} "
             + ("has a fixed number of disks" if name in OF_FIXED_SIZE else "needs at least 2")
         )
+    if disks is not None and disks > MOST_DISKS:
+        raise SceneError(f"--disks {disks}: at most {MOST_DISKS}")
     if seed < 0:
         raise SceneError(f"--seed {seed}: a number ≥ 0 is needed")
     return MAKERS[name](disks or 0, seed)

@@ -3,6 +3,7 @@
 import pytest
 
 from analysis.cli import main
+from analysis.scene.shipped_scenes import make
 
 POSITIVE = "a finite number above 0 is needed"
 
@@ -76,7 +77,22 @@ def test_counts_are_whole_and_positive(refused, words, value):
         (("run", "pair", "--speed", "3"), "--speed"),
         (("nonsense",), "nonsense"),
         (("run", "pair", "pair"), "pair"),
+        (("scenes", "--make", "arch", "--disks", "1e18"), "--disks 1000000000000000000: at most"),
+        (
+            ("run", "arch", "--stiffness", "1e20"),
+            "arch: 5.74e+10 steps of 3.48e-11 s for 594 disks",
+        ),
+        (("run", "arch", "--stiffness", "1e300"), "would not end within a month"),
+        (("run", "arch", "--duration", "1e300", "--stiffness", "1e300"), "too many steps"),
+        (("run", "arch", "--duration", "1e12"), "would not end within a month"),
+        (("run", "pair", "--time-step", "1e-300"), "too many steps"),
     ],
 )
 def test_words_that_are_not_known(refused, words, says):
     assert says in refused(*words)
+
+
+def test_more_than_fits_on_the_disk(refused, tmp_path):
+    path = make("arch", 100).with_run(frames=10**9, time_step_s=1.0).write(tmp_path)
+    said = refused("run", path)
+    assert "run.frames: 1000000000 frames of 100 disks need about 5e+04 GB" in said
