@@ -107,7 +107,7 @@ def test_bad_words(percussions, words, message):
 def test_empty_contact_set(percussions, tmp_path):
     (tmp_path / "far.dump").write_text(
         "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\n"
-        "ITEM: ATOMS id x y radius mass\n1 0 0 0.2 75\n2 5 0 0.2 75\n"
+        "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.2 75 0 0\n2 5 0 0.2 75 0 0\n"
     )
     (tmp_path / "contacts.csv").write_text("earlier\n")
     failed(
