@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import os
 import shlex
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -103,7 +105,14 @@ def progress() -> Iterator[Progress]:
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _Lines().report
+        lines, ended = _Lines(), threading.Event()
+        beat = threading.Thread(target=lines.beat, args=(ended,), daemon=True)
+        beat.start()
+        try:
+            yield lines.report
+        finally:
+            ended.set()
+            beat.join()
         return
     with Bars(console=console, transient=True) as bars:
         tasks: dict[str, Any] = {}
@@ -117,18 +126,26 @@ def progress() -> Iterator[Progress]:
 
 
 class _Lines:
+    """The latest report, said every few seconds."""
+
     def __init__(self) -> None:
+        self.started = time.monotonic()
         self.began: dict[str, float] = {}
-        self.last = time.monotonic()
+        self.label, self.share = "", 0.0
 
     def report(self, label: str, share: float) -> None:
-        now = time.monotonic()
-        began = self.began.setdefault(label, now)
-        if now - self.last < BETWEEN_LINES_S:
-            return
-        self.last = now
-        left = f", about {lasting((now - began) * (1 / share - 1))} to go" if share > 0 else ""
-        print(f"{label}: {share:.0%}{left}", file=sys.stderr, flush=True)
+        self.began.setdefault(label, time.monotonic())
+        self.label, self.share = label, share
+
+    def beat(self, ended: threading.Event) -> None:
+        while not ended.wait(BETWEEN_LINES_S):
+            now = time.monotonic()
+            words = f"{lasting(now - self.started)} so far"
+            if 0 < self.share < 1:
+                left = (now - self.began[self.label]) * (1 / self.share - 1)
+                words = f"{self.share:.0%}, {words}, about {lasting(left)} to go"
+            words = f"{self.label}: {words}" if self.label else words
+            print(words, file=sys.stderr, flush=True)
 
 
 def lasting(seconds: float) -> str:
@@ -140,8 +157,10 @@ def lasting(seconds: float) -> str:
     return f"{seconds:.2g} years"
 
 
-def say_expected(seconds: float, what: str) -> None:
-    """Say before work that takes long about how long it takes."""
+def say_expected(cpu_seconds: float, what: str, jobs: int | None = 1) -> None:
+    """Say before work that takes long about how long it takes in so many processes (None: as many
+    as cores)."""
+    seconds = cpu_seconds / (jobs or os.cpu_count() or 1)
     if seconds > BETWEEN_LINES_S:
         print(f"{what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,9 +15,13 @@ from analysis.cli.app import (
     Scheduler,
     command_line,
     progress,
+    say_expected,
     show,
     warn,
 )
+
+if TYPE_CHECKING:
+    from analysis.scene.scene import Scene
 
 
 def chart(
@@ -41,6 +45,7 @@ def chart(
     from analysis.work_precision.page import front_table, write_chart
 
     chosen = read_scene(scene)
+    _say_expected(chosen, runs, quick, jobs)
     with progress() as bars:
         made = build_chart(
             chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
@@ -58,3 +63,22 @@ def chart(
     for warning in made.warnings:
         warn(warning)
     print(page.resolve().as_uri())
+
+
+def _say_expected(scene: Scene, runs: Path, quick: bool, jobs: int | None) -> None:
+    from analysis.advice.price import expected_seconds
+    from analysis.engines import ENGINES
+    from analysis.work_precision.soft_runs import FULL, QUICK, run_folder, scene_of, settings_of
+    from analysis.work_precision.window import driven_window, impact_window
+
+    driven = scene.drive is not None
+    window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)
+    folder = runs / "work_precision" / scene.name
+    names = [engine.NAME for engine in ENGINES if engine.find()]
+    missing = [
+        setting
+        for setting in settings_of(window, names, QUICK if quick else FULL)
+        if not run_folder(folder, setting).exists()
+    ]
+    seconds = sum(expected_seconds(scene_of(window, one), one.engine) for one in missing)
+    say_expected(seconds, f"{len(missing)} runs of engines", jobs)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, Runs, command_line, progress, warn
+from analysis.cli.app import Out, Runs, command_line, progress, say_expected, warn
 
 
 class PaperSection(StrEnum):
@@ -41,9 +41,28 @@ def paper(
     from analysis.paper.page import write_pages
 
     names = [str(one) for one in PaperSection] if section is None else [str(section)]
+    _say_expected(names, runs, figure)
     with progress() as bars:
         pages, warnings = write_pages(names, out, runs, command_line(), figure, bars)
     for warning in warnings:
         warn(warning)
     for page in pages:
         print(page.resolve().as_uri())
+
+
+def _say_expected(names: list[str], runs: Path, figures: list[str] | None) -> None:
+    from analysis.advice.price import expected_seconds
+    from analysis.engines.run import finished_run
+    from analysis.paper.build import folder_of, kept
+    from analysis.paper.page import PAGES
+
+    seconds = 0.0
+    for part in (part for name in names for part in PAGES[name].parts):
+        if figures and part.number not in figures:
+            continue
+        if part.engine_runs or not kept(folder_of(runs, part)):
+            seconds += part.seconds
+        for run in part.engine_runs(runs) if part.engine_runs else []:
+            if not finished_run(run.scene, run.engine, run.folder):
+                seconds += expected_seconds(run.scene, run.engine)
+    say_expected(seconds, "what is not there yet", None)

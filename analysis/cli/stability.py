@@ -8,7 +8,10 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Jobs, Out, Runs, Scheduler, command_line, progress
+from analysis.cli.app import Jobs, Out, Runs, Scheduler, command_line, progress, say_expected
+
+# CPU seconds of an attempt, start of its engine included.
+ATTEMPT_S = 2.0
 
 
 def stability(
@@ -28,9 +31,11 @@ def stability(
     from analysis.stability.atlas import build, choose
     from analysis.stability.page import summary, write_atlas
 
-    started = time.perf_counter()
+    started, cases = time.perf_counter(), choose(case, quick)
+    attempts = sum(len(one.rows.values) * len(one.columns.values) for one in cases)
+    say_expected(attempts * ATTEMPT_S, f"at most {attempts} attempts and their boundaries", jobs)
     with progress() as bars:
-        maps = build(choose(case, quick), runs, quick, bars, jobs, scheduler)
+        maps = build(cases, runs, quick, bars, jobs, scheduler)
     page = write_atlas(maps, out, command_line(), quick, time.perf_counter() - started)
     for line in summary(maps):
         print(line)
