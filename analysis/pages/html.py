@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import base64
-import io
 import math
 import os
 import re
+import urllib.parse
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -14,12 +14,18 @@ from typing import Any
 
 import jinja2
 import markupsafe
-from matplotlib.figure import Figure
 
 from analysis.engines.doctor import examine
-from analysis.pages.numbers import FILTERS
-from analysis.pages.section import Drawn, Picture
+from analysis.pages.numbers import FILTERS, number
+from analysis.pages.section import Cell, Drawn, Picture, Table
 from analysis.pages.words import html_of
+
+DIGITS = 4
+# a cell of more letters than these wraps
+LONG = 28
+SOLVED = "solved"
+# what reads as a number stands right, as numbers do
+NUMERIC = re.compile(r"[−–≈*]*\d|–$|determined$")
 
 
 def render(template: str, **content: Any) -> str:
@@ -32,6 +38,13 @@ def render(template: str, **content: Any) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= FILTERS
+    environment.filters |= {
+        "md": prose,
+        "href": href,
+        "cell": cell_html,
+        "cell_kind": cell_kind,
+        "column_kind": column_kind,
+    }
     return environment.get_template(template).render(
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("crowd-percussions"),
@@ -40,10 +53,37 @@ def render(template: str, **content: Any) -> str:
     )
 
 
-def inline(figure: Figure) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130)
-    return base64.b64encode(buffer.getvalue()).decode("ascii")
+def href(name: str) -> str:
+    """Name a file beside the page so that it is always one: `javascript:x` is a file too."""
+    return "./" + urllib.parse.quote(name)
+
+
+def cell_html(cell: Cell) -> markupsafe.Markup:
+    """Write a cell: words as Markdown, a number with DIGITS digits, or fewer that say it all."""
+    if isinstance(cell, str):
+        return prose(cell)
+    enough = (
+        digits
+        for digits in range(1, DIGITS)
+        if abs(cell - float(f"{cell:.{digits}g}")) <= 1e-12 * abs(cell)
+    )
+    return markupsafe.escape(number(cell, next(enough, DIGITS)))
+
+
+def cell_kind(cell: Cell, head: str) -> str:
+    """Class of a cell: words stand left, sentences wrap; a status that is not solved is an alarm."""
+    if not isinstance(cell, str):
+        return ""
+    if len(cell) > LONG:
+        return "words"
+    if head == "status" and cell != SOLVED:
+        return "name alarm"
+    return "" if NUMERIC.match(cell) else "name"
+
+
+def column_kind(table: Table, column: int) -> str:
+    """Class of a head: above words it stands where they begin."""
+    return cell_kind(table.rows[0][column], table.head[column]) if table.rows else ""
 
 
 def jsonable(value: Any) -> Any:
@@ -85,11 +125,6 @@ def prose(words: str) -> markupsafe.Markup:
         part = re.sub(r"(?<=\d)%", "\u202f%", part)
         parts[i] = re.sub(r"(?<![\w.)\]-])-(?=\d)", "−", part)
     return html_of("".join(parts))
-
-
-def sentence(words: str) -> markupsafe.Markup:
-    """The same, beginning large and ending with a stop."""
-    return prose(words[:1].upper() + words[1:] + ("" if words.endswith(".") else "."))
 
 
 def _power_of_ten(match: re.Match[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
 from matplotlib.figure import Figure
@@ -74,4 +74,6 @@ class Section:
     tables: Sequence[Table]
     differs: Sequence[str]
     claims: Sequence[Claim] = ()
-    warnings: Sequence[str] = field(default=())
+    warnings: Sequence[str] = ()
+    introduction: Sequence[str] = ()
+    files: Sequence[str] = ()

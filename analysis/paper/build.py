@@ -108,6 +108,11 @@ class Built:
         """Fig. 8, Section 3.2.1, or the name of a study beside the figures."""
         return label(self.section.number)
 
+    @property
+    def anchor(self) -> str:
+        """What links on the page lead to."""
+        return f"fig-{self.section.number.replace('.', '-')}"
+
 
 def build(
     parts: Sequence[Part],

@@ -11,19 +11,26 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import markupsafe
-
-from analysis.pages.html import jsonable, prose, render, sentence, write_picture
+from analysis.pages.html import jsonable, render, write_picture
 from analysis.pages.numbers import number
-from analysis.pages.section import Cell, Table, Verdict
+from analysis.pages.section import Table, Verdict
 from analysis.paper.build import CONTINUUM, DISCRETE, Built, Part, build
 from analysis.paper.errata import errata
 from analysis.support.files import whole_file, write_text
 from analysis.support.progress import Progress
 
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
-SOLVED, NONE = "solved", "–"
-DIGITS = 4
+CLAIMS = ("where", "statement", "what came out", "see")
+ERRATA = ("where", "printed", "correct", "why")
+COSTS = (
+    "section",
+    "engine runs made",
+    "taken as they were",
+    "failed",
+    "engines (CPU s)",
+    "the rest (CPU s)",
+    "built",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,14 +119,13 @@ def _write_page(
         command=command,
         prefix=page.prefix,
         other=other,
-        sections=[_section_content(made, images) for made in built],
-        verdicts=[(verdict, _claims_with(verdict, built)) for verdict in ORDER],
-        claim_count=sum(len(made.section.claims) for made in built),
-        errata=[
-            {name: prose(words) for name, words in asdict(entry).items()}
-            for entry in errata(page.errata)
-        ],
         built=built,
+        images=images,
+        contents=_contents(page, built),
+        verdicts=[(verdict, _claims(verdict, built)) for verdict in ORDER],
+        claim_count=sum(len(made.section.claims) for made in built),
+        errata=Table(caption="", head=ERRATA, rows=_errata(page)),
+        costs=_costs(built),
         wall_seconds=time.perf_counter() - started,
         most=max(built, key=lambda made: made.total_seconds),
         total_seconds=sum(made.total_seconds for made in built),
@@ -138,81 +144,54 @@ def write_claims(path: Path, built: Sequence[Built]) -> None:
                 rows.writerow([made.section.number, *asdict(claim).values()])
 
 
-def _claims_with(verdict: Verdict, built: Sequence[Built]) -> list[dict[str, Any]]:
-    return [
-        {
-            "label": made.label,
-            "anchor": _anchor(made),
-            "where": prose(claim.where),
-            "statement": prose(claim.statement),
-            "reason": sentence(claim.reason),
-        }
+def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
+    """The anchor and the words of each entry of the contents."""
+    sections = [
+        (made.anchor, f"{made.label}: {made.section.title}")
+        if made.section.number.isdigit()
+        else (made.anchor, made.section.title)
+        for made in built
+    ]
+    slips = [("errata", "Errata")] if errata(page.errata) else []
+    return [("claims", "Which statements hold"), *sections, *slips, ("cost", "What it cost")]
+
+
+def _claims(verdict: Verdict, built: Sequence[Built]) -> Table:
+    """The claims with this verdict, each with a link to its section."""
+    rows = [
+        (claim.where, claim.statement, _sentence(claim.reason), f"[{made.label}](#{made.anchor})")
         for made in built
         for claim in made.section.claims
         if claim.verdict == verdict
     ]
+    return Table(caption=f"**{verdict.capitalize()} ({len(rows)})**", head=CLAIMS, rows=rows)
 
 
-def _anchor(made: Built) -> str:
-    return f"fig-{made.section.number.replace('.', '-')}"
+def _errata(page: Page) -> list[tuple[str, ...]]:
+    return [tuple(asdict(entry).values()) for entry in errata(page.errata)]
 
 
-def _section_content(made: Built, images: dict[str, str]) -> dict[str, Any]:
-    section = made.section
-    lists = ("warnings", "words", "differs")
-    return {name: [prose(words) for words in getattr(section, name)] for name in lists} | {
-        "number": section.number,
-        "label": made.label,
-        "anchor": _anchor(made),
-        "figure": section.number[:1].isdigit(),
-        "title": section.title,
-        "claims": [
-            {
-                "where": prose(claim.where),
-                "statement": prose(claim.statement),
-                "verdict": claim.verdict,
-                "fails": claim.verdict == Verdict.FAILS,
-            }
-            for claim in section.claims
-        ],
-        "tables": [_table_content(table) for table in section.tables],
-        "pictures": [
-            {"name": p.name, "caption": prose(p.caption), "image": images[p.name]}
-            for p in section.pictures
-        ],
-    }
+def _sentence(words: str) -> str:
+    """The words, beginning large and ending with a stop."""
+    return words[:1].upper() + words[1:] + ("" if words.endswith(".") else ".")
 
 
-def _table_content(table: Table) -> dict[str, Any]:
+def _costs(built: Sequence[Built]) -> Table:
+    """What each section cost; failed runs in bold."""
     rows = [
-        [_cell_content(head, cell) for head, cell in zip(table.head, row, strict=True)]
-        for row in table.rows
+        (
+            made.label,
+            made.engines.made,
+            made.engines.reused,
+            f"**{made.engines.failed}**" if made.engines.failed else 0,
+            number(made.engines.cpu_seconds),
+            number(made.cpu_seconds),
+            "earlier" if made.kept else "now",
+        )
+        for made in built
     ]
-    return {"caption": prose(table.caption), "head": _heads(table), "rows": rows}
-
-
-def _heads(table: Table) -> list[tuple[markupsafe.Markup, str]]:
-    """Each head and its class: above words it stands where they begin."""
-    first = table.rows[0] if table.rows else [0.0] * len(table.head)
-    worded = [isinstance(cell, str) and cell != NONE for cell in first]
-    return [(prose(head), "words" if w else "") for head, w in zip(table.head, worded, strict=True)]
-
-
-def _cell_content(head: str, cell: Cell) -> tuple[markupsafe.Markup, str]:
-    """A cell as HTML and its class: an answer that is not plainly solved is an alarm."""
-    if not isinstance(cell, str):
-        return markupsafe.Markup(number(cell, _digits(cell)).replace("-", "−")), ""
-    if cell == NONE:
-        return prose(cell), ""
-    return prose(cell), "name alarm" if head == "status" and cell != SOLVED else "name"
-
-
-def _digits(value: float) -> int:
-    """As many as DIGITS, or fewer where they are all that there is: 0.05, not 0.05000."""
-    enough = (
-        d for d in range(1, DIGITS) if abs(value - float(f"{value:.{d}g}")) <= 1e-12 * abs(value)
-    )
-    return next(enough, DIGITS)
+    caption = "CPU seconds by section; a run that several sections use counts for the first"
+    return Table(caption=caption, head=COSTS, rows=rows)
 
 
 def _numbers(made: Built) -> dict[str, Any]:

@@ -13,6 +13,7 @@ BROWSER = next(
     ),
     None,
 )
+PHONE = 600
 QUIET = [
     "--no-sandbox",
     "--disable-gpu",
@@ -22,6 +23,18 @@ QUIET = [
     "--disable-component-update",
     "--disable-sync",
 ]
+
+
+def rows_of(page, section, caption):
+    """The rows of the table of a section whose caption begins so, each head → text."""
+    for table in page.locator(f"#{section} table").all():
+        if (table.locator("caption").text_content() or "").startswith(caption):
+            heads = table.locator("th").all_text_contents()
+            return [
+                dict(zip(heads, row.locator("td").all_text_contents(), strict=True))
+                for row in table.locator("tbody tr").all()
+            ]
+    raise AssertionError(f"no table '{caption}' in {section}")
 
 
 @contextlib.contextmanager
@@ -49,7 +62,11 @@ def opened(address, width):
             page.evaluate("[...document.images].filter(i => !i.complete || !i.naturalWidth).length")
             == 0
         )
-        # on a phone only the tables scroll sideways, not the page
-        assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+        # nothing scrolls sideways, and no value is off the screen
+        width = page.viewport_size["width"]
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        if width < PHONE:
+            right = "[...document.querySelectorAll('td')].map(t => t.getBoundingClientRect().right)"
+            assert page.evaluate(f"Math.max(0, ...{right})") <= width
         browser.close()
     assert complaints == []

@@ -82,13 +82,13 @@ def _read(address, folder, numbers, claims):
             assert section.locator("[role=alert]").count() == bool(content["warnings"])
             for cells in (
                 section.locator("td").all_inner_texts(),
-                section.locator("th").all_inner_texts(),
+                section.locator("th").all_text_contents(),
             ):
                 assert all(cell.strip() for cell in cells)
         for verdict in ("does not hold", "holds in part", "holds"):
-            rows = page.locator(f"table[data-verdict='{verdict}'] tr")
+            rows = page.locator(f"[data-verdict='{verdict}'] tr")
             assert rows.count() == 1 + sum(claim["verdict"] == verdict for claim in claims)
-        links = page.locator("a[href^='figures/'], a[href^='continuum_']").evaluate_all(
+        links = page.locator("a[href^='./figures/'], a[href^='continuum_']").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"
         )
         assert len(links) == 6
