@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Thresholds:
-    """The numbers that the rungs choose by; all were found by measuring (see docs/solvers.md).
+    """Hold the numbers that the rungs choose by, all found by measuring.
+
+    The measurements: docs/results/solvers.md.
 
     sweeps: so many sweeps of a descent at most, before its closed contacts are tried.
     few_sweeps: so many in a small crowd, where a factorisation is cheap.

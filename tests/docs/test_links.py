@@ -23,8 +23,8 @@ TEXTS = [
     for path in FILES
     if path.suffix in (".md", ".py", ".toml", ".html") and "yade_scripts" not in path.parts
 ]
-# what a run writes, and what a text names as an example
-MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/|[A-Z]{4}")
+# what a run writes, what a text names as an example, what a how-to page adds
+MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/|[A-Z]{4}|^nscd/solvers/jacobi")
 
 
 def anchors(page):
