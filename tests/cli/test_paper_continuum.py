@@ -17,10 +17,11 @@ from analysis.paper import build as building
 from analysis.paper.build import CONTINUUM, Built, build, drawn, edition, keep, kept, label
 from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig7_border import section as crowd_border
-from analysis.paper.continuum.fig8_turbulence import readings as turbulence_readings
 from analysis.paper.continuum.fig8_turbulence import section as turbulence
-from analysis.paper.continuum.fig8_turbulence.readings import CHECKED, Tried, error_claim, readings
-from analysis.paper.continuum.fig8_turbulence.study import Case, Forces, Setting
+from analysis.paper.continuum.fig8_turbulence import study as turbulence_study
+from analysis.paper.continuum.fig8_turbulence.forces import Case, Forces, Setting
+from analysis.paper.continuum.fig8_turbulence.readings import CHECKED, Tried, readings
+from analysis.paper.continuum.fig8_turbulence.section import error_verdict
 from analysis.paper.continuum.fig9_exit_pressure import section as exit_pressure
 from analysis.paper.continuum.fig9_exit_pressure.study import Field, solve_room
 from analysis.paper.continuum.fig10_density import section as density_laws
@@ -187,7 +188,7 @@ def test_readings_of_the_forces():
     ):
         pair = Forces(Case.UNIFORM, setting).pair(9.0)
         assert pair.answer.status == pair.forces.turbulence.status == "solved"
-        found[name] = (pair.moduli(), pair.of_largest_cell(), pair.on_bodies())
+        found[name] = (pair.of_moduli(), pair.of_largest_cell(), pair.on_bodies())
     assert found["people"] == pytest.approx(found["plain"], rel=1e-4)
     assert found["fine"][0] == pytest.approx(found["plain"][0], rel=0.1)
     assert found["fine"][1] < 0.6 * found["plain"][1]
@@ -200,17 +201,17 @@ def test_the_verdict_on_the_error_follows_the_errors():
         errors = np.broadcast_to(np.asarray(at, dtype=float), (2, len(CHECKED)))
         return [Tried(reading=r, errors=errors, finer=np.full(2, half)) for r in every]
 
-    assert error_claim(tried(0.5, 0.5)).verdict == Verdict.FAILS
-    assert error_claim(tried(0.01, 0.01)).verdict == Verdict.HOLDS
+    assert error_verdict(tried(0.5, 0.5)) == Verdict.FAILS
+    assert error_verdict(tried(0.01, 0.01)) == Verdict.HOLDS
     # small, but the mesh's
     unsound = tried(0.01, 0.005)
-    assert error_claim([*tried(0.5, 0.5), *unsound[1:]]).verdict == Verdict.FAILS
-    assert error_claim(tried([0.5, 0.01, 0.5, 0.5], 0.01)).verdict == Verdict.PARTLY
+    assert error_verdict([*tried(0.5, 0.5), *unsound[1:]]) == Verdict.FAILS
+    assert error_verdict(tried([0.5, 0.01, 0.5, 0.5], 0.01)) == Verdict.PARTLY
 
 
 def test_figure_8_with_few_readings(monkeypatch):
-    monkeypatch.setattr(turbulence_readings, "readings", lambda mesh: readings(mesh)[:6])
-    monkeypatch.setattr(turbulence, "VOLUMES", (4.0, 25.0, 100.0))
+    monkeypatch.setattr(turbulence_study, "readings", lambda mesh: readings(mesh)[:6])
+    monkeypatch.setattr(turbulence_study, "VOLUMES", (4.0, 25.0, 100.0))
     section = turbulence.build(mesh=COARSE)
     assert [claim.verdict for claim in section.claims] == ["does not hold", "holds"]
     assert len(section.tables[0].rows) == 6

@@ -10,11 +10,8 @@ import numpy as np
 from skfem import MeshTri1
 
 from nscd.arrays import Floats
-from nscd.continuum.collision import CollisionAnswer, collide
+from nscd.continuum.collision import CollisionAnswer
 from nscd.continuum.left_velocity import Field
-from nscd.continuum.medium import DENSITY as DENSITY
-from nscd.continuum.medium import PERSON as PERSON
-from nscd.continuum.medium import TABLE_1, Medium, table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import body_fields
 from nscd.continuum.rivals.cells import Cells
@@ -104,24 +101,3 @@ def from_exit(values: Floats) -> float:
     """Measure the distance (m) of the largest of the values (n,) at the map's points from the
     exit."""
     return float(to_exit(map_of().points[[values.argmax()]])[0])
-
-
-# until the other figures take these from where they are
-VOLUME, SURFACE = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
-TIME_STEP = TABLE_1.time_step
-medium = table_1_medium
-
-
-def solved(
-    space: Space, crowd: Medium, left: Field, warnings: list[str], what: str
-) -> CollisionAnswer:
-    """The collision (11); adds to the warnings where it is not solved."""
-    answer = collide(space, crowd, left)
-    warn(warnings, what, answer.status, answer.reason)
-    return answer
-
-
-def warn(warnings: list[str], what: str, status: Status, reason: str) -> None:
-    """Add to the warnings what is not solved, and why."""
-    if status is not Status.SOLVED:
-        warnings.append(f"{what}: {status}: {reason}")

@@ -235,6 +235,7 @@ class StepDependence(NamedTuple):
     sliding: float
     residual: float
     status: Status
+    reason: str
 
 
 def time_step_dependence(
@@ -269,6 +270,7 @@ def time_step_dependence(
                 sliding=float(step.sliding[~cells.open].mean()),
                 residual=step.residual,
                 status=step.status,
+                reason=step.reason,
             )
         )
     return rows

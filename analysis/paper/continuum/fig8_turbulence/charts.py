@@ -9,29 +9,26 @@ from matplotlib.figure import Figure
 
 from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS
 from analysis.pages.fields import draw_field, draw_room, rounded
-from analysis.paper.continuum.fig8_turbulence.study import Case, Pair
-from nscd.arrays import Floats
+from analysis.paper.continuum.fig8_turbulence.forces import Case, Pair
+from analysis.paper.continuum.fig8_turbulence.study import Curve
 
-Curve = tuple[str, Floats, Floats]
-"""Its name, k_v (per person) and errors."""
 NAMES = {Case.RANDOM: "(a) random, 1.7 ± 0.5 m/s", Case.UNIFORM: "(b) uniform, 1.23 m/s"}
 
 
-def error_curves(curves: dict[Case, Sequence[Curve]]) -> Figure:
-    """Errors against k_v for both cases, with the paper's 10⁻² and the range of k_v of which it
-    says so."""
+def error_curves(curves: Sequence[Curve]) -> Figure:
+    """Draw errors against k_v for both cases, with the paper's 10⁻² and its k_v ≥ 4."""
     figure = Figure(figsize=(10.0, 4.8), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
-    for axes, case in zip(panels, curves, strict=True):
-        for number, (name, volume, error) in enumerate(curves[case]):
+    for axes, case in zip(panels, Case, strict=True):
+        for number, curve in enumerate(curves):
             axes.plot(
-                volume,
-                error,
+                curve.volumes,
+                list(curve.at(case).values()),
                 marker=MARKERS[number],
                 ls=LINES[number % len(LINES)],
                 color=(*COLOURS, BLACK)[number],
                 mfc="none" if number > 2 else None,
-                label=name,
+                label=curve.name,
             )
         axes.axhspan(10**-2.5, 10**-1.5, color=GREY, alpha=0.45, lw=0, label="order of 10⁻²")
         axes.axvline(4.0, color=BLACK, lw=0.8, ls=":")
@@ -52,14 +49,13 @@ def error_curves(curves: dict[Case, Sequence[Curve]]) -> Figure:
 
 
 def force_maps(pairs: dict[Case, Pair]) -> Figure:
-    """|F| of the crowd turbulence, of (11), and the difference of the two, as means over a body, on
-    one scale a row."""
+    """Draw |F| of the crowd turbulence, of (11), and their difference, over a body, on one scale
+    per row."""
     figure = Figure(figsize=(10.5, 7.0), layout="constrained")
     for row, (case, pair) in zip(
         figure.subplots(2, 3, sharex=True, sharey=True), pairs.items(), strict=True
     ):
-        theirs = np.hypot(*pair.forces.theirs_on_bodies.T)
-        ours = np.hypot(*pair.bodies.percussion_density.T)
+        theirs, ours = pair.forces.theirs_on_bodies, pair.ours_on_bodies
         top = rounded(float(np.quantile(np.concatenate([theirs, ours]), 0.99)))
         shown = (
             ("crowd turbulence", theirs),

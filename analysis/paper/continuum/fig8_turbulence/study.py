@@ -1,276 +1,133 @@
-"""Contact forces of the crowd turbulence (15)–(19) and of the collision (11) in one room, cell by
-cell."""
+"""Fig. 8: errors against k_v, every reading of the error, and how the rival depends on δt."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
-from functools import cache, cached_property
+from typing import NamedTuple
 
-import numpy as np
-from skfem import MeshTri1
-
-from analysis.paper.continuum.exit_room import (
-    BODY,
-    DENSITY,
-    EXIT,
-    MESH,
-    PERSON,
-    SIDE,
-    SURFACE,
-    TIME_STEP,
-    VOLUME,
-    Map,
-    map_of,
+from analysis.paper.continuum.exit_room import EXIT, SIDE, unsolved
+from analysis.paper.continuum.fig8_turbulence.forces import (
+    Case,
+    Pair,
+    left_velocity,
 )
+from analysis.paper.continuum.fig8_turbulence.readings import Compared, Reading, Tried, readings
+from analysis.support.progress import Progress
 from nscd.arrays import Floats
-from nscd.continuum.collision import CollisionAnswer, collide
-from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
-from nscd.continuum.medium import TABLE_1, Medium
+from nscd.continuum.medium import DENSITY, TABLE_1
 from nscd.continuum.mesh import mesh_of
-from nscd.continuum.pressure import BodyFields, body_fields, percussion_density, pressure
-from nscd.continuum.rivals.cells import Cells
-from nscd.continuum.rivals.density_laws import TurbulencePressure
-from nscd.continuum.rivals.turbulence import (
-    Congestion,
-    TurbulenceLaw,
-    TurbulenceStep,
-    turbulence_step,
-)
-from nscd.continuum.room import Room, square_room
-from nscd.continuum.space import Space
-from nscd.stress import smear
+from nscd.continuum.rivals.turbulence import StepDependence, TurbulenceLaw, time_step_dependence
+from nscd.continuum.room import square_room
 
-FRICTION = TABLE_1.friction
+VOLUMES = (1.0, 2.0, 4.0, 9.0, 16.0, 25.0, 50.0, 100.0, 200.0)  # k_v
+CURVE_STEPS = (0.001, 0.01, 0.1)  # s
+STEPS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # s
 
 
-class Case(StrEnum):
-    """The left velocities of Fig. 8: (a) random, 1.7 ± 0.5 m/s; (b) 1.23 m/s; toward the exit."""
+class Curve(NamedTuple):
+    """An error against k_v.
 
-    RANDOM = "a"
-    UNIFORM = "b"
+    volumes: (k,) k_v, per person.
+    errors: (2,k) of cases a and b.
+    """
 
+    name: str
+    volumes: Sequence[float]
+    errors: Floats
 
-class Pressing(StrEnum):
-    """Where the pressure of the crowd turbulence comes from: (16) with Table 1, with c₂ that makes
-    it continuous, with p = 0 on the exit, or from congestion above the yield density."""
+    def at(self, case: Case) -> dict[float, float]:
+        """The errors of a case by k_v."""
+        return dict(zip(self.volumes, self.errors[list(Case).index(case)].tolist(), strict=True))
 
-    LAW = "(16)"
-    CONTINUOUS = "(16), c₂ = 32.91"
-    OPEN = "(16), 0 on the exit"
-    CONGESTION = "congestion"
-
-
-class Wall(StrEnum):
-    """Where k_s acts: where the crowd presses the wall, everywhere as printed, nowhere; or as a
-    fixed share of k_v."""
-
-    PRESSED = "pressed"
-    EVERYWHERE = "everywhere"
-    NOWHERE = "nowhere"
-    SHARE = "k_s = k_v/9"
+    def best(self, case: Case) -> float:
+        """The k_v with the least error of a case."""
+        errors = self.at(case)
+        return min(errors, key=errors.__getitem__)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
-    """What is computed for Fig. 8: room and mesh sides (m), order of the elements, seed of the
-    random speeds; δt (s), β, pressure of the crowd turbulence; where k_s acts; whether k_v and k_s
-    count people (Table 1 with ρ in people) or kilograms."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Turbulence:
+    """What was found.
 
-    side: float = SIDE
-    mesh: float = MESH
-    order: int = 1
-    seed: int = 1
-    time_step: float = TIME_STEP
-    friction: float = FRICTION
-    pressing: Pressing = Pressing.LAW
-    wall: Wall = Wall.PRESSED
-    mixed_units: bool = False
-    person: float = PERSON
+    curves: errors against k_v.
+    tried: the readings, the plain one first.
+    steps: of the crowd turbulence, case (b).
+    pairs: both forces with Table 1 in each case.
+    """
+
+    curves: Sequence[Curve]
+    tried: Sequence[Tried]
+    steps: Sequence[StepDependence]
+    pairs: dict[Case, Pair]
+    warnings: Sequence[str]
+
+    @property
+    def main(self) -> Curve:
+        """The relative difference in L² for the δt of Table 1."""
+        return self.curves[CURVE_STEPS.index(TABLE_1.time_step)]
+
+    @property
+    def grown(self) -> float:
+        """Largest mean force over the least, of all steps."""
+        forces = [step.force for step in self.steps]
+        return max(forces) / min(forces)
+
+    @property
+    def best(self) -> Tried:
+        """The reading with the least error, of those that half the mesh leaves as they are."""
+        return min((t for t in self.tried if t.settled), key=lambda t: float(t.errors.min()))
+
+    @property
+    def raw(self) -> Tried:
+        """The reading over the largest force in any triangle."""
+        return next(t for t in self.tried if t.reading.measure is Pair.of_largest_cell)
 
 
-def left_velocity(case: Case, room: Room, seed: int) -> Field:
-    """u⁻ of a case; the random speeds are drawn for each person's place."""
-    if case is Case.UNIFORM:
-        return toward_exit(room, 1.23)
-    direction = toward_exit(room, 1.0)
-    return random_speeds(room, direction, mean=1.7, deviation=0.5, seed=seed, cell=DENSITY**-0.5)
-
-
-@cache
-def _mesh(side: float, size: float) -> tuple[Room, MeshTri1]:
-    room = square_room(side, EXIT)
-    return room, mesh_of(room, size)
-
-
-@cache
-def _space(side: float, size: float, order: int) -> Space:
-    return Space(_mesh(side, size)[1], order)
-
-
-@cache
-def _step(case: Case, setting: Setting) -> TurbulenceStep:
-    room, mesh = _mesh(setting.side, setting.mesh)
-    law: TurbulencePressure | Congestion | Floats = TurbulencePressure()
-    if setting.pressing is Pressing.CONTINUOUS:
-        law = TurbulencePressure().continuous()
-    elif setting.pressing is Pressing.CONGESTION:
-        law = Congestion()
-    elif setting.pressing is Pressing.OPEN:
-        law = np.where(
-            Cells(mesh).open, 0.0, setting.person * TurbulencePressure().pressure(DENSITY)
-        )
-    return turbulence_step(
-        mesh,
-        DENSITY,
-        left_velocity(case, room, setting.seed),
-        TurbulenceLaw(pressure=law, friction=setting.friction, mass_per_person=setting.person),
-        time_step=setting.time_step,
+def turbulence(mesh: float, progress: Progress | None = None) -> Turbulence:
+    """Compare both forces in every way, on meshes of side `mesh` (m) and half of it."""
+    every = readings(mesh)
+    compared = Compared(every[0].setting)
+    curves = _curves(compared)
+    tried = []
+    for number, reading in enumerate(every):
+        if progress:
+            progress("readings of Fig. 8", number / len(every))
+        tried.append(compared.tried(reading))
+    steps = _steps(2 * mesh)
+    named = [(f"crowd turbulence, δt = {step.time_step:g} s", step) for step in steps]
+    return Turbulence(
+        curves=curves,
+        tried=tried,
+        steps=steps,
+        pairs={
+            case: compared.known[case, compared.plain].pair(TABLE_1.volume_dissipation)
+            for case in Case
+        },
+        warnings=[*compared.warnings, *unsolved(named)],
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Forces:
-    """One case in one setting: the crowd turbulence solved once, (11) for each k_v that is asked
-    for."""
-
-    case: Case
-    setting: Setting
-
-    @cached_property
-    def room(self) -> Room:
-        """The square."""
-        return _mesh(self.setting.side, self.setting.mesh)[0]
-
-    @cached_property
-    def space(self) -> Space:
-        """Of (11)."""
-        return _space(self.setting.side, self.setting.mesh, self.setting.order)
-
-    @cached_property
-    def map(self) -> Map:
-        """Where body means are taken."""
-        return map_of(self.room)
-
-    @cached_property
-    def area(self) -> Floats:
-        """Of the cells (m,) m²."""
-        return Cells(self.space.mesh).measure
-
-    @cached_property
-    def left(self) -> Field:
-        """u⁻; random speeds are drawn for each person's place."""
-        return left_velocity(self.case, self.room, self.setting.seed)
-
-    @cached_property
-    def turbulence(self) -> TurbulenceStep:
-        """One step of the crowd turbulence, which knows nothing of (11)."""
-        alone = replace(self.setting, wall=Wall.PRESSED, order=1, mixed_units=False)
-        return _step(self.case, alone)
-
-    @cached_property
-    def theirs(self) -> Floats:
-        """−δt∇·σ of the crowd turbulence in the cells (m,2) N·s/m²."""
-        return self.turbulence.percussion_density
-
-    @cached_property
-    def theirs_on_bodies(self) -> Floats:
-        """The same as means over a body (n,2)."""
-        middle = np.ascontiguousarray(self.space.mesh.p[:, self.space.mesh.t].mean(1).T)
-        weighted = self.area[:, None] * np.hstack([np.ones((len(middle), 1)), self.theirs])
-        sums, _ = smear(middle, weighted, BODY, self.map.points)
-        return sums[:, 1:] / sums[:, :1]
-
-    def pair(self, volume: float) -> Pair:
-        """(11) with this k_v beside the crowd turbulence."""
-        setting = self.setting
-        surface = {Wall.NOWHERE: 0.0, Wall.SHARE: volume * SURFACE / VOLUME}.get(
-            setting.wall, SURFACE
+def _curves(compared: Compared) -> list[Curve]:
+    plain, few = compared.plain, VOLUMES[::2]
+    found = []
+    for step in CURVE_STEPS:
+        reading = Reading(
+            words=f"L², δt = {step:g} s",
+            measure=Pair.of_moduli,
+            setting=replace(plain, time_step=step),
         )
-        crowd = Medium(
-            density=DENSITY,
-            volume_dissipation=volume,
-            surface_dissipation=surface,
-            mass_per_person=setting.person,
-        )
-        if setting.mixed_units:
-            crowd = replace(crowd, density=DENSITY * setting.person, mass_per_person=None)
-        everywhere = setting.wall is Wall.EVERYWHERE
-        answer = collide(self.space, crowd, self.left, surface_everywhere=everywhere)
-        weight = self.space.basis.dx
-        ours = ((percussion_density(answer) * weight).sum(2) / weight.sum(1)).T
-        return Pair(self, answer, ours)
+        found.append(Curve(reading.words, VOLUMES, compared.errors(reading, VOLUMES)))
+    cell = Reading(
+        words="mean over the largest in any triangle", measure=Pair.of_largest_cell, setting=plain
+    )
+    for size, volumes in ((plain.mesh, VOLUMES), (0.5 * plain.mesh, few)):
+        errors = compared.errors(cell, volumes, half=size < plain.mesh)
+        found.append(Curve(f"{cell.words} ({size:g} m)", volumes, errors))
+    return found
 
 
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """The answer of (11), and its div σ in the cells (m,2) N·s/m², beside the crowd turbulence."""
-
-    forces: Forces
-    answer: CollisionAnswer
-    ours: Floats
-
-    @cached_property
-    def bodies(self) -> BodyFields:
-        """Of (11), as means over a body at the points of the map."""
-        return body_fields(self.answer, BODY, self.forces.map.points)
-
-    def moduli(self) -> float:
-        """‖|F| − |F_t|‖/‖F_t‖ over the cells, in L²."""
-        return self._share(np.hypot(*self.ours.T) - np.hypot(*self.forces.theirs.T))
-
-    def vectors(self) -> float:
-        """‖F − F_t‖/‖F_t‖ over the cells, in L²."""
-        return self._share(np.hypot(*(self.ours - self.forces.theirs).T))
-
-    def _share(self, difference: Floats) -> float:
-        area, theirs = self.forces.area, self.forces.theirs
-        return float(np.sqrt(area @ difference**2 / (area @ (theirs**2).sum(1))))
-
-    def on_bodies(self) -> float:
-        """‖|F| − |F_t|‖/‖F_t‖ of the means over a body, in L²."""
-        area, theirs = self.forces.map.area, np.hypot(*self.forces.theirs_on_bodies.T)
-        difference = np.hypot(*self.bodies.percussion_density.T) - theirs
-        return float(np.sqrt(area @ difference**2 / (area @ theirs**2)))
-
-    def _mean(self) -> float:
-        """Mean over the room of ||F| − |F_t|| (N·s/m²)."""
-        area = self.forces.area
-        difference = np.abs(np.hypot(*self.ours.T) - np.hypot(*self.forces.theirs.T))
-        return float(area @ difference / area.sum())
-
-    def of_mean(self) -> float:
-        """Mean difference over the mean of |F_t|."""
-        area = self.forces.area
-        return self._mean() * float(area.sum() / (area @ np.hypot(*self.forces.theirs.T)))
-
-    def of_largest_cell(self) -> float:
-        """Mean difference over the largest |F_t| in any cell, which is the mesh's."""
-        return self._mean() / float(np.hypot(*self.forces.theirs.T).max())
-
-    def of_largest_body(self) -> float:
-        """Mean difference of the means over a body, over the largest of |F_t| among them."""
-        area, theirs = self.forces.map.area, np.hypot(*self.forces.theirs_on_bodies.T)
-        difference = np.abs(np.hypot(*self.bodies.percussion_density.T) - theirs)
-        return float(area @ difference / area.sum() / theirs.max())
-
-    def pressures(self) -> float:
-        """‖p − δt p_t‖/‖δt p_t‖, p = −½ tr σ as means over a body, p_t from (16) at uniform
-        density."""
-        area, theirs = self.forces.map.area, self._their_pressure()
-        return float(
-            np.sqrt(area @ (self.bodies.pressure - theirs) ** 2 / (area.sum() * theirs**2))
-        )
-
-    def largest_pressures(self) -> float:
-        """|max p − δt p_t|/δt p_t with the largest p over a body."""
-        return abs(float(self.bodies.pressure.max()) / self._their_pressure() - 1)
-
-    def largest_raw_pressures(self) -> float:
-        """The same with the largest p in any triangle, which is the mesh's."""
-        return abs(float(pressure(self.answer).max()) / self._their_pressure() - 1)
-
-    def _their_pressure(self) -> float:
-        """δt p_t (N·s/m)."""
-        setting = self.forces.setting
-        return setting.time_step * setting.person * float(TurbulencePressure().pressure(DENSITY))
+def _steps(size: float) -> list[StepDependence]:
+    room = square_room(SIDE, EXIT)
+    left = left_velocity(Case.UNIFORM, room, 1)
+    return time_step_dependence(mesh_of(room, size), DENSITY, left, TurbulenceLaw(), STEPS)
