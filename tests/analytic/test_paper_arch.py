@@ -2,6 +2,7 @@
 from small ones."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from analysis.paper.discrete.fig4_arch.dissipation import Maintained, dissipatio
 from analysis.paper.discrete.fig4_arch.random_crowds import Sample, growth, warnings_of
 from analysis.paper.discrete.fig5_masses import section as arch_masses
 from analysis.paper.discrete.fig5_masses.uniformity import Uniformity
+from analysis.paper.discrete.pressed_crowd import crowds
 from analysis.paper.discrete.pressed_crowd.arch import Arch
+from analysis.paper.discrete.pressed_crowd.crowds import grown
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
@@ -52,6 +55,7 @@ def sample(**changes):
         "seed": 1,
         "solved": True,
         "contacts": 1100,
+        "opening": 50,
         "redundant": 3,
         "overlap_share": 0.03,
     }
@@ -167,9 +171,59 @@ def test_dissipation_of_a_pair():
 )
 def test_where_the_maximum_lies(distances, verdict):
     samples = [sample(distance_m=d) for d in distances]
-    claim = claims.place(WORDS, samples, "distance_m", "the sum")
+    claim = claims.place(WORDS, {"made up": samples}, "distance_m", "the sum")
     assert claim.verdict == verdict
-    assert f"from {min(distances):.2f} to {max(distances):.2f} m" in claim.reason
+    assert f"the median {np.median(distances):.2f} m" in claim.reason
+
+
+def test_a_reading_that_holds_in_one_kind_of_crowd_holds_in_part():
+    near, far = [sample(distance_m=1.0)] * 2, [sample(distance_m=5.0)] * 2
+    claim = claims.place(WORDS, {"heaps": near, "flowing": far}, "distance_m", "the sum")
+    assert claim.verdict == Verdict.PARTLY
+    assert "2 heaps: holds. " in claim.reason
+    assert "2 flowing: does not hold. " in claim.reason
+    for samples, verdict in ((near, Verdict.HOLDS), (far, Verdict.FAILS)):
+        both = {"heaps": samples, "flowing": samples}
+        assert claims.place(WORDS, both, "distance_m", "the sum").verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("fixed", "every", "verdict"),
+    [(1e-5, 0.05, Verdict.HOLDS), (1e-5, 0.3, Verdict.PARTLY), (0.4, 0.05, Verdict.FAILS)],
+)
+def test_percussions_as_contact_forces(monkeypatch, fixed, every, verdict):
+    """The softer contacts (first) may differ where mechanics fixes nothing, the stiffest not."""
+
+    def statistics(contact):
+        return {
+            "determined_contacts": 2,
+            "rigid_contacts": 9,
+            "determined_relative_difference": fixed,
+            "contact_relative_difference": contact,
+            "disk_vector_relative_difference": fixed,
+        }
+
+    class Run:
+        balance = SimpleNamespace(unbalanced=1e-5)
+
+        def __init__(self, contact):
+            self.contact = contact
+
+    monkeypatch.setattr(claims, "statistics", lambda run: statistics(run.contact))
+    claim = claims.contact_forces(WORDS, "made up", {1e7: [Run(every)], 1e6: [Run(0.5)] * 2})
+    assert claim.verdict == verdict
+    assert "the 4 of 18 contacts" in claim.reason
+
+
+def test_heaps_touch_without_overlap_and_open():
+    """Just rigid: two contacts per disk, walls and the shut exit counted; the exit's are gone."""
+    for seed in (1, 2):
+        arch = grown(200, seed)
+        assert arch.answer.status == "solved"
+        assert arch.overlap_share() < 1e-9
+        assert 1.9 < len(arch.contacts) / 200 < 2.0
+        assert arch.opening() > 0
+        assert arch.inside().all()
 
 
 @pytest.mark.parametrize(
@@ -178,7 +232,7 @@ def test_where_the_maximum_lies(distances, verdict):
 )
 def test_where_the_mean_is_largest(peaks, verdict):
     samples = [sample(profile=tuple(np.eye(3)[peak] + 1.0)) for peak in peaks]
-    claim = claims.rings(WORDS, samples, "made up")
+    claim = claims.rings(WORDS, {"made up": samples})
     assert claim.verdict == verdict
 
 
@@ -219,7 +273,7 @@ def small(monkeypatch):
     monkeypatch.setattr(figures, "PEOPLE", 60)
     monkeypatch.setattr(arch_seeds, "SEEDS", range(1, 3))
     monkeypatch.setattr(arch_seeds, "SIZES", {30: 2})
-    monkeypatch.setattr(arch_seeds, "BLOCKED_SEEDS", ())
+    monkeypatch.setattr(crowds, "BLOCKED_SEEDS", ())
     for module in (figures, arch_masses):
         monkeypatch.setattr(
             module, "read_scene", lambda name: make(name, 60).with_run(duration_s=1.0, frames=2)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +13,8 @@ from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE
 from analysis.paper.discrete.fig4_arch.dissipation import EFFECTIVE_MASS, Trial
 from analysis.paper.discrete.fig4_arch.random_crowds import Sample
 from analysis.paper.discrete.pressed_crowd.arch import NEIGHBOURHOOD_M, RING_M
+
+BIN_M = 0.5
 
 
 def dissipation(trials: Sequence[Trial]) -> Figure:
@@ -50,34 +53,46 @@ def _forces(axis: Axes, trials: Sequence[Trial]) -> None:
         axis.plot(k, kilonewton, style, color=colour, mfc=face, ms=5, label=label)
 
 
-def seeds(samples: Sequence[Sample]) -> Figure:
-    """Draw where the maxima lie, and the sum of magnitudes against the distance, over arches of one
-    size."""
-    figure = Figure(figsize=(9.5, 3.8), layout="constrained")
-    places, profile = figure.subplots(1, 2)
+def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
+    """Draw where the maxima lie, and the sum of magnitudes against the distance, a row for each
+    kind of crowd."""
+    figure = Figure(figsize=(9.5, 3.2 * len(crowds) + 0.4), layout="constrained")
+    rows = figure.subplots(len(crowds), 2, squeeze=False, sharex="col")
+    for (places, profile), (kind, samples) in zip(rows, crowds.items(), strict=True):
+        _places(places, samples)
+        _profile(profile, samples)
+        for axes in (places, profile):
+            axes.set_title(f"{len(samples)} {kind}", fontsize=10)
+    for axes in rows[-1]:
+        axes.set_xlabel("distance from the middle of the exit (m)")
+    rows[0, 0].legend(fontsize=8, loc="upper right")
+    rows[0, 1].legend(fontsize=8)
+    return figure
+
+
+def _places(axes: Axes, samples: Sequence[Sample]) -> None:
     sums, vectors = [s.distance_m for s in samples], [s.resultant_distance_m for s in samples]
-    bins = np.arange(0.0, max(sums + vectors) + 0.5, 0.5)
-    filled = {"color": BLUE, "edgecolor": BLACK, "alpha": 0.9}
-    hatched = {"color": "none", "edgecolor": ORANGE, "lw": 1.5, "hatch": "///"}
-    places.hist(sums, bins, **filled, label="largest sum of magnitudes")
-    places.hist(vectors, bins, **hatched, label="largest vector sum")
-    places.axvline(NEIGHBOURHOOD_M, color=BLACK, ls=":", label=f"{NEIGHBOURHOOD_M:g} m")
-    places.set_ylabel("arches")
-    places.set_ylim(0, 1.45 * places.get_ylim()[1])
-    places.legend(fontsize=8, loc="upper right")
+    bins = np.arange(0.0, max(sums + vectors) + BIN_M, BIN_M).tolist()
+    filled: dict[str, Any] = {"color": BLUE, "edgecolor": BLACK, "alpha": 0.9}
+    hatched: dict[str, Any] = {"color": "none", "edgecolor": ORANGE, "lw": 1.5, "hatch": "///"}
+    axes.hist(sums, bins, **filled, label="largest sum of magnitudes")
+    axes.hist(vectors, bins, **hatched, label="largest vector sum")
+    axes.axvline(NEIGHBOURHOOD_M, color=BLACK, ls=":", label=f"{NEIGHBOURHOOD_M:g} m")
+    axes.set_ylabel("crowds")
+    axes.locator_params(axis="y", integer=True)
+    axes.set_ylim(0, 1.45 * axes.get_ylim()[1])
+
+
+def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
     count = min(len(s.profile) for s in samples)
     values = np.array([s.profile[:count] for s in samples])
     ring = (np.arange(count) + 0.5) * RING_M
-    profile.plot(ring, values.T, color=GREY, lw=0.7)
+    axes.plot(ring, values.T, color=GREY, lw=0.7)
     mean, spread = np.nanmean(values, 0), np.nanstd(values, 0)
     label = "mean and standard deviation"
-    profile.errorbar(ring, mean, spread, fmt="o-", color=BLUE, capsize=3, label=label)
-    profile.set_ylabel("sum of magnitudes / mean of the arch")
-    profile.set_ylim(bottom=0)
-    profile.legend(fontsize=8)
-    for axes in (places, profile):
-        axes.set_xlabel("distance from the middle of the exit (m)")
-    return figure
+    axes.errorbar(ring, mean, spread, fmt="o-", color=BLUE, capsize=3, label=label)
+    axes.set_ylabel("sum of magnitudes / mean")
+    axes.set_ylim(bottom=0)
 
 
 def sizes(samples: Sequence[Sample]) -> Figure:

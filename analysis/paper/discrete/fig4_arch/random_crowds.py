@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps import open_bodies, snapshot_of
-from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import EngineRun
 from analysis.paper.discrete.pressed_crowd.arch import NEIGHBOURHOOD_M, Arch, carried_interval
+from analysis.paper.discrete.pressed_crowd.crowds import gathered, grown, installed_engine
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.progress import Progress
@@ -22,9 +21,6 @@ SEEDS: Sequence[int] = range(1, 21)
 # people → arches, beside those of SEEDS
 SIZES: Mapping[int, int] = {150: 3, 300: 3, 1200: 3, 2400: 3, 5000: 3}
 PEOPLE = 594
-# The scene `jam`: disks too large for the exit, so that an arch really blocks it.
-BLOCKED_SEEDS: Sequence[int] = range(1, 6)
-AT_REST_M_PER_S = 0.01
 # Larger crowds press harder and gather later: stiffer, so that disks overlap alike, and later, so
 # that all have arrived.
 GATHERED = 2000
@@ -35,6 +31,7 @@ class Sample:
     """One random arch in numbers; of its people inside, distances from the middle of the exit.
 
     solved: whether the percussions are solved, and canonical
+    opening: contacts that open
     redundant: contacts − rank of C
     overlap_share: the largest overlap over the mean diameter
     near_share: share of the people who are in the neighbourhood of the exit
@@ -52,6 +49,7 @@ class Sample:
     seed: int
     solved: bool
     contacts: int
+    opening: int
     redundant: int
     overlap_share: float
     near_share: float
@@ -88,6 +86,7 @@ class Sample:
             seed=seed,
             solved=arch.answer.status == "solved" and arch.answer.canonical,
             contacts=len(arch.contacts),
+            opening=arch.opening(),
             redundant=determinacy(arch.contacts, len(arch.snapshot)).redundant,
             overlap_share=arch.overlap_share(),
             near_share=float((inside & (distance <= NEIGHBOURHOOD_M)).sum() / inside.sum()),
@@ -107,23 +106,6 @@ class Sample:
                 for r in range(int(ring.max()) + 1)
             ),
         )
-
-
-def gathered(run: EngineRun) -> Arch:
-    """Solve the last frame of a run. Raises EngineError."""
-    record = run.record()
-    bodies = run.folder / "bodies.dump"
-    return Arch.of(
-        run.scene, snapshot_of(open_bodies(bodies, record.time_step_s).trajectory[-1], bodies)
-    )
-
-
-def installed_engine() -> str:
-    """Name the first engine that is there. Raises EngineError if none is."""
-    name = next((engine.NAME for engine in ENGINES if engine.find() is not None), None)
-    if name is None:
-        raise EngineError("no engine is installed to gather a crowd")
-    return name
 
 
 def seeded_scene(people: int, seed: int) -> Scene:
@@ -162,29 +144,13 @@ def survey(runs: Path, progress: Progress | None = None) -> list[Sample]:
     return samples
 
 
-def blocked_runs(runs: Path) -> dict[int, EngineRun]:
-    """List the runs of `blocked` by seed. Raises EngineError."""
-    engine, folder = installed_engine(), runs / "jam_seeds"
-    return {
-        seed: EngineRun(
-            scene=make("jam", None, seed).with_run(frames=1),
-            engine=engine,
-            folder=folder / f"{engine}_seed{seed}",
-        )
-        for seed in BLOCKED_SEEDS
-    }
-
-
-def blocked(runs: Path, progress: Progress | None = None) -> list[Sample]:
-    """Compute the crowds of BLOCKED_SEEDS that an arch stopped: nobody inside has a right velocity beyond
-    AT_REST_M_PER_S. Raises EngineError."""
+def heaps(progress: Progress | None = None) -> list[Sample]:
+    """Compute the heaps of SEEDS, with the people of the scene."""
     samples = []
-    for done, (seed, run) in enumerate(blocked_runs(runs).items(), start=1):
-        arch = gathered(run)
-        if np.hypot(*arch.answer.right_velocity[arch.inside()].T).max() < AT_REST_M_PER_S:
-            samples.append(Sample.of(arch, seed))
+    for done, seed in enumerate(SEEDS, start=1):
+        samples.append(Sample.of(grown(PEOPLE, seed), seed))
         if progress:
-            progress("blocked exits", done / len(BLOCKED_SEEDS))
+            progress("heaps", done / len(SEEDS))
     return samples
 
 

@@ -13,19 +13,25 @@ from analysis.engines.run import EngineRun
 from analysis.pages.section import Section
 from analysis.pages.words import Words
 from analysis.paper.discrete.fig4_arch import charts, claims, tables
+from analysis.paper.discrete.fig4_arch.claims import BLOCKED, FLOWING, HEAPS
 from analysis.paper.discrete.fig4_arch.dissipation import Maintained, Trial, dissipation_trials
 from analysis.paper.discrete.fig4_arch.random_crowds import (
-    BLOCKED_SEEDS,
     PEOPLE,
     Sample,
-    blocked,
-    blocked_runs,
     growth,
+    heaps,
     survey,
     survey_runs,
     warnings_of,
 )
 from analysis.paper.discrete.pressed_crowd.arch import Arch
+from analysis.paper.discrete.pressed_crowd.crowds import (
+    BLOCKED_SEEDS,
+    STIFFNESSES,
+    Blocked,
+    blocked,
+    blocked_runs,
+)
 from analysis.paper.discrete.pressed_crowd.section import (
     CrowdWords,
     arch_runs,
@@ -41,7 +47,7 @@ def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowd by every engine, and the random ones; without an engine none of the latter."""
     found = arch_runs(read_scene("arch"), runs)
     with contextlib.suppress(EngineError):
-        found += [*survey_runs(runs).values(), *blocked_runs(runs).values()]
+        found += [*survey_runs(runs).values(), *blocked_runs(runs)]
     return found
 
 
@@ -52,38 +58,45 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     except EngineError as error:
         return without_crowd("4", Words(__package__).text("title"), str(error))
     samples: list[Sample] = []
-    jams: list[Sample] = []
+    jams: list[Blocked] = []
     missing: list[str] = []
     try:
         samples = survey(runs, progress)
         jams = blocked(runs, progress)
     except EngineError as error:
         missing.append(f"random arches: {error}")
-    section = _section(found, samples, jams)
+    section = _section(found, samples, jams, heaps(progress))
     return replace(section, warnings=[*missing, *section.warnings])
 
 
-def _section(found: Study, samples: Sequence[Sample], jams: Sequence[Sample]) -> Section:
+def _section(
+    found: Study, samples: Sequence[Sample], jams: Sequence[Blocked], grown: Sequence[Sample]
+) -> Section:
     arch = Arch.of(found.scene, found.comparisons[0].snapshot)
     trials, pull = dissipation_trials(arch), Maintained.of(arch)
-    same = [s for s in samples if s.people == PEOPLE]
+    soft = [jam for jam in jams if jam.stiffness == STIFFNESSES[0]]
     several = len({s.people for s in samples}) > 1
-    words = Words(__package__, arch=arch, trials=trials, pull=pull, samples=samples, jams=jams)
+    crowds = {
+        HEAPS: grown,
+        FLOWING: [s for s in samples if s.people == PEOPLE],
+        BLOCKED: [Sample.of(jam.arch, jam.seed) for jam in soft],
+    }
+    crowds = {kind: some for kind, some in crowds.items() if some}
+    words = Words(__package__, arch=arch, trials=trials, pull=pull, samples=samples, grown=grown)
     crowd = CrowdWords(arch, found)
     pictures = [
         crowd.snapshot_picture("fig_4_arch"),
         words.picture("fig_4_dissipation", charts.dissipation(trials)),
         crowd.engines_picture("fig_4_engines"),
+        words.picture("fig_4_seeds", charts.seeds(crowds)),
     ]
     every = [crowd.maxima_table(), tables.dissipation(words, trials), crowd.engines_table()]
-    if same:
-        pictures.append(words.picture("fig_4_seeds", charts.seeds(same), shown=same))
-        every.append(tables.seeds(words, "table_flowing", same))
-    if jams:
-        every.append(tables.seeds(words, "table_blocked", jams, tried=len(BLOCKED_SEEDS)))
+    every += [tables.seeds(words, kind, some) for kind, some in crowds.items()]
     if several:
         pictures.append(words.picture("fig_4_sizes", charts.sizes(samples)))
         every.append(tables.sizes(words, samples))
+    stiffness = found.scene.contact.stiffness_N_per_m
+    at_rest = {k: [jam.comparison for jam in jams if jam.stiffness == k] for k in STIFFNESSES}
     section = words.section(
         "4",
         largest=arch.normal_forces().max(),
@@ -91,15 +104,17 @@ def _section(found: Study, samples: Sequence[Sample], jams: Sequence[Sample]) ->
         approach=(arch.approach(_as_printed(arch)), arch.approach(arch.answer.right_velocity)),
         growth=lambda name: growth(samples, [getattr(s, name) for s in samples]),
         several=several,
+        stopped=(len(soft), len(BLOCKED_SEEDS)),
         pictures=pictures,
         tables=every,
         claims=[
-            *(claims.places(words, same) if same else ()),
-            claims.maintained(words, arch, pull),
+            *([claims.contact_forces(words, BLOCKED, at_rest)] if all(at_rest.values()) else ()),
+            claims.contact_forces(words, "a crowd that flows", {stiffness: found.comparisons}),
+            *claims.places(words, crowds),
+            claims.maintained(words, arch, pull, crowds),
             claims.dissipation(words, trials),
-            *([claims.rings(words, jams, "crowds at rest behind a blocked exit")] if jams else ()),
         ],
-        warnings=[*crowd.warnings(), *warnings_of(samples), *_trial_warnings(trials)],
+        warnings=[*crowd.warnings(), *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
     )
     return replace(section, words=[*crowd.items(), *section.words])
 

@@ -35,7 +35,7 @@ def dissipation(words: Words, trials: Sequence[Trial]) -> Table:
     return words.table("table_dissipation", rows)
 
 
-def seeds(words: Words, name: str, samples: Sequence[Sample], **values: object) -> Table:
+def seeds(words: Words, kind: str, samples: Sequence[Sample]) -> Table:
     """Tabulate mean, spread and range of each quantity over arches of one size."""
     quantities = (
         ("mean sum of normal magnitudes (N)", [s.mean_N for s in samples]),
@@ -47,6 +47,7 @@ def seeds(words: Words, name: str, samples: Sequence[Sample], **values: object) 
         ("its distance (m)", [s.contact_distance_m for s in samples]),
         ("largest vector sum (N)", [s.largest_resultant_N for s in samples]),
         ("its distance (m)", [s.resultant_distance_m for s in samples]),
+        ("share of contacts that open", [s.opening / s.contacts for s in samples]),
         ("redundant contacts", [float(s.redundant) for s in samples]),
         ("largest overlap / mean diameter", [s.overlap_share for s in samples]),
     )
@@ -54,7 +55,7 @@ def seeds(words: Words, name: str, samples: Sequence[Sample], **values: object) 
     rows: list[Sequence[Cell]] = [
         (quantity, *(float(measure(of)) for measure in measures)) for quantity, of in quantities
     ]
-    return words.table(name, rows, shown=samples, **values)
+    return words.table("table_seeds", rows, kind=kind, shown=samples)
 
 
 def sizes(words: Words, samples: Sequence[Sample]) -> Table:
