@@ -83,6 +83,7 @@ def percussions(
     ] = False,
 ) -> None:
     """Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions)."""
+    logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
     logging.addLevelName(logging.WARNING, "warning")
     logging.addLevelName(logging.INFO, "note")
     handler = logging.StreamHandler()

@@ -279,3 +279,28 @@ def test_too_many_people_for_the_room(tmp_path):
     write_text(tmp_path / "room.toml", text)
     with pytest.raises(OverlapError, match=r"frame 405: there is no room for \d+ disks"):
         import_crowd(read_heads(EXCERPT, 405), radius=0.3, room=tmp_path / "room.toml")
+
+
+@pytest.mark.parametrize(
+    ("rate", "window", "says"),
+    [
+        ("inf", 0.4, "inf frames per second"),
+        ("1e300", 0.4, "a window of 0.4 s is 4e\\+299 frames"),
+        ("1e-300", 0.4, "a window of 0.4 s is 4e-301 frames"),
+        ("10", 1e300, "a window of 1e\\+300 s is 1e\\+301 frames"),
+    ],
+)
+def test_frame_rates_and_windows_out_of_reach(tmp_path, rate, window, says):
+    text = (FORMATS / "metres.txt").read_text().replace("framerate: 10", f"framerate: {rate}")
+    write_text(tmp_path / "heads.txt", text)
+    with pytest.raises(TrajectoryError, match=rf"heads\.txt: {says}"):
+        read_heads(tmp_path / "heads.txt", 2, window_s=window)
+
+
+def test_times_that_do_not_grow(tmp_path):
+    rows = [line.split(",") for line in (FORMATS / "table.csv").read_text().splitlines()]
+    for row in rows[1:]:
+        row[2] = "0.0"
+    write_text(tmp_path / "heads.csv", "\n".join(map(",".join, rows)) + "\n")
+    with pytest.raises(TrajectoryError, match=r"heads\.csv: inf frames per second; its times must"):
+        read_heads(tmp_path / "heads.csv", 2, unit="m")

@@ -81,11 +81,17 @@ def read_heads(
     cannot read, a missing unit or frame rate, a missing frame, a position that is not a number, a
     person who occurs twice and two people at the same place."""
     trajectory = _load(file, unit, frame_rate)
-    step = round(0.5 * window_s * trajectory.frame_rate)
-    if step < 1:
+    rate, half = trajectory.frame_rate, 0.5 * window_s * trajectory.frame_rate
+    if not 0 < rate < np.inf:
         raise TrajectoryError(
-            f"{file}: a window of {window_s:g} s holds no three frames at {trajectory.frame_rate:g} frames/s"
+            f"{file}: {rate:g} frames per second; its times must grow with frames"
         )
+    if not 0.5 < half < len(trajectory.data):
+        raise TrajectoryError(
+            f"{file}: a window of {window_s:g} s is {2 * half:.3g} frames at {rate:g} frames per "
+            f"second; at least 2, and no more than there are, are needed"
+        )
+    step = round(half)
     near = _near(file, trajectory.data, frame, step)
     now = near[near.frame == frame]
     ids, position = now.id.to_numpy(dtype=np.int64), now[["x", "y"]].to_numpy(dtype=np.float64)
