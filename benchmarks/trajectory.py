@@ -24,10 +24,11 @@ from machine import describe
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.percussions.dump_to_csv import solve_dump
+from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
 from analysis.percussions.trajectory import PercussionAnalysis, left_velocity_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from analysis.support.parallel import workers as processes
 from nscd import solve
 
 SCENES = ("arch", "jam")
@@ -71,7 +72,10 @@ def main() -> None:
 def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
     """One row: the whole dump to a CSV file."""
     started, used = time.perf_counter(), cpu_seconds()
-    unsolved = solve_dump(dump, None, "desired", None, None, TOUCH, TOLERANCE, workers, out)
+    setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
+    job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
+    with processes(workers) if workers > 1 else contextlib.nullcontext() as executor:
+        unsolved = solve_dump(job, out, executor=executor, workers=workers).unsolved
     wall, cpu = time.perf_counter() - started, cpu_seconds() - used
     with out.open(encoding="utf-8") as rows:
         contacts = sum(1 for _ in rows) - 1

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from analysis.cli.app import count, positive, progress
+from analysis.cli.app import Scheduler, count, positive, progress, say_expected, show
 
 
 def solve(
     dump: Annotated[
         Path,
-        typer.Argument(help="LAMMPS text dump with at least id, x, y, radius and mass or density."),
+        typer.Argument(
+            help="LAMMPS text dump, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
+            "xu yu or xs ys), radius and mass or density."
+        ),
     ],
-    walls: Annotated[
+    room: Annotated[
         Path | None,
         typer.Option(
-            help="Scene file (.toml) with the walls and the drive; scene.toml beside the dump "
-            "if there."
+            "--room",
+            "--walls",
+            help="Room or scene file (.toml) with the walls and the drive; scene.toml beside the "
+            "dump if there.",
         ),
     ] = None,
     left_velocity: Annotated[
@@ -37,18 +44,37 @@ def solve(
         float | None,
         typer.Option(
             parser=positive,
-            help="Time step of the simulation in s (from run.json beside the dump if there).",
+            help="Time step of the simulation in s (from run.json beside the dump if there; "
+            "without either the table has steps in place of times).",
         ),
     ] = None,
     contact_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            parser=positive,
+            help="Gap in m up to which disks are in contact; the room's or 1e-6 if left out.",
+        ),
+    ] = None,
+    largest_overlap: Annotated[
         float,
-        typer.Option(parser=positive, help="Gap in m up to which disks are in contact."),
-    ] = 1e-6,
+        typer.Option(
+            parser=positive, help="Deepest overlap that is taken, as a share of the smaller radius."
+        ),
+    ] = 0.5,
     tolerance: Annotated[
         float,
         typer.Option(parser=positive, help="Residual up to which a frame counts as solved."),
     ] = 1e-8,
+    openness: Annotated[
+        Literal["none", "determined", "ranges"],
+        typer.Option(
+            help="What is said of reactions that the mechanics may leave open: nothing, whether "
+            "each is determined, or also its least and largest value. The first is about 20 times "
+            "faster than the second, the last slow."
+        ),
+    ] = "determined",
     workers: Annotated[int, typer.Option(parser=count, help="Processes.")] = 1,
+    scheduler: Scheduler = None,
     out: Annotated[Path, typer.Option(help="CSV file, one row per contact.")] = Path(
         "contacts.csv"
     ),
@@ -59,23 +85,41 @@ def solve(
 
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
-    from analysis.percussions.dump_to_csv import solve_dump
+    from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
+    from analysis.support.parallel import workers as pool
 
-    with progress() as report:
-        unsolved = solve_dump(
-            dump,
-            walls,
-            left_velocity,
-            window,
-            time_step,
-            contact_tolerance,
-            tolerance,
-            workers,
+    given: dict[str, Any] = {
+        "left_velocity": left_velocity,
+        "window": window,
+        "largest_overlap": largest_overlap,
+    }
+    if contact_tolerance is not None:
+        given["contact_tolerance"] = contact_tolerance
+    job = DumpToSolve(
+        path=dump,
+        time_step=time_step,
+        setting=setting_beside(dump, room, **given),
+        tolerance=tolerance,
+        openness=openness,
+    )
+    with contextlib.ExitStack() as stack:
+        executor = None
+        if workers > 1 or scheduler:
+            executor = stack.enter_context(pool(workers, scheduler))
+        found = solve_dump(
+            job,
             out,
-            report,
+            executor=executor,
+            workers=workers,
+            progress=stack.enter_context(progress()),
+            expected=functools.partial(say_expected, what=f"percussions of {dump}"),
         )
-    for line in unsolved:
+    for line in found.unsolved:
         print(line, file=sys.stderr)
+    largest = f"{found.largest:.4g} {found.unit} at {found.when}"
+    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
+    rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
+    show([str(dump), ""], rows)
     print(out)
-    if unsolved:
+    if found.unsolved:
         raise typer.Exit(1)

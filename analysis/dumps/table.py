@@ -170,6 +170,10 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
                         f"{path}, line {reader.step_line}: step {frame.step} follows step "
                         f"{frames[-1].step}; frames must be in order, each once"
                     )
+                if frames and (frame.time is None) != (frames[0].time is None):
+                    raise DumpError(
+                        f"{path}, step {frame.step}: ITEM: TIME is in some frames and not in others"
+                    )
                 if columns and names != columns:
                     raise DumpError(
                         f"{path}, line {frame.line - 1}: the columns change at step {frame.step}"

@@ -4,18 +4,18 @@ from analysis.percussions.snapshot import (
     LeftVelocity,
     Setting,
     SnapshotPercussions,
+    law_of,
     left_velocity_of,
     percussions_of,
 )
-from analysis.percussions.trajectory import CSV_HEADER, PercussionAnalysis, contact_rows
+from analysis.percussions.trajectory import PercussionAnalysis
 
 __all__ = [
-    "CSV_HEADER",
     "LeftVelocity",
     "PercussionAnalysis",
     "Setting",
     "SnapshotPercussions",
-    "contact_rows",
+    "law_of",
     "left_velocity_of",
     "percussions_of",
 ]

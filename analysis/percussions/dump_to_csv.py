@@ -2,123 +2,214 @@
 
 from __future__ import annotations
 
+import csv
+import functools
+import math
+import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from MDAnalysis.analysis.backends import BackendBase
-
-from analysis.dumps import DumpError, open_bodies
-from analysis.engines.record import EngineError, RunRecord
-from analysis.percussions.snapshot import LeftVelocity
-from analysis.percussions.trajectory import CSV_HEADER, PercussionAnalysis, contact_rows
-from analysis.scene.scene import Scene, read_scene
+from analysis.dumps import DumpError, open_bodies, snapshot_of
+from analysis.engines.record import FILE, RunRecord
+from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
+from analysis.percussions.table import COLUMNS, Cells, Openness, cells_of
+from analysis.scene.scene import read_room
 from analysis.support.files import whole_file
-from analysis.support.parallel import workers
-from nscd import Walls
+from analysis.support.progress import Progress
 
-BLOCK = 64
+# Frames are solved in blocks that take about so long, but no more than MOST of them.
+BLOCK_SECONDS, MOST = 2.0, 64
+# Blocks under way for each worker: the answers need not fit in memory.
+AHEAD = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DumpToSolve:
+    """What is to be solved, and how.
+
+    path: of the dump
+    time_step: s, of the simulation; see `open_bodies`
+    setting: walls, drive, left velocity
+    tolerance: residual up to which a frame counts as solved
+    openness: what is said of reactions that the mechanics may leave open
+    """
+
+    path: Path
+    time_step: float | None = None
+    setting: Setting
+    tolerance: float = 1e-8
+    openness: Openness = "determined"
+
+    def solve(self, numbers: range) -> list[SolvedFrame]:
+        """Solve some frames, one after the other. Raises DumpError naming file and step."""
+        trajectory = _trajectory(self.path, self.time_step)
+        solved: list[SolvedFrame] = []
+        before: SnapshotPercussions | None = None
+        for number in numbers:
+            ts = trajectory[number]
+            step, seconds = int(ts.data["step"]), float(ts.time)
+            snapshot = snapshot_of(ts, self.path, needs_velocity=self.setting.moves)
+            try:
+                found = percussions_of(
+                    self.setting, snapshot, tolerance=self.tolerance, before=before
+                )
+            except ValueError as error:
+                raise DumpError(f"{self.path}, step {step}: {error}") from None
+            before = found
+            known = None if math.isnan(seconds) else seconds
+            cells = cells_of(found, self.openness, time=known, step=step)
+            when = f"step {step}" if known is None else f"{known:g} s"
+            answer = found.answer
+            why = f"{self.path}, {when}: {answer.status}: {answer.reason}"
+            solved.append(
+                SolvedFrame(
+                    cells=cells,
+                    contacts=len(found.contacts),
+                    largest=found.largest,
+                    unit=found.unit,
+                    when=when,
+                    residual=answer.residual,
+                    unsolved="" if answer.status == "solved" else why,
+                )
+            )
+        return solved
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SolvedFrame:
+    """One solved frame: cells of the table, number of contacts, the largest that a contact carries
+    (in `unit`), when, residual, and why it is not solved."""
+
+    cells: Cells
+    contacts: int
+    largest: float
+    unit: str
+    when: str
+    residual: float
+    unsolved: str
+
+
+@dataclass(slots=True, kw_only=True)
+class SolvedDump:
+    """The whole dump in numbers: as of one frame; `when` is that of the largest; `unsolved` has a
+    line per frame that is not solved."""
+
+    frames: int = 0
+    contacts: int = 0
+    largest: float = 0.0
+    unit: str = ""
+    when: str = ""
+    residual: float = 0.0
+    unsolved: list[str]
+
+    def add(self, frame: SolvedFrame) -> None:
+        """Count a frame."""
+        self.frames += 1
+        self.contacts += frame.contacts
+        self.residual = max(self.residual, frame.residual)
+        if not self.when or frame.largest > self.largest:
+            self.largest, self.unit, self.when = frame.largest, frame.unit, frame.when
+        if frame.unsolved:
+            self.unsolved.append(frame.unsolved)
 
 
 def solve_dump(
-    dump: Path,
-    walls: Path | None,
-    left_velocity: LeftVelocity | None,
-    window: float | None,
-    time_step: float | None,
-    contact_tolerance: float,
-    tolerance: float,
-    processes: int,
+    dump: DumpToSolve,
     out: Path,
-    progress: Callable[[str, float], None] | None = None,
-) -> list[str]:
-    """Solve every frame and write `out` (one row a contact, columns CSV_HEADER); return a line a
-    frame that is not solved.
+    *,
+    executor: Executor | None = None,
+    workers: int = 1,
+    progress: Progress | None = None,
+    expected: Callable[[float], None] | None = None,
+) -> SolvedDump:
+    """Solve every frame and write `out`, one row per contact (columns: docs/columns.md).
 
-    Frames are solved and written in blocks, so that neither the dump nor the answers need to fit in
-    memory. Raises DumpError for a damaged dump, one without any contact, and whatever the scene or
-    the left velocity lack."""
-    scene = _scene(dump, walls)
-    drive = scene.drive if scene else None
-    kind: LeftVelocity = left_velocity or ("desired" if drive else "dump")
-    universe = open_bodies(dump, _time_step(dump, time_step))
-    frames = universe.trajectory.n_frames
-    segments: Walls | None = scene.wall_segments() if scene else None
-    unsolved: list[str] = []
-    rows = 0
-    with whole_file(out) as file, _pool(processes) as pool:
-        file.write(CSV_HEADER + "\n")
-        for start in range(0, frames, BLOCK):
-            stop = min(start + BLOCK, frames)
-            analysis = PercussionAnalysis(
-                universe,
-                walls=segments,
-                drive=drive,
-                left_velocity=kind,
-                window=window,
-                tolerance=tolerance,
-                contact_tolerance=contact_tolerance,
-            )
-            analysis.run(start=start, stop=stop, n_parts=min(processes, stop - start), **pool)
-            for frame, contacts, answer in zip(
-                range(start, stop),
-                analysis.results.contacts,
-                analysis.results.percussions,
-                strict=True,
-            ):
-                time = float(analysis.times[frame - start])
-                if answer.status != "solved":
-                    unsolved.append(
-                        f"{dump}, frame {frame} ({time:g} s): {answer.status}: {answer.reason}"
-                    )
-                lines = contact_rows(time, analysis.ids, contacts, answer)
-                rows += len(lines)
-                file.writelines(line + "\n" for line in lines)
+    executor: with `workers` processes; this process where left out
+    expected: called with the seconds that all this will take, once they are known
+
+    Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
+    one without any contact; then `out` stays as it was."""
+    frames = _trajectory(dump.path, dump.time_step).n_frames
+    whole = SolvedDump(unsolved=[])
+    columns: list[str] = []
+    with whole_file(out) as file:
+        table = csv.writer(file, lineterminator="\n")
+        for frame in _frames(dump, frames, executor, workers, expected):
+            if frame.contacts:
+                if not columns:
+                    columns = [name for name in COLUMNS if name in frame.cells]
+                    table.writerow(columns)
+                table.writerows(zip(*(frame.cells[name] for name in columns), strict=True))
+            whole.add(frame)
             if progress:
-                progress(f"percussions of {dump}", stop / frames)
-        if not rows:
+                progress(f"percussions of {dump.path}", whole.frames / frames)
+        if not whole.contacts:
             raise DumpError(
-                f"{dump}: no contact in any frame (gap ≤ {contact_tolerance:g} m); nothing was written"
+                f"{dump.path}: no contact in any frame (gap ≤ "
+                f"{dump.setting.contact_tolerance:g} m); nothing was written"
             )
-    return unsolved
+    return whole
 
 
-class _Pool(BackendBase):  # type: ignore[misc]
-    """The product's own pool as MDAnalysis wants it: its workers end with their parent."""
-
-    def __init__(self, executor: Executor) -> None:
-        self.executor = executor
-
-    def apply(self, func: Callable[..., Any], computations: list[Any]) -> list[Any]:
-        """Return what the function gives for each part of the frames."""
-        return list(self.executor.map(func, computations))
-
-
-@contextmanager
-def _pool(processes: int) -> Iterator[dict[str, Any]]:
-    """Give the options with which an analysis runs in so many processes."""
-    if processes == 1:
-        yield {}
+def _frames(
+    dump: DumpToSolve,
+    frames: int,
+    executor: Executor | None,
+    workers: int,
+    expected: Callable[[float], None] | None,
+) -> Iterator[SolvedFrame]:
+    """All frames in order. The first one loads what is compiled; the second says how long one
+    takes."""
+    first = min(2, frames)
+    seconds = 0.0
+    for number in range(first):
+        began = time.perf_counter()
+        yield from dump.solve(range(number, number + 1))
+        seconds = time.perf_counter() - began
+    if expected:
+        expected(seconds * (frames - first) / workers)
+    size = max(1, min(MOST, int(BLOCK_SECONDS / max(seconds, 1e-6))))
+    blocks = [range(start, min(start + size, frames)) for start in range(first, frames, size)]
+    if executor is None:
+        for block in blocks:
+            yield from dump.solve(block)
         return
-    with workers(processes) as executor:
-        yield {"backend": _Pool(executor), "unsupported_backend": True}
+    under_way: deque[Any] = deque()
+    for block in blocks:
+        under_way.append(executor.submit(dump.solve, block))
+        if len(under_way) >= AHEAD * workers:
+            yield from under_way.popleft().result()
+    while under_way:
+        yield from under_way.popleft().result()
 
 
-def _scene(dump: Path, walls: Path | None) -> Scene | None:
+def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
+    """Take walls and drive from a room or scene file, or from scene.toml beside the dump.
+
+    given: fields of `Setting` that are used instead
+
+    Raises EngineError where run.json beside the dump says that the run did not end well, SceneError
+    for the file, and ValueError for a field."""
+    if (dump.parent / FILE).exists():
+        RunRecord.read(dump.parent)
     beside = dump.parent / "scene.toml"
-    if walls is not None:
-        return read_scene(walls)
-    return read_scene(beside) if beside.exists() else None
+    chosen = room if room is not None else beside if beside.exists() else None
+    return Setting(**given) if chosen is None else Setting.in_room(read_room(chosen)[0], **given)
 
 
-def _time_step(dump: Path, given: float | None) -> float:
-    if given is not None:
-        return given
+def _trajectory(path: Path, time_step: float | None) -> Any:
+    """The dump, indexed once in each process, as long as it does not change."""
     try:
-        return RunRecord.read(dump.parent).time_step_s
-    except EngineError:
-        raise DumpError(
-            f"{dump}: no run.json beside it; give the time step of the simulation (--time-step, s)"
-        ) from None
+        changed = path.stat().st_mtime_ns
+    except OSError:
+        changed = 0
+    return _opened(path, time_step, changed)
+
+
+@functools.lru_cache(maxsize=1)
+def _opened(path: Path, time_step: float | None, _changed: int) -> Any:
+    return open_bodies(path, time_step).trajectory

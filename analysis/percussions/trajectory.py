@@ -2,95 +2,104 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import ResultsGroup
 
 from analysis.dumps import DumpError, snapshot_of
-from analysis.percussions.snapshot import (
-    LeftVelocity,
-    Setting,
-    SnapshotPercussions,
-    percussions_of,
-)
-from analysis.scene.scene import Drive
-from nscd import ContactLaw, Contacts, Percussions, Walls
-from nscd.arrays import Indices
+from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
+from analysis.percussions.table import as_html, dataframe
+from analysis.scene.scene import Scene
+from nscd import ContactLaw
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LISTS = ("frames", "contacts", "percussions", "ids", "times", "steps")
 
 
 class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
-    """Percussions at every contact of every frame.
+    """Compute the percussions at every contact of every frame.
 
-    universe: from `open_bodies`; walls, drive: of the scene; left_velocity, window: see
-    `left_velocity_of`; law, tolerance, solver: of `nscd.solve`; contact_tolerance (m): gap up to
-    which disks are in contact. After `run()` (any backend of MDAnalysis): `results.contacts`,
-    `results.percussions`, `results.times`: lists, one entry a frame; `ids` (n,) the disks' ids.
-    `all_solved` says whether each frame reached the tolerance."""
+    universe: from `open_bodies`
+    setting: a scene, or a `Setting`; its fields (walls, drive, left_velocity, window,
+        contact_tolerance, …) may also be given by name instead
+    law, tolerance, solver: of `nscd.solve`
+
+    Without a left velocity it is the desired one where there is a drive (forces), else that of the
+    dump (an impact): the rule of `percussions solve`.
+
+    After `run()` (any backend of MDAnalysis) `results` has lists with one entry per frame:
+
+    frames: SnapshotPercussions
+    contacts, percussions: theirs
+    ids: (n,) of the disks
+    times: s, NaN where they are not known
+    steps: of the simulation
+
+    Raises DumpError naming file and step for a frame that cannot be solved, and for a universe that
+    `open_bodies` did not open; ValueError naming the field."""
 
     _analysis_algorithm_is_parallelizable = True
 
     @classmethod
     def get_supported_backends(cls) -> tuple[str, ...]:
-        """MDAnalysis' own backends, in order."""
+        """List MDAnalysis' own backends, in order."""
         return ("serial", "multiprocessing", "dask")
 
     def __init__(
         self,
         universe: Any,
+        setting: Scene | Setting | None = None,
         *,
-        walls: Walls | None = None,
-        drive: Drive | None = None,
-        left_velocity: LeftVelocity = "dump",
-        window: float | None = None,
         law: ContactLaw | None = None,
         tolerance: float = 1e-8,
-        contact_tolerance: float = 1e-6,
         solver: str = "auto",
-        **kwargs: Any,
+        verbose: bool = False,
+        **parts: Any,
     ) -> None:
-        super().__init__(universe.trajectory, **kwargs)
-        self._moving = left_velocity != "desired"
-        first = snapshot_of(
-            universe.trajectory.ts, universe.trajectory.filename, needs_velocity=self._moving
-        )
-        self._setting = Setting(
-            walls=walls,
-            drive=drive,
-            contact_tolerance=contact_tolerance,
-            left_velocity=left_velocity,
-            window=window,
-        )
-        self._setting.left(first)  # fail early
-        self.ids: Indices = first.ids
+        if setting is not None and parts:
+            raise ValueError(f"setting: it is given; {', '.join(parts)} cannot be given beside it")
+        super().__init__(universe.trajectory, verbose=verbose)
+        if isinstance(setting, Scene):
+            setting = Setting.of(setting)
+        self.setting = setting or Setting(**parts)
         self._law, self._tolerance, self._solver = law, tolerance, solver
+        first = self._snapshot(universe.trajectory.ts)
+        self.setting.left(first)  # fail early
+        self.ids = first.ids
+
+    def _snapshot(self, ts: Any) -> Any:
+        return snapshot_of(
+            ts, getattr(self._trajectory, "filename", ""), needs_velocity=self.setting.moves
+        )
 
     def _prepare(self) -> None:
-        self.results.contacts = []
-        self.results.percussions = []
+        for name in LISTS:
+            self.results[name] = []
         self._before: SnapshotPercussions | None = None
 
     def _single_frame(self) -> None:
-        snapshot = snapshot_of(self._ts, self._trajectory.filename, needs_velocity=self._moving)
-        if not np.array_equal(snapshot.ids, self.ids):
-            raise DumpError(
-                f"{self._trajectory.filename}, step {self._ts.data['step']}: other ids than in the first frame"
+        snapshot, step = self._snapshot(self._ts), self._ts.data["step"]
+        try:
+            found = percussions_of(
+                self.setting,
+                snapshot,
+                self._law,
+                tolerance=self._tolerance,
+                solver=self._solver,
+                before=self._before,
             )
-        self._before = percussions_of(
-            self._setting,
-            snapshot,
-            self._law,
-            tolerance=self._tolerance,
-            solver=self._solver,
-            before=self._before,
-        )
-        self.results.contacts.append(self._before.contacts)
-        self.results.percussions.append(self._before.answer)
+        except ValueError as error:
+            raise DumpError(f"{self._trajectory.filename}, step {step}: {error}") from None
+        self._before = found
+        entries = (found, found.contacts, found.answer, snapshot.ids, float(self._ts.time), step)
+        for name, entry in zip(LISTS, entries, strict=True):
+            self.results[name].append(entry)
 
     def _get_aggregator(self) -> ResultsGroup:
-        join = ResultsGroup.flatten_sequence
-        return ResultsGroup(lookup={"contacts": join, "percussions": join})
+        return ResultsGroup(lookup=dict.fromkeys(LISTS, ResultsGroup.flatten_sequence))
 
     def _conclude(self) -> None:
         pass
@@ -100,29 +109,36 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         """Whether every frame reached the tolerance."""
         return all(answer.status == "solved" for answer in self.results.percussions)
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return one row per frame and contact, with the columns of contacts.csv."""
+        import pandas as pd
 
-def contact_rows(
-    time: float, ids: np.ndarray[Any, Any], contacts: Contacts, answer: Percussions
-) -> list[str]:
-    """Lines of contacts.csv for one frame (columns: CSV_HEADER); walls are numbered from 1 as in
-    the scene."""
-    second = np.where(
-        contacts.is_wall, contacts.second + 1, ids[np.where(contacts.is_wall, 0, contacts.second)]
-    )
-    columns = zip(
-        ids[contacts.first].tolist(),
-        second.tolist(),
-        contacts.is_wall.astype(int).tolist(),
-        contacts.normal.tolist(),
-        contacts.gap.tolist(),
-        answer.reaction.tolist(),
-        answer.impulse.tolist(),
-        strict=True,
-    )
-    return [
-        f"{time!r},{i},{j},{w},{nx!r},{ny!r},{gap!r},{reaction!r},{px!r},{py!r}"
-        for i, j, w, (nx, ny), gap, reaction, (px, py) in columns
-    ]
+        frames = zip(self.results.frames, self.results.times, self.results.steps, strict=True)
+        return pd.concat(
+            [dataframe(found, time).assign(step=step) for found, time, step in frames],
+            ignore_index=True,
+        )
 
+    def plot(self, frame: int = -1, axes: Any = None) -> Any:
+        """Draw one of the frames into matplotlib axes; return them."""
+        return self.results.frames[frame].plot(axes)
 
-CSV_HEADER = "time_s,first,second,is_wall,nx,ny,gap_m,reaction_Ns,impulse_x_Ns,impulse_y_Ns"
+    def __repr__(self) -> str:
+        found = self.results.get("frames", [])
+        if not found:
+            return f"<PercussionAnalysis of {self._trajectory.n_frames} frames, not run>"
+        solved = sum(frame.answer.status == "solved" for frame in found)
+        largest = max(frame.largest for frame in found)
+        return (
+            f"<PercussionAnalysis: {len(found)} frames, {solved} solved, "
+            f"{sum(len(frame.contacts) for frame in found)} contacts, "
+            f"largest {largest:.3g} {found[0].unit}>"
+        )
+
+    def _repr_html_(self) -> str:
+        found = self.results.get("frames", [])
+        return (
+            as_html(repr(self)[1:-1], self.to_dataframe())
+            if found
+            else f"<p>{repr(self)[1:-1]}</p>"
+        )

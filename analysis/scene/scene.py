@@ -158,14 +158,9 @@ def read_scene(name_or_path: str | Path) -> Scene:
 
     Raises SceneError naming the file and the key for anything that is unknown, missing, out of
     range or impossible to simulate (overlapping disks, a disk outside the walls)."""
-    path = Path(name_or_path)
-    if path.suffix != ".toml":
-        path = shipped("scenes") / f"{name_or_path}.toml"
-        if not path.exists():
-            raise SceneError(
-                f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a .toml file"
-            )
-    parts, notes = read_part(path, _SceneFile)
+    path = _path_of(name_or_path)
+    content, notes = _read_toml(path)
+    parts = _validated(path, content, _SceneFile)
     try:
         snapshot = read_data(path.parent / parts.disks.data)
     except ValueError as error:
@@ -177,22 +172,43 @@ def read_scene(name_or_path: str | Path) -> Scene:
     return scene
 
 
-def read_room(path: Path) -> tuple[Room, str]:
-    """Read a room (a scene file without disks) and the comment at its head.
+def _path_of(name_or_path: str | Path) -> Path:
+    """The path of a scene's TOML file."""
+    path = Path(name_or_path)
+    if path.suffix == ".toml":
+        return path
+    path = shipped("scenes") / f"{name_or_path}.toml"
+    if not path.exists():
+        raise SceneError(
+            f"unknown scene {str(name_or_path)!r}; there are: {', '.join(scene_names())}, or a "
+            ".toml file"
+        )
+    return path
+
+
+def read_room(name_or_path: str | Path) -> tuple[Room, str]:
+    """Read a room (a scene file with or without disks) and the comment at its head.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
-    return read_part(path, Room)
+    path = _path_of(name_or_path)
+    content, notes = _read_toml(path)
+    return _validated(path, content, _SceneFile if "disks" in content else Room), notes
 
 
-def read_part(path: Path, kind: type[AnyRoom]) -> tuple[AnyRoom, str]:
-    """Read a TOML file of a given kind, and the comment at its head. Raises SceneError."""
+def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
+    """The content of a TOML file and the comment at its head. Raises SceneError."""
     try:
         text = read_text(path)
-        return kind.model_validate(tomllib.loads(text)), head_comment(text)
+        return tomllib.loads(text), head_comment(text)
     except UnreadableError as error:
         raise SceneError(str(error)) from None
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise SceneError(f"{path}: {error}") from None
+
+
+def _validated(path: Path, content: dict[str, Any], kind: type[AnyRoom]) -> AnyRoom:
+    try:
+        return kind.model_validate(content)
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
 

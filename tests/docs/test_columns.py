@@ -6,7 +6,7 @@ import re
 
 from documented import ROOT, columns
 
-from analysis.percussions.trajectory import CSV_HEADER
+from analysis.percussions.table import COLUMNS
 from analysis.work_precision.point import Point
 
 
@@ -18,12 +18,12 @@ def words_in(path):
 
 
 def test_columns_of_solve_and_chart():
-    assert set(CSV_HEADER.split(",")) <= columns()
+    assert set(COLUMNS) <= columns()
     assert {field.name for field in dataclasses.fields(Point)} <= columns()
 
 
 def test_no_column_is_named_that_nobody_writes():
-    written = set(CSV_HEADER.split(",")) | {field.name for field in dataclasses.fields(Point)}
+    written = set(COLUMNS) | {field.name for field in dataclasses.fields(Point)}
     pages = ("stability/page.py", "paper/page.py", "compare/contacts_csv.py")
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):

@@ -1,0 +1,131 @@
+"""Percussions as rows: one per contact, the same in CSV files and data frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from analysis.percussions.snapshot import SnapshotPercussions
+from nscd.arrays import Floats
+from nscd.indeterminacy.admissible import Admissible, ProgramError
+from nscd.indeterminacy.determinacy import admissible_determinacy
+from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
+from nscd.percussions import Status
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# What is said of reactions that the mechanics may leave open.
+Openness = Literal["none", "determined", "ranges"]
+# Every column that a row can have, in order.
+COLUMNS = (
+    "time_s", "step", "first", "second", "is_wall", "nx", "ny", "gap_m",
+    "reaction_Ns", "impulse_x_Ns", "impulse_y_Ns", "force_x_N", "force_y_N",
+    "wall", "determined", "lower_Ns", "upper_Ns", "status", "residual", "velocity_error_m_per_s",
+)  # fmt: skip
+Cells = dict[str, list[Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Open:
+    """What the mechanics leaves open of k reactions.
+
+    determined: (k,) 1 where every admissible percussion has the same reaction, else 0
+    lower, upper: (k,) N·s, least and largest reaction of all admissible percussions; None where
+        there is no end, or none was proven
+    """
+
+    determined: list[int | None]
+    lower: list[float | None]
+    upper: list[float | None]
+
+
+def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
+    """Find what the balance and reactions that only push leave open; `ranges`: and how far.
+
+    Everything is None where the answer is not solved, or no linear program proves it."""
+    k = len(found.contacts)
+    nothing = Open(determined=[None] * k, lower=[None] * k, upper=[None] * k)
+    if found.answer.status != Status.SOLVED or not k:
+        return nothing
+    try:
+        determined = admissible_determinacy(found.contacts, found.answer).determined
+        lower: list[float | None] = found.answer.reaction.tolist()
+        upper = list(lower)
+        if ranges and not determined.all():
+            intervals = Intervals(Admissible.of(found.contacts, found.answer))
+            for row in np.flatnonzero(~determined).tolist():
+                span = intervals.of(weights_of_contacts(found.contacts, row))
+                lower[row], upper[row] = _finite(span.lower), _finite(span.upper)
+    except (ProgramError, ValueError):
+        return nothing
+    return Open(determined=determined.astype(int).tolist(), lower=lower, upper=upper)
+
+
+def cells_of(
+    found: SnapshotPercussions,
+    openness: Openness = "none",
+    *,
+    time: float | None = None,
+    step: int | None = None,
+) -> Cells:
+    """Name the cells of each column, a list of k. Columns that have nothing to say are left out."""
+    contacts, answer, snapshot = found.contacts, found.answer, found.snapshot
+    k, wall = len(contacts), contacts.is_wall
+    second = np.where(wall, contacts.second + 1, snapshot.ids[np.where(wall, 0, contacts.second)])
+    cells: Cells = {}
+    if time is not None:
+        cells["time_s"] = [time] * k
+    elif step is not None:
+        cells["step"] = [step] * k
+    cells |= {
+        "first": snapshot.ids[contacts.first].tolist(),
+        "second": second.tolist(),
+        "is_wall": wall.astype(int).tolist(),
+    }
+    cells |= _pair("nx", "ny", contacts.normal) | {"gap_m": contacts.gap.tolist()}
+    cells |= {"reaction_Ns": answer.reaction.tolist()}
+    cells |= _pair("impulse_x_Ns", "impulse_y_Ns", answer.impulse)
+    if found.window is not None:
+        cells |= _pair("force_x_N", "force_y_N", found.force)
+    names = found.setting.wall_names
+    if names:
+        cells["wall"] = [
+            names[number] if on else "" for number, on in zip(contacts.second, wall, strict=True)
+        ]
+    if openness != "none":
+        known = openness_of(found, openness == "ranges")
+        cells["determined"] = list(known.determined)
+        if openness == "ranges":
+            cells |= {"lower_Ns": list(known.lower), "upper_Ns": list(known.upper)}
+    cells |= {"status": [str(answer.status)] * k, "residual": [answer.residual] * k}
+    bound = getattr(answer, "velocity_error", None)
+    if bound is not None:
+        cells["velocity_error_m_per_s"] = [_finite(bound)] * k
+    return cells
+
+
+def dataframe(
+    found: SnapshotPercussions, time: float | None = None, step: int | None = None
+) -> pd.DataFrame:
+    """Return the rows as a data frame."""
+    import pandas as pd
+
+    return pd.DataFrame(cells_of(found, time=time, step=step))
+
+
+def as_html(title: str, frame: pd.DataFrame) -> str:
+    """Return the head of a data frame as HTML, for notebooks."""
+    head = frame.head(10).to_html(index=False, float_format=lambda number: f"{number:.4g}")
+    more = f"<p>… {len(frame)} contacts in all</p>" if len(frame) > 10 else ""
+    return f"<p>{title}</p>{head}{more}"
+
+
+def _pair(x: str, y: str, values: Floats) -> Cells:
+    return {x: values[:, 0].tolist(), y: values[:, 1].tolist()}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,221 @@
+"""Percussions of snapshots, trajectories and dumps: one rule, one reader, one table."""
+
+import gzip
+import math
+
+import numpy as np
+import pytest
+
+from analysis.dumps import DumpError, open_bodies, snapshot_of
+from analysis.engines.record import EngineError
+from analysis.percussions import PercussionAnalysis, Setting, percussions_of
+from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
+from analysis.percussions.table import cells_of
+from analysis.scene.shipped_scenes import make
+from nscd import Snapshot, Walls
+
+FEW = "id x y radius mass vx vy"
+PAIR = [[1, 0, 0, 0.25, 75, 2, 0], [2, 0.5, 0, 0.25, 75, 0, 0]]
+
+
+def frame(step, rows, columns=FEW):
+    body = "".join(" ".join(map(str, row)) + "\n" for row in rows)
+    return (
+        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS ff ff pp\n"
+        f"-10 10\n-10 10\n-0.5 0.5\nITEM: ATOMS {columns}\n{body}"
+    )
+
+
+def dump_of(folder, *frames):
+    path = folder / "some.dump"
+    path.write_text("".join(frames))
+    return path
+
+
+def solved(path, tmp_path, **given):
+    """Rows of the table that is written."""
+    import csv
+
+    job = {name: given.pop(name) for name in ("time_step", "openness") if name in given}
+    room = given.pop("room", None)
+    solve_dump(
+        DumpToSolve(path=path, setting=setting_beside(path, room, **given), **job),
+        tmp_path / "contacts.csv",
+    )
+    with (tmp_path / "contacts.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture
+def pressed():
+    """A heap of 30 people at a door: the scene as made."""
+    return make("arch", 30)
+
+
+def test_a_frame_without_a_time_step_has_its_step(tmp_path):
+    path = dump_of(tmp_path, frame(700, PAIR))
+    (row,) = solved(path, tmp_path)
+    assert row["step"] == "700"
+    assert "time_s" not in row
+    assert float(row["impulse_x_Ns"]) == pytest.approx(75)
+    assert "force_x_N" not in row
+    (row,) = solved(path, tmp_path, time_step=1e-3)
+    assert float(row["time_s"]) == pytest.approx(0.7)
+
+
+def test_people_leave_between_frames(tmp_path):
+    three = [*PAIR, [3, 1.0, 0, 0.25, 75, 0, 0]]
+    path = dump_of(tmp_path, frame(0, three), frame(1, PAIR), frame(2, []), frame(3, three[1:]))
+    rows = solved(path, tmp_path)
+    assert [(row["step"], row["first"], row["second"]) for row in rows] == [
+        ("0", "1", "2"),
+        ("0", "2", "3"),
+        ("1", "1", "2"),
+        ("3", "2", "3"),
+    ]
+    analysis = PercussionAnalysis(open_bodies(path)).run()
+    assert [len(ids) for ids in analysis.results.ids] == [3, 2, 0, 2]
+    assert analysis.all_solved
+
+
+def test_a_compressed_dump_gives_the_same(tmp_path):
+    plain = solved(dump_of(tmp_path, frame(0, PAIR), frame(1, PAIR)), tmp_path)
+    packed = tmp_path / "some.dump.gz"
+    packed.write_bytes(gzip.compress((tmp_path / "some.dump").read_bytes()))
+    assert solved(packed, tmp_path) == plain
+
+
+def test_velocities_count_only_where_they_are_needed(tmp_path):
+    """Misnamed velocities: an impact of nobody is refused, desired velocities do without."""
+    path = dump_of(tmp_path, frame(0, PAIR, FEW.replace("vx vy", "v_x v_y")))
+    with pytest.raises(DumpError, match=r"some.dump: missing columns: vx, vy"):
+        solved(path, tmp_path)
+    room = make("arch").write(tmp_path)
+    (tmp_path / "arch.data").unlink()  # a room needs no disks
+    (row,) = (row for row in solved(path, tmp_path, room=room) if row["is_wall"] == "0")
+    assert "force_x_N" in row
+
+
+def test_overlaps_that_no_crowd_has(tmp_path):
+    deep = [PAIR[0], [2, 0.2, 0, 0.25, 75, 0, 0]]
+    path = dump_of(tmp_path, frame(3, deep))
+    with pytest.raises(DumpError, match=r"step 3: disk 1 and disk 2 overlap by 1.2 of a radius"):
+        solved(path, tmp_path)
+    assert len(solved(path, tmp_path, largest_overlap=2.0)) == 1
+
+
+def test_coinciding_disks_name_the_file(tmp_path):
+    path = dump_of(tmp_path, frame(3, [PAIR[0], [2, *PAIR[0][1:]]]))
+    with pytest.raises(DumpError, match=r"some.dump, step 3: position: .*coincide"):
+        solved(path, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"contact_tolerance": 1e9}, "contact_tolerance: 1e\\+09 m; the smallest radius is 0.25 m"),
+        ({"contact_tolerance": -1.0}, "contact_tolerance: -1.0 m; a finite length"),
+        ({"contact_tolerance": math.nan}, "contact_tolerance: nan m; a finite length"),
+        ({"left_velocity": "free", "window": math.inf}, "window: inf s; a finite time above 0"),
+        ({"left_velocity": "free", "window": -1.0}, "window: -1.0 s; a finite time above 0"),
+        ({"left_velocity": "wished"}, "left_velocity: 'wished'; there are: desired, dump, free"),
+        ({"largest_overlap": math.nan}, "largest_overlap: nan; a share"),
+        ({"time_step": math.nan}, "time_step: nan s; a finite time above 0"),
+    ],
+)
+def test_nonsense_is_refused_by_name(tmp_path, given, message):
+    path = dump_of(tmp_path, frame(0, PAIR))
+    with pytest.raises(ValueError, match=message):
+        solved(path, tmp_path, **given)
+    assert not (tmp_path / "contacts.csv").exists()
+
+
+def test_one_rule_for_python_and_the_command(tmp_path, pressed):
+    """A drive means forces, in the command line's table and in an analysis without left_velocity."""
+    pressed.write(tmp_path)
+    disks = pressed.snapshot
+    rows = [
+        [i, *x, r, m, 0, 0]
+        for i, x, r, m in zip(
+            disks.ids, disks.position, 1.3 * disks.radius, disks.mass, strict=True
+        )
+    ]
+    path = dump_of(tmp_path, frame(0, rows))
+    table = solved(path, tmp_path, room=tmp_path / "arch.toml")
+    analysis = PercussionAnalysis(
+        open_bodies(path), walls=pressed.wall_segments(), drive=pressed.drive
+    ).run()
+    (found,) = analysis.results.frames
+    assert found.unit == "N"
+    np.testing.assert_allclose(found.force[:, 0], [float(row["force_x_N"]) for row in table])
+    np.testing.assert_allclose(
+        found.answer.impulse / pressed.drive.relaxation_time_s, found.force, rtol=1e-15
+    )
+    assert found.largest > 100
+
+
+def test_results_have_times_frames_and_tables(tmp_path):
+    path = dump_of(tmp_path, frame(0, PAIR), frame(10, PAIR))
+    analysis = PercussionAnalysis(open_bodies(path, 0.1))
+    assert repr(analysis) == "<PercussionAnalysis of 2 frames, not run>"
+    results = analysis.run().results
+    assert results.times == [0.0, 1.0]
+    assert results.steps == [0, 10]
+    table = analysis.to_dataframe()
+    assert list(table["step"]) == [0, 10]
+    np.testing.assert_allclose(table["impulse_x_Ns"], 75)
+    assert repr(analysis) == (
+        "<PercussionAnalysis: 2 frames, 2 solved, 2 contacts, largest 75 N·s>"
+    )
+    assert "impulse_x_Ns" in analysis._repr_html_()
+    (found, _) = results.frames
+    assert repr(found).startswith("<SnapshotPercussions: 2 disks, 1 contacts, largest 75 N·s, solv")
+    assert found.to_dataframe()["reaction_Ns"].iloc[0] == pytest.approx(75)
+    axes = analysis.plot()
+    assert "N·s" in axes.figure.axes[1].get_ylabel()
+    with pytest.raises(ValueError, match="force: an impact has impulses"):
+        _ = found.force
+
+
+def test_a_universe_of_another_reader_says_what_to_do(tmp_path):
+    import MDAnalysis
+
+    universe = MDAnalysis.Universe.empty(2, trajectory=True)
+    with pytest.raises(DumpError, match=r"open the dump with analysis.dumps.open_bodies"):
+        PercussionAnalysis(universe)
+
+
+def test_a_stopped_run_is_not_solved(tmp_path):
+    path = dump_of(tmp_path, frame(0, PAIR))
+    (tmp_path / "run.json").write_text("{}")
+    with pytest.raises(EngineError, match=r"run.json"):
+        setting_beside(path)
+
+
+def test_ranges_hold_the_reaction(pressed):
+    """Four disks in a square between four walls: hyperstatic, yet each range has its reaction."""
+    r = 0.25
+    square = Snapshot(
+        position=[[-r, -r], [r, -r], [-r, r], [r, r]],
+        velocity=[[1, 1], [-1, 1], [1, -1], [-1, -1]],
+        radius=[r] * 4,
+        mass=[75.0] * 4,
+    )
+    found = percussions_of(Setting(), square)
+    cells = cells_of(found, "ranges", step=0)
+    assert len(cells["first"]) == 4
+    for low, reaction, high in zip(
+        cells["lower_Ns"], cells["reaction_Ns"], cells["upper_Ns"], strict=True
+    ):
+        assert low - 1e-6 <= reaction <= high + 1e-6
+    assert set(cells["determined"]) <= {0, 1}
+    beam = Walls(start=[[-1, -2 * r]], end=[[1, -2 * r]])
+    named = percussions_of(Setting(walls=beam, wall_names=("floor",)), square)
+    assert cells_of(named)["wall"].count("floor") == 2
+
+
+def test_no_answer_is_lost_between_processes(tmp_path, pressed):
+    """What the snapshot says is what the universe says, disk by disk."""
+    path = dump_of(tmp_path, frame(0, PAIR))
+    ts = open_bodies(path).trajectory.ts
+    assert percussions_of(Setting(), snapshot_of(ts)).answer.impulse[0, 0] == pytest.approx(75)
