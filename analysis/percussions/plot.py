@@ -5,18 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib import pyplot
-from matplotlib.collections import LineCollection, PatchCollection
-from matplotlib.patches import Circle
 
-from analysis.percussions.snapshot import SnapshotPercussions
+from analysis.percussions.setting import Solved
 
 WIDEST = 5.0  # points
 
 
-def plot(found: SnapshotPercussions, axes: Any = None) -> Any:
+def plot(found: Solved, axes: Any = None) -> Any:
     """Draw disks, walls and contacts, whose width and shade grow with what they carry (in the
     `unit` of the answer), into matplotlib axes (new ones where left out); return the axes."""
+    from matplotlib import pyplot
+    from matplotlib.collections import LineCollection, PatchCollection
+    from matplotlib.patches import Circle
+
     if axes is None:
         axes = pyplot.figure(layout="constrained").add_subplot()
     snapshot, contacts = found.snapshot, found.contacts

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from analysis.percussions.snapshot import SnapshotPercussions
+from analysis.percussions.setting import Solved
 from nscd.arrays import Floats
 from nscd.indeterminacy.admissible import Admissible, ProgramError
 from nscd.indeterminacy.determinacy import admissible_determinacy
@@ -42,7 +42,7 @@ class Open:
     upper: list[float | None]
 
 
-def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
+def openness_of(found: Solved, ranges: bool) -> Open:
     """Find what the balance and reactions that only push leave open; `ranges`: and how far.
 
     Everything is None where the answer is not solved, or no linear program proves it."""
@@ -65,7 +65,7 @@ def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
 
 
 def cells_of(
-    found: SnapshotPercussions,
+    found: Solved,
     openness: Openness = "none",
     *,
     time: float | None = None,
@@ -107,9 +107,7 @@ def cells_of(
     return cells
 
 
-def dataframe(
-    found: SnapshotPercussions, time: float | None = None, step: int | None = None
-) -> pd.DataFrame:
+def dataframe(found: Solved, time: float | None = None, step: int | None = None) -> pd.DataFrame:
     """Return the rows as a data frame."""
     import pandas as pd
 

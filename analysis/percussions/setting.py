@@ -1,0 +1,186 @@
+"""What surrounds a snapshot and presses it, and the rigid answer as data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from analysis.scene.scene import Drive, Room, Scene
+from nscd import Contacts, Percussions, Snapshot, Walls, find_contacts
+from nscd.arrays import Floats
+
+LeftVelocity = Literal["desired", "dump", "free"]
+FORCE, IMPULSE = "N", "N·s"
+# Disks that overlap by more than this share of the smaller radius are no snapshot of a crowd.
+LARGEST_OVERLAP = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What surrounds a snapshot and presses it: the parts of a scene that its percussions need.
+
+    walls
+    wall_names: of the walls, in their order; their numbers from 1 where left out
+    drive: who wants to go where
+    contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
+    largest_overlap: share of the smaller radius; deeper overlaps are refused
+    left_velocity: see `left_velocity_of`; None: desired where there is a drive, else dump
+    window: s, Δt of the left velocity `free`
+
+    Raises ValueError naming the field for what is not finite, negative or unknown."""
+
+    walls: Walls | None = None
+    wall_names: tuple[str, ...] = ()
+    drive: Drive | None = None
+    contact_tolerance: float = 1e-6
+    largest_overlap: float = LARGEST_OVERLAP
+    left_velocity: LeftVelocity | None = None
+    window: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.contact_tolerance < math.inf:
+            raise ValueError(
+                f"contact_tolerance: {self.contact_tolerance} m; a finite length ≥ 0 is needed"
+            )
+        if not self.largest_overlap >= 0:
+            raise ValueError(f"largest_overlap: {self.largest_overlap}; a share ≥ 0 is needed")
+        if self.window is not None and not 0 < self.window < math.inf:
+            raise ValueError(f"window: {self.window} s; a finite time above 0 is needed")
+        if self.left_velocity not in (None, *get_args(LeftVelocity)):
+            kinds = ", ".join(get_args(LeftVelocity))
+            raise ValueError(f"left_velocity: {self.left_velocity!r}; there are: {kinds}")
+
+    @classmethod
+    def of(cls, scene: Scene) -> Setting:
+        """Take the setting from a scene: an impact keeps the velocities of the snapshot."""
+        impact = scene.analysis.kind == "impact"
+        return cls.in_room(scene, left_velocity="dump" if impact else "desired")
+
+    @classmethod
+    def in_room(cls, room: Room, **rest: Any) -> Setting:
+        """Take walls, drive and contact tolerance from a room (or scene); `rest`: other fields."""
+        parts: dict[str, Any] = {
+            "walls": room.wall_segments(),
+            "wall_names": tuple(wall.name for wall in room.walls),
+            "drive": room.drive,
+            "contact_tolerance": room.analysis.contact_tolerance_m,
+        }
+        return cls(**(parts | rest))
+
+    @property
+    def kind(self) -> LeftVelocity:
+        """The left velocity that is taken."""
+        return self.left_velocity or ("desired" if self.drive else "dump")
+
+    @property
+    def moves(self) -> bool:
+        """Whether the velocities in the snapshot count."""
+        return self.kind != "desired"
+
+    def contacts(self, snapshot: Snapshot) -> Contacts:
+        """Find who touches whom in a snapshot.
+
+        Raises ValueError for a contact tolerance beyond the smallest radius, and naming the bodies
+        for coinciding ones and for overlaps beyond `largest_overlap`."""
+        smallest = float(snapshot.radius.min(initial=math.inf))
+        if self.contact_tolerance > smallest:
+            raise ValueError(
+                f"contact_tolerance: {self.contact_tolerance:g} m; the smallest radius is "
+                f"{smallest:g} m"
+            )
+        found = find_contacts(snapshot, self.walls, tolerance=self.contact_tolerance)
+        radius = snapshot.radius[found.first]
+        pairs = ~found.is_wall
+        radius[pairs] = np.minimum(radius[pairs], snapshot.radius[found.second[pairs]])
+        share = -found.gap / radius
+        if len(found) and not share.max() <= self.largest_overlap:
+            worst = int(np.argmax(share))
+            raise ValueError(
+                f"disk {snapshot.ids[found.first[worst]]} and {self.name(found, snapshot, worst)} "
+                f"overlap by {share[worst]:.3g} of a radius; {self.largest_overlap:g} is the "
+                "largest that is taken (largest_overlap)"
+            )
+        return found
+
+    def name(self, contacts: Contacts, snapshot: Snapshot, row: int) -> str:
+        """Name the second body of a contact."""
+        second = int(contacts.second[row])
+        if not contacts.is_wall[row]:
+            return f"disk {snapshot.ids[second]}"
+        return f"wall {self.wall_names[second] if self.wall_names else second + 1}"
+
+    def left(self, snapshot: Snapshot) -> tuple[Floats, float | None]:
+        """Give u⁻ (n,2) m/s of a snapshot and the time that turns percussions into forces (s)."""
+        return left_velocity_of(snapshot, self.kind, self.drive, self.window)
+
+
+def left_velocity_of(
+    snapshot: Snapshot, kind: LeftVelocity, drive: Drive | None = None, window: float | None = None
+) -> tuple[Floats, float | None]:
+    """Choose the left velocity u⁻ (n,2) m/s, and the time (s) that turns its percussions into
+    forces (None for an impact).
+
+    desired: the velocity u_d that people want, forces p/τ
+    dump: the velocity in the snapshot, an impact
+    free: u + Δt F_drive/m, what the drive makes of it in `window` Δt without contacts, forces p/Δt
+
+    Raises ValueError where the drive or the window is missing."""
+    if kind == "dump":
+        return snapshot.velocity, None
+    if kind == "desired":
+        if drive is None:
+            raise ValueError(
+                "left velocity `desired` needs a scene with a [drive] (--room SCENE.toml)"
+            )
+        return drive.desired_velocity(snapshot.position), drive.relaxation_time_s
+    force = snapshot.drive
+    if force is None and drive is not None:
+        u_d = drive.desired_velocity(snapshot.position)
+        force = snapshot.mass[:, None] * (u_d - snapshot.velocity) / drive.relaxation_time_s
+    if force is None:
+        raise ValueError(
+            "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive]"
+        )
+    if window is None or not window > 0:
+        raise ValueError("left velocity `free` needs a window > 0 s (--window)")
+    return snapshot.velocity + window * force / snapshot.mass[:, None], window
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solved:
+    """The percussions of a snapshot as data: the fields of `SnapshotPercussions`."""
+
+    setting: Setting
+    snapshot: Snapshot
+    contacts: Contacts
+    left_velocity: Floats
+    window: float | None
+    answer: Percussions
+
+    @property
+    def unit(self) -> str:
+        """What the contacts carry is measured in: N where a window is known, else N·s."""
+        return IMPULSE if self.window is None else FORCE
+
+    @property
+    def pressing(self) -> Floats:
+        """(k,2) in `unit`: forces p/window where a window is known, else impulses p."""
+        pressing: Floats = self.answer.impulse / (self.window or 1.0)
+        return pressing
+
+    @property
+    def force(self) -> Floats:
+        """(k,2) N: contact forces p/window that the first body gives to the second.
+
+        Raises ValueError for an impact, which has impulses and no forces."""
+        if self.window is None:
+            raise ValueError("force: an impact has impulses (N·s), no forces; read answer.impulse")
+        return self.pressing
+
+    @property
+    def largest(self) -> float:
+        """The largest magnitude that a contact carries, in `unit`; 0 without contacts."""
+        return float(np.hypot(*self.pressing.T).max(initial=0.0))
