@@ -43,8 +43,10 @@ def chart(
     from analysis.scene.scene import read_scene
     from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart
+    from analysis.work_precision.window_start import check_chart
 
     chosen = read_scene(scene)
+    check_chart(chosen)
     _say_expected(chosen, runs, quick, jobs)
     with progress() as bars:
         made = build_chart(

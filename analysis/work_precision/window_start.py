@@ -26,11 +26,7 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
     overlap are moved apart, as little as possible (see `reconcile`), since a stiffer contact would
     make an explosion of the same overlap. Raises ValueError for a scene with friction, an impact of
     restitution 1, or where nobody touches anybody; EngineError where no engine can run it."""
-    if scene.contact.friction:
-        raise ValueError(
-            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; charts are for frictionless contacts"
-        )
-    law_of(scene)
+    check_chart(scene)
     if scene.drive is None:
         window = impact_window(scene)
     elif scene.reconciliation is not None:
@@ -42,6 +38,17 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
             f"scene {scene.name}: nobody touches anybody at the start: nothing to compare"
         )
     return window
+
+
+def check_chart(scene: Scene) -> None:
+    """Raise ValueError naming the field of a scene that charts are not for: friction, or an impact of
+    restitution 1."""
+    if scene.contact.friction:
+        raise ValueError(
+            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
+            "charts are for frictionless contacts"
+        )
+    law_of(scene)
 
 
 def _pressed(scene: Scene, folder: Path) -> Floats:
