@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import re
 import signal
 import sys
+from collections.abc import Iterator
 from types import FrameType
 
 INTERRUPTED, OUT_OF_MEMORY, INTERNAL = 130, 1, 70
@@ -12,6 +15,8 @@ INTERRUPTED, OUT_OF_MEMORY, INTERNAL = 130, 1, 70
 
 def main() -> None:
     """Run the command; whatever goes wrong is one line, and an exit status other than 0."""
+    # while Python itself ends there is nothing left to interrupt
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     try:
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, _ended_by)
@@ -25,12 +30,25 @@ def main() -> None:
     except SystemExit:
         raise
     except KeyboardInterrupt:
-        _say("interrupted; earlier results are untouched")
+        with _undisturbed():
+            _say("interrupted; earlier results are untouched")
         sys.exit(INTERRUPTED)
     except BaseException as error:
         if "--traceback" in sys.argv:
             raise
-        sys.exit(_status_of(error))
+        with _undisturbed():
+            status = _status_of(error)
+        sys.exit(status)
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Leave an interrupt aside while the last line is said."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _ended_by(number: int, _: FrameType | None) -> None:

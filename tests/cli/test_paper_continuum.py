@@ -92,7 +92,7 @@ def _read(address, folder, numbers, claims):
         links = page.locator("a[href^='./figures/'], a[href^='continuum_']").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"
         )
-        assert len(links) == 6
+        assert len(links) == 2 + 3 * len(numbers)  # two files, and of a picture: large, PNG, PDF
         assert all((folder / link).is_file() for link in links)
         inner = page.locator("nav a[href^='#'], .claims a").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"

@@ -24,7 +24,7 @@ def assert_close(lammps, yade, columns, tolerance):
 def assert_same_contacts(lammps, yade, force_tolerance):
     largest = max(np.abs(contacts.force).max(initial=0) for contacts in lammps.contacts)
     for one, other in zip(lammps.contacts, yade.contacts, strict=True):
-        for field in ("step", "first", "second", "is_wall"):
+        for field in ("first", "second", "is_wall"):
             assert np.array_equal(getattr(one, field), getattr(other, field)), field
         np.testing.assert_allclose(one.normal, other.normal, rtol=0, atol=1e-9)
         np.testing.assert_allclose(one.overlap, other.overlap, rtol=0, atol=1e-9)
