@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     picture as PNG and PDF, its name beginning with that of the scene.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    studies = _with_distinct_names(studies)
     runs = {study.scene.name: _runs(study) for study in studies}
     for study in studies:
         for comparison, run in zip(study.comparisons, runs[study.scene.name], strict=True):
@@ -57,6 +58,19 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     )
     write_text(folder / "index.html", page)
     return folder / "index.html"
+
+
+def _with_distinct_names(studies: Sequence[Study]) -> list[Study]:
+    """Number the scenes that have the name of an earlier one: pair, pair_2, …"""
+    named: dict[str, Study] = {}
+    for study in studies:
+        name, count = study.scene.name, 1
+        while name in named:
+            count += 1
+            name = f"{study.scene.name}_{count}"
+        scene = study.scene.model_copy(update={"name": name})
+        named[name] = study if count == 1 else replace(study, scene=scene)
+    return list(named.values())
 
 
 def _runs(study: Study) -> list[dict[str, Any]]:

@@ -180,7 +180,9 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch):
     """LAMMPS ends with status 0 where its dumps are cut off by a full disk."""
     require("lammps")
     scene = read_scene("pair").with_run(duration_s=0.01, frames=10)
-    monkeypatch.setattr("shutil.disk_usage", lambda folder: SimpleNamespace(free=0))
+    # there is room when the run begins, and none when it ends
+    free = iter([10**12])
+    monkeypatch.setattr("shutil.disk_usage", lambda folder: SimpleNamespace(free=next(free, 0)))
     monkeypatch.setattr(
         "analysis.engines.run.check_bodies",
         lambda path, record, scene: (_ for _ in ()).throw(garbage(record, "a frame is missing")),
