@@ -1,13 +1,15 @@
-"""The library of advice, made anew, and a test of the advice on scenes that are not in it.
+"""The library of advice, measured again, and tests of the advice on scenes that are not in it.
 
-`python benchmarks/advice.py library` measures the scenes of the library and writes it; `python
-benchmarks/advice.py test` asks for advice on unseen scenes, measures every setting on them, and
-prints what was promised beside what came out. Runs are kept in `--runs` (out/advice): interrupted,
-both go on where they stopped."""
+`python benchmarks/advice.py library [SCENE …]` measures the scenes of the library, or some of them,
+and writes it; `python benchmarks/advice.py test` asks for advice on unseen scenes, measures every
+setting on them, and prints what was promised beside what came out; `python benchmarks/advice.py
+impacts` does so for engines in unseen impacts, against their own model. Runs are kept in `--runs`
+(out/advice): interrupted, all three go on where they stopped."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -15,75 +17,57 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from advice_cases import LIBRARY, UNSEEN, Makers
+from advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
 
-from analysis.advice.choice import Against, Candidate, advise, window_of
+from analysis.advice.candidates import Candidate, window_of
+from analysis.advice.choice import advise
 from analysis.advice.library import FILE, Entry, Library, library_text, stored_library
 from analysis.advice.likeness import likeness_of
 from analysis.advice.measure_library import measured_points
+from analysis.advice.pilot import SHARES
+from analysis.advice.question import Question
 from analysis.advice.safety import rates_of
 from analysis.advice.words import setting
-from analysis.engines import ENGINES
 from analysis.pages.numbers import percent
 from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 from analysis.support.parallel import workers
 from analysis.work_precision.point import Point, PointStatus
+from analysis.work_precision.soft_runs import Grid, soft_engines
 
 STORED = Path(__file__).resolve().parent.parent / "analysis" / "advice" / FILE
 ASKED = (0.01, 0.05, 0.2)
 SHOWN = 0.05
+TIGHT = 0.02
+# What is measured on an unseen impact: more than advice chooses from.
+TRIED = Grid(stiffer=(1.0,), shares=(*SHARES, 8.0), of_engine={"yade": (1.0, 4.0)})
 SOFT = ("lammps", "yade")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Question:
-    """What is asked of every scene, and in words."""
-
-    words: str
-    quantity: str
-    against: Against
-    methods: tuple[str, ...]
-
-
-QUESTIONS = (
-    Question(
-        words="any method, disk load",
-        quantity="disk-load",
-        against="rigid",
-        methods=("rigid", *SOFT),
+QUESTIONS = {
+    "any method, disk load": Question(error=1.0),
+    "any method, wall load": Question(error=1.0, quantity="wall-load"),
+    "engines, disk load": Question(error=1.0, methods=SOFT),
+    "engines, wall load": Question(error=1.0, quantity="wall-load", methods=SOFT),
+    "engines against their model, disk load": Question(error=1.0, against="model", methods=SOFT),
+    "engines against their model, wall load": Question(
+        error=1.0, quantity="wall-load", against="model", methods=SOFT
     ),
-    Question(
-        words="any method, wall load",
-        quantity="wall-load",
-        against="rigid",
-        methods=("rigid", *SOFT),
-    ),
-    Question(words="engines, disk load", quantity="disk-load", against="rigid", methods=SOFT),
-    Question(words="engines, wall load", quantity="wall-load", against="rigid", methods=SOFT),
-    Question(
-        words="engines against their model, disk load",
-        quantity="disk-load",
-        against="model",
-        methods=SOFT,
-    ),
-    Question(
-        words="engines against their model, wall load",
-        quantity="wall-load",
-        against="model",
-        methods=SOFT,
-    ),
-)
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """One question, one scene, one asked error: the choice (None: refused) and what it promised;
-    what was measured with that very setting (None where the run did not end well); its measured
-    cost over that of the cheapest setting that reaches the asked error (None where none does)."""
+    """One question, one scene, one asked error.
+
+    words: the question, in words.
+    choice: None: refused.
+    measured: with that very setting; None where the run did not end well.
+    times_best: its measured cost over that of the cheapest setting that reaches the asked error;
+    None where none does."""
 
     scene: str
-    question: Question
+    words: str
     asked: float
     choice: Candidate | None
     measured: float | None
@@ -98,13 +82,15 @@ class Outcome:
         return self.measured is not None and self.measured <= self.asked
 
 
-def entries(cases: Makers, runs: Path, executor: Executor) -> Iterator[tuple[Scene, Entry]]:
-    """Each scene, measured."""
-    engines = tuple(engine.NAME for engine in ENGINES if engine.find())
+def entries(
+    cases: Makers, runs: Path, executor: Executor, impacts: Grid | None = None
+) -> Iterator[tuple[Scene, Entry]]:
+    """Each scene, measured; impacts over another grid than the library's, if there is one."""
     for number, (name, make) in enumerate(cases.items()):
         print(f"{number + 1} of {len(cases)}: {name}", file=sys.stderr)
         scene = make()
-        points = measured_points(scene, name, engines, runs / name, executor)
+        grid = impacts if scene.drive is None else None
+        points = measured_points(scene, name, soft_engines(), runs / name, executor, grid)
         yield (
             scene,
             Entry(
@@ -117,23 +103,14 @@ def entries(cases: Makers, runs: Path, executor: Executor) -> Iterator[tuple[Sce
         )
 
 
-def outcome(
-    scene: Scene, entry: Entry, question: Question, asked: float, library: Library
-) -> Outcome:
+def outcome(scene: Scene, entry: Entry, words: str, asked: float, library: Library) -> Outcome:
     """Ask, and look up what was measured."""
-    advice = advise(
-        scene,
-        asked,
-        quantity=question.quantity,
-        against=question.against,
-        methods=question.methods,
-        library=library,
-    )
+    question = dataclasses.replace(QUESTIONS[words], error=asked)
+    advice = advise(scene, question, library=library)
     points = [
         p
         for p in entry.points
-        if p.quantity.split("_")[0] == question.quantity.split("-")[0]
-        and p.method in question.methods
+        if p.quantity.split("_")[0] == question.load and p.method in question.methods
     ]
     if question.against == "model":
         points = [
@@ -151,7 +128,7 @@ def outcome(
             times = same.cpu_seconds / best
     return Outcome(
         scene=entry.name,
-        question=question,
+        words=words,
         asked=asked,
         choice=advice.choice,
         measured=measured,
@@ -182,14 +159,14 @@ def summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """Lines of a Markdown table: each question at each asked error."""
     yield "| question | asked | promised | held | refused | rightly | cost over the cheapest found, median and most |"
     yield "|---|---|---|---|---|---|---|"
-    for question in QUESTIONS:
+    for words in QUESTIONS:
         for asked in ASKED:
-            ours = [o for o in outcomes if o.question == question and o.asked == asked]
+            ours = [o for o in outcomes if o.words == words and o.asked == asked]
             made, refused = [o for o in ours if o.choice], [o for o in ours if not o.choice]
             times = [o.times_best for o in made if o.times_best is not None]
             cost = f"{np.median(times):.2f}, {max(times):.2f}" if times else "–"
             yield (
-                f"| {question.words} | {percent(asked, 2)} | {len(made)} | {sum(o.held for o in made)} | {len(refused)} "
+                f"| {words} | {percent(asked, 2)} | {len(made)} | {sum(o.held for o in made)} | {len(refused)} "
                 f"| {sum(o.held for o in refused)} | {cost} |"
             )
 
@@ -203,12 +180,12 @@ def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
             continue
         if o.choice is None:
             rightly = "nothing reaches it" if o.held else "**but something reaches it**"
-            yield f"| {o.scene} | {o.question.words} | refused | – | {rightly} | – |"
+            yield f"| {o.scene} | {o.words} | refused | – | {rightly} | – |"
             continue
         measured = "did not end well" if o.measured is None else percent(o.measured, 2)
         times = "–" if o.times_best is None else f"{o.times_best:.2f}"
         yield (
-            f"| {o.scene} | {o.question.words} | {setting(o.choice)} | {percent(o.choice.promised_error, 2)} "
+            f"| {o.scene} | {o.words} | {setting(o.choice)} | {percent(o.choice.promised_error, 2)} "
             f"| {measured if o.held else f'**{measured}**'} | {times} |"
         )
 
@@ -217,11 +194,11 @@ def test(runs: Path, processes: int | None) -> None:
     """Print both tables, and for how many scenes all promises held."""
     library, outcomes = stored_library(), []
     with workers(processes) as executor:
-        for scene, entry in entries(UNSEEN, runs, executor):
+        for scene, entry in entries(UNSEEN, runs, executor, TRIED):
             known = {point.quantity.split("_")[0] for point in entry.points}
-            for question in QUESTIONS:
-                if question.quantity.split("-")[0] in known:
-                    outcomes += [outcome(scene, entry, question, asked, library) for asked in ASKED]
+            for words, question in QUESTIONS.items():
+                if question.load in known:
+                    outcomes += [outcome(scene, entry, words, asked, library) for asked in ASKED]
     made = [o for o in outcomes if o.choice is not None]
     scenes = dict.fromkeys(o.scene for o in outcomes)
     kept = [name for name in scenes if all(o.held for o in made if o.scene == name)]
@@ -246,21 +223,56 @@ def test(runs: Path, processes: int | None) -> None:
         print(line)
 
 
-def make_library(runs: Path, processes: int | None) -> None:
-    """Measure the library's scenes and write it."""
+def impacts(runs: Path, processes: int | None) -> None:
+    """Print for each unseen impact what is advised within TIGHT of its engines' own model, and how
+    every promise compares with what was measured."""
+    question = Question(error=TIGHT, against="model", methods=SOFT)
+    over: list[float] = []
+    asked = percent(TIGHT, 2)
+    print(f"| impact | disks | choice for {asked} | promised | measured | promised/measured |")
+    print("|---|---|---|---|---|---|")
     with workers(processes) as executor:
-        measured = tuple(entry for _, entry in entries(LIBRARY, runs, executor))
+        for scene, entry in entries(IMPACTS, runs, executor, TRIED):
+            advice = advise(scene, question, library=stored_library())
+            measured = {}
+            for point in entry.points:
+                same = next((c for c in advice.found if is_setting(point, c)), None)
+                if point.quantity.startswith("disk") and same and point.numerical_error:
+                    measured[same] = point.numerical_error
+            ratios = [c.promised_error / error for c, error in measured.items()]
+            over += ratios
+            told = "refused | – | –"
+            if (choice := advice.choice) is not None:
+                errors = (choice.promised_error, measured[choice])
+                told = " | ".join((setting(choice), *(percent(error, 2) for error in errors)))
+            spread = f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)})"
+            print(f"| {entry.name} | {entry.likeness.disks} | {told} | {spread} |", flush=True)
+    print(f"\n{len(over)} promises: {min(over):.2f} to {max(over):.2f} times what was measured.")
+
+
+def make_library(runs: Path, processes: int | None, names: Sequence[str]) -> None:
+    """Measure the library's scenes, or those of these names, and write it."""
+    chosen = {name: make for name, make in LIBRARY.items() if not names or name in names}
+    known = {entry.name: entry for entry in stored_library().entries} if names else {}
+    with workers(processes) as executor:
+        known |= {entry.name: entry for _, entry in entries(chosen, runs, executor)}
+    measured = tuple(known[name] for name in LIBRARY)
     write_text(STORED, library_text(Library(entries=measured, rates=rates_of(measured))))
     print(STORED)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("what", choices=("library", "test"))
+    parser.add_argument("what", choices=("library", "test", "impacts"))
+    parser.add_argument("scenes", nargs="*", help="of the library; all if left out")
     parser.add_argument("--runs", type=Path, default=Path("out/advice"), help="folder of the runs")
     parser.add_argument("--jobs", type=int, help="processes; as many as cores if left out")
     options = parser.parse_args()
-    (make_library if options.what == "library" else test)(options.runs.absolute(), options.jobs)
+    given = options.runs.absolute(), options.jobs
+    if options.what == "library":
+        make_library(*given, options.scenes)
+    else:
+        {"test": test, "impacts": impacts}[options.what](*given)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from analysis.scene.packing import heap
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
@@ -41,6 +42,20 @@ def _corridor(masses: int, pushed: tuple[float, float], restitution: float) -> S
     return _with(
         scene, mass=_masses(len(scene.snapshot), masses), velocity=velocity, restitution=restitution
     )
+
+
+def _crowd(n: int, seed: int, **contact: object) -> Scene:
+    """A random crowd of touching people, each with a random velocity of about 1 m/s."""
+    position, radius = heap(n, seed, 0.215, 0.5)
+    random = np.random.default_rng(seed)
+    snapshot = Snapshot(
+        position=position,
+        velocity=random.normal(size=(n, 2)),
+        radius=radius,
+        mass=random.uniform(50.0, 100.0, n),
+    )
+    base = make("pair").with_contact(**contact)
+    return base.model_copy(update={"snapshot": snapshot, "name": f"crowd_{n}"})
 
 
 LIBRARY: Makers = {
@@ -98,4 +113,27 @@ UNSEEN: Makers = {
     "arch_masses_120": lambda: make("arch_masses", 120, 38),
     "arch_masses_180": lambda: make("arch_masses", 180, 39),
     "jam_95": lambda: make("jam", 95, 40),
+}
+# Impacts unlike any of the library: other restitutions, Hertz contacts, random crowds.
+IMPACTS: Makers = {
+    "pair_e0.5": lambda: _with(make("pair"), restitution=0.5),
+    "pair_oblique_e0.8": lambda: _with(make("pair_oblique"), restitution=0.8),
+    "pair_hertz": lambda: make("pair").with_contact(law="hertz", restitution=0.3),
+    "four_disks_e0.3": lambda: _with(make("four_disks"), restitution=0.3),
+    "four_disks_e0.9": lambda: _with(make("four_disks"), restitution=0.9),
+    "four_disks_hertz": lambda: make("four_disks").with_contact(law="hertz"),
+    "chain_12_e0.5": lambda: _with(make("chain", 12), restitution=0.5),
+    "chain_30_e0.2": lambda: _with(make("chain", 30), restitution=0.2),
+    "chain_masses_15_e0.7": lambda: _with(make("chain_masses", 15, 41), restitution=0.7),
+    "chain_wall_9_e0.4": lambda: _with(make("chain_wall", 9), restitution=0.4),
+    "chain_wall_masses_11_e0.1": lambda: _with(make("chain_wall_masses", 11, 42), restitution=0.1),
+    "chain_8_hertz": lambda: make("chain", 8).with_contact(law="hertz", restitution=0.2),
+    "corridor_e0.3": lambda: _corridor(43, (2.0, 1.0), 0.3),
+    "corridor_e0.6": lambda: _corridor(44, (1.0, -2.0), 0.6),
+    "corridor_slow": lambda: _corridor(45, (0.3, 0.1), 0.05),
+    "corridor_hertz": lambda: _corridor(46, (2.0, -1.0), 0.1).with_contact(law="hertz"),
+    "crowd_10": lambda: _crowd(10, 47, restitution=0.05),
+    "crowd_25_e0.4": lambda: _crowd(25, 48, restitution=0.4),
+    "crowd_60": lambda: _crowd(60, 49, restitution=0.1),
+    "crowd_40_e0.8": lambda: _crowd(40, 50, restitution=0.8),
 }

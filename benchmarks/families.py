@@ -10,28 +10,20 @@ exit (along the chain; in `gate` the scene's own)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from cases import Case
 from numba import njit
 
-from analysis.scene.packing import pop_site, push_site, touching_site
+from analysis.scene.packing import REST, Growth, grow, pairs_within
 from analysis.scene.scene import read_scene
-from nscd import Contacts, Snapshot, Walls, find_contacts
+from nscd import Snapshot, Walls, find_contacts
 
 DOOR = 0.5  # half width, m
-REST = 1e-3  # unbalanced force of a jammed disk, of the mean contact force
-
-
-class Case(NamedTuple):
-    """One contact problem."""
-
-    name: str
-    snapshot: Snapshot
-    walls: Walls
-    contacts: Contacts
-    left_velocity: Any
+WIDEST, SKIN = 0.25, 0.05  # m
 
 
 def heap(n: int, seed: int = 1) -> Case:
@@ -53,14 +45,8 @@ def jammed(n: int, seed: int = 1) -> Case:
     position, radius = _heap(n, seed)
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
     # stiffness waves cross a larger crowd more slowly, hence the steps
-    if not _relax(
-        position,
-        radius,
-        75.0 * 2.0 / 0.5,
-        1e6 * np.sqrt(n / 594),
-        20_000 + int(400 * np.sqrt(n)),
-        REST,
-    ):
+    stiffness, most = 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n))
+    if not _relax(position, radius, 75.0 * 2.0 / 0.5, stiffness, most):
         raise RuntimeError(f"{n} jammed disks did not come to rest")
     return _case("jammed", position, radius, np.full(n, 75.0), 0.0, closed=True)
 
@@ -130,100 +116,46 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
 def _heap(n: int, seed: int) -> tuple[Any, Any]:
     radius = np.random.default_rng(seed).uniform(0.18, 0.25, n)
     position = np.zeros((n, 2))
-    if _grow(position, radius, 0.25) < n:
+    growth = Growth(
+        half_door=DOOR,
+        cell=2 * WIDEST,
+        reach=2.0 * np.sqrt(n * 0.25) + 6.0,
+        typical=0.215,
+        near=0.43,
+        beside=3.2 * WIDEST,
+        least=0.17,
+        hollow=0.9,
+        shut=False,
+    )
+    if grow(position, radius, _arch(position, radius), growth) < n:
         raise RuntimeError("the heap stopped growing")
     return position, radius
 
 
-@njit(cache=True)
-def _grow(position: Any, radius: Any, widest: float) -> int:
-    n = len(radius)
-    cell = 2 * widest
-    reach = 2.0 * np.sqrt(n * 0.25) + 6.0
-    m = int(2 * reach / cell) + 4
-    head = np.full((m, m), -1, np.int32)
-    following = np.full(n, -1, np.int32)
-    keys, sites = np.empty(60 * n + 1000), np.empty((60 * n + 1000, 3), np.int32)
-    size = 0
-    count = 0
-    y = 0.0
-    while count < n:
-        r = radius[count]
-        if count == 0:  # an arch of touching disks from wall to wall, on a circle round the door
-            px, py = -r, 0.75
-        elif y > -10.0:
-            rho, step = 0.8, radius[count - 1] + r
-            angle = np.arctan2(position[count - 1, 1], -position[count - 1, 0]) - 2 * np.arcsin(
-                step / (2 * rho)
-            )
-            px, py = -rho * np.cos(angle), rho * np.sin(angle)
-            if px > -r:
-                y = -20.0
-                continue
-        else:
-            found = False
-            px = py = 0.0
-            while size > 0 and not found:
-                a, b, side = sites[0, 0], sites[0, 1], sites[0, 2]
-                size = pop_site(keys, sites, size)
-                px, py, found = touching_site(position, radius, a, b, side, r)
-                found = found and px <= -r + 1e-12
-                i, j = int((px + reach) / cell), int((py + reach) / cell)
-                for p in range(i - 1, i + 2):
-                    for q in range(j - 1, j + 2):
-                        c = head[p, q]
-                        while c >= 0 and found:
-                            gap = np.hypot(position[c, 0] - px, position[c, 1] - py) - radius[c] - r
-                            found = c in (a, b) or gap >= 0.0
-                            c = following[c]
-            if not found:
-                return count
-        position[count, 0], position[count, 1] = px, py
-        i, j = int((px + reach) / cell), int((py + reach) / cell)
-        if px > -3.2 * widest:
-            for side in (-1, 1):
-                sx, sy, good = touching_site(position, radius, count, -1, side, 0.215)
-                if good and abs(sy) > DOOR:
-                    size = push_site(
-                        keys,
-                        sites,
-                        size,
-                        abs(sy) - DOOR if abs(sy) > DOOR else 0.0,
-                        count,
-                        -1,
-                        side,
-                    )
-        for p in range(i - 2, i + 3):
-            for q in range(j - 2, j + 3):
-                c = head[p, q]
-                while c >= 0:
-                    d = np.hypot(position[c, 0] - px, position[c, 1] - py)
-                    if d < radius[c] + r + 0.43:
-                        for side in (-1, 1):
-                            sx, sy, good = touching_site(position, radius, count, c, side, 0.215)
-                            if good and sx < -0.17 and np.hypot(sx, sy) > 0.9:
-                                far = np.hypot(sx, max(abs(sy) - DOOR, 0.0))
-                                size = push_site(keys, sites, size, far, count, c, side)
-                    c = following[c]
-        following[count] = head[i, j]
-        head[i, j] = count
-        count += 1
-    return count
+def _arch(position: Any, radius: Any) -> int:
+    """Place an arch of touching disks from wall to wall, on a circle round the door; their
+    number."""
+    position[0] = -radius[0], 0.75
+    for count in range(1, len(radius)):
+        rho, step = 0.8, radius[count - 1] + radius[count]
+        x, y = position[count - 1]
+        angle = math.atan2(y, -x) - 2 * math.asin(step / (2 * rho))
+        position[count] = -rho * math.cos(angle), rho * math.sin(angle)
+        if position[count, 0] > -radius[count]:
+            return count
+    return len(radius)
 
 
 @njit(cache=True)
-def _relax(
-    position: Any, radius: Any, push: float, stiffness: float, most: int, enough: float
-) -> bool:
+def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int) -> bool:
     """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed
     wall x = 0: whether `most` steps were enough."""
     n = len(radius)
     velocity = np.zeros((n, 2))
     force = np.zeros((n, 2))
-    pairs = np.empty((12 * n, 2), np.int32)
+    first, second = np.empty(12 * n, np.int32), np.empty(12 * n, np.int32)
     listed = position.copy()
     count = -1
-    skin = 0.05
     dt, alpha, steps = 0.02, 0.1, 0
     scale = 1.0 / np.sqrt(stiffness)
     for _ in range(most):
@@ -232,9 +164,10 @@ def _relax(
             moved = max(
                 moved, np.hypot(position[a, 0] - listed[a, 0], position[a, 1] - listed[a, 1])
             )
-        if count < 0 or moved > skin / 2:
+        if count < 0 or moved > SKIN / 2:
             listed[:] = position
-            count = _pairs(position, radius, skin, pairs)
+            cell = 2 * radius.max() + SKIN
+            count = pairs_within(position, radius, SKIN, cell, first, second)
         worst = pressed = 0.0
         overlaps = 0
         for a in range(n):
@@ -245,7 +178,7 @@ def _relax(
             if x > -radius[a]:
                 force[a, 0] -= stiffness * (x + radius[a])
         for p in range(count):
-            a, b = pairs[p, 0], pairs[p, 1]
+            a, b = first[p], second[p]
             dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
             d2 = dx * dx + dy * dy
             if d2 < (radius[a] + radius[b]) ** 2:
@@ -265,7 +198,7 @@ def _relax(
                 speed += velocity[a, c] ** 2
                 size += force[a, c] ** 2
                 worst = max(worst, abs(force[a, c]))
-        if worst * overlaps < enough * pressed:
+        if worst * overlaps < REST * pressed:
             return True
         if power > 0:
             steps += 1
@@ -279,33 +212,3 @@ def _relax(
         velocity += dt * scale * force
         position += dt * scale * velocity
     return False
-
-
-@njit(cache=True)
-def _pairs(position: Any, radius: Any, skin: float, pairs: Any) -> int:
-    n = len(radius)
-    cell = 2 * radius.max() + skin
-    x0, y0 = position[:, 0].min() - cell, position[:, 1].min() - cell
-    nx, ny = (
-        int((position[:, 0].max() - x0) / cell) + 3,
-        int((position[:, 1].max() - y0) / cell) + 3,
-    )
-    head = np.full((nx, ny), -1, np.int32)
-    following = np.full(n, -1, np.int32)
-    count = 0
-    for a in range(n):
-        i, j = int((position[a, 0] - x0) / cell), int((position[a, 1] - y0) / cell)
-        for p in range(i - 1, i + 2):
-            for q in range(j - 1, j + 2):
-                b = head[p, q]
-                while b >= 0:
-                    near = radius[a] + radius[b] + skin
-                    if (position[a, 0] - position[b, 0]) ** 2 + (
-                        position[a, 1] - position[b, 1]
-                    ) ** 2 < near * near:
-                        pairs[count, 0], pairs[count, 1] = b, a
-                        count += 1
-                    b = following[b]
-        following[a] = head[i, j]
-        head[i, j] = a
-    return count

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-import re
 import time
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 
 import numpy as np
 from numba import njit
+
+from analysis.support.machine import machine
 
 PACKAGES = (
     "numpy",
@@ -31,7 +31,7 @@ def describe() -> str:
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1024**3
     found = [f"{name} {number}" for name in PACKAGES if (number := _version(name))]
     return (
-        f"{_processor()}, {os.cpu_count()} cores, {memory:.0f} GiB, {platform.system()} {platform.machine()}.\n"
+        f"{machine()}, {memory:.0f} GiB, {platform.machine()}.\n"
         f"Python {platform.python_version()}, {', '.join(found)}."
     )
 
@@ -54,16 +54,6 @@ def bandwidth() -> float:
 def _triad(a, b, c):  # type: ignore[no-untyped-def]
     for i in range(len(a)):
         a[i] += b[i] * c[i]
-
-
-def _processor() -> str:
-    try:
-        names = re.findall(
-            r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        )
-    except OSError:
-        names = []
-    return names[0] if names else platform.processor() or "unknown processor"
 
 
 def _version(name: str) -> str | None:

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
-from scaled import Answer, Scaled, Solver
+from cases import Answer, Scaled, Solver
 
 SYSTEM_PYTHON = Path("/usr/bin/python3")  # python3-siconos lives with the system's own interpreter
 SICONOS = Path(__file__).parent / "processes" / "siconos_pgs.py"

@@ -16,9 +16,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import families
-from cases import read_case, write_case
+from cases import Case, read_case, write_case
 from contest import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
-from families import FAMILIES, Case
+from families import FAMILIES
 from machine import bandwidth, describe
 from peers import PEERS
 from tables import Row, comma_separated, exponents, markdown, rows_of

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from cases import Case
 from contest import NEAR, TARGET, Outcome
-from families import Case
 
 from analysis.pages.numbers import decimals, number
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from cases import Case
 from contest import Outcome
-from families import Case
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import (

@@ -59,6 +59,28 @@ class Curves:
         total = sum(weight for _, weight in chosen)
         return tuple((entry, weight / total) for entry, weight in chosen)
 
+    def shares(self, method: str, law: str) -> list[float]:
+        """List the shares of the safe time step that were measured with an engine."""
+        return sorted(
+            {
+                point.time_step_share
+                for entry, _ in self.read
+                for point in entry.points
+                if (point.method, point.law) == (method, law) and point.time_step_share is not None
+            }
+        )
+
+    def rigid_settings(self) -> list[tuple[str, float]]:
+        """List the solvers that were measured, with their tolerances."""
+        return sorted(
+            {
+                (point.solver, point.tolerance)
+                for entry, _ in self.read
+                for point in entry.points
+                if point.method == "rigid" and point.tolerance is not None
+            }
+        )
+
     def soft(self, method: str, law: str, share: float, hardness: float) -> Errors | None:
         """Errors of an engine at a share of the safe step, with contacts of a hardness: geometric
         means over the scenes read, each interpolated in log hardness. Scenes that know nothing so

@@ -27,9 +27,9 @@ class Price:
         return self.start_s + self.disk_step_s * disk_steps
 
 
-def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
-    """Fitted to all runs of that engine and law that ended, by non-negative least squares of the
-    relative error."""
+def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
+    """Fit the price to all runs of an engine and law that ended, by non-negative least squares of
+    the relative error; None where there is none."""
     runs = {
         (entry.name, point.stiffness_N_per_m, point.time_step_share): (
             entry.particle_steps(point),
@@ -39,6 +39,8 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
         for point in entry.points
         if (point.method, point.law) == (method, law) and point.status == "ok" and point.cpu_seconds
     }
+    if not runs:
+        return None
     work, seconds = np.array(list(runs.values()), dtype=float).T
     fitted, _ = nnls(np.column_stack([1.0 / seconds, work / seconds]), np.ones(len(seconds)))
     return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
@@ -46,7 +48,9 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price:
 
 @functools.cache
 def _stored_price(engine: str, law: str) -> Price:
-    return price_of(engine, law, stored_library().entries)
+    price = price_of(engine, law, stored_library().entries)
+    assert price is not None
+    return price
 
 
 def expected_seconds(scene: Scene, engine: str) -> float:
@@ -57,16 +61,3 @@ def expected_seconds(scene: Scene, engine: str) -> float:
     }
     law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
     return _stored_price(engine, law).of(len(scene.snapshot) * penalty_of(scene).steps)
-
-
-def lasts(scene: Scene, stiffness: float, whole_run: bool, window_s: float) -> float:
-    """How long the window, or the scene's whole run, is (s) at a stiffness (N/m): an impact is over
-    sooner, ∝ 1/√k."""
-    if scene.drive is not None:
-        return scene.run.duration_s if whole_run else window_s
-    return scene.run.duration_s * float(np.sqrt(scene.contact.stiffness_N_per_m / stiffness))
-
-
-def safe_step(scene: Scene, law: str, stiffness: float) -> float:
-    """The safe time step (s) of the scene with that law and stiffness (N/m)."""
-    return penalty_of(scene.with_contact(law=law, stiffness_N_per_m=stiffness)).safe_time_step

@@ -1,4 +1,4 @@
-"""Safety factors: how far expected errors were off when each scene of the library was foretold from
+"""Safety factors: how far expected errors were off when each scene of the library was predicted from
 the others."""
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from analysis.advice.error_curves import NEAR, Curves
 from analysis.advice.library import Entry, Rates
 from analysis.work_precision.point import Point, PointStatus
 
-# So many of the errors that were foretold are to be within the factor: nearly all, since a choice
-# is the best of many settings and so tends to be one whose error was foretold too low.
+# So many of the errors that were predicted are to be within the factor: nearly all, since a choice
+# is the best of many settings and so tends to be one whose error was predicted too low.
 WITHIN = 0.98
 # Errors below this are as good as none, those above this no use to anybody: neither says how safe a
 # promise is.
@@ -24,7 +24,7 @@ def factor(rates: Rates, curves: Curves, what: str) -> float:
     infinite where there is no rate. what: numerical, model or rigid (a solver's numerical
     error)."""
     rate = rates.get((curves.likeness.driven, curves.load, what))
-    # that others came out better than foretold is luck
+    # that others came out better than predicted is luck
     return float("inf") if rate is None else float(np.exp(max(rate, 0.0) * unlikeness(curves)))
 
 
@@ -36,7 +36,7 @@ def unlikeness(curves: Curves) -> float:
 
 
 def rates_of(entries: Sequence[Entry]) -> Rates:
-    """Rates that hold for WITHIN of the errors between NO_MATTER and NO_USE, each scene foretold
+    """Rates that hold for WITHIN of the errors between NO_MATTER and NO_USE, each scene predicted
     from all others.
 
     The rate of one point is log(measured/expected)/unlikeness. Against promises that are made for
@@ -50,14 +50,15 @@ def rates_of(entries: Sequence[Entry]) -> Rates:
             if not curves.read:
                 continue
             far = unlikeness(curves)
-            for what, measured, expected in _foretold(entry, curves):
+            for what, measured, expected in _predicted(entry, curves):
                 rate = float(np.log(max(measured, NO_MATTER) / max(expected, NO_MATTER))) / far
                 found.setdefault((entry.likeness.driven, load, what), []).append(rate)
     return {key: float(np.quantile(rates, WITHIN)) for key, rates in found.items()}
 
 
-def _foretold(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]]:
-    """What, measured and expected error of every point that matters."""
+def _predicted(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]]:
+    """What, measured and expected error of every point that matters; those of engines in an impact
+    are not read from other scenes."""
     for point in entry.points:
         if point.quantity.split("_")[0] != curves.load or not _matters(point):
             continue
@@ -65,7 +66,7 @@ def _foretold(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]
             assert point.tolerance is not None
             if errors := curves.rigid(point.solver, point.tolerance):
                 yield "rigid", point.numerical_error or 0.0, errors.numerical
-        elif point.time_step_share is not None:
+        elif entry.likeness.driven and point.time_step_share is not None:
             errors = curves.soft(
                 point.method, point.law, point.time_step_share, entry.hardness(point)
             )

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from analysis.advice.choice import LOADS, Advice, Candidate
+from analysis.advice.candidates import Candidate
+from analysis.advice.choice import Advice
 from analysis.advice.library import Library
+from analysis.advice.question import LOADS
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import percent, seconds
 from analysis.work_precision.point import Point
 
 
 def setting(candidate: Candidate) -> str:
-    """The method with its setting."""
+    """Write a method with its setting."""
     name = engine_name(candidate.method)
     if candidate.time_step_s is None:
         return f"{name}, solver {candidate.solver}, tolerance {candidate.tolerance:g}"
@@ -25,97 +27,99 @@ def setting(candidate: Candidate) -> str:
 
 
 def headline(advice: Advice) -> str:
-    """The choice in one line; or that there is none, and the best that is reached."""
-    if advice.choice is not None:
-        return (
-            f"{setting(advice.choice)}: error of {advice.quantity} at most {percent(advice.choice.promised_error, 2)}, "
-            f"{seconds(advice.choice.cpu_seconds)} CPU"
-        )
-    if advice.best is None:
-        return f"nothing is known: no measured scene is enough like {advice.scene.name} in {advice.quantity}"
+    """Write the choice in one line; or that there is none, and the best that is reached."""
+    quantity, best = advice.question.quantity, advice.best
+    if (choice := advice.choice) is not None:
+        return f"{setting(choice)}: error of {quantity} {_offer(choice)}"
+    if best is None:
+        name = advice.scene.name
+        return f"nothing is known: no measured scene is enough like {name} in {quantity}"
     return (
-        f"nothing reaches {percent(advice.asked, 2)} in {advice.quantity}; the best, {setting(advice.best)}, promises "
-        f"{percent(advice.best.promised_error, 2)}"
+        f"nothing reaches {percent(advice.question.error, 2)} in {quantity}; the best, "
+        f"{setting(best)}, promises {percent(best.promised_error, 2)}"
     )
+
+
+def _offer(candidate: Candidate) -> str:
+    promise = percent(candidate.promised_error, 2)
+    return f"at most {promise}, {seconds(candidate.cpu_seconds)} CPU"
 
 
 def where_measured(advice: Advice, library: Library, chart: Sequence[Point] | None) -> list[str]:
-    """Machine and date of the points that were read, each pair once."""
+    """List machine and date of the points that were read, each pair once."""
     names = {name for name, _ in advice.read}
-    points = (
-        chart
-        if chart is not None
-        else [p for e in library.entries if e.name in names for p in e.points]
-    )
+    points = chart or [p for e in library.entries if e.name in names for p in e.points]
     return sorted({f"{point.machine}, {point.date}" for point in points})
 
 
 def report(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> list[str]:
-    """All lines: the question, the choice, the next better one, each method, the curve, where it
-    was read, what was left out.
+    """Write all lines: the question, the choice, the next better one, each method, the curve, where
+    it was read, what was left out.
 
-    measured: machine and date of what was read.
-    """
-    against = (
-        "the rigid model (numerical and model error)"
-        if advice.against == "rigid"
-        else f"{advice.scene.contact.law} contacts of the scene's stiffness, exactly solved (numerical error)"
-    )
-    lines = [
-        f"{advice.scene.name}: {len(advice.scene.snapshot)} disks; {advice.quantity}, {LOADS[advice.quantity]},",
-        f"within {percent(advice.asked, 2)} of {against}",
-        "",
-        "advised: " + headline(advice) if advice.choice else headline(advice),
-    ]
-    if advice.choice is not None and advice.better is not None:
-        times = advice.better.cpu_seconds / advice.choice.cpu_seconds
-        lines.append(
-            f"next better: {setting(advice.better)}: at most {percent(advice.better.promised_error, 2)}, "
-            f"{seconds(advice.better.cpu_seconds)} CPU ({times:.2g} times the price)"
-        )
-    elif advice.choice is not None:
-        lines.append("next better: nothing promises half that error")
-    others = [c for c in advice.by_method if c != advice.choice]
-    lines += [
-        f"or with {setting(c)}: at most {percent(c.promised_error, 2)}, {seconds(c.cpu_seconds)} CPU"
-        for c in others
-    ]
-    lines += ["", "the curve that was read, from cheap to accurate:"]
-    lines.append(f"  {'':<70}{'numerical':>12}{'model':>12}{'promised':>12}{'CPU':>10}")
-    lines += [
-        f"{'→' if c == advice.choice else ' '} {setting(c):<70}{percent(c.numerical_error, 2):>12}{percent(c.model_error, 2):>12}"
-        f"{percent(c.promised_error, 2):>12}{seconds(c.cpu_seconds):>10}"
-        for c in advice.curve
-    ]
-    if advice.own:
-        lines.append("read from the chart of this scene")
-    else:
-        lines.append(
-            "read from the scenes most like it: "
-            + ", ".join(f"{name} ({percent(w, 2)})" for name, w in advice.read)
-            if advice.read
-            else "no measured scene is enough like it"
-        )
+    measured: machine and date of what was read."""
+    lines = [*_question(advice), "", *_choice(advice), "", *_curve(advice)]
     lines += [f"measured on {where}" for where in measured]
-    lines += [
-        "",
-        "left out of the model, since the scene has no need of it:",
-        *(f"  {line}" for line in left),
-    ]
+    lines += ["", "left out of the model:", *(f"  {line}" for line in left)]
     return lines
 
 
+def _question(advice: Advice) -> Iterator[str]:
+    scene, question = advice.scene, advice.question
+    disks, quantity = len(scene.snapshot), question.quantity
+    yield f"{scene.name}: {disks} disks; {quantity}, {LOADS[quantity]},"
+    against = "the rigid model (numerical and model error)"
+    if question.against == "model":
+        law = scene.contact.law
+        against = f"{law} contacts of the scene's stiffness, exactly solved (numerical error)"
+    yield f"within {percent(question.error, 2)} of {against}"
+
+
+def _choice(advice: Advice) -> Iterator[str]:
+    choice, better = advice.choice, advice.better
+    if choice is None:
+        yield headline(advice)
+        return
+    yield "advised: " + headline(advice)
+    if better is None:
+        yield "next better: nothing promises half that error"
+    else:
+        times = better.cpu_seconds / choice.cpu_seconds
+        yield f"next better: {setting(better)}: {_offer(better)} ({times:.2g} times the price)"
+    for other in advice.by_method:
+        if other != choice:
+            yield f"or with {setting(other)}: {_offer(other)}"
+
+
+def _curve(advice: Advice) -> Iterator[str]:
+    yield "the curve, from cheap to accurate:"
+    yield f"  {'':<70}{'numerical':>12}{'model':>12}{'promised':>12}{'CPU':>10}"
+    for c in advice.curve:
+        errors = (c.numerical_error, c.model_error, c.promised_error)
+        shown = "".join(f"{percent(error, 2):>12}" for error in errors)
+        mark = "→" if c == advice.choice else " "
+        yield f"{mark} {setting(c):<70}{shown}{seconds(c.cpu_seconds):>10}"
+    if advice.tried:
+        yield "errors of the engines: found by stepping through this very impact as they do"
+    if advice.own:
+        yield "read from the chart of this scene"
+    elif advice.read:
+        scenes = ", ".join(f"{name} ({percent(weight, 2)})" for name, weight in advice.read)
+        yield f"{'the rest is ' if advice.tried else ''}read from the scenes most like it: {scenes}"
+    else:
+        yield "no measured scene is enough like it"
+
+
 def to_json(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> dict[str, Any]:
-    """As what `json` writes."""
+    """Give the advice as what `json` writes."""
 
     def one(candidate: Candidate | None) -> dict[str, Any] | None:
         return None if candidate is None else dataclasses.asdict(candidate)
 
     return {
         "scene": advice.scene.name,
-        "quantity": advice.quantity,
-        "against": advice.against,
-        "asked_error": advice.asked,
+        "quantity": advice.question.quantity,
+        "against": advice.question.against,
+        "asked_error": advice.question.error,
         "likeness": dataclasses.asdict(advice.likeness),
         "choice": one(advice.choice),
         "next_better": one(advice.better),
@@ -124,6 +128,7 @@ def to_json(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> dic
         "curve": [one(c) for c in advice.curve],
         "read": [{"scene": name, "weight": weight} for name, weight in advice.read],
         "from_own_chart": advice.own,
+        "tried": advice.tried,
         "measured": list(measured),
         "left_out": list(left),
     }

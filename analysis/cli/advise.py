@@ -49,9 +49,9 @@ def advise(
     Example: percussions advise arch --error 5% --quantity wall-load
     """
     from analysis.advice.advised_run import methods_here
-    from analysis.advice.asked import asked_error
     from analysis.advice.choice import advise as choose
     from analysis.advice.library import stored_library
+    from analysis.advice.question import Question, asked_error
     from analysis.advice.unneeded import left_out
     from analysis.advice.words import report as words
     from analysis.advice.words import to_json, where_measured
@@ -61,15 +61,13 @@ def advise(
 
     chosen = read_scene(scene)
     points = None if chart is None else read_points(chart / "points.json")
-    advice = choose(
-        chosen,
-        asked_error(error),
+    question = Question(
+        error=asked_error(error),
         quantity=quantity,
         against=against,
         methods=methods_here(method),
-        library=stored_library(),
-        chart=points,
     )
+    advice = choose(chosen, question, library=stored_library(), chart=points)
     with progress() as bars:
         bars(f"{chosen.name}: what it can do without", 0.0)
         left = left_out(chosen, runs / "work_precision" / chosen.name)

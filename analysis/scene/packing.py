@@ -3,7 +3,7 @@ overlaps."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,6 +17,28 @@ NEIGHBOUR = 2.0
 SKIN = 0.25  # of the mean radius: pairs are listed anew when a disk has moved half as far
 REST = 1e-3  # of the mean contact force: what a disk at rest may be off balance by
 MOST_STEPS = 40_000
+
+
+class Growth(NamedTuple):
+    """How a heap grows before the wall x = 0 with its door |y| < half_door; lengths in one unit.
+
+    cell, reach: of the grid in which neighbours are found, and how far it reaches.
+    typical: radius of the disk for which sites are looked for.
+    near: disks not farther from each other may have one that touches both between them.
+    beside: disks not farther from the wall may have one that touches it and them.
+    least: distance of a site from the wall, at least.
+    hollow: distance of a site from the middle of the door, at least.
+    shut: whether a disk may rest on the door."""
+
+    half_door: float
+    cell: float
+    reach: float
+    typical: float
+    near: float
+    beside: float
+    least: float
+    hollow: float
+    shut: bool
 
 
 def heap(n: int, seed: int, mean_radius: float, half_door: float) -> tuple[Floats, Floats]:
@@ -33,8 +55,22 @@ def heap(n: int, seed: int, mean_radius: float, half_door: float) -> tuple[Float
         if not (np.isfinite(length) and length > 0):
             raise ValueError(f"{name}: {length} m; a positive length is needed")
     radius = np.random.default_rng(seed).uniform(LEAST, MOST, n)
+    # the first disk rests on the middle of the door
     position = np.zeros((n, 2))
-    if _grow(position, radius, half_door / mean_radius) < n:
+    position[0, 0] = -radius[0]
+    door = half_door / mean_radius
+    growth = Growth(
+        half_door=door,
+        cell=2 * MOST,
+        reach=2.2 * np.sqrt(n) + door + 20.0,
+        typical=1.0,
+        near=NEIGHBOUR,
+        beside=2 * MOST + 1.0,
+        least=LEAST,
+        hollow=0.0,
+        shut=True,
+    )
+    if grow(position, radius, 1, growth) < n:
         raise RuntimeError(f"the heap of {n} disks stopped growing (seed {seed})")
     return position * mean_radius, radius * mean_radius
 
@@ -114,11 +150,10 @@ def touching_site(
 
 
 @njit(cache=True)
-def _grow(position: Any, radius: Any, half_door: float) -> int:
-    """Grow in units of the mean radius; the number of disks that found a place."""
-    n = len(radius)
-    cell = 2 * MOST
-    reach = 2.2 * np.sqrt(n) + half_door + 20.0
+def grow(position: Any, radius: Any, placed: int, growth: Growth) -> int:
+    """Grow a heap: the first disks are placed already, each other one goes to the free site nearest
+    to the door; return the number of disks that found a place."""
+    n, cell, reach, half_door = len(radius), growth.cell, growth.reach, growth.half_door
     m = int(2 * reach / cell) + 4
     head = np.full((m, m), -1, np.int32)
     following = np.full(n, -1, np.int32)
@@ -126,7 +161,7 @@ def _grow(position: Any, radius: Any, half_door: float) -> int:
     size = 0
     for count in range(n):
         r = radius[count]
-        px, py, found = -r, 0.0, count == 0
+        px, py, found = position[count, 0], position[count, 1], count < placed
         while size > 0 and not found:
             a, b, side = sites[0, 0], sites[0, 1], sites[0, 2]
             size = pop_site(keys, sites, size)
@@ -143,25 +178,24 @@ def _grow(position: Any, radius: Any, half_door: float) -> int:
         if not found:
             return count
         position[count, 0], position[count, 1] = px, py
-        if px > -(2 * MOST + 1.0):
+        if px > -growth.beside:
             for side in (-1, 1):
-                _, sy, good = touching_site(position, radius, count, -1, side, 1.0)
-                if good:
-                    size = push_site(
-                        keys, sites, size, max(abs(sy) - half_door, 0.0), count, -1, side
-                    )
+                _, sy, good = touching_site(position, radius, count, -1, side, growth.typical)
+                if good and (growth.shut or abs(sy) > half_door):
+                    far = max(abs(sy) - half_door, 0.0)
+                    size = push_site(keys, sites, size, far, count, -1, side)
         i, j = int((px + reach) / cell), int((py + reach) / cell)
         for p in range(i - 2, i + 3):
             for q in range(j - 2, j + 3):
                 c = head[p, q]
                 while c >= 0:
-                    if (
-                        np.hypot(position[c, 0] - px, position[c, 1] - py)
-                        < radius[c] + r + NEIGHBOUR
-                    ):
+                    d = np.hypot(position[c, 0] - px, position[c, 1] - py)
+                    if d < radius[c] + r + growth.near:
                         for side in (-1, 1):
-                            sx, sy, good = touching_site(position, radius, count, c, side, 1.0)
-                            if good and sx < -LEAST:
+                            sx, sy, good = touching_site(
+                                position, radius, count, c, side, growth.typical
+                            )
+                            if good and sx < -growth.least and np.hypot(sx, sy) > growth.hollow:
                                 far = np.hypot(sx, max(abs(sy) - half_door, 0.0))
                                 size = push_site(keys, sites, size, far, count, c, side)
                     c = following[c]
@@ -171,10 +205,11 @@ def _grow(position: Any, radius: Any, half_door: float) -> int:
 
 
 @njit(cache=True)
-def _pairs(position: Any, radius: Any, first: Any, second: Any) -> int:
-    """Pairs with a gap below the skin, by disk."""
+def pairs_within(
+    position: Any, radius: Any, skin: float, cell: float, first: Any, second: Any
+) -> int:
+    """List pairs with a gap below the skin, found in a grid of cells; return their number."""
     n = len(radius)
-    cell = 2 * MOST + SKIN
     x0, y0 = position[:, 0].min() - cell, position[:, 1].min() - cell
     nx, ny = (
         int((position[:, 0].max() - x0) / cell) + 3,
@@ -189,7 +224,7 @@ def _pairs(position: Any, radius: Any, first: Any, second: Any) -> int:
             for q in range(j - 1, j + 2):
                 b = head[p, q]
                 while b >= 0:
-                    near = radius[a] + radius[b] + SKIN
+                    near = radius[a] + radius[b] + skin
                     dx, dy = position[a, 0] - position[b, 0], position[a, 1] - position[b, 1]
                     if dx * dx + dy * dy < near * near:
                         first[count], second[count] = b, a
@@ -247,7 +282,7 @@ def _relax(position: Any, radius: Any, half_door: float, stiffness: float, most:
             moved = max(moved, dx * dx + dy * dy)
         if count < 0 or moved > 0.25 * SKIN * SKIN:
             listed[:] = position
-            count = _pairs(position, radius, first, second)
+            count = pairs_within(position, radius, SKIN, 2 * MOST + SKIN, first, second)
         pressed, touching = _push(
             position, radius, half_door, stiffness, first[:count], second, force
         )

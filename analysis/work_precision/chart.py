@@ -8,7 +8,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.engines import ENGINES
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
 from analysis.support.parallel import workers
@@ -16,7 +15,15 @@ from analysis.support.progress import Progress
 from analysis.work_precision.continuum.ladder import COARSE, SIDES
 from analysis.work_precision.measure import Measured, measure
 from analysis.work_precision.point import Point, PointStatus
-from analysis.work_precision.soft_runs import FULL, QUICK, STIFFER, Grid, settings_of
+from analysis.work_precision.soft_runs import (
+    FULL,
+    LAWS,
+    QUICK,
+    STIFFER,
+    Grid,
+    settings_of,
+    soft_engines,
+)
 from analysis.work_precision.window_start import prepare_window
 
 ACCURACY = 0.01
@@ -60,8 +67,8 @@ def build_chart(
     Everything that takes long is kept in runs/work_precision/<scene>: a build that was interrupted
     goes on where it stopped. Raises ValueError as `workers` and `prepare_window` do."""
     folder = (runs / "work_precision" / scene.name).absolute()
-    engines = [engine.NAME for engine in ENGINES if engine.find()]
-    missing = [engine.NAME for engine in ENGINES if engine.NAME not in engines]
+    engines = soft_engines()
+    missing = [name for name in LAWS if name not in engines]
     sides = COARSE if quick else SIDES
     with workers(processes, scheduler) as executor:
         window = prepare_window(scene, folder)

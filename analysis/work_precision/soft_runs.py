@@ -39,6 +39,11 @@ LAWS = {"lammps": ("hooke", "hertz"), "yade": ("hooke",)}
 _one_at_a_time = threading.Lock()
 
 
+def soft_engines() -> list[str]:
+    """List the engines of soft contacts that are installed."""
+    return [name for name in LAWS if engine(name).find()]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SoftSetting:
     """An engine with a contact law, a stiffness and a time step as a share of the safe one."""

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dumps import open_bodies, snapshot_of
-from analysis.engines import ENGINES, EngineError
+from analysis.engines import EngineError, installed
 from analysis.engines.run import run_engine
 from analysis.percussions.snapshot import law_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from analysis.support.cache import keep, kept
+from analysis.work_precision.soft_runs import soft_engines
 from analysis.work_precision.window import Window, driven_window, impact_window
 from nscd.arrays import Floats
 
@@ -52,17 +53,17 @@ def check_chart(scene: Scene) -> None:
 
 
 def _pressed(scene: Scene, folder: Path) -> Floats:
-    present = next((engine for engine in ENGINES if engine.find()), None)
+    present = next(iter(soft_engines()), None)
     if present is None:
         raise EngineError(
             "no engine: the crowd cannot be pressed together; see: percussions doctor"
         )
-    file, key = folder / "start.npz", f"{scene.digest()} {present.version()}"
+    file, key = folder / "start.npz", f"{scene.digest()} {installed(present)}"
     if found := kept(file, key):
         return np.asarray(found["position"])
     time = scene.analysis.time_s
     record = run_engine(
-        scene.with_run(duration_s=time, frames=1, time_step_s=None), present.NAME, folder / "start"
+        scene.with_run(duration_s=time, frames=1, time_step_s=None), present, folder / "start"
     )
     end = snapshot_of(
         open_bodies(folder / "start" / "bodies.dump", record.time_step_s).trajectory[-1]

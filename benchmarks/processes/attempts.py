@@ -19,12 +19,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from accuracy import accuracy
-from cases import read_case
+from cases import Case, Scaled, Solver, accuracy, read_case, scaled
 from contest import CANONICAL
-from families import Case, heap
+from families import heap
 from peers import PEERS
-from scaled import Scaled, Solver, scaled
 
 from nscd import solve
 from nscd.solve import SOLVERS

@@ -8,12 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.advice.asked import asked_error
-from analysis.advice.choice import LONGEST, MARGIN, advise
+from analysis.advice.candidates import LONGEST
+from analysis.advice.choice import MARGIN
+from analysis.advice.choice import advise as choose
 from analysis.advice.error_curves import Curves
 from analysis.advice.library import Entry, Library, library_of, library_text, stored_library
 from analysis.advice.likeness import likeness_of
 from analysis.advice.price import price_of
+from analysis.advice.question import Question, asked_error
 from analysis.advice.safety import factor, rates_of
 from analysis.advice.unneeded import left_out
 from analysis.engines.penalty import damping_ratio_for
@@ -24,6 +26,10 @@ from nscd import Snapshot
 
 SHARES, STIFFER = (0.25, 1.0, 4.0, 8.0), (1.0, 1e1, 1e2, 1e3, 1e4)
 START, PER_STEP = 1e-6, 3e-7
+
+
+def advise(scene, error, *, library, chart=None, **asked):
+    return choose(scene, Question(error=error, **asked), library=library, chart=chart)
 
 
 def changed(scene, **arrays):
@@ -226,7 +232,7 @@ def test_bad_questions(scene, sure):
     with pytest.raises(ValueError, match="chart: no points of scene arch"):
         advise(scene, 0.05, library=sure, chart=entry(make("jam", 40)).points)
     # nothing in the library is like an impact: no guess
-    advice = advise(make("chain", 5), 0.05, library=sure)
+    advice = advise(make("chain", 5), 0.05, library=sure, methods=("rigid",))
     assert (advice.choice, advice.best, advice.read) == (None, None, ())
 
 
@@ -284,3 +290,11 @@ def test_what_a_scene_has_no_need_of(tmp_path):
     assert "islands that nothing presses: 1 with 2 disks" in lines
     assert "disks that touch others and carry nothing: 2 of 5" in lines
     assert "contacts that carry nothing: 1 of 2" in lines
+
+
+def test_restitution_is_left_out_of_a_pressed_crowd_only(tmp_path):
+    pressed, impact = (
+        left_out(read_scene(name), tmp_path / name) for name in ("gate", "four_disks")
+    )
+    assert any(line.startswith("restitution e = 0.1: ") for line in pressed)
+    assert not any("restitution" in line for line in impact)

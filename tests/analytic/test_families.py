@@ -9,8 +9,10 @@ import pytest
 # benchmarks are scripts: their modules are found beside them
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
-from accuracy import accuracy
-from families import DOOR, FAMILIES, REST, chain, gate, heap, hexagonal, jammed, masses
+from cases import accuracy
+from families import DOOR, FAMILIES, chain, gate, heap, hexagonal, jammed, masses
+
+from analysis.scene.packing import REST
 
 SIZE = 300
 

@@ -26,7 +26,7 @@ def test_advise(percussions, tmp_path):
     for words in (
         "advised: ",
         "next better",
-        "the curve that was read",
+        "the curve, from cheap to accurate",
         "measured on",
         "left out",
         "spin",
@@ -112,7 +112,5 @@ def test_the_time_step_that_is_announced_is_the_one_that_runs(name, error):
         scene, _, words = scene_within(make(name), error, "lammps")
     except ValueError:
         pytest.skip("nothing reaches this error")
-    *_, announced = re.findall(r"Δt = (\S+) s", words)
+    (announced,) = re.findall(r"Δt = (\S+) s", words)
     assert float(announced) == pytest.approx(penalty_of(scene).time_step, rel=5e-3)
-    advised = float(re.search(r"Δt = (\S+) s", words)[1])
-    assert 0.9 * advised <= penalty_of(scene).time_step <= 1.005 * advised

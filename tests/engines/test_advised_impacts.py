@@ -1,0 +1,74 @@
+"""What advice promises of engines in impacts that its library knows nothing like, against runs."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from at_hand import require
+
+# benchmarks are scripts: their modules are found beside them
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+
+from advice_cases import IMPACTS
+
+from analysis.advice.choice import advise
+from analysis.advice.library import stored_library
+from analysis.advice.question import Question
+from analysis.scene.shipped_scenes import make
+from analysis.support.parallel import workers
+from analysis.work_precision.measure import measure
+from analysis.work_precision.soft_runs import SoftSetting
+from analysis.work_precision.window import impact_window
+
+SHARES = (0.25, 1.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def pool():
+    with workers(1) as executor:
+        yield executor
+
+
+@pytest.mark.parametrize("engine", ["lammps", "yade"])
+@pytest.mark.parametrize("name", ["pair_hertz", "chain_12_e0.5", "crowd_10", "corridor_e0.6"])
+def test_a_promise_is_kept_and_not_ten_times_what_is_measured(name, engine, pool, tmp_path):
+    require(engine)
+    scene = IMPACTS[name]()
+    if engine == "yade" and scene.contact.law == "hertz":
+        pytest.skip("YADE has no Hertz contacts here")
+    shares = SHARES if engine == "lammps" else SHARES[1:2]
+    window, stiffness = impact_window(scene), scene.contact.stiffness_N_per_m
+    settings = [
+        SoftSetting(engine=engine, law=scene.contact.law, stiffness_N_per_m=stiffness, share=share)
+        for share in shares
+    ]
+    points = measure(window, name, settings, tmp_path, pool).points
+    measured = {
+        p.time_step_share: p.numerical_error
+        for p in points
+        if p.method == engine and p.quantity.startswith("disk")
+    }
+    question = Question(error=0.9, against="model", methods=(engine,))
+    advice = advise(scene, question, library=stored_library())
+    promised = {c.time_step_share: c.promised_error for c in advice.found}
+    for share in shares:
+        assert 1 <= promised[share] / measured[share] <= 3, share
+
+
+@pytest.mark.parametrize("name", list(IMPACTS))
+def test_two_per_cent_of_an_engines_own_model_is_not_refused(name):
+    advice = advise(
+        IMPACTS[name](),
+        Question(error=0.02, against="model", methods=("lammps",)),
+        library=stored_library(),
+    )
+    assert advice.tried
+    assert advice.choice is not None
+    assert advice.choice.promised_error <= 0.02
+
+
+def test_a_crowd_that_is_too_large_to_try_is_promised_nothing():
+    question = Question(error=0.5, against="model", methods=("lammps",))
+    advice = advise(make("chain", 700), question, library=stored_library())
+    assert advice.choice is None
+    assert not advice.tried
