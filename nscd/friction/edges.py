@@ -1,0 +1,209 @@
+"""The convex relative of an impact with friction: percussions within the cone, contacts that slide
+open at μ times their speed. A quadratic programme, solved by an interior point."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from nscd.friction.elimination import add_to, put
+from nscd.friction.problem import add_impulses, contact_velocities
+from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
+
+ITERATIONS = 100
+# Compliance of the edges relative to their Delassus diagonal: a proximal term of the iteration
+# only.
+RIGID = 1e-14
+TINY = 1e-300
+
+
+class Weighted(NamedTuple):
+    """M + Σ weight f fᵀ + θ n nᵀ as the Cholesky factorisation takes it: f = t + γ n of each disk,
+    (k,3)."""
+
+    mass: Any
+    normal_first: Any
+    normal_weight: Any
+    tangent_weight: Any
+    tangent_first: Any
+    tangent_second: Any
+
+
+def solve_edges(
+    problem: Any, factor: Any, tolerance: float, shift: Any = None
+) -> tuple[Any, Any, Any, int]:
+    """λ, τ (k,) N·s, velocities (n,3) and iterations of the convex programme
+
+    min ½ (u−u⁻)·M(u−u⁻) + dissipation, subject to C u ± μ (T u ∓ shift) ≤ b: one inequality for
+    each edge n ± μt of the cone, its multipliers λ₊ + λ₋ = λ, μ(λ₊ − λ₋) = τ.
+
+    With shift = |T u⁺| (k,) m/s, 0 by default, it is the exact law (De Saxcé & Feng, Math. Comput.
+    Model. 28 (1998) 225); with 0 a contact that slides opens at μ|T u|. Mehrotra, SIAM J. Optim. 2
+    (1992) 575."""
+    k = len(problem.first)
+    zeros = np.zeros((k, 3))
+    system = Weighted(problem.mass, problem.normal, np.zeros(k), np.empty(k), zeros, zeros.copy())
+    shift = np.zeros(k) if shift is None else shift
+    return _follow(problem, factor.fronts, system, tolerance, shift)  # type: ignore[no-any-return]
+
+
+@njit(cache=True, fastmath=True)
+def _factorise(problem: Any, fronts: Any, system: Any, theta: Any, press: Any) -> bool:
+    """Factorise M + DᵀKD + Σ θ₊ e₊e₊ᵀ + θ₋ e₋e₋ᵀ, θ (2k,): as press (k,) along n and one term along
+    t + γn."""
+    for c in range(len(press)):
+        one, two, mu = theta[2 * c], theta[2 * c + 1], problem.friction[c]
+        across = mu * mu * (one + two) + problem.tangent_weight[c]
+        gamma = mu * (one - two) / across if across > 0.0 else 0.0
+        rest = one + two - gamma * mu * (one - two)
+        if problem.tangent_weight[c] == 0.0 and mu > 0.0:
+            rest = 4.0 * one * two / (one + two)  # the same without cancellation
+        press[c] = rest + problem.normal_weight[c]
+        system.tangent_weight[c] = across
+        nx, ny = problem.normal[c, 0], problem.normal[c, 1]
+        x, y = gamma * nx - ny, gamma * ny + nx
+        first, second = system.tangent_first, system.tangent_second
+        first[c, 0], first[c, 1], first[c, 2] = x, y, problem.lever[c, 0]
+        second[c, 0], second[c, 1], second[c, 2] = -x, -y, problem.lever[c, 1]
+    return bool(factorise_fronts(system, fronts, press))
+
+
+@njit(cache=True, fastmath=True)
+def _edge_velocities(problem: Any, u: Any, v: Any, s: Any, out: Any) -> None:
+    """out (2k,) = C u ± μ T u."""
+    contact_velocities(problem, u, v, s)
+    for c in range(len(v)):
+        across = problem.friction[c] * s[c]
+        out[2 * c] = v[c] + across
+        out[2 * c + 1] = v[c] - across
+
+
+@njit(cache=True, fastmath=True)
+def _push(problem: Any, edges: Any, factor: float, along: Any, across: Any, out: Any) -> None:
+    """out += factor · Eᵀ edges."""
+    for c in range(len(along)):
+        along[c] = edges[2 * c] + edges[2 * c + 1]
+        across[c] = problem.friction[c] * (edges[2 * c] - edges[2 * c + 1])
+    add_impulses(problem, along, across, factor, out)
+
+
+@njit(cache=True)
+def imbalance(
+    problem: Any, u: Any, v: Any, s: Any, lam: Any, tau: Any, work: Any, out: Any
+) -> None:
+    """out ← M(u − u⁻) + DᵀK D(u + u⁻) + Cᵀλ + Tᵀτ, (n,3) N·s; v, s = C u, T u; work (4,k)."""
+    k = len(v)
+    contact_velocities(problem, problem.left, work[0], work[1])
+    for c in range(k):
+        work[2, c] = problem.normal_weight[c] * (v[c] + work[0, c]) + lam[c]
+        work[3, c] = problem.tangent_weight[c] * (s[c] + work[1, c]) + tau[c]
+    for i in range(len(u)):
+        for a in range(3):
+            out[i, a] = problem.mass[i, a] * (u[i, a] - problem.left[i, a])
+    add_impulses(problem, work[2], work[3], 1.0, out)
+
+
+@njit(cache=True, fastmath=True)
+def _to_boundary(slack: Any, slack_step: Any, edge: Any, edge_step: Any) -> float:
+    fastest = 1.0
+    for c in range(len(slack)):
+        fastest = max(fastest, -slack_step[c] / slack[c], -edge_step[c] / edge[c])
+    return 1.0 / fastest
+
+
+@njit(cache=True)
+def _worst(problem: Any, dual: Any, edge: Any, slack: Any, weight: Any) -> float:
+    """The larger of the natural map and of the imbalance over mass, m/s."""
+    worst = 0.0
+    for c in range(len(edge)):
+        worst = max(worst, abs(min(weight[c // 2] * edge[c], slack[c])))
+    for i in range(len(dual)):
+        for a in range(2):
+            worst = max(worst, abs(dual[i, a]) / problem.mass[i, a])
+    return worst
+
+
+@njit(cache=True)
+def _follow(problem: Any, fronts: Any, system: Any, tolerance: float, shift: Any) -> Any:
+    n, k = len(problem.mass), len(problem.first)
+    v, s, along, across = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    work, press, weight = np.empty((4, k)), np.empty(k), np.empty(k)
+    theta, wanted, primal, moved = (
+        np.empty(2 * k),
+        np.empty(2 * k),
+        np.empty(2 * k),
+        np.empty(2 * k),
+    )
+    slack, edge, product = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
+    slack_step, edge_step = np.empty(2 * k), np.empty(2 * k)
+    dual, step, u = np.empty((n, 3)), np.empty((n, 3)), problem.left.copy()
+    for c in range(k):
+        weight[c] = (
+            problem.normal_inverse[c] + problem.friction[c] ** 2 * problem.tangent_inverse[c]
+        )
+    least = weight.min()
+    for c in range(2 * k):
+        slack[c] = problem.scale * np.sqrt(weight[c // 2] / least)
+        edge[c] = problem.scale / np.sqrt(weight[c // 2] * least)
+    best_along, best_across, best_u = np.zeros(k), np.zeros(k), u.copy()
+    best, iteration, stalled = np.inf, 0, 0
+    while True:
+        _edge_velocities(problem, u, v, s, moved)
+        for c in range(k):
+            along[c] = edge[2 * c] + edge[2 * c + 1]
+            across[c] = problem.friction[c] * (edge[2 * c] - edge[2 * c + 1])
+        imbalance(problem, u, v, s, along, across, work, dual)
+        mu = 0.0
+        for c in range(2 * k):
+            bound = problem.offset[c // 2] + problem.friction[c // 2] * shift[c // 2]
+            primal[c] = moved[c] + slack[c] - bound
+            product[c] = bound - moved[c]
+            mu += slack[c] * edge[c] / (2 * k)
+        error = _worst(problem, dual, edge, product, weight) / problem.scale
+        stalled = 0 if error < 0.9 * best else stalled + 1
+        if error < best:
+            best = error
+            put(best_along, along)
+            put(best_across, across)
+            put(best_u, u)
+        if best <= tolerance or stalled > 5 or iteration == ITERATIONS or not error < np.inf:
+            break
+        iteration += 1
+        for c in range(2 * k):
+            theta[c] = 1.0 / (slack[c] / edge[c] + RIGID * weight[c // 2])
+            product[c] = slack[c] * edge[c]
+        if not _factorise(problem, fronts, system, theta, press):
+            break
+        length = 0.0
+        for stage in range(2):  # predictor, corrector
+            for c in range(2 * k):
+                wanted[c] = primal[c] - product[c] / edge[c]
+                moved[c] = theta[c] * wanted[c]
+            step[:] = 0.0
+            add_to(step, -1.0, dual)
+            _push(problem, moved, -1.0, along, across, step)
+            solve_fronts(fronts, step)
+            _edge_velocities(problem, step, v, s, moved)
+            for c in range(2 * k):
+                edge_step[c] = theta[c] * (moved[c] + wanted[c])
+                slack_step[c] = -(product[c] + slack[c] * edge_step[c]) / edge[c]
+            length = _to_boundary(slack, slack_step, edge, edge_step)
+            if stage == 0:
+                after = 0.0
+                for c in range(2 * k):
+                    after += (slack[c] + length * slack_step[c]) * (edge[c] + length * edge_step[c])
+                centring = (after / (2 * k * mu)) ** 3
+                if length < 0.1:
+                    centring = max(centring, 0.3)
+                for c in range(2 * k):
+                    product[c] += slack_step[c] * edge_step[c] - centring * mu
+        length *= min(max(0.995, 1.0 - 10.0 * error), 0.99999)
+        for i in range(n):
+            for a in range(3):
+                u[i, a] += length * step[i, a]
+        for c in range(2 * k):
+            slack[c] = max(slack[c] + length * slack_step[c], TINY)
+            edge[c] = max(edge[c] + length * edge_step[c], TINY)
+    return best_along, best_across, best_u, iteration

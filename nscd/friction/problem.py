@@ -1,0 +1,142 @@
+"""An impact with Coulomb friction as arrays, and the maps between disks and contacts."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from nscd.bodies import Floats, Snapshot
+from nscd.contacts import Contacts
+from nscd.laws import ContactLaw
+
+TINY = float(np.finfo(float).tiny)
+
+
+class FrictionProblem(NamedTuple):
+    """M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ, p_t = k_t T(u + u⁻) + τ, where
+    0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0), and τ T u = μ max(p_n, 0) |T u| (Coulomb:
+    maximum dissipation). C u: approach; T u: sliding of the first body along t = (−n_y, n_x)
+    relative to the second, spins included.
+
+    first, second (k,): disks, second −1 for a wall; normal (k,2); lever (k,2) m: distance of the
+    contact from the centre of each disk, 0 for a wall; friction (k,): μ; normal_weight,
+    tangent_weight (k,) kg: k_n, k_t; offset (k,) m/s: b, 0 for an impact; mass (n,3) kg, kg, kg m²;
+    left (n,3) m/s, m/s, rad/s: u⁻; normal_inverse, tangent_inverse (k,) 1/kg: the diagonal of the
+    Delassus operator, w_n and w_t (3 w_n for solid disks); scale m/s: the largest |u⁻|, spins times
+    their radius included, which residuals are measured in."""
+
+    first: Any
+    second: Any
+    normal: Any
+    lever: Any
+    friction: Any
+    normal_weight: Any
+    tangent_weight: Any
+    offset: Any
+    mass: Any
+    left: Any
+    normal_inverse: Any
+    tangent_inverse: Any
+    scale: float
+
+
+def friction_problem(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    left_velocity: Floats,
+    law: ContactLaw,
+    friction: Floats,
+    offset: Floats | None = None,
+) -> FrictionProblem:
+    """The problem of a snapshot with left velocities (n,2) m/s, the snapshot's spins, the law's
+    dissipation and coefficients of friction (k,)."""
+    wall = contacts.is_wall
+    other = np.where(wall, 0, contacts.second)
+    lever = np.column_stack(
+        [snapshot.radius[contacts.first], np.where(wall, 0.0, snapshot.radius[other])]
+    )
+    inertia = snapshot.inertia
+    normal_inverse = contacts.inverse_mass(snapshot.mass)
+    spin_inverse = lever[:, 0] ** 2 / inertia[contacts.first]
+    spin_inverse += np.where(wall, 0.0, lever[:, 1] ** 2 / inertia[other])
+    k_normal, k_tangential = law.coefficients(normal_inverse)
+    assert snapshot.spin is not None
+    left = np.column_stack([left_velocity, snapshot.spin])
+    rim = np.abs(snapshot.spin) * snapshot.radius
+    scale = max(float(np.abs(left_velocity).max(initial=0.0)), float(rim.max(initial=0.0)), TINY)
+    return FrictionProblem(
+        first=contacts.first.astype(np.int32),
+        second=np.where(wall, -1, contacts.second).astype(np.int32),
+        normal=np.array(contacts.normal),
+        lever=lever,
+        friction=np.array(friction, dtype=np.float64),
+        normal_weight=k_normal,
+        tangent_weight=k_tangential,
+        offset=np.zeros(len(contacts)) if offset is None else np.array(offset, dtype=np.float64),
+        mass=np.column_stack([snapshot.mass, snapshot.mass, inertia]),
+        left=left,
+        normal_inverse=normal_inverse,
+        tangent_inverse=normal_inverse + spin_inverse,
+        scale=scale,
+    )
+
+
+def restricted(problem: FrictionProblem, contacts: Any, disks: Any, place: Any) -> FrictionProblem:
+    """The problem of some contacts (indices) and disks (indices), renumbered by place (n,)."""
+    second = problem.second[contacts]
+    fields = (
+        "normal", "lever", "friction", "normal_weight", "tangent_weight", "offset",
+        "normal_inverse", "tangent_inverse",
+    )  # fmt: skip
+    return problem._replace(
+        first=place[problem.first[contacts]],
+        second=np.where(second >= 0, place[second], np.int32(-1)),
+        mass=problem.mass[disks],
+        left=problem.left[disks],
+        **{name: getattr(problem, name)[contacts] for name in fields},
+    )
+
+
+@njit(cache=True, fastmath=True)
+def contact_velocities(problem: Any, u: Any, v: Any, s: Any) -> None:
+    """v = C u and s = T u, (k,) m/s, of velocities u (n,3)."""
+    for c in range(len(v)):
+        i, j = problem.first[c], problem.second[c]
+        x, y = u[i, 0], u[i, 1]
+        turn = problem.lever[c, 0] * u[i, 2]
+        if j >= 0:
+            x -= u[j, 0]
+            y -= u[j, 1]
+            turn += problem.lever[c, 1] * u[j, 2]
+        nx, ny = problem.normal[c, 0], problem.normal[c, 1]
+        v[c] = nx * x + ny * y
+        s[c] = nx * y - ny * x + turn
+
+
+@njit(cache=True, fastmath=True)
+def add_impulses(problem: Any, along: Any, across: Any, factor: float, out: Any) -> None:
+    """out += factor · (Cᵀ along + Tᵀ across), (n,3)."""
+    for c in range(len(along)):
+        i, j = problem.first[c], problem.second[c]
+        a, b = factor * along[c], factor * across[c]
+        nx, ny = problem.normal[c, 0], problem.normal[c, 1]
+        x, y = nx * a - ny * b, ny * a + nx * b
+        out[i, 0] += x
+        out[i, 1] += y
+        out[i, 2] += problem.lever[c, 0] * b
+        if j >= 0:
+            out[j, 0] -= x
+            out[j, 1] -= y
+            out[j, 2] += problem.lever[c, 1] * b
+
+
+@njit(cache=True)
+def whole_impulses(
+    problem: Any, v_left: Any, s_left: Any, v: Any, s: Any, lam: Any, tau: Any, pn: Any, pt: Any
+) -> None:
+    """p_n = k_n(v + v⁻) + λ and p_t = k_t(s + s⁻) + τ, (k,) N·s."""
+    for c in range(len(v)):
+        pn[c] = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
+        pt[c] = problem.tangent_weight[c] * (s[c] + s_left[c]) + tau[c]

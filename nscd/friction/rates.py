@@ -1,0 +1,230 @@
+"""Where an answer moves with the parameter of a path: the matrix of its states, and how it changes
+as contacts change theirs."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from nscd.friction.elimination import add_to, solve_dense
+from nscd.friction.factor import factorise, solve_factorised
+from nscd.friction.problem import add_impulses, contact_velocities
+from nscd.friction.sets import FREE, STICK, slope
+
+# Compliance of closed contacts about their reference, relative to w: keeps redundant ones apart.
+# Where a closed contact opens without a new factorisation, its square is lost in digits: so a soft
+# one for long paths, a firm one for those that factorise every time.
+SOFT, FIRM = 1e-5, 1e-8
+# Contacts that may change before the matrix is factorised again, on a soft path.
+CHANGES = 16
+V, S, LAM, TAU = 0, 1, 2, 3
+
+
+class Path(NamedTuple):
+    """hold, base (k,): states now, and when the matrix was factorised (FREE is open). u, rate,
+    base_rate (n,3): velocities, their derivative by t, and that with the states of then; x, dx
+    (4,k): C u, T u, λ, τ and their derivatives; push (2,k) m/s: a and d; held (2,k) N·s: the λ and
+    τ at which contacts do not yield. changed, slot: contacts
+    whose state is not that of `base`, and where they are in it; columns (2m,n,3): what unit
+    percussions along n and t of each do with the matrix of then, gram (2m,2m) at each other,
+    known (2m,): `base_rate` at each; count (1,); compliance (1,);
+    dilation (1,): how much a contact that slides opens, of μ|T u|."""
+
+    hold: Any
+    base: Any
+    u: Any
+    rate: Any
+    base_rate: Any
+    x: Any
+    dx: Any
+    push: Any
+    held: Any
+    changed: Any
+    slot: Any
+    columns: Any
+    gram: Any
+    known: Any
+    count: Any
+    compliance: Any
+    dilation: Any
+
+
+def path_of(n: int, k: int) -> Path:
+    """Storage for paths of n disks and k contacts."""
+    return Path(
+        hold=np.zeros(k, dtype=np.int8),
+        base=np.zeros(k, dtype=np.int8),
+        u=np.zeros((n, 3)),
+        rate=np.zeros((n, 3)),
+        base_rate=np.zeros((n, 3)),
+        x=np.zeros((4, k)),
+        dx=np.zeros((4, k)),
+        push=np.zeros((2, k)),
+        held=np.zeros((2, k)),
+        changed=np.zeros(CHANGES, dtype=np.int32),
+        slot=np.full(k, -1, dtype=np.int32),
+        columns=np.zeros((2 * CHANGES, n, 3)),
+        gram=np.zeros((2 * CHANGES, 2 * CHANGES)),
+        known=np.zeros(2 * CHANGES),
+        count=np.zeros(1, dtype=np.int64),
+        compliance=np.full(1, SOFT),
+        dilation=np.zeros(1),
+    )
+
+
+@njit(cache=True)
+def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
+    """α, β, γ, δ of a contact in a state: its part α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of the matrix."""
+    if hold == FREE:
+        return 0.0, 0.0, 0.0, 0.0
+    alpha = 1.0 / (path.compliance[0] * problem.normal_inverse[c])
+    if hold == STICK:
+        return alpha, 1.0 / (path.compliance[0] * problem.tangent_inverse[c]), 0.0, 0.0
+    across = slope(hold, problem.friction[c])
+    opens = path.dilation[0] * across
+    return alpha, alpha * across * opens, alpha * across, alpha * opens
+
+
+@njit(cache=True)
+def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> None:
+    """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1, 0.0)."""
+    a, d, compliance = path.push[0], path.push[1], path.compliance[0]
+    for c in range(len(a)):
+        hold = path.hold[c]
+        x[LAM, c] = x[TAU, c] = 0.0
+        if hold != FREE:
+            across = slope(hold, problem.friction[c])
+            slid = x[S, c] + t * d[c]
+            pressed = x[V, c] + t * a[c] + path.dilation[0] * across * slid
+            pressed -= offset * problem.offset[c]
+            x[LAM, c] = pressed / (compliance * problem.normal_inverse[c])
+            x[LAM, c] += offset * path.held[0, c]
+            if hold == STICK:
+                x[TAU, c] = slid / (compliance * problem.tangent_inverse[c])
+                x[TAU, c] += offset * path.held[1, c]
+            else:
+                x[TAU, c] = across * x[LAM, c]
+
+
+@njit(cache=True)
+def restart(problem: Any, factor: Any, path: Any, t: float) -> bool:
+    """Factorise the matrix of the states now; velocities and forces at t from it, without drift."""
+    k, n = len(path.hold), len(path.u)
+    weight = np.empty((4, k))
+    for c in range(k):
+        one = weights_of(problem, path, c, path.hold[c])
+        for b in range(4):
+            weight[b, c] = one[b]
+    for q in range(path.count[0]):
+        path.slot[path.changed[q]] = -1
+    path.count[0] = 0
+    for c in range(k):
+        path.base[c] = path.hold[c]
+    if not factorise(problem, factor, weight):
+        return False
+    rest = np.empty((n, 3))
+    for _ in range(3):
+        contact_velocities(problem, path.u, path.x[V], path.x[S])
+        _set_forces(problem, path, path.x, t, 1.0)
+        for i in range(n):
+            for b in range(3):
+                rest[i, b] = problem.mass[i, b] * (problem.left[i, b] - path.u[i, b])
+        add_impulses(problem, path.x[LAM], path.x[TAU], -1.0, rest)
+        solve_factorised(factor, rest)
+        add_to(path.u, 1.0, rest)
+    contact_velocities(problem, path.u, path.x[V], path.x[S])
+    _set_forces(problem, path, path.x, t, 1.0)
+    path.base_rate[:] = 0.0
+    path.dx[:] = 0.0
+    _set_forces(problem, path, path.dx, 1.0, 0.0)
+    add_impulses(problem, path.dx[LAM], path.dx[TAU], -1.0, path.base_rate)
+    solve_factorised(factor, path.base_rate)
+    return True
+
+
+@njit(cache=True, fastmath=True)
+def _at_contact(problem: Any, c: int, u: Any) -> Any:
+    """n and t components of the velocities u (n,3) at contact c: C u, T u."""
+    i, j = problem.first[c], problem.second[c]
+    x, y, turn = u[i, 0], u[i, 1], problem.lever[c, 0] * u[i, 2]
+    if j >= 0:
+        x -= u[j, 0]
+        y -= u[j, 1]
+        turn += problem.lever[c, 1] * u[j, 2]
+    nx, ny = problem.normal[c, 0], problem.normal[c, 1]
+    return nx * x + ny * y, nx * y - ny * x + turn
+
+
+@njit(cache=True)
+def take(problem: Any, factor: Any, path: Any, c: int) -> None:
+    """Add contact c to those whose state has changed since the factorisation."""
+    q = path.count[0]
+    path.changed[q], path.slot[c] = c, q
+    path.count[0] = q + 1
+    i, j = problem.first[c], problem.second[c]
+    nx, ny = problem.normal[c, 0], problem.normal[c, 1]
+    for b in range(2):
+        column = path.columns[2 * q + b]
+        column[:] = 0.0
+        x, y = (nx, ny) if b == 0 else (-ny, nx)
+        column[i, 0], column[i, 1] = x, y
+        if b == 1:
+            column[i, 2] = problem.lever[c, 0]
+        if j >= 0:
+            column[j, 0], column[j, 1] = -x, -y
+            if b == 1:
+                column[j, 2] = problem.lever[c, 1]
+        solve_factorised(factor, column)
+    for p in range(q + 1):
+        other = path.changed[p]
+        for b in range(2):
+            one, two = _at_contact(problem, other, path.columns[2 * q + b])
+            path.gram[2 * p, 2 * q + b], path.gram[2 * p + 1, 2 * q + b] = one, two
+            one, two = _at_contact(problem, c, path.columns[2 * p + b])
+            path.gram[2 * q, 2 * p + b], path.gram[2 * q + 1, 2 * p + b] = one, two
+    one, two = _at_contact(problem, c, path.base_rate)
+    path.known[2 * q], path.known[2 * q + 1] = one, two
+
+
+@njit(cache=True)
+def find_rate(problem: Any, path: Any) -> None:
+    """Derivatives by t with the states now: the factorised matrix and the rank-two changes of the
+    contacts that have changed (Woodbury)."""
+    m = path.count[0]
+    path.rate[:] = 0.0
+    add_to(path.rate, 1.0, path.base_rate)
+    if m > 0:
+        size = 2 * m
+        matrix, share = np.zeros(size * size), np.empty(size)
+        for q in range(m):
+            c = path.changed[q]
+            one, two = (
+                weights_of(problem, path, c, path.hold[c]),
+                weights_of(problem, path, c, path.base[c]),
+            )
+            a = path.push[0, c] + path.known[2 * q]
+            d = path.push[1, c] + path.known[2 * q + 1]
+            alpha, beta = one[0] - two[0], one[1] - two[1]
+            gamma, delta = one[2] - two[2], one[3] - two[3]
+            share[2 * q] = -alpha * a - delta * d
+            share[2 * q + 1] = -gamma * a - beta * d
+            for p in range(size):
+                along, across = path.gram[2 * q, p], path.gram[2 * q + 1, p]
+                matrix[2 * q * size + p] = alpha * along + delta * across
+                matrix[(2 * q + 1) * size + p] = gamma * along + beta * across
+        for q in range(size):
+            matrix[q * size + q] += 1.0
+        solve_dense(matrix, share)
+        for q in range(size):
+            if share[q] != 0.0:
+                add_to(path.rate, share[q], path.columns[q])
+    contact_velocities(problem, path.rate, path.dx[V], path.dx[S])
+    _set_forces(problem, path, path.dx, 1.0, 0.0)
+
+
+@njit(cache=True, fastmath=True)
+def move(path: Any, step: float) -> None:
+    add_to(path.u, step, path.rate)
+    add_to(path.x, step, path.dx)

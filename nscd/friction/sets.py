@@ -1,0 +1,223 @@
+"""Contacts whose state is known or guessed: open, stuck or sliding either way; Newton's method on
+these sets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from nscd.friction.edges import imbalance
+from nscd.friction.elimination import add_to, put
+from nscd.friction.factor import factorise, solve_factorised
+from nscd.friction.problem import add_impulses, contact_velocities
+from nscd.friction.sweeps import natural_map
+
+# Tangential states: nothing to hold on to, stuck, sliding forwards (τ = μ p_n) and backwards.
+FREE, STICK, FORWARD, BACKWARD = 0, 1, 2, 3
+# Weight of the equalities, relative to 1/w; steps of the method of multipliers with one factor.
+PENALTY, STEPS = 1e8, 6
+ROUNDS = 8
+
+
+@njit(cache=True)
+def slope(tangential: int, friction: float) -> float:
+    """dτ/dp_n of a sliding contact, 0 otherwise."""
+    if tangential == FORWARD:
+        return friction
+    return -friction if tangential == BACKWARD else 0.0
+
+
+@njit(cache=True)
+def find_states(
+    problem: Any, v_left: Any, v: Any, s: Any, lam: Any, tau: Any, closed: Any, hold: Any
+) -> int:
+    """The states (closed (k,) flags, hold (k,) tangential) that the natural map sees, and how many
+    changed."""
+    changed = 0
+    for c in range(len(v)):
+        pressed = lam[c] + (v[c] - problem.offset[c]) / problem.normal_inverse[c]
+        along = problem.normal_weight[c] * (v[c] + v_left[c]) + max(pressed, 0.0)
+        most = problem.friction[c] * max(along, 0.0)
+        wanted = tau[c] + s[c] / problem.tangent_inverse[c]
+        is_closed, state = pressed > 0.0, FREE
+        if along > 0.0:
+            if wanted > most:
+                state = FORWARD
+            elif wanted < -most:
+                state = BACKWARD
+            else:
+                state = STICK
+                if most == 0.0:
+                    state = FORWARD
+        if is_closed != closed[c] or state != hold[c]:
+            changed += 1
+        closed[c], hold[c] = is_closed, state
+    return changed
+
+
+@njit(cache=True)
+def settle(
+    problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, lam: Any, tau: Any, u: Any
+) -> bool:
+    """Solve with the states given: C u = b where closed, T u = 0 where stuck, τ = ±μ p_n where
+    sliding. lam, tau (k,) and u (n,3) are the start and are changed in place: proximal steps with
+    one factorisation. False where the factorisation fails."""
+    n, k = len(u), len(lam)
+    weight = np.zeros((4, k))
+    v, s, dv, ds = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    along, across, work = np.empty(k), np.empty(k), np.empty((4, k))
+    v_left, s_left = np.empty(k), np.empty(k)
+    rest = np.empty((n, 3))
+    contact_velocities(problem, problem.left, v_left, s_left)
+    for c in range(k):
+        weight[0, c] = problem.normal_weight[c]
+        weight[1, c] = problem.tangent_weight[c]
+        if closed[c]:
+            weight[0, c] += penalty / problem.normal_inverse[c]
+        else:
+            lam[c] = 0.0
+        if hold[c] == STICK:
+            weight[1, c] += penalty / problem.tangent_inverse[c]
+        weight[2, c] = slope(hold[c], problem.friction[c]) * weight[0, c]
+    if not factorise(problem, factor, weight):
+        return False
+    before = np.inf
+    for _ in range(STEPS):
+        contact_velocities(problem, u, v, s)
+        off = 0.0
+        for c in range(k):
+            turned = slope(hold[c], problem.friction[c])
+            if hold[c] != STICK:
+                pn = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
+                tau[c] = turned * pn
+            along[c] = across[c] = 0.0
+            if closed[c]:
+                off = max(off, abs(v[c] - problem.offset[c]))
+                along[c] = penalty / problem.normal_inverse[c] * (v[c] - problem.offset[c])
+                across[c] = turned * along[c]
+            if hold[c] == STICK:
+                off = max(off, abs(s[c]))
+                across[c] = penalty / problem.tangent_inverse[c] * s[c]
+        imbalance(problem, u, v, s, lam, tau, work, rest)
+        for i in range(n):
+            for a in range(3):
+                off = max(off, abs(rest[i, a]) / problem.mass[i, a] * (1.0 if a < 2 else 0.0))
+        if off <= 1e-15 * problem.scale or off > 0.5 * before:
+            break
+        before = off
+        add_to(rest, -2.0, rest)
+        add_impulses(problem, along, across, -1.0, rest)
+        solve_factorised(factor, rest)
+        contact_velocities(problem, rest, dv, ds)
+        for c in range(k):
+            if closed[c]:
+                lam[c] += along[c] + penalty / problem.normal_inverse[c] * dv[c]
+            if hold[c] == STICK:
+                tau[c] += across[c] + penalty / problem.tangent_inverse[c] * ds[c]
+        add_to(u, 1.0, rest)
+    contact_velocities(problem, u, v, s)
+    for c in range(k):
+        if hold[c] != STICK:
+            pn = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
+            tau[c] = slope(hold[c], problem.friction[c]) * pn
+    return True
+
+
+@njit(cache=True)
+def balance_error(problem: Any, u: Any, lam: Any, tau: Any) -> float:
+    """The largest |M(u − u⁻) + Dᵀp| of a disk over m ‖u⁻‖∞ + Σ|p|, spins by inertia over lever."""
+    n, k = len(u), len(lam)
+    v, s, work, rest = np.empty(k), np.empty(k), np.empty((4, k)), np.empty((n, 3))
+    contact_velocities(problem, u, v, s)
+    imbalance(problem, u, v, s, lam, tau, work, rest)
+    size, lever = np.empty(n), np.zeros(n)
+    for i in range(n):
+        size[i] = problem.mass[i, 0] * problem.scale
+    for c in range(k):
+        push = abs(work[2, c]) + abs(work[3, c])
+        i, j = problem.first[c], problem.second[c]
+        size[i] += push
+        lever[i] = max(lever[i], problem.lever[c, 0])
+        if j >= 0:
+            size[j] += push
+            lever[j] = max(lever[j], problem.lever[c, 1])
+    worst = 0.0
+    for i in range(n):
+        error = max(abs(rest[i, 0]), abs(rest[i, 1]))
+        if lever[i] > 0.0:
+            error = max(error, abs(rest[i, 2]) / lever[i])
+        worst = max(worst, error / size[i])
+        if not worst < np.inf:
+            return np.inf
+    return worst
+
+
+@njit(cache=True)
+def measure(
+    problem: Any, u: Any, lam: Any, tau: Any, v_left: Any, s_left: Any, v: Any, s: Any
+) -> float:
+    """The larger of natural map and momentum error; v, s ← C u, T u."""
+    contact_velocities(problem, u, v, s)
+    k = len(v)
+    pn, pt = np.empty(k), np.empty(k)
+    for c in range(k):
+        pn[c] = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
+        pt[c] = problem.tangent_weight[c] * (s[c] + s_left[c]) + tau[c]
+    error = natural_map(problem, v_left, s_left, pn, pt, v, s)
+    if not error < np.inf:
+        return np.inf
+    return max(error, balance_error(problem, u, lam, tau))
+
+
+@njit(cache=True)
+def newton(
+    problem: Any, factor: Any, closed: Any, hold: Any, lam: Any, tau: Any, u: Any, tolerance: float,
+    rounds: int, penalty: float,
+) -> Any:  # fmt: skip
+    """Newton's method on the sets from states and an answer, changed in place: up to `rounds`
+    factorisations, ended by a set seen before. The best answer met is left; returns its error and
+    the rounds made."""
+    k = len(lam)
+    v_left, s_left, v, s = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    contact_velocities(problem, problem.left, v_left, s_left)
+    best = measure(problem, u, lam, tau, v_left, s_left, v, s)
+    best_lam, best_tau, best_u = lam.copy(), tau.copy(), u.copy()
+    seen = np.zeros(rounds + 1, np.uint64)
+    done = 0
+    while done < rounds:
+        key = states_key(closed, hold)
+        again = False
+        for a in range(done):
+            again = again or seen[a] == key
+        if again:
+            break
+        seen[done] = key
+        done += 1
+        if not settle(problem, factor, closed, hold, penalty, lam, tau, u):
+            break
+        error = measure(problem, u, lam, tau, v_left, s_left, v, s)
+        if error < best:
+            best = error
+            put(best_lam, lam)
+            put(best_tau, tau)
+            put(best_u, u)
+        if best <= tolerance or not error < np.inf:
+            break
+        find_states(problem, v_left, v, s, lam, tau, closed, hold)
+    put(lam, best_lam)
+    put(tau, best_tau)
+    put(u, best_u)
+    return best, done
+
+
+@njit(cache=True)
+def states_key(closed: Any, hold: Any) -> Any:
+    """A 64-bit hash of the states."""
+    key = np.uint64(1469598103934665603)
+    for c in range(len(closed)):
+        key ^= np.uint64(4 * closed[c] + hold[c] + 1)
+        key *= np.uint64(1099511628211)
+        key ^= key >> np.uint64(29)
+    return key
