@@ -9,10 +9,13 @@ import numpy as np
 from numba import njit
 
 from nscd.friction.elimination import add_to, put
+from nscd.friction.measures import imbalance
 from nscd.friction.problem import add_impulses, contact_velocities
 from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
 
 ITERATIONS = 100
+# So many iterations without progress end it, ten times as many far from the answer.
+PATIENCE, NEAR = 5, 1e-6
 # Compliance of the edges relative to their Delassus diagonal: a proximal term of the iteration
 # only.
 RIGID = 1e-14
@@ -31,22 +34,46 @@ class Weighted(NamedTuple):
     tangent_second: Any
 
 
-def solve_edges(
-    problem: Any, factor: Any, tolerance: float, shift: Any = None
-) -> tuple[Any, Any, Any, int]:
-    """λ, τ (k,) N·s, velocities (n,3) and iterations of the convex programme
+class Edges(NamedTuple):
+    """A point of the interior: slack (2k,) m/s and multiplier (2k,) N·s of the edges of each cone, u
+    (n,3); along, across (k,) N·s: λ and τ of the best point met, best its velocities (n,3), error
+    (1,) its error."""
 
-    min ½ (u−u⁻)·M(u−u⁻) + dissipation, subject to C u ± μ (T u ∓ shift) ≤ b: one inequality for
-    each edge n ± μt of the cone, its multipliers λ₊ + λ₋ = λ, μ(λ₊ − λ₋) = τ.
+    slack: Any
+    multiplier: Any
+    u: Any
+    along: Any
+    across: Any
+    best: Any
+    error: Any
 
-    With shift = |T u⁺| (k,) m/s, 0 by default, it is the exact law (De Saxcé & Feng, Math. Comput.
-    Model. 28 (1998) 225); with 0 a contact that slides opens at μ|T u|. Mehrotra, SIAM J. Optim. 2
-    (1992) 575."""
+
+def start_edges(problem: Any) -> Edges:
+    """Where the interior point begins: s = √w, λ = 1/√w, which makes unequal masses harmless."""
+    k = len(problem.first)
+    weight = problem.normal_inverse + problem.friction**2 * problem.tangent_inverse
+    least = float(weight.min())
+    return Edges(
+        slack=np.repeat(problem.scale * np.sqrt(weight / least), 2),
+        multiplier=np.repeat(problem.scale / np.sqrt(weight * least), 2),
+        u=problem.left.copy(),
+        along=np.zeros(k),
+        across=np.zeros(k),
+        best=problem.left.copy(),
+        error=np.full(1, np.inf),
+    )
+
+
+def solve_edges(problem: Any, factor: Any, edges: Edges, tolerance: float) -> int:
+    """Follow the central path from `edges`, changed in place, to the tolerance of the convex programme
+
+    min ½ (u−u⁻)·M(u−u⁻) + dissipation, subject to C u ± μ T u ≤ b: one inequality for each edge
+    n ± μt of the cone, its multipliers λ₊ + λ₋ = λ, μ(λ₊ − λ₋) = τ. A contact that slides opens at
+    μ|T u|. The iterations made. Mehrotra, SIAM J. Optim. 2 (1992) 575."""
     k = len(problem.first)
     zeros = np.zeros((k, 3))
     system = Weighted(problem.mass, problem.normal, np.zeros(k), np.empty(k), zeros, zeros.copy())
-    shift = np.zeros(k) if shift is None else shift
-    return _follow(problem, factor.fronts, system, tolerance, shift)  # type: ignore[no-any-return]
+    return int(_follow(problem, factor.fronts, system, edges, tolerance))
 
 
 @njit(cache=True, fastmath=True)
@@ -89,22 +116,6 @@ def _push(problem: Any, edges: Any, factor: float, along: Any, across: Any, out:
     add_impulses(problem, along, across, factor, out)
 
 
-@njit(cache=True)
-def imbalance(
-    problem: Any, u: Any, v: Any, s: Any, lam: Any, tau: Any, work: Any, out: Any
-) -> None:
-    """out ← M(u − u⁻) + DᵀK D(u + u⁻) + Cᵀλ + Tᵀτ, (n,3) N·s; v, s = C u, T u; work (4,k)."""
-    k = len(v)
-    contact_velocities(problem, problem.left, work[0], work[1])
-    for c in range(k):
-        work[2, c] = problem.normal_weight[c] * (v[c] + work[0, c]) + lam[c]
-        work[3, c] = problem.tangent_weight[c] * (s[c] + work[1, c]) + tau[c]
-    for i in range(len(u)):
-        for a in range(3):
-            out[i, a] = problem.mass[i, a] * (u[i, a] - problem.left[i, a])
-    add_impulses(problem, work[2], work[3], 1.0, out)
-
-
 @njit(cache=True, fastmath=True)
 def _to_boundary(slack: Any, slack_step: Any, edge: Any, edge_step: Any) -> float:
     fastest = 1.0
@@ -126,8 +137,9 @@ def _worst(problem: Any, dual: Any, edge: Any, slack: Any, weight: Any) -> float
 
 
 @njit(cache=True)
-def _follow(problem: Any, fronts: Any, system: Any, tolerance: float, shift: Any) -> Any:
+def _follow(problem: Any, fronts: Any, system: Any, edges: Any, tolerance: float) -> int:
     n, k = len(problem.mass), len(problem.first)
+    slack, edge, u = edges.slack, edges.multiplier, edges.u
     v, s, along, across = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     work, press, weight = np.empty((4, k)), np.empty(k), np.empty(k)
     theta, wanted, primal, moved = (
@@ -136,19 +148,12 @@ def _follow(problem: Any, fronts: Any, system: Any, tolerance: float, shift: Any
         np.empty(2 * k),
         np.empty(2 * k),
     )
-    slack, edge, product = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
-    slack_step, edge_step = np.empty(2 * k), np.empty(2 * k)
-    dual, step, u = np.empty((n, 3)), np.empty((n, 3)), problem.left.copy()
+    product, slack_step, edge_step = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
+    dual, step = np.empty((n, 3)), np.empty((n, 3))
     for c in range(k):
-        weight[c] = (
-            problem.normal_inverse[c] + problem.friction[c] ** 2 * problem.tangent_inverse[c]
-        )
-    least = weight.min()
-    for c in range(2 * k):
-        slack[c] = problem.scale * np.sqrt(weight[c // 2] / least)
-        edge[c] = problem.scale / np.sqrt(weight[c // 2] * least)
-    best_along, best_across, best_u = np.zeros(k), np.zeros(k), u.copy()
-    best, iteration, stalled = np.inf, 0, 0
+        across_too = problem.friction[c] ** 2 * problem.tangent_inverse[c]
+        weight[c] = problem.normal_inverse[c] + across_too
+    iteration = stalled = 0
     while True:
         _edge_velocities(problem, u, v, s, moved)
         for c in range(k):
@@ -157,18 +162,19 @@ def _follow(problem: Any, fronts: Any, system: Any, tolerance: float, shift: Any
         imbalance(problem, u, v, s, along, across, work, dual)
         mu = 0.0
         for c in range(2 * k):
-            bound = problem.offset[c // 2] + problem.friction[c // 2] * shift[c // 2]
-            primal[c] = moved[c] + slack[c] - bound
-            product[c] = bound - moved[c]
+            primal[c] = moved[c] + slack[c] - problem.offset[c // 2]
+            product[c] = problem.offset[c // 2] - moved[c]
             mu += slack[c] * edge[c] / (2 * k)
         error = _worst(problem, dual, edge, product, weight) / problem.scale
-        stalled = 0 if error < 0.9 * best else stalled + 1
-        if error < best:
-            best = error
-            put(best_along, along)
-            put(best_across, across)
-            put(best_u, u)
-        if best <= tolerance or stalled > 5 or iteration == ITERATIONS or not error < np.inf:
+        stalled = 0 if error < 0.9 * edges.error[0] else stalled + 1
+        if error < edges.error[0]:
+            edges.error[0] = error
+            put(edges.along, along)
+            put(edges.across, across)
+            put(edges.best, u)
+        if error <= tolerance or not error < np.inf or iteration == ITERATIONS:
+            break
+        if stalled > (PATIENCE if edges.error[0] < NEAR else 10 * PATIENCE):
             break
         iteration += 1
         for c in range(2 * k):
@@ -193,17 +199,16 @@ def _follow(problem: Any, fronts: Any, system: Any, tolerance: float, shift: Any
             if stage == 0:
                 after = 0.0
                 for c in range(2 * k):
-                    after += (slack[c] + length * slack_step[c]) * (edge[c] + length * edge_step[c])
-                centring = (after / (2 * k * mu)) ** 3
+                    one, two = slack[c] + length * slack_step[c], edge[c] + length * edge_step[c]
+                    after += one * two / (2 * k)
+                centring = (after / mu) ** 3
                 if length < 0.1:
                     centring = max(centring, 0.3)
                 for c in range(2 * k):
                     product[c] += slack_step[c] * edge_step[c] - centring * mu
         length *= min(max(0.995, 1.0 - 10.0 * error), 0.99999)
-        for i in range(n):
-            for a in range(3):
-                u[i, a] += length * step[i, a]
+        add_to(u, length, step)
         for c in range(2 * k):
             slack[c] = max(slack[c] + length * slack_step[c], TINY)
             edge[c] = max(edge[c] + length * edge_step[c], TINY)
-    return best_along, best_across, best_u, iteration
+    return iteration

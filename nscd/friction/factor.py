@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 
 from nscd.friction.elimination import eliminate
-from nscd.friction.problem import FrictionProblem
 from nscd.solvers.cholesky.dissection import dissect
 from nscd.solvers.cholesky.fronts import Fronts, fronts_of
 
@@ -33,11 +32,12 @@ class Factor(NamedTuple):
     swaps: Any
 
 
-def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Factor]:
-    """The order of elimination (n,) of disks at position (n,2) m with contacts first, second (k,),
-    and storage for their factors."""
+def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Any, Factor]:
+    """The order of elimination (n,) of disks at position (n,2) m with contacts first, second (k,), an
+    order of the contacts (k,) that goes with it, and storage for factors in these orders."""
     ordering = dissect(position, first, second, LEAF)
-    fronts = fronts_of(ordering, first, second, 3)
+    contact = np.argsort(ordering.place[first], kind="stable")
+    fronts = fronts_of(ordering, first[contact], second[contact], 3)
     pivots = 3 * (fronts.end - fronts.first).astype(np.int64)
     rest = 3 * np.diff(fronts.border_start)
     upper_start = np.concatenate([[0], np.cumsum(pivots * (pivots + 2 * rest))]).astype(np.int64)
@@ -50,7 +50,7 @@ def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Factor]:
         front=np.empty(widest * widest),
         swaps=np.empty(3 * len(position), dtype=np.int32),
     )
-    return ordering.order, factor
+    return ordering.order, contact, factor
 
 
 @njit(cache=True, fastmath=True)
@@ -209,21 +209,3 @@ def solve_factorised(factor: Any, b: Any) -> None:
                 value += row[j] * known[j]
             work[q] = (work[q] - value) / row[0]
             flat[base + q] = work[q]
-
-
-def ordered(problem: FrictionProblem, order: Any, contact: Any) -> FrictionProblem:
-    """The problem with disks in elimination order (n,) and contacts in the order `contact` (k,)."""
-    place = np.empty(len(order), dtype=np.int32)
-    place[order] = np.arange(len(order), dtype=np.int32)
-    second = problem.second[contact]
-    fields = (
-        "normal", "lever", "friction", "normal_weight", "tangent_weight", "offset",
-        "normal_inverse", "tangent_inverse",
-    )  # fmt: skip
-    return problem._replace(
-        first=place[problem.first[contact]],
-        second=np.where(second >= 0, place[second], np.int32(-1)),
-        mass=problem.mass[order],
-        left=problem.left[order],
-        **{name: getattr(problem, name)[contact] for name in fields},
-    )

@@ -35,8 +35,6 @@ FARTHEST = 20.0
 ARRIVED, LOOP, AWAY, LONG, BROKEN = 0, 1, 2, 3, 4
 
 
-
-
 @njit(cache=True)
 def _margins(problem: Any, path: Any, c: int, t: float) -> Any:
     """Two margins that must stay ≥ 0 in the contact's state and their derivatives by t."""

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from nscd.bodies import Floats, Snapshot
+from nscd.arrays import Floats
+from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
+from nscd.solvers.islands import components
 
 TINY = float(np.finfo(float).tiny)
 
@@ -24,8 +26,9 @@ class FrictionProblem(NamedTuple):
     contact from the centre of each disk, 0 for a wall; friction (k,): μ; normal_weight,
     tangent_weight (k,) kg: k_n, k_t; offset (k,) m/s: b, 0 for an impact; mass (n,3) kg, kg, kg m²;
     left (n,3) m/s, m/s, rad/s: u⁻; normal_inverse, tangent_inverse (k,) 1/kg: the diagonal of the
-    Delassus operator, w_n and w_t (3 w_n for solid disks); scale m/s: the largest |u⁻|, spins times
-    their radius included, which residuals are measured in."""
+    Delassus operator, w_n and w_t (3 w_n for solid disks); island (n,): number of the group of
+    touching disks that each belongs to; scale m/s: the largest |u⁻|, spins times their radius
+    included, which residuals are measured in."""
 
     first: Any
     second: Any
@@ -39,7 +42,13 @@ class FrictionProblem(NamedTuple):
     left: Any
     normal_inverse: Any
     tangent_inverse: Any
+    island: Any
     scale: float
+
+    @property
+    def dissipative(self) -> bool:
+        """Whether any contact has k_n or k_t."""
+        return bool(self.normal_weight.any() or self.tangent_weight.any())
 
 
 def friction_problem(
@@ -66,9 +75,11 @@ def friction_problem(
     left = np.column_stack([left_velocity, snapshot.spin])
     rim = np.abs(snapshot.spin) * snapshot.radius
     scale = max(float(np.abs(left_velocity).max(initial=0.0)), float(rim.max(initial=0.0)), TINY)
+    first = contacts.first.astype(np.int32)
+    second = np.where(wall, -1, contacts.second).astype(np.int32)
     return FrictionProblem(
-        first=contacts.first.astype(np.int32),
-        second=np.where(wall, -1, contacts.second).astype(np.int32),
+        first=first,
+        second=second,
         normal=np.array(contacts.normal),
         lever=lever,
         friction=np.array(friction, dtype=np.float64),
@@ -79,14 +90,17 @@ def friction_problem(
         left=left,
         normal_inverse=normal_inverse,
         tangent_inverse=normal_inverse + spin_inverse,
+        island=components(len(snapshot), first, second)[0],
         scale=scale,
     )
 
 
-def restricted(problem: FrictionProblem, contacts: Any, disks: Any, place: Any) -> FrictionProblem:
-    """The problem of some contacts (indices) and disks (indices), renumbered by place (n,)."""
+def chosen(problem: FrictionProblem, disks: Any, contacts: Any) -> FrictionProblem:
+    """The problem of some disks and contacts (indices), in these orders; islands numbered afresh."""
+    place = np.full(len(problem.mass), -1, dtype=np.int32)
+    place[disks] = np.arange(len(disks), dtype=np.int32)
     second = problem.second[contacts]
-    fields = (
+    by_contact = (
         "normal", "lever", "friction", "normal_weight", "tangent_weight", "offset",
         "normal_inverse", "tangent_inverse",
     )  # fmt: skip
@@ -95,7 +109,8 @@ def restricted(problem: FrictionProblem, contacts: Any, disks: Any, place: Any) 
         second=np.where(second >= 0, place[second], np.int32(-1)),
         mass=problem.mass[disks],
         left=problem.left[disks],
-        **{name: getattr(problem, name)[contacts] for name in fields},
+        island=np.unique(problem.island[disks], return_inverse=True)[1].astype(np.int32),
+        **{name: getattr(problem, name)[contacts] for name in by_contact},
     )
 
 
@@ -130,13 +145,3 @@ def add_impulses(problem: Any, along: Any, across: Any, factor: float, out: Any)
             out[j, 0] -= x
             out[j, 1] -= y
             out[j, 2] += problem.lever[c, 1] * b
-
-
-@njit(cache=True)
-def whole_impulses(
-    problem: Any, v_left: Any, s_left: Any, v: Any, s: Any, lam: Any, tau: Any, pn: Any, pt: Any
-) -> None:
-    """p_n = k_n(v + v⁻) + λ and p_t = k_t(s + s⁻) + τ, (k,) N·s."""
-    for c in range(len(v)):
-        pn[c] = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
-        pt[c] = problem.tangent_weight[c] * (s[c] + s_left[c]) + tau[c]

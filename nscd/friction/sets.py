@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.friction.edges import imbalance
 from nscd.friction.elimination import add_to, put
 from nscd.friction.factor import factorise, solve_factorised
+from nscd.friction.measures import imbalance, measure
 from nscd.friction.problem import add_impulses, contact_velocities
-from nscd.friction.sweeps import natural_map
 
 # Tangential states: nothing to hold on to, stuck, sliding forwards (τ = μ p_n) and backwards.
 FREE, STICK, FORWARD, BACKWARD = 0, 1, 2, 3
@@ -126,63 +125,17 @@ def settle(
 
 
 @njit(cache=True)
-def balance_error(problem: Any, u: Any, lam: Any, tau: Any) -> float:
-    """The largest |M(u − u⁻) + Dᵀp| of a disk over m ‖u⁻‖∞ + Σ|p|, spins by inertia over lever."""
-    n, k = len(u), len(lam)
-    v, s, work, rest = np.empty(k), np.empty(k), np.empty((4, k)), np.empty((n, 3))
-    contact_velocities(problem, u, v, s)
-    imbalance(problem, u, v, s, lam, tau, work, rest)
-    size, lever = np.empty(n), np.zeros(n)
-    for i in range(n):
-        size[i] = problem.mass[i, 0] * problem.scale
-    for c in range(k):
-        push = abs(work[2, c]) + abs(work[3, c])
-        i, j = problem.first[c], problem.second[c]
-        size[i] += push
-        lever[i] = max(lever[i], problem.lever[c, 0])
-        if j >= 0:
-            size[j] += push
-            lever[j] = max(lever[j], problem.lever[c, 1])
-    worst = 0.0
-    for i in range(n):
-        error = max(abs(rest[i, 0]), abs(rest[i, 1]))
-        if lever[i] > 0.0:
-            error = max(error, abs(rest[i, 2]) / lever[i])
-        worst = max(worst, error / size[i])
-        if not worst < np.inf:
-            return np.inf
-    return worst
-
-
-@njit(cache=True)
-def measure(
-    problem: Any, u: Any, lam: Any, tau: Any, v_left: Any, s_left: Any, v: Any, s: Any
-) -> float:
-    """The larger of natural map and momentum error; v, s ← C u, T u."""
-    contact_velocities(problem, u, v, s)
-    k = len(v)
-    pn, pt = np.empty(k), np.empty(k)
-    for c in range(k):
-        pn[c] = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
-        pt[c] = problem.tangent_weight[c] * (s[c] + s_left[c]) + tau[c]
-    error = natural_map(problem, v_left, s_left, pn, pt, v, s)
-    if not error < np.inf:
-        return np.inf
-    return max(error, balance_error(problem, u, lam, tau))
-
-
-@njit(cache=True)
 def newton(
     problem: Any, factor: Any, closed: Any, hold: Any, lam: Any, tau: Any, u: Any, tolerance: float,
     rounds: int, penalty: float,
 ) -> Any:  # fmt: skip
     """Newton's method on the sets from states and an answer, changed in place: up to `rounds`
-    factorisations, ended by a set seen before. The best answer met is left; returns its error and
-    the rounds made."""
+    factorisations, ended by a set seen before. The best answer met is left, island by island;
+    returns the errors of the islands and the rounds made."""
     k = len(lam)
     v_left, s_left, v, s = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     contact_velocities(problem, problem.left, v_left, s_left)
-    best = measure(problem, u, lam, tau, v_left, s_left, v, s)
+    best = measure(problem, u, lam, tau, v, s)
     best_lam, best_tau, best_u = lam.copy(), tau.copy(), u.copy()
     seen = np.zeros(rounds + 1, np.uint64)
     done = 0
@@ -197,13 +150,21 @@ def newton(
         done += 1
         if not settle(problem, factor, closed, hold, penalty, lam, tau, u):
             break
-        error = measure(problem, u, lam, tau, v_left, s_left, v, s)
-        if error < best:
-            best = error
-            put(best_lam, lam)
-            put(best_tau, tau)
-            put(best_u, u)
-        if best <= tolerance or not error < np.inf:
+        error = measure(problem, u, lam, tau, v, s)
+        for c in range(k):
+            place = problem.island[problem.first[c]]
+            if error[place] < best[place]:
+                best_lam[c], best_tau[c] = lam[c], tau[c]
+        for i in range(len(u)):
+            if error[problem.island[i]] < best[problem.island[i]]:
+                for a in range(3):
+                    best_u[i, a] = u[i, a]
+        worst, wild = 0.0, False
+        for m in range(len(best)):
+            best[m] = min(best[m], error[m])
+            worst = max(worst, best[m])
+            wild = wild or not error[m] < np.inf
+        if worst <= tolerance or wild:
             break
         find_states(problem, v_left, v, s, lam, tau, closed, hold)
     put(lam, best_lam)

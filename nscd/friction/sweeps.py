@@ -8,10 +8,13 @@ import numpy as np
 from numba import njit
 
 from nscd.friction.elimination import add_to, put, solve_dense
+from nscd.friction.measures import natural_map
 from nscd.friction.problem import add_impulses, contact_velocities
 
 # Answers that Anderson's method combines; a step that grows by more than this is rejected.
 MEMORY, GROWTH = 10, 2.0
+# Pairs of sweeps between two looks at the natural map.
+CHECK = 50
 
 
 @njit(cache=True)
@@ -25,9 +28,12 @@ def velocities_of(problem: Any, pn: Any, pt: Any, u: Any) -> None:
 
 
 @njit(cache=True, fastmath=True)
-def sweep(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, backward: bool) -> None:
+def sweep(
+    problem: Any, inverse: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, backward: bool
+) -> None:
     """Solve the law of each contact in turn, all others given: whole percussions pn, pt (k,) N·s and
-    velocities u (n,3) are changed in place. Exact: n and t of one contact of disks do not couple."""
+    velocities u (n,3) are changed in place; inverse (n,3): 1/M. Exact: n and t of one contact of
+    disks do not couple."""
     k = len(pn)
     for a in range(k):
         c = k - 1 - a if backward else a
@@ -44,63 +50,65 @@ def sweep(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, back
             turn += lj * u[j, 2]
         v = nx * x + ny * y + w * pn[c]  # without this contact's percussion
         s = nx * y - ny * x + turn + wt * pt[c]
-        v = (v - w * kn * v_left[c]) / (1.0 + w * kn)
-        s = (s - wt * kt * s_left[c]) / (1.0 + wt * kt)
-        lam = max((v - problem.offset[c]) * (1.0 + w * kn) / w, 0.0)
-        along = kn * (min(v, problem.offset[c]) + v_left[c]) + lam
-        most = problem.friction[c] * max(along, 0.0)
-        stick = s * (1.0 + wt * kt) / wt
-        tau = min(max(stick, -most), most)
-        across = kt * (s - wt * tau / (1.0 + wt * kt) + s_left[c]) + tau
+        if kn == 0.0 and kt == 0.0:
+            along = max((v - problem.offset[c]) / w, 0.0)
+            most = problem.friction[c] * along
+            across = min(max(s / wt, -most), most)
+        else:
+            v = (v - w * kn * v_left[c]) / (1.0 + w * kn)
+            s = (s - wt * kt * s_left[c]) / (1.0 + wt * kt)
+            lam = max((v - problem.offset[c]) * (1.0 + w * kn) / w, 0.0)
+            along = kn * (min(v, problem.offset[c]) + v_left[c]) + lam
+            most = problem.friction[c] * max(along, 0.0)
+            tau = min(max(s * (1.0 + wt * kt) / wt, -most), most)
+            across = kt * (s - wt * tau / (1.0 + wt * kt) + s_left[c]) + tau
         a1, a2 = along - pn[c], across - pt[c]
         pn[c], pt[c] = along, across
         dx, dy = nx * a1 - ny * a2, ny * a1 + nx * a2
-        u[i, 0] -= dx / problem.mass[i, 0]
-        u[i, 1] -= dy / problem.mass[i, 1]
-        u[i, 2] -= li * a2 / problem.mass[i, 2]
+        u[i, 0] -= dx * inverse[i, 0]
+        u[i, 1] -= dy * inverse[i, 1]
+        u[i, 2] -= li * a2 * inverse[i, 2]
         if j >= 0:
-            u[j, 0] += dx / problem.mass[j, 0]
-            u[j, 1] += dy / problem.mass[j, 1]
-            u[j, 2] -= lj * a2 / problem.mass[j, 2]
+            u[j, 0] += dx * inverse[j, 0]
+            u[j, 1] += dy * inverse[j, 1]
+            u[j, 2] -= lj * a2 * inverse[j, 2]
 
 
 @njit(cache=True)
-def natural_map(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, v: Any, s: Any) -> float:
-    """The largest |min(wλ, b − v)| and w_t |τ − Π(τ + s/w_t)|, Π onto |τ| ≤ μ max(p_n, 0), over the
-    scale of velocities; v = C u, s = T u."""
+def off_by(
+    problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: Any, s: Any
+) -> float:
+    """The largest natural map of whole percussions pn, pt (k,) and velocities u (n,3), over the scale;
+    v, s ← C u, T u."""
+    contact_velocities(problem, u, v, s)
     worst = 0.0
     for c in range(len(v)):
         lam = pn[c] - problem.normal_weight[c] * (v[c] + v_left[c])
         tau = pt[c] - problem.tangent_weight[c] * (s[c] + s_left[c])
-        most = problem.friction[c] * max(pn[c], 0.0)
-        wanted = tau + s[c] / problem.tangent_inverse[c]
-        wanted = min(max(wanted, -most), most)
-        one = abs(min(problem.normal_inverse[c] * lam, problem.offset[c] - v[c]))
-        worst = max(worst, one, problem.tangent_inverse[c] * abs(tau - wanted))
+        one, two = natural_map(problem, c, pn[c], lam, tau, v[c], s[c])
+        worst = max(worst, abs(one), abs(two))
         if not worst < np.inf:
             return np.inf
     return worst / problem.scale
 
 
 @njit(cache=True)
-def gauss_seidel(
-    problem: Any, pn: Any, pt: Any, u: Any, sweeps: int, tolerance: float, check: int
-) -> Any:
-    """Up to `sweeps` pairs of sweeps, forward and back, from percussions pn, pt (k,), changed in
-    place as is u: the natural map every `check` pairs ends it. Returns it, and the pairs made."""
+def gauss_seidel(problem: Any, pn: Any, pt: Any, u: Any, pairs: int, tolerance: float) -> Any:
+    """Up to `pairs` pairs of sweeps, forward and back, from percussions pn, pt (k,), changed in place
+    as is u: a natural map within the tolerance ends it. Returns it, and the pairs made."""
     k = len(pn)
     v_left, s_left, v, s = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     contact_velocities(problem, problem.left, v_left, s_left)
+    inverse = 1.0 / problem.mass
     error, done = np.inf, 0
-    while done < sweeps:
+    while done < pairs:
         velocities_of(problem, pn, pt, u)
-        for _ in range(min(check, sweeps - done)):
-            sweep(problem, v_left, s_left, pn, pt, u, False)
-            sweep(problem, v_left, s_left, pn, pt, u, True)
+        for _ in range(min(CHECK, pairs - done)):
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, False)
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, True)
             done += 1
         velocities_of(problem, pn, pt, u)
-        contact_velocities(problem, u, v, s)
-        error = natural_map(problem, v_left, s_left, pn, pt, v, s)
+        error = off_by(problem, v_left, s_left, pn, pt, u, v, s)
         if error <= tolerance:
             break
     return error, done
@@ -116,6 +124,7 @@ def anderson(
     k = len(pn)
     v_left, s_left, v, s = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     contact_velocities(problem, problem.left, v_left, s_left)
+    inverse = 1.0 / problem.mass
     root = np.empty(2 * k)
     x, step, old_end, old_step = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
     for c in range(k):
@@ -133,12 +142,11 @@ def anderson(
             pn[c], pt[c] = x[c] / root[c], x[k + c] / root[k + c]
         velocities_of(problem, pn, pt, u)
         for _pair in range(pairs):
-            sweep(problem, v_left, s_left, pn, pt, u, False)
-            sweep(problem, v_left, s_left, pn, pt, u, True)
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, False)
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, True)
         done += pairs
         velocities_of(problem, pn, pt, u)
-        contact_velocities(problem, u, v, s)
-        error = natural_map(problem, v_left, s_left, pn, pt, v, s)
+        error = off_by(problem, v_left, s_left, pn, pt, u, v, s)
         if error < best:
             best = error
             put(best_n, pn)

@@ -29,7 +29,7 @@ class Islands:
 def find_islands(problem: ContactProblem) -> Islands:
     """The connected components of disks over disk–disk contacts; walls do not connect."""
     pairs = problem.second >= 0
-    label, count = _components(len(problem.mass), problem.first, problem.second)
+    label, count = components(len(problem.mass), problem.first, problem.second)
     island = label[problem.first]
     closing = problem.approach(problem.free) > problem.offset
     contacts = np.bincount(island, minlength=count)
@@ -45,7 +45,7 @@ def find_islands(problem: ContactProblem) -> Islands:
 
 
 @njit(cache=True)
-def _components(n: int, first: Any, second: Any) -> Any:
+def components(n: int, first: Any, second: Any) -> Any:
     """Label (n,) of each disk's component, and how many there are: union–find with path halving,
     the earlier root wins."""
     root = np.arange(n).astype(np.int32)

@@ -1,0 +1,120 @@
+"""Percussions with Coulomb friction: the ladder from what is free to what is hard."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nscd.friction.edges import Edges, solve_edges, start_edges
+from nscd.friction.factor import Factor, factor_of
+from nscd.friction.island import ROUNDS, Search
+from nscd.friction.measures import measure
+from nscd.friction.problem import FrictionProblem, chosen, contact_velocities
+from nscd.friction.sets import PENALTY, find_states, newton
+
+# Accuracy of the convex programme: for a first look at the sets, which is enough where all contacts
+# hold, and for an answer that paths begin from; Newton's steps after the first look.
+GLANCE, EXACT, LOOKS = 1e-4, 1e-9, 2
+# In the order of their cost: the solver of an answer is the last one that an island needed.
+ROUTES = ("closed_form", "none", "sets", "dilation", "sweeps", "path", "ray")
+
+
+class FrictionAnswer(NamedTuple):
+    """reaction λ, friction τ (k,) N·s; velocity (n,3) m/s, rad/s; solver: the last method that an
+    island needed; start: where the search began; pairs of sweeps and pivots made."""
+
+    reaction: Any
+    friction: Any
+    velocity: Any
+    solver: str
+    start: str
+    pairs: int
+    pivots: int
+
+
+class Part(NamedTuple):
+    """Some disks and contacts (indices in the whole, in elimination order), their problem and storage
+    for its factors."""
+
+    disks: Any
+    contacts: Any
+    problem: FrictionProblem
+    factor: Factor
+
+
+def climb(problem: FrictionProblem, position: Any, tolerance: float) -> FrictionAnswer:
+    """Solve a problem with k ≥ 1 contacts of disks at position (n,2) m.
+
+    An island that nothing presses keeps u⁻. The others: the convex programme of the cone's edges and
+    Newton's method on the sets of open, stuck and sliding contacts, all together; each island that
+    this does not solve: paths from there (see `dilation`), sweeps and paths from them, for small ones
+    a path from all contacts open. The residual decides; the best answer met is given."""
+    reaction, friction = np.zeros(len(problem.first)), np.zeros(len(problem.first))
+    velocity = problem.left.copy()
+    disks, contacts = _pressed(problem)
+    if not len(contacts):
+        return FrictionAnswer(reaction, friction, velocity, "closed_form", "rest", 0, 0)
+    joint = _part(problem, position, disks, contacts)
+    edges = start_edges(joint.problem)
+    lam, tau, u, errors = _together(joint, edges, tolerance)
+    pairs = pivots = 0
+    solver = "sets"
+    for island in np.flatnonzero(errors > tolerance):
+        here = np.flatnonzero(joint.problem.island == island)
+        there = np.flatnonzero(joint.problem.island[joint.problem.first] == island)
+        part = _part(joint.problem, position[joint.disks], here, there)
+        search = Search(part.problem, part.factor, tolerance)
+        search.offer(lam[part.contacts], tau[part.contacts], u[part.disks], "none")
+        convex = edges.along[part.contacts], edges.across[part.contacts], edges.best[part.disks]
+        search.run(*convex)
+        lam[part.contacts], tau[part.contacts] = search.reaction, search.friction
+        u[part.disks] = search.velocity
+        pairs, pivots = pairs + search.pairs, pivots + search.pivots
+        solver = max(solver, search.route, key=ROUTES.index)
+    reaction[joint.contacts], friction[joint.contacts], velocity[joint.disks] = lam, tau, u
+    return FrictionAnswer(reaction, friction, velocity, solver, "convex programme", pairs, pivots)
+
+
+def _pressed(problem: FrictionProblem) -> tuple[Any, Any]:
+    """Disks and contacts of the islands that something presses: some C u⁻ > b, or dissipation."""
+    v, s = np.empty(len(problem.first)), np.empty(len(problem.first))
+    contact_velocities(problem, problem.left, v, s)
+    island = problem.island[problem.first]
+    closing = v > problem.offset
+    closing |= (problem.normal_weight > 0) | (problem.tangent_weight > 0)
+    pressed = np.zeros(int(problem.island.max()) + 1, dtype=np.bool_)
+    pressed[island[closing]] = True
+    return np.flatnonzero(pressed[problem.island]), np.flatnonzero(pressed[island])
+
+
+def _part(problem: FrictionProblem, position: Any, disks: Any, contacts: Any) -> Part:
+    some = chosen(problem, disks, contacts)
+    order, contact, factor = factor_of(np.array(position[disks]), some.first, some.second)
+    disks, contacts = disks[order], contacts[contact]
+    return Part(disks, contacts, chosen(problem, disks, contacts), factor)
+
+
+def _together(part: Part, edges: Edges, tolerance: float) -> tuple[Any, Any, Any, Any]:
+    """λ, τ, velocities and the errors of the islands by the convex programme and Newton's method."""
+    problem, k = part.problem, len(part.contacts)
+    v, s, v_left, s_left = np.empty((4, k))
+    contact_velocities(problem, problem.left, v_left, s_left)
+    best: tuple[Any, ...] = ()
+    for accuracy, rounds in ((GLANCE, LOOKS), (EXACT, ROUNDS)):
+        solve_edges(problem, part.factor, edges, accuracy)
+        lam, tau, u = edges.along.copy(), edges.across.copy(), edges.best.copy()
+        closed, hold = np.zeros(k, dtype=np.bool_), np.zeros(k, dtype=np.int8)
+        contact_velocities(problem, u, v, s)
+        find_states(problem, v_left, v, s, lam, tau, closed, hold)
+        errors, _ = newton(
+            problem, part.factor, closed, hold, lam, tau, u, tolerance, rounds, PENALTY
+        )
+        if best:
+            worse = errors > best[3]
+            at, on = worse[problem.island[problem.first]], worse[problem.island]
+            lam[at], tau[at], u[on] = best[0][at], best[1][at], best[2][on]
+        best = lam, tau, u, measure(problem, u, lam, tau, v, s)
+        if best[3].max() <= tolerance:
+            break
+    return best
