@@ -36,28 +36,29 @@ ARRIVED, LOOP, AWAY, LONG, BROKEN = 0, 1, 2, 3, 4
 
 
 @njit(cache=True)
-def _margins(problem: Any, path: Any, c: int, t: float) -> Any:
+def margins(problem: Any, path: Any, c: int, t: float) -> Any:
     """Two margins that must stay ≥ 0 in the contact's state and their derivatives by t."""
     x, dx = path.x, path.dx
-    hold, mu, compliance = path.hold[c], problem.friction[c], path.compliance[0]
-    a, d = path.push[0, c], path.push[1, c]
+    hold, mu = path.hold[c], problem.friction[c]
+    wt = path.compliance[0] * problem.tangent_inverse[c]
+    slid = x[S, c] + t * path.push[1, c] + wt * path.held[1, c]
+    slides = dx[S, c] + path.push[1, c]
     if hold == FREE:
-        yields = compliance * problem.normal_inverse[c] * path.held[0, c]
-        gap, rate = problem.offset[c] - x[V, c] - t * a - yields, -dx[V, c] - a
+        w = path.compliance[0] * problem.normal_inverse[c]
+        gap = problem.offset[c] - x[V, c] - t * path.push[0, c] - w * path.held[0, c]
+        rate = -dx[V, c] - path.push[0, c]
         opens = path.dilation[0] * mu
         if opens == 0.0:
             return gap, rate, np.inf, 0.0
-        slid, slides = opens * (x[S, c] + t * d), opens * (dx[S, c] + d)
-        return gap - slid, rate - slides, gap + slid, rate + slides
+        return gap - opens * slid, rate - opens * slides, gap + opens * slid, rate + opens * slides
     if hold == STICK:
         one, two = mu * x[LAM, c], mu * dx[LAM, c]
         return one - x[TAU, c], two - dx[TAU, c], one + x[TAU, c], two + dx[TAU, c]
     if mu == 0.0:
         return x[LAM, c], dx[LAM, c], np.inf, 0.0
     way = 1.0 if hold == FORWARD else -1.0
-    yields = compliance * problem.tangent_inverse[c]
-    slides = way * (x[S, c] + t * d - yields * (x[TAU, c] - path.held[1, c]))
-    return x[LAM, c], dx[LAM, c], slides, way * (dx[S, c] + d - yields * dx[TAU, c])
+    slid, slides = slid - wt * x[TAU, c], slides - wt * dx[TAU, c]
+    return x[LAM, c], dx[LAM, c], way * slid, way * slides
 
 
 @njit(cache=True)
@@ -65,7 +66,7 @@ def _next_event(problem: Any, path: Any, t: float, way: float) -> Any:
     """The nearest change of a state when t moves by way · step: step, contact, which margin."""
     best, contact, which = np.inf, -1, 0
     for c in range(len(path.hold)):
-        g1, r1, g2, r2 = _margins(problem, path, c, t)
+        g1, r1, g2, r2 = margins(problem, path, c, t)
         if way * r1 < 0.0:
             step = max(g1, 0.0) / -(way * r1)
             if step < best:
@@ -78,7 +79,7 @@ def _next_event(problem: Any, path: Any, t: float, way: float) -> Any:
 
 
 @njit(cache=True)
-def _switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
+def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
     """Change the state of contact c whose margin `which` is used up; the margin of the new state
     that has to grow."""
     hold = path.hold[c]
@@ -114,8 +115,8 @@ def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int
     for pivot in range(most):
         find_rate(problem, path)
         if last >= 0:
-            margins = _margins(problem, path, last, t)
-            rate = margins[1] if grows == 0 else margins[3]
+            found = margins(problem, path, last, t)
+            rate = found[1] if grows == 0 else found[3]
             way = 1.0 if rate > 0.0 else -1.0
             if not abs(rate) < np.inf:
                 return BROKEN, pivot
@@ -128,7 +129,7 @@ def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int
         move(path, way * step)
         t += way * step
         before = path.hold[contact]
-        grows = _switch(problem, path, contact, which, t)
+        grows = switch(problem, path, contact, which, t)
         last = contact
         key ^= _word(contact, before) ^ _word(contact, path.hold[contact])
         for a in range(pivot):

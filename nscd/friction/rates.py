@@ -79,33 +79,38 @@ def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
     """α, β, γ, δ of a contact in a state: its part α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of the matrix."""
     if hold == FREE:
         return 0.0, 0.0, 0.0, 0.0
-    alpha = 1.0 / (path.compliance[0] * problem.normal_inverse[c])
+    w, wt = problem.normal_inverse[c], problem.tangent_inverse[c]
     if hold == STICK:
-        return alpha, 1.0 / (path.compliance[0] * problem.tangent_inverse[c]), 0.0, 0.0
+        return 1.0 / (path.compliance[0] * w), 1.0 / (path.compliance[0] * wt), 0.0, 0.0
     across = slope(hold, problem.friction[c])
     opens = path.dilation[0] * across
+    alpha = 1.0 / (path.compliance[0] * (w + opens * across * wt))
     return alpha, alpha * across * opens, alpha * across, alpha * opens
 
 
 @njit(cache=True)
 def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> None:
-    """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1, 0.0)."""
-    a, d, compliance = path.push[0], path.push[1], path.compliance[0]
-    for c in range(len(a)):
+    """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1, 0.0).
+
+    Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is beyond
+    the latter is the slip σ, C u + ta − b + ψμ|σ| = εw(λ − λ°), τ = ±μλ."""
+    for c in range(len(path.hold)):
         hold = path.hold[c]
         x[LAM, c] = x[TAU, c] = 0.0
-        if hold != FREE:
+        if hold == FREE:
+            continue
+        w = path.compliance[0] * problem.normal_inverse[c]
+        wt = path.compliance[0] * problem.tangent_inverse[c]
+        pressed = x[V, c] + t * path.push[0, c]
+        pressed += offset * (w * path.held[0, c] - problem.offset[c])
+        slid = x[S, c] + t * path.push[1, c] + offset * wt * path.held[1, c]
+        if hold == STICK:
+            x[LAM, c], x[TAU, c] = pressed / w, slid / wt
+        else:
             across = slope(hold, problem.friction[c])
-            slid = x[S, c] + t * d[c]
-            pressed = x[V, c] + t * a[c] + path.dilation[0] * across * slid
-            pressed -= offset * problem.offset[c]
-            x[LAM, c] = pressed / (compliance * problem.normal_inverse[c])
-            x[LAM, c] += offset * path.held[0, c]
-            if hold == STICK:
-                x[TAU, c] = slid / (compliance * problem.tangent_inverse[c])
-                x[TAU, c] += offset * path.held[1, c]
-            else:
-                x[TAU, c] = across * x[LAM, c]
+            opens = path.dilation[0] * across
+            x[LAM, c] = (pressed + opens * slid) / (w + opens * across * wt)
+            x[TAU, c] = across * x[LAM, c]
 
 
 @njit(cache=True)
