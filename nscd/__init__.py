@@ -4,11 +4,12 @@ units."""
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import Contacts, find_contacts
 from nscd.laws import ContactLaw
-from nscd.percussions import Percussions, Status
+from nscd.percussions import ContactState, Percussions, Status
 from nscd.solve import solve
 
 __all__ = [
     "ContactLaw",
+    "ContactState",
     "Contacts",
     "Percussions",
     "Snapshot",

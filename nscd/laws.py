@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,17 +20,22 @@ class ContactLaw:
     every contact closed (C u⁺ = 0, paper eq. (2)); reactions may then pull. The default is the
     purely inelastic, frictionless complementarity 0 ≤ λ ⟂ −C u⁺ ≥ 0.
 
+    friction μ: Coulomb friction, exact: |τ| ≤ μ max(p_n, 0) beside k_t D_t, against the sliding of u⁺,
+    with p_n the whole normal percussion, k_n included; wall_friction: μ of contacts with walls, the
+    same where left out.
+
     Raises ValueError for negative or non-finite coefficients, e outside [0, 1), both k_n and e
-    given, and for friction ≠ 0, which the percussions do not model."""
+    given, and friction of maintained contacts, which may pull."""
 
     dissipation: float = 0.0
     restitution: float | None = None
     tangential_dissipation: float | None = None
     friction: float = 0.0
+    wall_friction: float | None = None
     maintained: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("dissipation", "tangential_dissipation", "friction"):
+        for name in ("dissipation", "tangential_dissipation", "friction", "wall_friction"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value >= 0):
                 raise ValueError(f"{name}: {value}; a finite number ≥ 0 is needed")
@@ -39,10 +44,20 @@ class ContactLaw:
                 raise ValueError(f"restitution: {self.restitution}; 0 ≤ e < 1 is needed")
             if self.dissipation:
                 raise ValueError("restitution: give either dissipation or restitution")
-        if self.friction:
+        if self.frictional and self.maintained:
             raise ValueError(
-                "friction: percussions are frictionless or have tangential_dissipation; Coulomb friction is not modelled"
+                "friction: maintained contacts may pull, and friction of a pull has no meaning"
             )
+
+    @property
+    def frictional(self) -> bool:
+        """Whether any kind of contact has friction."""
+        return bool(self.friction or self.wall_friction)
+
+    def frictions(self, is_wall: Flags) -> Floats:
+        """μ of contacts (k,), with walls where is_wall (k,)."""
+        at_walls = self.friction if self.wall_friction is None else self.wall_friction
+        return np.where(is_wall, at_walls, self.friction)
 
     def coefficients(self, inverse_mass: Floats) -> tuple[Floats, Floats]:
         """k_n and k_t of contacts with inverse effective mass w (k,) 1/kg; each (k,), kg."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from nscd.arrays import Floats
 
 
@@ -15,6 +18,38 @@ class Status(enum.StrEnum):
     SOLVED = "solved"
     INACCURATE = "inaccurate"
     FAILED = "failed"
+
+
+class ContactState(enum.IntEnum):
+    """What a contact with friction does: open, stuck or sliding."""
+
+    OPEN = 0
+    STICK = 1
+    SLIDE = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FrictionPart:
+    """What Coulomb friction adds to an answer, all recomputed from it.
+
+    coefficient (k,) μ; tangential (k,) N·s τ along (−n_y, n_x), without k_t; state (k,) of
+    `ContactState`. Residuals, in units of ‖u⁻‖∞ (spins times radius included): signorini max|min(wλ,
+    −v⁺)|; cone max w_t(|τ| − μp_n)₊; natural_map the larger of signorini and max w_t|τ − Π(τ + s⁺/w_t)|,
+    Π onto |τ| ≤ μp_n, s⁺ the sliding velocity. dissipation: Σ|μp_n|s⁺| − τs⁺|, what friction fails to
+    dissipate, as a share of the kinetic energy before. start: where the search for it began, which
+    can decide between several answers. starts: from how many it was searched; spread m/s: how far
+    apart the u⁺ are that they led to, spins times radius included, NaN where only one did."""
+
+    coefficient: Floats
+    tangential: Floats
+    state: NDArray[np.int8]
+    signorini: float
+    cone: float
+    dissipation: float
+    natural_map: float
+    start: str
+    starts: int = 1
+    spread: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,7 +64,9 @@ class Percussions:
     that both are within the tolerance. energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and
     energy_error: its distance from −½ p·D(u⁺+u⁻), as a share of the kinetic energy before. status,
     and the reason where it is not `solved`; choice: why this solver; canonical: whether λ is the
-    one of least elastic energy (which a unique λ is); warnings about the answer."""
+    one of least elastic energy (which a unique λ is); warnings about the answer. friction: what
+    Coulomb friction adds, None without; the residual is then its natural map, and the impulse holds
+    the friction."""
 
     reaction: Floats
     impulse: Floats
@@ -47,3 +84,4 @@ class Percussions:
     solver: str
     iterations: int
     seconds: float
+    friction: FrictionPart | None = None

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from nscd.arrays import read_only
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
+from nscd.friction.answer import solve_with_friction
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
@@ -29,6 +30,7 @@ def solve(
     solver: str = "auto",
     guess: Percussions | None = None,
     canonical: bool = True,
+    starts: int = 1,
 ) -> Percussions:
     """Percussions of the contacts for the left velocity u⁻ (n,2) m/s, the snapshot's own by
     default.
@@ -43,8 +45,14 @@ def solve(
     answer says whether it is. A `guess`, the answer of a similar problem with the same contacts,
     makes the solution cheaper.
 
+    With friction u⁺ is not unique either: the search begins from the convex programme of the cones
+    (from u⁻ where nothing presses), so that its answer is one of several where there are several;
+    `starts` > 1 searches from random percussions too and gives how far apart the u⁺ are in
+    `friction.spread`. Reactions are then not canonical, and there is no choice of solver or guess.
+
     Raises ValueError for a left velocity of the wrong shape or not finite, contacts that name disks
-    which do not exist, a tolerance below 1e-14 or an unknown solver."""
+    which do not exist, a tolerance below 1e-14, an unknown solver, a solver by name where there is
+    friction, or fewer than one start."""
     started = time.perf_counter()
     law = ContactLaw() if law is None else law
     if not 1e-14 <= tolerance < 1:
@@ -57,6 +65,12 @@ def solve(
         if left_velocity is None
         else read_only(left_velocity, (len(snapshot), 2), "left_velocity")
     )
+    if starts < 1:
+        raise ValueError(f"starts: {starts}; 1 or more are needed")
+    if law.frictions(contacts.is_wall).any():
+        if solver != "auto":
+            raise ValueError(f"solver: {solver} is for contacts without friction")
+        return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
     problem = impact_problem(snapshot, contacts, left, law)
     if not len(contacts):
         found = Answer(np.empty(0), problem.free, 0, least=True, solver="none", why="no contacts")

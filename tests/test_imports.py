@@ -10,6 +10,7 @@ RANKS = [
     ["nscd"],
     ["nscd/solvers/cholesky"],
     ["nscd/solvers"],
+    ["nscd/friction"],
     ["nscd/solve.py"],
     ["nscd/rivals.py", "nscd/stepping"],
     ["nscd/__init__.py"],

@@ -94,9 +94,7 @@ def _margins(problem: Any, path: Any, c: int, firming: bool) -> Any:
 
 
 @njit(cache=True)
-def _next_event(
-    problem: Any, path: Any, way: float, last: int, grows: int, firming: bool
-) -> Any:
+def _next_event(problem: Any, path: Any, way: float, last: int, grows: int, firming: bool) -> Any:
     """The signed step of ψ to the first change of a state (negative where it was overrun), contact,
     which margin, and whether a margin is overrun that no step explains."""
     best, contact, which, lost = np.inf, -1, 0, False
@@ -139,9 +137,7 @@ def _set_parameter(path: Any, firming: bool, value: float) -> None:
 
 
 @njit(cache=True)
-def trace(
-    problem: Any, factor: Any, path: Any, target: float, most: int, firming: bool
-) -> Any:
+def trace(problem: Any, factor: Any, path: Any, target: float, most: int, firming: bool) -> Any:
     """Follow the curve from ψ = path.dilation to ψ ≤ target with at most `most` factorisations: how
     it ended, factorisations, and changes of states. Perturbations in `path` are kept."""
     way, last, grows, pivots = -1.0, -1, 0, 0

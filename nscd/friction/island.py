@@ -6,23 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from nscd.friction.dilation import lower_dilation
+from nscd.friction.arc import trace
+from nscd.friction.dilation import BRINK, lower_dilation
 from nscd.friction.measures import measure
 from nscd.friction.path import ARRIVED, AWAY, clean, follow, open_all, perturb
 from nscd.friction.problem import FrictionProblem, contact_velocities
-from nscd.friction.rates import FIRM, LAM, SOFT, TAU, Path, path_of
+from nscd.friction.rates import LAM, SOFT, TAU, Path, path_of
 from nscd.friction.sets import FREE, PENALTY, find_states, newton
 from nscd.friction.sweeps import anderson, gauss_seidel
 
 # Factorisations of Newton's method on the sets, and with other weights where it ends a path.
 ROUNDS, FINISH = 6, ((PENALTY, 2), (1e6, 2))
-# A path's end is used as the reference of the next one so often; the last ones are firm.
-REPEATS, FIRM_FROM = 10, 6
-# Pairs of sweeps at first; they double so often.
-PAIRS, DOUBLINGS = 200, 6
-BLOCK = 10
-# Pivots for lowering the dilation, for one local path at first, and from the ray.
-DILATION_PIVOTS, LOCAL_PIVOTS, RAY_PIVOTS = 12_000, 300, 20_000
+# The end of a path is the reference of the next so often. Where one closes on itself, contacts get
+# firmer by a tenth, down to FIRMEST, with so many factorisations at most.
+REPEATS, FIRMEST, FIRMING = 12, 1e-8, 3000
+# Pairs of sweeps at first; they double so often. A block of them between Anderson's combinations.
+PAIRS, DOUBLINGS, BLOCK = 200, 6, 10
+# Pivots in all for lowering the dilation (and a share of the contacts), for one local path at first,
+# and from the ray.
+DILATION_PIVOTS, DILATION_SHARE, LOCAL_PIVOTS, RAY_PIVOTS = 600, 2.0, 300, 20_000
+# Compliance along the curve of the dilation, and factorisations at most.
+CURVE, CURVE_FACTORS = 1e-4, 10_000
 # The largest island that is solved from the ray.
 RAY_CONTACTS = 1000
 
@@ -44,6 +48,26 @@ class Search:
         self._scratch = np.empty((4, k))
         self._n = n
 
+    def run(self, lam: Any, tau: Any, u: Any) -> None:
+        """Search from the convex programme's answer until one within the tolerance is found."""
+        start = lam, tau, u
+        if not self.problem.dissipative:
+            lam, tau = self.by_dilation(*start)
+            if not self.solved:
+                self.by_curve(*start)
+        if not self.solved:
+            self.by_sweeps(lam, tau)
+        if not self.solved and len(lam) <= RAY_CONTACTS and not self.problem.dissipative:
+            self.by_ray()
+
+    def run_from(self, seed: int) -> None:
+        """Search from random percussions within the cones."""
+        rng, k = np.random.default_rng(seed), len(self.reaction)
+        lam = rng.exponential(self.problem.scale / self.problem.normal_inverse, k)
+        self.by_sweeps(lam, self.problem.friction * lam * rng.uniform(-1.0, 1.0, k))
+        if not self.solved and k <= RAY_CONTACTS and not self.problem.dissipative:
+            self.by_ray(seed)
+
     @property
     def solved(self) -> bool:
         """Whether the best answer is within the tolerance."""
@@ -59,15 +83,6 @@ class Search:
             self.velocity = u.copy()
         return self.solved
 
-    def run(self, lam: Any, tau: Any, u: Any) -> None:
-        """Search from the convex programme's answer until one within the tolerance is found."""
-        if not self.problem.dissipative:
-            lam, tau = self.by_dilation(lam, tau, u)
-        if not self.solved:
-            self.by_sweeps(lam, tau)
-        if not self.solved and len(lam) <= RAY_CONTACTS and not self.problem.dissipative:
-            self.by_ray()
-
     def by_sets(self, lam: Any, tau: Any, u: Any, rounds: int, route: str) -> bool:
         """Newton's method on the sets that the natural map sees in an answer."""
         k = len(lam)
@@ -76,41 +91,52 @@ class Search:
         contact_velocities(self.problem, self.problem.left, v_left, s_left)
         contact_velocities(self.problem, u, v, s)
         find_states(self.problem, v_left, v, s, lam, tau, closed, hold)
-        return self._newton(closed, hold, lam, tau, u, rounds, PENALTY, route)
+        return self._newton(closed, hold, (lam, tau, u), (rounds, PENALTY), route)
 
     def by_dilation(self, lam: Any, tau: Any, u: Any) -> tuple[Any, Any]:
         """Paths from the convex programme's answer; the λ and τ that they reached."""
         path = self._storage()
         path.compliance[0] = SOFT
-        reached = lower_dilation(self.problem, self.factor, path, lam, tau, u, DILATION_PIVOTS)
+        most = DILATION_PIVOTS + int(DILATION_SHARE * len(lam))
+        reached = lower_dilation(self.problem, self.factor, path, lam, tau, u, most)
         self.pivots += reached.pivots
         if reached.dilation == 0.0:
             self._finish(path, "dilation")
         return reached.reaction, reached.friction
 
+    def by_curve(self, lam: Any, tau: Any, u: Any) -> None:
+        """The curve from the convex programme's answer as the dilation changes."""
+        path = self._storage()
+        lam, tau = lam.copy(), tau.copy()
+        clean(self.problem, 1.0, u, lam, tau)
+        path.dilation[0], path.compliance[0] = 1.0, CURVE
+        perturb(self.problem, path, lam, tau, self._noise(BRINK, 0))
+        ended, _, made = trace(self.problem, self.factor, path, 0.0, CURVE_FACTORS, False)
+        self.pivots += made
+        path.dilation[0] = 0.0
+        if ended == ARRIVED:
+            self._finish(path, "arc")
+
     def by_sweeps(self, lam: Any, tau: Any) -> None:
         """Long plain blocks of sweeps, short accelerated ones on a copy, Newton's method from both,
         and paths from the better."""
         plain = lam.copy(), tau.copy(), np.empty_like(self.velocity)
-        pairs, pivots = PAIRS, LOCAL_PIVOTS
+        pairs, pivots, aim = PAIRS, LOCAL_PIVOTS, 0.5 * self.tolerance
         for attempt in range(DOUBLINGS + 1):
-            one, made = gauss_seidel(self.problem, *plain, pairs, 0.5 * self.tolerance)
+            one, made = gauss_seidel(self.problem, *plain, pairs, aim)
             self.pairs += made
             if self._offer_whole(*plain, "sweeps"):
                 return
-            fast = tuple(a.copy() for a in plain)
-            two, made = anderson(
-                self.problem, *fast, pairs // 2 // BLOCK, BLOCK, 0.5 * self.tolerance
-            )
+            fast = plain[0].copy(), plain[1].copy(), plain[2].copy()
+            two, made = anderson(self.problem, *fast, pairs // 2 // BLOCK, BLOCK, aim)
             self.pairs += made
             if self._offer_whole(*fast, "sweeps"):
                 return
-            if self.by_sets(*(a.copy() for a in fast), 3, "sweeps"):
+            if self.by_sets(fast[0].copy(), fast[1].copy(), fast[2].copy(), 3, "sweeps"):
                 return
-            if not self.problem.dissipative:
-                start = fast if two < one else plain
-                if self._locally(start[0], start[1], start[2], pivots, attempt):
-                    return
+            better = fast if two < one else plain
+            if not self.problem.dissipative and self._locally(*better, pivots, attempt):
+                return
             pairs, pivots = 2 * pairs, int(1.5 * pivots)
 
     def by_ray(self, seed: int = 1) -> None:
@@ -129,8 +155,7 @@ class Search:
         path.compliance[0] = SOFT
         lam, tau = lam.copy(), tau.copy()
         clean(self.problem, 0.0, u, lam, tau)
-        size = 1e-3 * 0.1**seed * self.problem.scale
-        noise = size * np.random.default_rng(seed).random(len(lam))
+        noise = self._noise(1e-3 * 0.1**seed, seed)
         for way in (-1.0, 1.0):
             perturb(self.problem, path, lam, tau, noise)
             ended, made = follow(self.problem, self.factor, path, 1.0, way, pivots)
@@ -143,52 +168,53 @@ class Search:
 
     def _finish(self, path: Path, route: str) -> bool:
         """From the end of a path, whose contacts are slightly soft, to the rigid answer: Newton's
-        method on its sets, and further paths about its percussions."""
-        k = len(path.hold)
+        method on its sets, further paths about its percussions, and firmer contacts."""
         for repeat in range(REPEATS):
+            end = path.hold.copy(), path.held.copy(), path.u.copy()
             lam, tau, u = path.x[LAM].copy(), path.x[TAU].copy(), path.u.copy()
             if self.offer(lam, tau, u, route):
                 return True
-            for penalty, rounds in FINISH:
+            for weight, rounds in FINISH:
                 hold = path.hold.copy()
                 answer = lam.copy(), tau.copy(), u.copy()
-                if self._newton(hold != FREE, hold, *answer, rounds, penalty, route):
+                if self._newton(hold != FREE, hold, answer, (rounds, weight), route):
                     return True
-            path.compliance[0] = SOFT if repeat < FIRM_FROM else FIRM
             lam = np.maximum(lam, 0.0)
             most = self.problem.friction * lam
-            noise = 1e-9 * self.problem.scale * np.random.default_rng(repeat).random(k)
-            perturb(self.problem, path, lam, np.clip(tau, -most, most), noise)
+            perturb(self.problem, path, lam, np.clip(tau, -most, most), self._noise(BRINK, repeat))
             ended, made = follow(self.problem, self.factor, path, 1.0, -1.0, LOCAL_PIVOTS)
+            self.pivots += made
+            if ended == ARRIVED:
+                continue
+            if path.compliance[0] <= FIRMEST:
+                return False
+            path.hold[:], path.held[:], path.u[:] = end
+            path.push[:] = 0.0
+            firm = float(np.log(0.1 * path.compliance[0]))
+            ended, _, made = trace(self.problem, self.factor, path, firm, FIRMING, True)
             self.pivots += made
             if ended != ARRIVED:
                 return False
         return False
 
     def _newton(
-        self,
-        closed: Any,
-        hold: Any,
-        lam: Any,
-        tau: Any,
-        u: Any,
-        rounds: int,
-        penalty: float,
-        route: str,
+        self, closed: Any, hold: Any, answer: Any, effort: tuple[int, float], route: str
     ) -> bool:
-        newton(
-            self.problem, self.factor, closed, hold, lam, tau, u, self.tolerance, rounds, penalty
-        )
-        return self.offer(lam, tau, u, route)
+        newton(self.problem, self.factor, closed, hold, *answer, self.tolerance, *effort)
+        return self.offer(*answer, route)
 
     def _offer_whole(self, pn: Any, pt: Any, u: Any, route: str) -> bool:
         """Offer whole percussions p_n, p_t and the velocities that balance them."""
-        v_left, s_left, v, s = self._scratch.copy()
+        v_left, s_left, v, s = np.empty((4, len(pn)))
         contact_velocities(self.problem, self.problem.left, v_left, s_left)
         contact_velocities(self.problem, u, v, s)
         lam = pn - self.problem.normal_weight * (v + v_left)
         tau = pt - self.problem.tangent_weight * (s + s_left)
         return self.offer(lam, tau, u, route)
+
+    def _noise(self, size: float, seed: int) -> Any:
+        random = np.random.default_rng(seed).random(len(self.reaction))
+        return size * self.problem.scale * random
 
     def _storage(self) -> Path:
         if self._path is None:

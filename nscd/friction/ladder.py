@@ -17,7 +17,7 @@ from nscd.friction.sets import PENALTY, find_states, newton
 # hold, and for an answer that paths begin from; Newton's steps after the first look.
 GLANCE, EXACT, LOOKS = 1e-4, 1e-9, 2
 # In the order of their cost: the solver of an answer is the last one that an island needed.
-ROUTES = ("closed_form", "none", "sets", "dilation", "sweeps", "path", "ray")
+ROUTES = ("closed_form", "sets", "dilation", "arc", "sweeps", "path", "ray", "none")
 
 
 class FrictionAnswer(NamedTuple):
@@ -43,47 +43,60 @@ class Part(NamedTuple):
     factor: Factor
 
 
-def climb(problem: FrictionProblem, position: Any, tolerance: float) -> FrictionAnswer:
-    """Solve a problem with k ≥ 1 contacts of disks at position (n,2) m.
+def climb(
+    problem: FrictionProblem, position: Any, tolerance: float, seed: int = 0
+) -> FrictionAnswer:
+    """Solve a problem of disks at position (n,2) m.
 
     An island that nothing presses keeps u⁻. The others: the convex programme of the cone's edges and
     Newton's method on the sets of open, stuck and sliding contacts, all together; each island that
-    this does not solve: paths from there (see `dilation`), sweeps and paths from them, for small ones
-    a path from all contacts open. The residual decides; the best answer met is given."""
-    reaction, friction = np.zeros(len(problem.first)), np.zeros(len(problem.first))
-    velocity = problem.left.copy()
+    this does not solve by the methods of `Search`. With a `seed` ≥ 1 each island is searched from
+    random percussions instead. The residual decides; the best answer met is given."""
+    k = len(problem.first)
     disks, contacts = _pressed(problem)
     if not len(contacts):
-        return FrictionAnswer(reaction, friction, velocity, "closed_form", "rest", 0, 0)
+        none = np.zeros(k), np.zeros(k), problem.left.copy()
+        return FrictionAnswer(*none, "closed_form", "rest", 0, 0)
     joint = _part(problem, position, disks, contacts)
-    edges = start_edges(joint.problem)
-    lam, tau, u, errors = _together(joint, edges, tolerance)
+    part = joint.problem
+    edges = start_edges(part)
+    if seed:
+        lam, tau, u = np.zeros(len(contacts)), np.zeros(len(contacts)), part.left.copy()
+        errors = np.full(int(part.island.max()) + 1, np.inf)
+    else:
+        lam, tau, u, errors = _together(joint, edges, tolerance)
     pairs = pivots = 0
     solver = "sets"
     for island in np.flatnonzero(errors > tolerance):
-        here = np.flatnonzero(joint.problem.island == island)
-        there = np.flatnonzero(joint.problem.island[joint.problem.first] == island)
-        part = _part(joint.problem, position[joint.disks], here, there)
-        search = Search(part.problem, part.factor, tolerance)
-        search.offer(lam[part.contacts], tau[part.contacts], u[part.disks], "none")
-        convex = edges.along[part.contacts], edges.across[part.contacts], edges.best[part.disks]
-        search.run(*convex)
-        lam[part.contacts], tau[part.contacts] = search.reaction, search.friction
-        u[part.disks] = search.velocity
+        here = np.flatnonzero(part.island == island)
+        there = np.flatnonzero(part.island[part.first] == island)
+        one = _part(part, position[joint.disks], here, there)
+        search = Search(one.problem, one.factor, tolerance)
+        if seed:
+            search.run_from(seed)
+        else:
+            search.offer(lam[one.contacts], tau[one.contacts], u[one.disks], "none")
+            at, on = one.contacts, one.disks
+            search.run(edges.along[at].copy(), edges.across[at].copy(), edges.best[on].copy())
+        lam[one.contacts], tau[one.contacts] = search.reaction, search.friction
+        u[one.disks] = search.velocity
         pairs, pivots = pairs + search.pairs, pivots + search.pivots
-        solver = max(solver, search.route, key=ROUTES.index)
+        route = search.route if search.solved else "none"
+        solver = max(solver, route, key=ROUTES.index)
+    reaction, friction, velocity = np.zeros(k), np.zeros(k), problem.left.copy()
     reaction[joint.contacts], friction[joint.contacts], velocity[joint.disks] = lam, tau, u
-    return FrictionAnswer(reaction, friction, velocity, solver, "convex programme", pairs, pivots)
+    start = f"random percussions {seed}" if seed else "convex programme"
+    return FrictionAnswer(reaction, friction, velocity, solver, start, pairs, pivots)
 
 
 def _pressed(problem: FrictionProblem) -> tuple[Any, Any]:
     """Disks and contacts of the islands that something presses: some C u⁻ > b, or dissipation."""
-    v, s = np.empty(len(problem.first)), np.empty(len(problem.first))
+    v, s = np.empty((2, len(problem.first)))
     contact_velocities(problem, problem.left, v, s)
     island = problem.island[problem.first]
     closing = v > problem.offset
     closing |= (problem.normal_weight > 0) | (problem.tangent_weight > 0)
-    pressed = np.zeros(int(problem.island.max()) + 1, dtype=np.bool_)
+    pressed = np.zeros(int(problem.island.max(initial=0)) + 1, dtype=np.bool_)
     pressed[island[closing]] = True
     return np.flatnonzero(pressed[problem.island]), np.flatnonzero(pressed[island])
 

@@ -71,7 +71,6 @@ def friction_problem(
     spin_inverse = lever[:, 0] ** 2 / inertia[contacts.first]
     spin_inverse += np.where(wall, 0.0, lever[:, 1] ** 2 / inertia[other])
     k_normal, k_tangential = law.coefficients(normal_inverse)
-    assert snapshot.spin is not None
     left = np.column_stack([left_velocity, snapshot.spin])
     rim = np.abs(snapshot.spin) * snapshot.radius
     scale = max(float(np.abs(left_velocity).max(initial=0.0)), float(rim.max(initial=0.0)), TINY)

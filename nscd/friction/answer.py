@@ -1,0 +1,124 @@
+"""Percussions with Coulomb friction, certified."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from nscd.arrays import Floats
+from nscd.bodies import Snapshot
+from nscd.contacts import Contacts
+from nscd.friction.certificate import Whole, certificate, momentum_error
+from nscd.friction.ladder import FrictionAnswer, climb
+from nscd.friction.measures import measure
+from nscd.friction.problem import FrictionProblem, friction_problem
+from nscd.laws import ContactLaw
+from nscd.percussions import Percussions, Status
+
+# What a solver's name says of why it was taken.
+WHY = {
+    "closed_form": "nothing presses: u⁻ is an answer",
+    "sets": "Newton's method on the sets of open, stuck and sliding contacts",
+    "dilation": "paths from the convex programme to Coulomb's law",
+    "arc": "the curve from the convex programme to Coulomb's law, followed past its folds",
+    "sweeps": "Gauss–Seidel sweeps, some accelerated",
+    "path": "a path from the answer of Gauss–Seidel sweeps",
+    "ray": "a path from all contacts open",
+    "none": "no method reached the tolerance",
+}
+
+
+def solve_with_friction(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    left: Floats,
+    law: ContactLaw,
+    tolerance: float,
+    starts: int,
+) -> Percussions:
+    """Percussions for the left velocity (n,2) m/s under a law with friction, from the convex
+    programme and `starts` − 1 random ones. See `nscd.solve`."""
+    started = time.perf_counter()
+    friction = law.frictions(contacts.is_wall)
+    problem = friction_problem(snapshot, contacts, left, law, friction)
+    aim = 0.9 * tolerance
+    found = climb(problem, snapshot.position, aim)
+    velocities = [found.velocity]
+    for seed in range(1, starts):
+        other = climb(problem, snapshot.position, aim, seed)
+        if _error(problem, other) <= tolerance:
+            velocities.append(other.velocity)
+    answer = _certified(snapshot, contacts, problem, found, tolerance)
+    part = answer.friction
+    assert part is not None
+    part = replace(part, starts=starts, spread=_spread(velocities, snapshot.radius))
+    return replace(answer, friction=part, seconds=time.perf_counter() - started)
+
+
+def _error(problem: FrictionProblem, found: FrictionAnswer) -> float:
+    k = len(found.reaction)
+    v, s = np.empty((2, k))
+    errors = measure(problem, found.velocity, found.reaction, found.friction, v, s)
+    return float(errors.max(initial=0.0))
+
+
+def _spread(velocities: list[Floats], radius: Floats) -> float:
+    """How far apart the velocities are, m/s, spins times radius included; NaN for one alone."""
+    if len(velocities) < 2:
+        return float("nan")
+    scaled = np.array(velocities)
+    scaled[:, :, 2] *= radius
+    return float(np.ptp(scaled, axis=0).max(initial=0.0))
+
+
+def _certified(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    problem: FrictionProblem,
+    found: FrictionAnswer,
+    tolerance: float,
+) -> Percussions:
+    """The answer with its residuals, momentum and energy recomputed from percussions and velocities."""
+    part = certificate(problem, found.reaction, found.friction, found.velocity, found.start)
+    whole = Whole(problem, found.reaction, found.friction, found.velocity)
+    tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+    impulse = whole.pn[:, None] * contacts.normal + whole.pt[:, None] * tangent
+    left, right = problem.left, found.velocity
+    energy = 0.5 * float((problem.mass * left**2).sum())
+    change = 0.5 * float((problem.mass * (right - left) * (right + left)).sum())
+    work = 0.5 * float(whole.pn @ (whole.v + whole.v_left) + whole.pt @ (whole.s + whole.s_left))
+    off = momentum_error(problem, whole, right)
+    error = max(off, part.natural_map)
+    status, reason = Status.SOLVED, ""
+    if not np.isfinite(error):
+        status, reason = Status.FAILED, "the answer is not finite"
+    elif error > tolerance:
+        status = Status.INACCURATE
+        reason = f"residual {error:.1e}, tolerance {tolerance:.1e}; no method came nearer"
+    warnings: tuple[str, ...] = ()
+    if change > 1e-9 * energy:
+        warnings = (
+            f"energy grew by {change:.3g} J: dissipation k > 0 acts on contacts that were already "
+            "opening",
+        )
+    return Percussions(
+        reaction=found.reaction,
+        impulse=impulse,
+        right_velocity=np.ascontiguousarray(right[:, :2]),
+        right_spin=right[:, 2].copy(),
+        residual=part.natural_map,
+        momentum_error=off,
+        energy_change=change,
+        energy_error=abs(change + work) / (energy or 1.0),
+        status=status,
+        reason=reason,
+        choice=WHY[found.solver],
+        canonical=False,
+        warnings=warnings,
+        solver=found.solver,
+        iterations=found.pairs + found.pivots,
+        seconds=0.0,
+        friction=part,
+    )

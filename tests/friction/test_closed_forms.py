@@ -1,0 +1,244 @@
+"""Friction against answers that are known in closed form."""
+
+import numpy as np
+import pytest
+from coulomb import Dense, all_answers, violation
+
+from nscd import ContactLaw, Contacts, ContactState, Snapshot, Walls, find_contacts, solve
+
+EXACT = 1e-12
+
+
+def on_walls(velocity, angles, spin=0.0, radius=1.0, mass=75.0):
+    """One disk at the origin that touches walls whose inward normals are at these angles, degrees."""
+    angles = np.radians(np.atleast_1d(angles))
+    normal = -np.column_stack([np.cos(angles), np.sin(angles)])
+    snapshot = Snapshot(
+        position=[[0.0, 0.0]], velocity=[velocity], radius=[radius], mass=[mass], spin=[spin]
+    )
+    k = len(normal)
+    contacts = Contacts(
+        first=np.zeros(k, dtype=int),
+        second=np.arange(k),
+        is_wall=np.ones(k, dtype=bool),
+        normal=normal,
+        gap=np.zeros(k),
+        point=radius * normal,
+    )
+    return snapshot, contacts
+
+
+@pytest.mark.parametrize(
+    ("mu", "across", "speed", "rim"),
+    [
+        (0.05, 7.5, 0.9, -0.2),
+        (0.1, 15.0, 0.8, -0.4),
+        (1 / 6, 25.0, 2 / 3, -2 / 3),
+        (1, 25, 2 / 3, -2 / 3),
+    ],
+)
+def test_oblique_impact_slides_or_rolls(mu, across, speed, rim):
+    snapshot, contacts = on_walls((1.0, -2.0), 90.0, radius=0.25)
+    found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=EXACT)
+    assert found.status == "solved"
+    np.testing.assert_allclose(found.impulse[0], [across, -150.0], atol=1e-9)
+    np.testing.assert_allclose(found.right_velocity[0], [speed, 0.0], atol=1e-12)
+    assert found.right_spin[0] * 0.25 == pytest.approx(rim, abs=1e-12)
+    slides = mu < 1 / 6
+    assert found.friction.state[0] == (ContactState.SLIDE if slides else ContactState.STICK)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1, 0.19, 0.1925, 0.5])
+def test_incline_of_30_degrees(mu):
+    snapshot, contacts = on_walls((0.0, -1.0), 120.0)
+    found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=EXACT)
+    down = np.array([-np.cos(np.radians(30)), -np.sin(np.radians(30))])
+    rolls = mu >= np.tan(np.radians(30)) / 3
+    along = 1 / 3 if rolls else 0.5 - mu * np.cos(np.radians(30))
+    assert found.right_velocity[0] @ down == pytest.approx(along, abs=1e-12)
+    rim = along if rolls else 2 * mu * np.cos(np.radians(30))
+    assert abs(found.right_spin[0]) == pytest.approx(rim, abs=1e-12)
+
+
+def pyramid(gap=0.0):
+    """Two equal disks on the floor that touch, or stand apart, and one on top, all falling at 1 m/s."""
+    half = 1.0 + 0.5 * gap
+    snapshot = Snapshot(
+        position=[[-half, 1.0], [half, 1.0], [0.0, 1.0 + np.sqrt(4.0 - half**2)]],
+        velocity=np.tile([0.0, -1.0], (3, 1)),
+        radius=np.ones(3),
+        mass=np.full(3, 75.0),
+    )
+    floor = Walls(start=[[-9.0, 0.0]], end=[[9.0, 0.0]])
+    return snapshot, find_contacts(snapshot, floor, tolerance=1e-9)
+
+
+STANDS = 2 - np.sqrt(3)
+
+
+def test_pyramid_stands_from_two_minus_root_three():
+    snapshot, contacts = pyramid()
+    found = solve(snapshot, contacts, law=ContactLaw(friction=STANDS + 1e-6), tolerance=EXACT)
+    assert np.abs(found.right_velocity).max() < 1e-12
+    falls = solve(snapshot, contacts, law=ContactLaw(friction=STANDS - 1e-6), tolerance=EXACT)
+    assert 1e-7 < np.abs(falls.right_velocity).max() < 1e-5
+
+
+def test_pyramid_needs_less_friction_on_the_floor():
+    snapshot, contacts = pyramid()
+    at_floor = STANDS / 3
+    assert at_floor == pytest.approx(0.0893164, abs=1e-7)
+    law = {"friction": 1.0, "wall_friction": at_floor + 1e-6}
+    found = solve(snapshot, contacts, law=ContactLaw(**law), tolerance=EXACT)
+    assert np.abs(found.right_velocity).max() < 1e-12
+    assert found.friction.tangential[-1] / found.reaction[-1] == pytest.approx(
+        np.sign(found.friction.tangential[-1]) * at_floor, abs=2e-6
+    )
+    law["wall_friction"] = at_floor - 1e-6
+    falls = solve(snapshot, contacts, law=ContactLaw(**law), tolerance=EXACT)
+    assert np.abs(falls.right_velocity).max() > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("mu", "gap", "top", "base"),
+    [
+        (0.05, 0.0, -0.092332, 0.159923),
+        (0.1, 0.0, -0.061775, 0.106998),
+        (0.2, 0.0, -0.024638, 0.042673),
+        (0.1, 1e-3, -0.062156, 0.107371),
+    ],
+)
+def test_pyramid_falls_apart(mu, gap, top, base):
+    snapshot, contacts = pyramid(gap)
+    found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=EXACT)
+    assert found.right_velocity[2, 1] == pytest.approx(top, abs=1e-6)
+    np.testing.assert_allclose(found.right_velocity[:2, 0], [-base, base], atol=1e-6)
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    answers, _ = all_answers(dense, np.full(len(contacts), mu))
+    mine = np.column_stack([found.right_velocity, found.right_spin]).ravel()
+    assert min(np.abs(u - mine).max() for u in answers) < 1e-9
+
+
+def test_wedge_with_two_answers_keeps_the_velocity_that_is_admissible():
+    left, mu = (-0.672788, -0.591936), 2.0
+    snapshot, contacts = on_walls(left, [110.135 + 180, 343.340 + 180], spin=0.065169)
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    at_rest = violation(dense, np.zeros(2), np.zeros(2), np.full(2, mu), dense.left)
+    held = np.array([30.962917, 25.118999]), np.array([52.681842, -50.237999])
+    stopped = violation(dense, *held, np.full(2, mu), np.zeros(3))
+    assert at_rest == 0.0
+    assert stopped < 1e-3  # the percussions are given to six decimals
+    found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=EXACT)
+    assert not found.impulse.any()
+    assert found.friction.start == "rest"
+    np.testing.assert_array_equal(found.right_velocity[0], left)
+
+
+def test_wedges_have_one_answer_below_the_bound():
+    rng = np.random.default_rng(3)
+    several = 0
+    for _ in range(150):
+        first, apart = rng.uniform(0, 360), rng.uniform(20, 175)
+        angles = np.array([first, first + apart])
+        mu = rng.uniform(0.1, 3.0)
+        snapshot, contacts = on_walls(rng.normal(size=2), angles, spin=rng.normal())
+        dense = Dense(snapshot, contacts, snapshot.velocity)
+        answers, _ = all_answers(dense, np.full(2, mu))
+        different = len(np.unique(np.round(answers, 6), axis=0))
+        # the angle D between the outward normals
+        if mu < 1 / np.tan(np.radians(apart) / 2):
+            assert different == 1
+        several += different > 1
+        found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
+        mine = np.append(found.right_velocity[0], found.right_spin[0])
+        assert min(np.abs(u - mine).max() for u in answers) < 1e-7
+    assert several > 5
+
+
+def test_rolling_disk_goes_on_rolling():
+    snapshot, contacts = on_walls((2.0, -1.0), 90.0, spin=-2.0 / 0.25, radius=0.25)
+    found = solve(snapshot, contacts, law=ContactLaw(friction=0.3), tolerance=EXACT)
+    np.testing.assert_allclose(found.impulse[0], [0.0, -75.0], atol=1e-12)
+    assert found.right_spin[0] == pytest.approx(-8.0, abs=1e-12)
+
+
+def test_a_contact_of_solid_disks_gives_way_three_times_as_easily_along_it():
+    snapshot = Snapshot(
+        position=[[0.0, 0.0], [0.5, 0.0]],
+        velocity=[[0.0, 1.0], [0.0, 0.0]],
+        radius=[0.2, 0.3],
+        mass=[60.0, 90.0],
+    )
+    contacts = find_contacts(snapshot, tolerance=1e-9)
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    along = (dense.N**2 / dense.mass).sum()
+    across = (dense.T**2 / dense.mass).sum()
+    assert across / along == pytest.approx(3.0, rel=1e-12)
+    pressed = solve(
+        snapshot,
+        contacts,
+        left_velocity=[[1.0, 0.1], [0.0, 0.0]],
+        law=ContactLaw(friction=1.0),
+        tolerance=EXACT,
+    )
+    assert pressed.friction.tangential[0] == pytest.approx(0.1 / across, rel=1e-12)
+    assert pressed.reaction[0] == pytest.approx(1.0 / along, rel=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.8])
+@pytest.mark.parametrize("mu", [0.05, 1.0])
+def test_rebound_of_one_disk_with_friction(e, mu):
+    snapshot, contacts = on_walls((1.0, -2.0), 90.0, radius=0.25)
+    found = solve(snapshot, contacts, law=ContactLaw(friction=mu, restitution=e), tolerance=EXACT)
+    normal = 75.0 * 2.0 * (1 + e)
+    np.testing.assert_allclose(found.impulse[0], [min(mu * normal, 25.0), -normal], rtol=1e-10)
+    assert found.right_velocity[0, 1] == pytest.approx(2.0 * e, abs=1e-10)
+
+
+def test_without_friction_it_is_the_same_bit_for_bit():
+    snapshot, contacts = pyramid()
+    spun = Snapshot(
+        position=snapshot.position,
+        velocity=snapshot.velocity,
+        radius=snapshot.radius,
+        mass=snapshot.mass,
+        spin=[1.0, 2.0, 3.0],
+    )
+    plain = solve(spun, contacts)
+    zero = solve(spun, contacts, law=ContactLaw(friction=0.0, wall_friction=0.0))
+    assert plain.friction is None
+    assert zero.friction is None
+    np.testing.assert_array_equal(plain.reaction, zero.reaction)
+    np.testing.assert_array_equal(plain.right_velocity, zero.right_velocity)
+    np.testing.assert_array_equal(zero.right_spin, spun.spin)
+
+
+def test_friction_of_one_kind_of_contact_only():
+    snapshot, contacts = pyramid()
+    found = solve(snapshot, contacts, law=ContactLaw(wall_friction=0.5), tolerance=EXACT)
+    assert found.status == "solved"
+    assert not found.friction.tangential[~contacts.is_wall].any()
+    assert found.friction.tangential[contacts.is_wall].any()
+    assert set(found.friction.coefficient) == {0.0, 0.5}
+
+
+@pytest.mark.parametrize(
+    ("law", "field"),
+    [
+        ({"friction": -0.1}, "friction"),
+        ({"friction": np.nan}, "friction"),
+        ({"wall_friction": -1.0}, "wall_friction"),
+        ({"friction": 0.1, "maintained": True}, "friction"),
+    ],
+)
+def test_bad_laws_are_refused_by_name(law, field):
+    with pytest.raises(ValueError, match=f"^{field}:"):
+        ContactLaw(**law)
+
+
+def test_bad_requests_are_refused_by_name():
+    snapshot, contacts = pyramid()
+    with pytest.raises(ValueError, match=r"^starts:"):
+        solve(snapshot, contacts, law=ContactLaw(friction=0.1), starts=0)
+    with pytest.raises(ValueError, match=r"^solver:"):
+        solve(snapshot, contacts, law=ContactLaw(friction=0.1), solver="active_set")
