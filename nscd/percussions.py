@@ -21,11 +21,12 @@ class Status(enum.StrEnum):
 
 
 class ContactState(enum.IntEnum):
-    """What a contact with friction does: open, stuck or sliding."""
+    """Name what a contact with friction does: open, stuck, or sliding along ±t, t = (−n_y, n_x)."""
 
     OPEN = 0
     STICK = 1
-    SLIDE = 2
+    FORWARD = 2
+    BACKWARD = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

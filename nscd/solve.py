@@ -67,7 +67,7 @@ def solve(
     )
     if starts < 1:
         raise ValueError(f"starts: {starts}; 1 or more are needed")
-    if law.frictions(contacts.is_wall).any():
+    if law.frictional:
         if solver != "auto":
             raise ValueError(f"solver: {solver} is for contacts without friction")
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)

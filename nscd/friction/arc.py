@@ -124,7 +124,7 @@ def _next_event(problem: Any, path: Any, way: float, last: int, grows: int, firm
 
 
 @njit(cache=True)
-def _parameter(path: Any, firming: bool) -> float:
+def _parameter(path: Any, firming: bool) -> Any:
     return np.log(path.compliance[0]) if firming else path.dilation[0]
 
 

@@ -9,8 +9,7 @@ from nscd.arrays import Floats
 from nscd.friction.problem import FrictionProblem, contact_velocities
 from nscd.percussions import ContactState, FrictionPart
 
-# A contact slides if it does so faster than this share of the scale of velocities, or where its
-# friction is spent to this share of it.
+# A contact slides if it does so faster than this share of the scale of velocities.
 SLIDING = 1e-9
 
 
@@ -48,7 +47,8 @@ def certificate(
     pressed = w * lam > problem.offset - whole.v
     pressed |= problem.normal_weight * (whole.v + whole.v_left) > 0.0
     slides = (np.abs(whole.s) > small) | (most == 0.0)
-    state[pressed] = np.where(slides[pressed], ContactState.SLIDE, ContactState.STICK)
+    way = np.where(whole.s >= 0.0, ContactState.FORWARD, ContactState.BACKWARD)
+    state[pressed] = np.where(slides[pressed], way[pressed], ContactState.STICK)
     return FrictionPart(
         coefficient=problem.friction,
         tangential=tau,

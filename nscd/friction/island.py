@@ -31,6 +31,9 @@ CURVE, CURVE_FACTORS = 1e-4, 10_000
 RAY_CONTACTS = 1000
 
 
+Answer = tuple[Any, Any, Any]  # λ, τ (k,) N·s, u (n,3)
+
+
 class Search:
     """The best answer so far for a problem whose factor is given, and the methods that better it.
 
@@ -198,10 +201,11 @@ class Search:
         return False
 
     def _newton(
-        self, closed: Any, hold: Any, answer: Any, effort: tuple[int, float], route: str
+        self, closed: Any, hold: Any, answer: Answer, effort: tuple[int, float], route: str
     ) -> bool:
-        newton(self.problem, self.factor, closed, hold, *answer, self.tolerance, *effort)
-        return self.offer(*answer, route)
+        (lam, tau, u), (rounds, weight) = answer, effort
+        newton(self.problem, self.factor, closed, hold, lam, tau, u, self.tolerance, rounds, weight)
+        return self.offer(lam, tau, u, route)
 
     def _offer_whole(self, pn: Any, pt: Any, u: Any, route: str) -> bool:
         """Offer whole percussions p_n, p_t and the velocities that balance them."""

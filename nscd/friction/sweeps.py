@@ -75,9 +75,7 @@ def sweep(
 
 
 @njit(cache=True)
-def off_by(
-    problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: Any, s: Any
-) -> float:
+def off_by(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: Any, s: Any) -> Any:
     """The largest natural map of whole percussions pn, pt (k,) and velocities u (n,3), over the scale;
     v, s ← C u, T u."""
     contact_velocities(problem, u, v, s)

@@ -45,7 +45,7 @@ def test_oblique_impact_slides_or_rolls(mu, across, speed, rim):
     np.testing.assert_allclose(found.right_velocity[0], [speed, 0.0], atol=1e-12)
     assert found.right_spin[0] * 0.25 == pytest.approx(rim, abs=1e-12)
     slides = mu < 1 / 6
-    assert found.friction.state[0] == (ContactState.SLIDE if slides else ContactState.STICK)
+    assert found.friction.state[0] == (ContactState.FORWARD if slides else ContactState.STICK)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.19, 0.1925, 0.5])
@@ -105,7 +105,7 @@ def test_pyramid_needs_less_friction_on_the_floor():
         (0.05, 0.0, -0.092332, 0.159923),
         (0.1, 0.0, -0.061775, 0.106998),
         (0.2, 0.0, -0.024638, 0.042673),
-        (0.1, 1e-3, -0.062156, 0.107371),
+        (0.1, 4e-3, -0.062156, 0.107371),
     ],
 )
 def test_pyramid_falls_apart(mu, gap, top, base):

@@ -53,7 +53,7 @@ def test_the_answer_is_one_of_those_that_exist(snapshot, mu, wall_mu):
 @given(snapshot=clusters(), mu=MU)
 def test_free_clusters_keep_momentum_and_angular_momentum(snapshot, mu):
     contacts = find_contacts(snapshot, tolerance=1e-9)
-    assume(len(contacts))
+    assume(len(contacts) and (contacts.gap > -1e-9).all())  # where they overlap, levers are longer
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
     mass = snapshot.mass[:, None]
     before, after = (mass * snapshot.velocity).sum(0), (mass * found.right_velocity).sum(0)
