@@ -40,7 +40,6 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     }
     page = render(
         "report.html",
-        contents=[(section.number, section.title) for section in sections],
         sections=sections,
         images=images,
         command=command,

@@ -41,10 +41,6 @@ def report_section(study: Study, runs: Sequence[Run]) -> Section:
             number=scene.name,
             title=scene.title,
             introduction=introduction,
-            words=(),
-            pictures=(),
-            tables=(),
-            differs=(),
             warnings=[*failures, *study.warnings],
         )
     return Section(
@@ -54,7 +50,6 @@ def report_section(study: Study, runs: Sequence[Run]) -> Section:
         words=_found(words, study, runs),
         pictures=_pictures(words, study),
         tables=_tables(words, study, runs),
-        differs=(),
         warnings=[*failures, *study.warnings],
         files=[run["csv"] for run in runs],
     )

@@ -64,16 +64,22 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Section:
-    """One figure of the paper, remade: what was done, what came out, what differs from the printed
-    text."""
+    """One part of a page, in Markdown: a figure of the paper, a scene of the report, a quantity.
+
+    number: what it is called in a link
+    introduction: paragraphs before everything else
+    words: what came out
+    differs: what differs from the printed text
+    files: names of files beside the page
+    """
 
     number: str
     title: str
-    words: Sequence[str]
-    pictures: Sequence[Picture | Drawn]
-    tables: Sequence[Table]
-    differs: Sequence[str]
+    introduction: Sequence[str] = ()
+    words: Sequence[str] = ()
+    pictures: Sequence[Picture | Drawn] = ()
+    tables: Sequence[Table] = ()
+    differs: Sequence[str] = ()
     claims: Sequence[Claim] = ()
     warnings: Sequence[str] = ()
-    introduction: Sequence[str] = ()
     files: Sequence[str] = ()

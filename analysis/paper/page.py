@@ -13,7 +13,7 @@ from typing import Any
 
 from analysis.pages.html import jsonable, render, write_picture
 from analysis.pages.numbers import number
-from analysis.pages.section import Table, Verdict
+from analysis.pages.section import Section, Table, Verdict
 from analysis.paper.build import CONTINUUM, DISCRETE, Built, Part, build
 from analysis.paper.errata import errata
 from analysis.support.files import whole_file, write_text
@@ -144,16 +144,15 @@ def write_claims(path: Path, built: Sequence[Built]) -> None:
                 rows.writerow([made.section.number, *asdict(claim).values()])
 
 
-def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
-    """The anchor and the words of each entry of the contents."""
-    sections = [
-        (made.anchor, f"{made.label}: {made.section.title}")
-        if made.section.number.isdigit()
-        else (made.anchor, made.section.title)
-        for made in built
-    ]
-    slips = [("errata", "Errata")] if errata(page.errata) else []
-    return [("claims", "Which statements hold"), *sections, *slips, ("cost", "What it cost")]
+def _contents(page: Page, built: Sequence[Built]) -> list[Section]:
+    """What the page links to at its head."""
+    entries = [("claims", "Which statements hold")]
+    for made in built:
+        figure = f"{made.label}: " if made.section.number.isdigit() else ""
+        entries.append((made.anchor, figure + made.section.title))
+    entries += [("errata", "Errata")] if errata(page.errata) else []
+    entries.append(("cost", "What this page cost"))
+    return [Section(number=anchor, title=title) for anchor, title in entries]
 
 
 def _claims(verdict: Verdict, built: Sequence[Built]) -> Table:

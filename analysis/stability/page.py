@@ -11,9 +11,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from analysis.pages.html import jsonable, prose, render, write_picture
-from analysis.pages.numbers import number, percent
-from analysis.pages.section import Picture
+from analysis.pages.html import jsonable, render, write_picture
+from analysis.pages.numbers import NONE, number, percent
+from analysis.pages.section import Cell, Picture, Section, Table
+from analysis.pages.words import Words
 from analysis.stability.case import Boundary, Map, Outcome, Row
 from analysis.stability.charts import LOOKS, draw_map, tick
 from analysis.support.files import whole_file, write_text
@@ -33,12 +34,12 @@ def write_atlas(
     path of the page.
 
     command, quick, wall_seconds: how the maps were made, and how long that took (s)."""
+    words = Words(__package__)
+    sections = [_section(words, made) for made in maps]
     images = {
-        made.case.name: write_picture(
-            Picture(name=made.case.name, caption=made.case.title, figure=draw_map(made)),
-            folder / "figures",
-        )
-        for made in maps
+        picture.name: write_picture(picture, folder / "figures")
+        for section in sections
+        for picture in section.pictures
     }
     _write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
     _write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
@@ -53,7 +54,10 @@ def write_atlas(
         "stability.html",
         command=command,
         quick=quick,
-        maps=[_content(made, images[made.case.name]) for made in maps],
+        sections=sections,
+        images=images,
+        summary=words.table("summary", [row for made in maps for row in _summary_rows(made)]),
+        attempts={made.case.name: _attempts(words, made) for made in maps},
         outcomes=[(LOOKS[o][1], o, sum(cell.outcome is o for cell in cells)) for o in Outcome],
         cell_count=len(cells),
         silent=sum(cell.silent for cell in cells),
@@ -134,46 +138,63 @@ def _plain(row: Row) -> float | str:
     return row if isinstance(row, float) else str(row)
 
 
-def _content(made: Map, image: str) -> dict[str, Any]:
+def _section(words: Words, made: Map) -> Section:
+    """A case: what fails, its map, and where the outcome changes."""
     case = made.case
-    return {
-        "name": case.name,
-        "title": case.title,
-        "fails": prose(case.fails),
-        "edge": prose(case.edge),
-        "words": prose(" ".join(case.words.split())),
-        "image": image,
-        "column": case.columns.label,
-        "row": case.rows.label,
-        "quantities": [prose(name) for name in case.quantities],
-        "count": len(made.cells),
-        "failed": _failed(made),
-        "silent": _silent(made),
-        "guarded": any(cell.guard for cell in made.cells.values()),
-        "boundaries": [_edge(edge) for edge in made.boundaries],
-        "compared": [_edge(edge) for edge in made.boundaries if edge.theory == edge.theory],
-        "numbered": isinstance(case.rows.values[0], float),
-        "cells": [
-            {
-                "row": tick(row),
-                "column": tick(column),
-                "outcome": str(cell.outcome),
-                "stable": cell.outcome is Outcome.STABLE,
-                "silent": cell.silent,
-                "said": cell.said,
-                "guard": cell.guard,
-                "reason": cell.reason,
-                "numbers": [number(value, 4) for value in cell.numbers],
-            }
-            for (column, row), cell in made.cells.items()
-        ],
-    }
+    rows = [list(_edge(edge).values()) for edge in made.boundaries]
+    values = {"row": case.rows.label, "column": case.columns.label, "edge": case.edge}
+    return Section(
+        number=case.name,
+        title=case.title,
+        introduction=[words.text("fails", fails=case.fails), " ".join(case.words.split())],
+        pictures=[Picture(name=case.name, caption=case.title, figure=draw_map(made))],
+        tables=[words.table("boundaries", rows, **values)] if rows else [],
+    )
+
+
+def _summary_rows(made: Map) -> Iterator[list[Cell]]:
+    """What failed in a case, one row per boundary that has a theory, or one."""
+    case = made.case
+    lead: list[Cell] = [
+        f"[{case.title}](#{case.name})",
+        case.fails,
+        f"{_failed(made)} of {len(made.cells)}",
+        f"**{_silent(made)}**" if _silent(made) else 0,
+    ]
+    edges = [_edge(edge) for edge in made.boundaries if edge.theory == edge.theory]
+    for edge in edges:
+        row = edge["row"]
+        if isinstance(case.rows.values[0], float):
+            row = f"{case.rows.label}: {row}"
+        yield [*lead, row, f"{edge['low']} to {edge['high']}", edge["theory"], edge["difference"]]
+    if not edges:
+        yield [*lead, NONE, NONE, NONE, NONE]
+
+
+def _attempts(words: Words, made: Map) -> Table:
+    """Every attempt of a case; in bold what is not stable, and a status that hides it."""
+    case = made.case
+    guarded = any(cell.guard for cell in made.cells.values())
+    rows: list[list[Cell]] = []
+    for (column, row), cell in made.cells.items():
+        stable = cell.outcome is Outcome.STABLE
+        told = [
+            tick(row),
+            tick(column),
+            str(cell.outcome) if stable else f"**{cell.outcome}**",
+            f"**{cell.said}**" if cell.silent else cell.said,
+            *([cell.guard] if guarded else []),
+            cell.reason,
+        ]
+        rows.append([*told, *(number(value, 4) for value in cell.numbers)])
+    heads = {"row": case.rows.label, "column": case.columns.label, "quantities": case.quantities}
+    return words.table("attempts", rows, guarded=guarded, **heads)
 
 
 def _edge(edge: Boundary) -> dict[str, str]:
     """A boundary as the page shows it: no more digits than its bracket has."""
     told = {name: number(getattr(edge, name), 4) for name in ("low", "high", "measured", "theory")}
-    difference = "–"
+    difference = NONE
     if edge.theory == edge.theory:
         difference = f"{percent(edge.difference)} ± {percent(edge.half_width)}"
     return {"row": tick(edge.row), **told, "difference": difference}

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from analysis.pages.html import render, write_picture
 from analysis.pages.names import engine_name
-from analysis.pages.numbers import number, percent, significant
-from analysis.pages.section import Picture
+from analysis.pages.numbers import number, significant
+from analysis.pages.section import Picture, Section
+from analysis.pages.words import Words
 from analysis.support.files import write_text
 from analysis.work_precision.chart import ACCURACY, Chart
 from analysis.work_precision.charts import scaling_picture, work_precision_picture
@@ -20,43 +20,36 @@ from analysis.work_precision.looks import look_of
 from analysis.work_precision.point import Point, PointStatus, pareto_front, write_points
 from analysis.work_precision.window import Quantity
 
-COLUMNS = ("method", "setting", "cpu", "numerical", "model", "sum", "total")
+COLUMNS = ("method", "setting", "CPU s", "numerical", "model", "sum", "total")
+CROSSES = ("method", "setting", "quantity", "CPU s", "numerical", "status", "reason")
+SIZES = ("method", "disks", "setting", "CPU s", "numerical", "model")
 
 
 def write_chart(chart: Chart, folder: Path, command: str) -> Path:
     """Write `index.html`, `points`, `pareto` and `scaling` as CSV and JSON, and the pictures as PNG
     and PDF; return the path of the page."""
-    measured, window, scene = chart.measured, chart.measured.window, chart.scene
+    measured = chart.measured
     points, quantities = measured.points, measured.quantities
     write_points(folder, points)
     fronts = [pareto_front(_of(points, quantity)) for quantity in quantities]
     write_points(folder, [point for front in fronts for point in front], "pareto")
     write_points(folder, chart.scaling, "scaling")
-    scaled = ""
-    if chart.scaling:
-        figure = scaling_picture(chart.scaling, ACCURACY)
-        scaled = write_picture(Picture(name="scaling", caption="", figure=figure), folder)
-    stiffness = scene.contact.stiffness_N_per_m
+    words = Words(__package__)
+    sections = [_compared(words, chart)]
+    sections += [_section(words, chart, quantity) for quantity in quantities]
+    sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
+    images = {
+        picture.name: write_picture(picture, folder)
+        for section in sections
+        for picture in section.pictures
+    }
     page = render(
         "chart.html",
         command=command,
         quick=chart.quick,
-        scene=scene,
-        driven=window.driven,
-        disks=len(window.scene.snapshot),
-        contacts=len(window.contacts),
-        moved_apart=window.driven and scene.reconciliation is None,
-        duration=number(window.duration(stiffness)),
-        stiffness=number(stiffness),
-        origin=measured.rigid.origin,
-        sections=[_section(chart, quantity, folder) for quantity in quantities],
-        no_continuum=measured.no_continuum,
-        mesh_sides=", ".join(f"{side:g}" for side in chart.mesh_sides),
-        unfinished=_unfinished(points, quantities),
-        starts=_starts(_of(points, quantities[0])),
-        scaling=[_row(p) for p in chart.scaling],
-        scaling_image=scaled,
-        accuracy=percent(ACCURACY),
+        scene=chart.scene,
+        sections=sections,
+        images=images,
         places=sorted({f"{p.machine}, {p.date}" for p in (*points, *chart.scaling)}),
         count=len(points),
         warnings=chart.warnings,
@@ -70,24 +63,65 @@ def front_table(chart: Chart, quantity: Quantity) -> tuple[tuple[str, ...], list
     soft contacts alone."""
     points = _of(chart.measured.points, quantity)
     rows = [_row(p) for p in (*pareto_front(points), *pareto_front(_soft(points)))]
-    head = tuple("CPU s" if name == "cpu" else name for name in COLUMNS)
-    return head, [tuple(str(row[name]) for name in COLUMNS) for row in rows]
+    return COLUMNS, [tuple(row[name] for name in COLUMNS) for row in rows]
 
 
-def _section(chart: Chart, quantity: Quantity, folder: Path) -> dict[str, Any]:
+def _compared(words: Words, chart: Chart) -> Section:
+    """What is compared, and how the errors are measured."""
+    measured, window, scene = chart.measured, chart.measured.window, chart.scene
+    driven = words.text(
+        "driven" if window.driven else "impact",
+        scene=scene,
+        disks=len(window.scene.snapshot),
+        contacts=len(window.contacts),
+        moved_apart=scene.reconciliation is None,
+        duration=window.duration(scene.contact.stiffness_N_per_m),
+    )
+    starts = _starts(_of(measured.points, measured.quantities[0]))
+    sides = ", ".join(significant(side) for side in chart.mesh_sides)
+    medium = (
+        [words.text("no_continuum", no_continuum=measured.no_continuum)]
+        if measured.no_continuum
+        else [words.text("continuum", mesh_sides=sides), words.text("continuum_error")]
+    )
+    return Section(
+        number="compared",
+        title=words.text("compared"),
+        introduction=[
+            driven,
+            words.text("numerical", origin=measured.rigid.origin),
+            words.text("model"),
+            words.text("errors"),
+            words.text("time", starts=starts),
+            *medium,
+        ],
+    )
+
+
+def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
+    """One quantity: the picture, and the fronts."""
     points = _of(chart.measured.points, quantity)
-    figure = work_precision_picture(points, quantity, chart.scene.name)
-    return {
-        "name": quantity.name,
-        "words": quantity.words,
-        "unit": quantity.unit,
-        "image": write_picture(Picture(name=quantity.name, caption="", figure=figure), folder),
-        "front": [_row(p) for p in pareto_front(points)],
-        "soft_front": [_row(p) for p in pareto_front(_soft(points))],
-        "rigid_bar": _largest(p for p in points if p.method == "rigid"),
-        "continuum_bar": _largest(p for p in points if p.mesh_side_m is not None),
-        "soft_bar": _largest(_soft(points)),
+    bars = {
+        "rigid": _largest(p for p in points if p.method == "rigid"),
+        "soft": _largest(_soft(points)),
+        "continuum": _largest(p for p in points if p.mesh_side_m is not None),
     }
+    figure = work_precision_picture(points, quantity, chart.scene.name)
+    fronts = {"front": pareto_front(points), "soft_front": pareto_front(_soft(points))}
+    return Section(
+        number=quantity.name,
+        title=f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})",
+        pictures=[
+            Picture(name=quantity.name, caption=words.text("known", bars=bars), figure=figure)
+        ],
+        tables=[
+            words.table(name, _rows(found, COLUMNS)) for name, found in fronts.items() if found
+        ],
+    )
+
+
+def _rows(points: Iterable[Point], names: Sequence[str]) -> list[list[str]]:
+    return [[_row(point)[name] for name in names] for point in points]
 
 
 def _of(points: Iterable[Point], quantity: Quantity) -> list[Point]:
@@ -98,7 +132,7 @@ def _soft(points: Iterable[Point]) -> list[Point]:
     return [p for p in points if p.stiffness_N_per_m is not None]
 
 
-def _row(point: Point) -> dict[str, Any]:
+def _row(point: Point) -> dict[str, str]:
     setting = "–"
     if point.stiffness_N_per_m is not None:
         step = f"Δt = {number(point.time_step_s)} s = {significant(point.time_step_share)} × safe"
@@ -109,9 +143,9 @@ def _row(point: Point) -> dict[str, Any]:
         setting = f"tolerance {number(point.tolerance)}"
     return {
         "method": look_of(point).label,
-        "disks": point.disks,
+        "disks": number(point.disks),
         "setting": setting,
-        "cpu": number(point.cpu_seconds),
+        "CPU s": number(point.cpu_seconds),
         "numerical": number(point.numerical_error),
         "model": number(point.model_error),
         "sum": number(point.error_sum),
@@ -121,28 +155,50 @@ def _row(point: Point) -> dict[str, Any]:
     }
 
 
-def _unfinished(points: Sequence[Point], quantities: Iterable[Quantity]) -> list[dict[str, Any]]:
+def _unfinished(
+    words: Words, points: Sequence[Point], quantities: Iterable[Quantity]
+) -> list[Section]:
     """What is no answer, or a wrong one, each method and setting once: in the first quantity in
     which it is."""
-    rows: dict[tuple[str, str], dict[str, Any]] = {}
+    rows: dict[tuple[str, str], list[str]] = {}
     for quantity in quantities:
         for point in _of(points, quantity):
             if point.status != PointStatus.OK:
                 row = _row(point) | {"quantity": quantity.words}
-                rows.setdefault((row["method"], row["setting"]), row)
-    return list(rows.values())
+                cells = [row[name] for name in CROSSES]
+                rows.setdefault((row["method"], row["setting"]), cells)
+    if not rows:
+        return []
+    table = words.table("crosses", list(rows.values()))
+    return [Section(number="unfinished", title=words.text("unfinished"), tables=[table])]
 
 
-def _largest(points: Iterable[Point]) -> str:
+def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
+    """What each method costs at other sizes."""
+    if not points:
+        return []
+    caption, figure = words.text("scaling_picture"), scaling_picture(points, ACCURACY)
+    return [
+        Section(
+            number="scaling",
+            title=words.text("scaling"),
+            introduction=[words.text("scaled", accuracy=ACCURACY)],
+            pictures=[Picture(name="scaling", caption=caption, figure=figure)],
+            tables=[words.table("sizes", _rows(points, SIZES))],
+        )
+    ]
+
+
+def _largest(points: Iterable[Point]) -> float | None:
     """The largest error bar of the reference of points."""
     known = [point.numerical_bar for point in points if point.numerical_bar is not None]
-    return number(max(known, default=None))
+    return max(known, default=None)
 
 
-def _starts(points: Iterable[Point]) -> list[tuple[str, str]]:
+def _starts(points: Iterable[Point]) -> list[tuple[str, float]]:
     """The cheapest run of each engine: about what it takes to start it."""
     costs: dict[str, float] = {}
     for point in _soft(points):
         if point.cpu_seconds is not None:
             costs[point.method] = min(costs.get(point.method, np.inf), point.cpu_seconds)
-    return [(engine_name(name), number(cost)) for name, cost in costs.items()]
+    return [(engine_name(name), cost) for name, cost in costs.items()]
