@@ -1,0 +1,83 @@
+"""What README and docs show is run as it stands: Python, commands, and the form of every command."""
+
+import os
+import shlex
+import subprocess
+import sys
+
+import pytest
+import typer
+from documented import ROOT, blocks
+
+from analysis import engines
+from analysis.cli.commands import app
+
+PROGRAM = "from analysis.cli import main; main()"
+PAGES = ["README.md", *(str(p.relative_to(ROOT)) for p in sorted(ROOT.glob("docs/**/*.md")))]
+NAMES = {"SCENE", "FILE", "NAME"}
+
+
+def commands(page):
+    """The calls of `percussions` in the fenced blocks of a page, without comments."""
+    for block in blocks(page):
+        for line in block.text.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True) if line.startswith("percussions ") else []
+            if words:
+                yield words[1:]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder in which the first commands of README have been run."""
+    here = tmp_path_factory.mktemp("readme")
+    if engines.engine("lammps").find() is None:
+        pytest.skip("LAMMPS is not installed")
+    first = next(block for block in blocks("README.md") if block.language == "bash")
+    for line in first.text.splitlines():
+        words = shlex.split(line)
+        assert words[0] == "percussions"
+        made = called([sys.executable, "-c", PROGRAM, *words[1:]], here)
+        assert made.returncode == 0, f"{line}: {made.stderr}"
+    return here
+
+
+def called(command, folder):
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+
+
+def test_commands_of_readme_leave_what_it_says(folder):
+    run = folder / "out/arch/lammps_hooke_k1e+07"
+    assert (run / "bodies.dump").exists()
+    assert (folder / "contacts.csv").read_text().startswith("time_s,")
+    assert (run / "comparison.csv").exists()
+
+
+def test_python_of_readme(folder):
+    words = ["-m", "doctest", "-o", "NORMALIZE_WHITESPACE", str(ROOT / "README.md")]
+    made = called([sys.executable, *words], folder)
+    assert made.returncode == 0, made.stdout + made.stderr
+    assert (ROOT / "README.md").read_text(encoding="utf-8").count(">>>") > 10
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_command_has_the_form_that_the_program_takes(page, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    group = typer.main.get_command(app)
+    for words in commands(page):
+        context = group.make_context("percussions", list(words))
+        name, command, rest = group.resolve_command(context, list(words))
+        if not NAMES & set(words):
+            command.make_context(name, rest, parent=context)
+
+
+def test_commands_are_found_at_all():
+    shown = {words[0] for words in commands("README.md")}
+    assert shown >= {"scenes", "run", "solve", "compare", "report", "chart", "advise", "import"}
