@@ -28,7 +28,7 @@ def compare(
     from analysis.compare.statistics import statistics
     from analysis.pages.html import jsonable
     from analysis.pages.names import engine_label
-    from analysis.pages.numbers import number
+    from analysis.pages.numbers import statistic
     from analysis.support.files import write_text
 
     heads, columns = [], []
@@ -47,8 +47,9 @@ def compare(
             folder / "comparison.json",
             json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n",
         )
-        heads.append(f"{comparison.scene.name}: {engine_label(comparison)} ({comparison.unit})")
-        columns.append({"status": status} | {key: number(value) for key, value in numbers.items()})
+        heads.append(f"{comparison.record.scene}: {engine_label(comparison)}")
+        cells = {key: statistic(key, value, comparison.unit) for key, value in numbers.items()}
+        columns.append({"status": status} | cells)
     rows = [[key.replace("_", " "), *(column[key] for column in columns)] for key in columns[0]]
     show(["quantity", *heads], rows)
     for folder in runs:

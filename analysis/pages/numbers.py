@@ -75,6 +75,15 @@ def seconds(value: float | None) -> str:
     return f"{significant(value, 2) if value < 99.5 else decimals(value, 0)} s"
 
 
+def statistic(name: str, value: float, unit: str) -> str:
+    """Write a number of a comparison by its name: loads with their unit, shares in per cent."""
+    if name.endswith(("_mean", "_max")):
+        return f"{number(value)} {unit}"
+    if name.endswith(("_difference", "_error", "_share")):
+        return percent(value)
+    return number(value, 4 if name.endswith("_correlation") else 2)
+
+
 FILTERS: dict[str, Callable[..., str]] = {
     "number": number,
     "decimals": decimals,

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import os
 import signal
 import subprocess
@@ -73,6 +74,12 @@ def test_run_solve_compare(percussions, tmp_path):
     wall = sum(float(row["impulse_x_Ns"]) for row in last if row["is_wall"] == "1")
     compared = percussions("compare", folder)
     assert compared.returncode == 0, compared.stderr
+    # words that a terminal can show, the scene by its name, each unit at what has it
+    head, rows = compared.stdout.split("┡")
+    assert "jam: LAMMPS, k = 10⁶ N/m" in head
+    assert "(N)" not in head + rows
+    assert re.search(r"penalty mean +│ +\S+ N ", rows)
+    assert re.search(r"contact correlation +│ +[\d.–]+ +│", rows)
     numbers = json.loads((folder / "comparison.json").read_text())
     assert numbers["unit"] == "N"
     assert numbers["status"] == "solved"

@@ -304,3 +304,8 @@ def test_times_that_do_not_grow(tmp_path):
     write_text(tmp_path / "heads.csv", "\n".join(map(",".join, rows)) + "\n")
     with pytest.raises(TrajectoryError, match=r"heads\.csv: inf frames per second; its times must"):
         read_heads(tmp_path / "heads.csv", 2, unit="m")
+
+
+def test_people_who_do_not_fit_are_no_fault_of_one_of_them():
+    with pytest.raises(SceneError, match="55 people of radius 0.28 m do not fit into gate.toml"):
+        import_crowd(read_heads(EXCERPT, 405), radius=0.28, room=GATE)

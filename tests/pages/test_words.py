@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.pages.numbers import decimals, interval, number, percent, seconds, significant
+from analysis.pages.numbers import decimals, interval, number, percent, seconds, significant, statistic
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words, html_of, words_of
 
@@ -149,6 +149,10 @@ def test_no_tag_of_the_text_passes(text):
         (percent(1e-5), "10⁻³ %"),
         (interval((0.5, 0.50001)), "0.5"),
         (interval((0.25, 3.0)), "0.25 to 3"),
+        (statistic("penalty_max", 450.0, "N"), "450 N"),
+        (statistic("contact_correlation", 0.98765, "N"), "0.9877"),
+        (statistic("closure_error", 0.0012, "N·s"), "0.1 %"),
+        (statistic("rank", 3, "N"), "3"),
         (seconds(0.0123), "12 ms"),
         (seconds(2.345), "2.3 s"),
         (seconds(1234.5), "1\u202f234 s"),

@@ -115,8 +115,19 @@ def import_crowd(
     scene = Scene.of(
         parts, name=name or room.stem, notes=notes.strip(), snapshot=snapshot, reconciliation=report
     )
-    scene.check(heads.origin)
+    try:
+        scene.check(heads.origin)
+    except SceneError as error:
+        raise SceneError(
+            f"{heads.origin}: {len(radii)} people of radius {radius:g} m do not fit into "
+            f"{room.name}: moved apart, {_after(error, heads.origin)}; a smaller radius may help"
+        ) from None
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)
+
+
+def _after(error: Exception, origin: str) -> str:
+    """What an error says beyond where it is."""
+    return str(error).removeprefix(f"{origin}: ")
 
 
 def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
