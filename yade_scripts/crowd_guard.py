@@ -1,7 +1,7 @@
 """The guard: every few steps it asks whether the run can still be right, as lammps_inputs/guard.in
 does.
 
-What it asks, why and with which limits: docs/guard.md.
+What it asks, why and with which limits: docs/results/guard.md.
 """
 
 import math

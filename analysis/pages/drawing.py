@@ -31,14 +31,14 @@ SHADES = "viridis_r"
 
 
 def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
-    """The disks, or the chosen ones (n,)."""
+    """Make circles of the disks, or of the chosen ones (n,)."""
     shown = np.ones(len(snapshot), dtype=bool) if chosen is None else chosen
     places = zip(snapshot.position[shown], snapshot.radius[shown], strict=True)
     return [Circle((x, y), r) for (x, y), r in places]
 
 
 def contact_lines(snapshot: Snapshot, contacts: Contacts) -> Floats:
-    """From the first disk's centre to the second's, or to the wall, (k,2,2) m."""
+    """Return lines from the first disk's centre to the second's, or to the wall, (k,2,2) m."""
     end = contacts.point.copy()
     pairs = ~contacts.is_wall
     end[pairs] = snapshot.position[contacts.second[pairs]]
@@ -90,8 +90,8 @@ def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, labe
 
 
 def size_of(points: Floats, margin: float, panels: int) -> tuple[float, float]:
-    """Figure size (inches) for some panels side by side that show these points (n,2) m at equal
-    scale."""
+    """Return the figure size (inches) for panels side by side that show points (n,2) m at equal
+    scale; margin in m."""
     width, height = points.max(0) - points.min(0) + 4 * margin
     panel = min(7.0, 11.0 / panels)
     tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)

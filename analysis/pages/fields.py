@@ -18,7 +18,7 @@ WIDTHS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
 def rounded(top: float) -> float:
-    """Up to the next number that has 12 equal bands of a round width."""
+    """Round up to the next number that has 12 equal bands of a round width."""
     band = max(top, 1e-300) / (LEVELS - 1)
     unit = 10.0 ** np.floor(np.log10(band))
     return float(
@@ -27,8 +27,8 @@ def rounded(top: float) -> float:
 
 
 def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
-    """Values at the vertices (n,) in bands between 0 and `top`, with lines between every second;
-    for a colour bar."""
+    """Draw values at the vertices (n,) in bands between 0 and `top`, with lines between every
+    second; return what a colour bar takes."""
     triangles = Triangulation(mesh.p[0], mesh.p[1], mesh.t.T)
     levels = np.linspace(0.0, top, LEVELS)
     # less than a thousandth below 0 is rounding of the picture
@@ -48,7 +48,7 @@ def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
 
 
 def draw_room(axes: Axes, room: Room) -> None:
-    """Walls black, exits dotted, free borders dashed."""
+    """Draw walls black, exits dotted, free borders dashed."""
     for start, end in room.pieces("wall"):
         axes.plot(*np.stack([start, end]).T, color=BLACK, lw=2, solid_capstyle="butt")
     for start, end in room.pieces("exit"):
@@ -59,8 +59,12 @@ def draw_room(axes: Axes, room: Room) -> None:
 
 
 def draw_arrows(axes: Axes, mesh: MeshTri1, vectors: Floats, spacing: float, scale: float) -> None:
-    """Arrows of vectors at the vertices (n,2), one for about each `spacing` (m), `scale` (m per
-    unit) long."""
+    """Draw arrows of vectors at the vertices.
+
+    vectors: (n,2)
+    spacing: m, about one arrow in each square of this side
+    scale: m per unit of the vectors
+    """
     cell = np.floor(mesh.p.T / spacing).astype(int)
     _, chosen = np.unique(cell, axis=0, return_index=True)
     axes.quiver(

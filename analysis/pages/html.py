@@ -1,4 +1,4 @@
-"""Pages: templates, prose, pictures as files and inside the page, values as JSON."""
+"""Pages: templates, tables, pictures as files and inside the page, values as JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NUMERIC = re.compile(r"[−–≈*]*\d|–$|determined$")
 
 
 def render(template: str, **content: Any) -> str:
-    """A page of templates/ with its content, the date, and the versions of what made it."""
+    """Fill a page of templates/ with its content, the date, and the versions of what made it."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("analysis.pages"),
         autoescape=True,
@@ -39,7 +39,7 @@ def render(template: str, **content: Any) -> str:
     )
     environment.filters |= FILTERS
     environment.filters |= {
-        "md": prose,
+        "md": html_of,
         "href": href,
         "cell": cell_html,
         "cell_kind": cell_kind,
@@ -61,7 +61,7 @@ def href(name: str) -> str:
 def cell_html(cell: Cell) -> markupsafe.Markup:
     """Write a cell: words as Markdown, a number with DIGITS digits, or fewer that say it all."""
     if isinstance(cell, str):
-        return prose(cell)
+        return html_of(cell)
     enough = (
         digits
         for digits in range(1, DIGITS)
@@ -71,7 +71,8 @@ def cell_html(cell: Cell) -> markupsafe.Markup:
 
 
 def cell_kind(cell: Cell, head: str) -> str:
-    """Class of a cell: words stand left, sentences wrap; a status that is not solved is an alarm."""
+    """Choose the class of a cell: words stand left, sentences wrap; a status that is not solved
+    is an alarm."""
     if not isinstance(cell, str):
         return ""
     if len(cell) > LONG:
@@ -82,12 +83,12 @@ def cell_kind(cell: Cell, head: str) -> str:
 
 
 def column_kind(table: Table, column: int) -> str:
-    """Class of a head: above words it stands where they begin."""
+    """Choose the class of a head: above words it stands where they begin."""
     return cell_kind(table.rows[0][column], table.head[column]) if table.rows else ""
 
 
 def jsonable(value: Any) -> Any:
-    """NaN has no place in JSON: null."""
+    """Make null of what has no place in JSON: NaN and infinities."""
     if isinstance(value, dict):
         return {key: jsonable(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -113,27 +114,3 @@ def write_picture(picture: Picture | Drawn, folder: Path) -> str:
         finally:
             part.unlink(missing_ok=True)
     return base64.b64encode((folder / f"{picture.name}.png").read_bytes()).decode("ascii")
-
-
-def prose(words: str) -> markupsafe.Markup:
-    """Words as HTML: Markdown, and beside it 1e-05, x^2 and u_d as they are written by hand."""
-    parts = re.split(r"(`[^`]+`|\^[^\s^{}()]+\^|~[^\s~]+~)", words)
-    for i in range(0, len(parts), 2):
-        part = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(-?\d+(?:\.\d+)?|T)", _raised, parts[i])
-        part = re.sub(r"(?<!\w)([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", r"\1~\2\3~", part)
-        part = re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b", _power_of_ten, part)
-        part = re.sub(r"(?<=\d)%", "\u202f%", part)
-        parts[i] = re.sub(r"(?<![\w.)\]-])-(?=\d)", "−", part)
-    return html_of("".join(parts))
-
-
-def _power_of_ten(match: re.Match[str]) -> str:
-    mantissa, exponent = match[1], int(match[2])
-    if float(mantissa) == 0:
-        return "0"
-    power = f"10^{exponent}^".replace("-", "−")
-    return power if mantissa == "1" else f"{mantissa}·{power}"
-
-
-def _raised(match: re.Match[str]) -> str:
-    return f"^{match[1] or match[2] or match[3]}^".replace("-", "−")

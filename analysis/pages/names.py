@@ -9,12 +9,12 @@ ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE", "rigid": "rigid model"}
 
 
 def engine_name(engine: str) -> str:
-    """The engine as it writes itself; one that is not known here under its own name."""
+    """Name an engine as it writes itself; one that is not known here by its own name."""
     return ENGINE_NAMES.get(engine, engine)
 
 
 def engine_label(comparison: Comparison) -> str:
-    """Engine and stiffness."""
+    """Name the engine of a run and its stiffness."""
     return (
         f"{engine_name(comparison.record.engine)}, "
         f"k = {number(comparison.scene.contact.stiffness_N_per_m)} N/m"

@@ -1,4 +1,4 @@
-"""Pictures of the report: data → Figure, one function a chart."""
+"""Pictures of the report: data → Figure, one function per chart."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from nscd.arrays import Floats
 
 
 def scene_picture(scene: Scene) -> Figure:
-    """The initial state: disks, walls, the door, and who moves or walks where."""
+    """Draw the initial state: disks, walls, the door, and who moves or walks where."""
     snapshot = scene.snapshot
     figure = Figure(
         figsize=size_of(snapshot.position, float(snapshot.radius.max()), 1), layout="constrained"
@@ -71,8 +71,9 @@ def scene_picture(scene: Scene) -> Figure:
 
 
 def force_networks(comparisons: Sequence[Comparison]) -> Figure:
-    """Contact forces of each engine and of the rigid model on the same snapshot, one colour scale:
-    width and colour grow with the normal force."""
+    """Draw the contact forces of each engine and of the rigid model on the same snapshot.
+
+    Width and shade grow with the normal force, on one scale."""
     parts = [(engine_label(c), c, c.match.normal_parts()[0]) for c in comparisons]
     parts.append(
         (
@@ -102,8 +103,9 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
 
 
 def carried_maps(comparison: Comparison) -> Figure:
-    """What each disk carries (sum of the magnitudes of its normal forces), penalty and rigid, one
-    colour scale."""
+    """Draw what each disk carries, the sum of the magnitudes of its normal forces.
+
+    Penalty and rigid, on one scale."""
     sums = comparison.disk_sums()
     lines = _contact_lines(comparison).reshape(-1, 2)
     figure = Figure(
@@ -124,7 +126,7 @@ def carried_maps(comparison: Comparison) -> Figure:
 
 
 def scatter(comparisons: Sequence[Comparison]) -> Figure:
-    """Rigid against penalty, contact by contact; filled where mechanics determines the rigid
+    """Draw rigid against penalty, contact by contact; filled where mechanics determines the rigid
     force."""
     columns = min(len(comparisons), 4)
     rows = -(-len(comparisons) // columns)
@@ -158,8 +160,9 @@ def scatter(comparisons: Sequence[Comparison]) -> Figure:
 
 
 def distributions(comparisons: Sequence[Comparison]) -> Figure:
-    """Share of contacts whose normal force exceeds f, over its mean: penalty of each run, and
-    rigid."""
+    """Draw the share of contacts whose normal force exceeds f, over its mean.
+
+    The penalty model of each run, and the rigid one."""
     figure = Figure(figsize=(6.5, 4.0), layout="constrained")
     axes = figure.add_subplot()
     for number, comparison in enumerate(comparisons):
@@ -196,7 +199,9 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
 
 
 def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
-    """Relative difference of rigid and penalty forces against the stiffness, with a 1/k guide."""
+    """Draw the relative difference of rigid and penalty forces against the stiffness.
+
+    With a guide of the slope of 1/k."""
     figure = Figure(figsize=(6.5, 4.0), layout="constrained")
     axes = figure.add_subplot()
     engines = sorted({c.record.engine for c in comparisons})

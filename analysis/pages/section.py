@@ -12,7 +12,7 @@ Cell = str | float | int
 
 
 class Verdict(StrEnum):
-    """Whether a statement of the paper held when it was tried."""
+    """Say whether a statement of the paper held when it was tried."""
 
     HOLDS = "holds"
     PARTLY = "holds in part"
@@ -26,7 +26,12 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """A statement of the paper (in its words), whether it held, and the numbers that say so."""
+    """Judge a statement of the paper.
+
+    where: in the paper
+    statement: in its words, or close to them
+    reason: the numbers that say so
+    """
 
     where: str
     statement: str
@@ -36,7 +41,11 @@ class Claim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A caption, column heads (with units) and rows; numbers are formatted by the page."""
+    """Hold rows with their heads; numbers are formatted by the page.
+
+    caption: in Markdown; the page shows what is bold in a cell as an alarm
+    head: one per column, with its unit
+    """
 
     caption: str
     head: Sequence[str]
@@ -45,7 +54,11 @@ class Table:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Picture:
-    """A figure, its file name without suffix (fig_1_four_disks) and its caption."""
+    """Hold a figure.
+
+    name: of its files, without suffix
+    caption: in Markdown
+    """
 
     name: str
     caption: str
@@ -54,7 +67,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drawn:
-    """A picture that is drawn already: its files as bytes."""
+    """Hold a picture that is drawn already: its files as bytes."""
 
     name: str
     caption: str
@@ -64,7 +77,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Section:
-    """One part of a page, in Markdown: a figure of the paper, a scene of the report, a quantity.
+    """Hold one part of a page, in Markdown: a figure of the paper, a scene of the report, a quantity.
 
     number: what it is called in a link
     introduction: paragraphs before everything else

@@ -36,7 +36,7 @@ from analysis.pages.numbers import FILTERS
 from analysis.pages.section import Cell, Claim, Drawn, Picture, Section, Table, Verdict
 
 HEADING = re.compile(r"^## +(\S+) *$", re.MULTILINE)
-RAISED, LOWERED = re.compile(r"\^([^\s^]+)\^"), re.compile(r"~([^\s~]+)~")
+RAISED, LOWERED = re.compile(r"\^([^ \n^]+)\^"), re.compile(r"~([^ \n~]+)~")
 
 
 class Words:

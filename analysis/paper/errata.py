@@ -37,7 +37,7 @@ def errata(section: str, page: Path = PAGE) -> list[Erratum]:
 
 def _entry(text: str, page: Path) -> Erratum:
     where, _, body = text.partition("\n")
-    parts = {name.lower(): _plain(words) for name, words in _PART.findall(body)}
+    parts = {name.lower(): _marked(words) for name, words in _PART.findall(body)}
     missing = [name for name in ("printed", "correct", "why") if name not in parts]
     if missing:
         raise ValueError(f"{page}: the entry '{where}' has no {missing[0].capitalize()}")
@@ -46,6 +46,15 @@ def _entry(text: str, page: Path) -> Erratum:
     )
 
 
-def _plain(words: str) -> str:
-    """Without the marks of Markdown that the page uses, in one line."""
-    return re.sub(r"\s+", " ", re.sub(r"`|(?<!\w)\*|\*(?!\w)", "", words)).strip()
+def _marked(words: str) -> str:
+    """Words in one line, with u_d and x^{2} of the docs as u~d~ and x^2^, as pages take them.
+
+    In the docs, which are also read elsewhere, `~` would strike out."""
+    words = re.sub(r"\s+", " ", words).strip()
+    words = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(\w)", _raised, words)
+    return re.sub(r"(?<!\w)([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", r"\1~\2\3~", words)
+
+
+def _raised(match: re.Match[str]) -> str:
+    words = match[1] or match[2] or match[3]
+    return "^" + words.replace(" ", "\u00a0") + "^"

@@ -307,5 +307,5 @@ def test_times_that_do_not_grow(tmp_path):
 
 
 def test_people_who_do_not_fit_are_no_fault_of_one_of_them():
-    with pytest.raises(SceneError, match="55 people of radius 0.28 m do not fit into gate.toml"):
+    with pytest.raises(SceneError, match=r"55 people of radius 0\.28 m do not fit into gate\.toml"):
         import_crowd(read_heads(EXCERPT, 405), radius=0.28, room=GATE)

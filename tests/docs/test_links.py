@@ -18,11 +18,7 @@ FILES = [ROOT / name for name in LISTED if (ROOT / name).is_file()] or [
     path for path in ROOT.glob("**/*") if ".venv" not in path.parts and path.is_file()
 ]
 PAGES = [path for path in FILES if path.suffix == ".md" and path.name != "words.md"]
-TEXTS = [
-    path
-    for path in FILES
-    if path.suffix in (".md", ".py", ".toml", ".html") and "yade_scripts" not in path.parts
-]
+TEXTS = [path for path in FILES if path.suffix in (".md", ".py", ".in", ".toml", ".html")]
 # what a run writes, what a text names as an example, what a how-to page adds
 MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/|[A-Z]{4}|^nscd/solvers/jacobi")
 

@@ -3,15 +3,25 @@
 import importlib
 import re
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.pages.numbers import decimals, interval, number, percent, seconds, significant, statistic
+from analysis.pages.numbers import (
+    decimals,
+    interval,
+    number,
+    percent,
+    seconds,
+    significant,
+    statistic,
+)
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words, html_of, words_of
 
+ROOT = Path(__file__).resolve().parents[2]
 SOURCE = """
 ## found
 - The error is {{ error | percent }}
@@ -109,6 +119,19 @@ def test_a_statement_is_judged_by_its_parts():
 def test_a_name_stands_once(words):
     with pytest.raises(ValueError, match="two blocks are called a"):
         words("## a\n\n## b\n\n## a\n")
+
+
+@pytest.mark.parametrize(
+    "page", sorted(ROOT.glob("analysis/**/words.md")), ids=lambda page: page.parent.name
+)
+def test_every_words_file_is_in_the_markdown_of_pages(page):
+    """No number without a filter's form, no index or power without its marks."""
+    said = re.sub(
+        r"\{\{.*?\}\}|\{%.*?%\}|^## [^\n]*", "", page.read_text("utf-8"), flags=re.S | re.M
+    )
+    assert re.findall(r"(?<![\w`/])[^\W\d_]_\w+|\d[eE][-+]?\d+|\^[({]", said) == []
+    lines = page.read_text("utf-8").splitlines()
+    assert [line for line in lines if len(line) > 100 and not line.startswith("|")] == []
 
 
 @pytest.mark.parametrize(

@@ -91,8 +91,8 @@ def readings(mesh: float = MESH) -> list[Reading]:
     varied = [
         ("k_s everywhere, as printed", replace(plain, wall=Wall.EVERYWHERE)),
         ("k_s = 0", replace(plain, wall=Wall.NOWHERE)),
-        ("k_s grows with k_v (k_s = k_v/9)", replace(plain, wall=Wall.SHARE)),
-        ("ρ in kg/m², k_v and k_s as they stand", replace(plain, mixed_units=True)),
+        ("k~s~ grows with k~v~ (k~s~ = k~v~/9)", replace(plain, wall=Wall.SHARE)),
+        ("ρ in kg/m², k~v~ and k~s~ as they stand", replace(plain, mixed_units=True)),
         ("people instead of kilograms throughout", replace(plain, person=1.0)),
         ("√3 in (18), as printed", replace(plain, friction=plain.friction * 1.5**0.5)),
         ("c₂ that makes (16) continuous", replace(plain, pressing=Pressing.CONTINUOUS)),

@@ -106,9 +106,9 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.LOST,),
         theory=theory,
-        edge="a/r = (1 − (F/(2kr))^(2/3))^(3/2), a half the width",
-        words=f"""One disk is driven into a door by F = m u_d/τ. Two posts hold it with at most
-            2kr(1 − (a/r)^(2/3))^(3/2). Where they hardly hold it, it creeps through, so that the
+        edge="a/r = (1 − (F/(2kr))^2/3^)^3/2^, a half the width",
+        words=f"""One disk is driven into a door by F = m u~d~/τ. Two posts hold it with at most
+            2kr(1 − (a/r)^2/3^)^3/2^. Where they hardly hold it, it creeps through, so that the
             boundary is measured a little wide: a run lasts {LONGEST_PERIODS:g} √(m/k), or
             {LONGEST_S:g} s if that is more. A run of the product warns of a door narrower than the
             widest disk; a rigid disk is held by any.""",

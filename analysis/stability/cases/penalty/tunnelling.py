@@ -64,6 +64,6 @@ def case(quick: bool) -> Case:
         theory=theory,
         edge="the centre reaches the wall: ½mv² = ½kr², leapfrog's own amplitude for long steps",
         words="""One elastic disk against one wall. A linear spring of the length r holds no more
-            than ½kr²; for k = 10^6 N/m, m = 75 kg and r = 0.25 m that is a speed of 29 m/s, for
-            k = 10^4 N/m it is 2.9 m/s.""",
+            than ½kr²; for k = 10⁶ N/m, m = 75 kg and r = 0.25 m that is a speed of 29 m/s, for
+            k = 10⁴ N/m it is 2.9 m/s.""",
     )
