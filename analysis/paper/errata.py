@@ -51,10 +51,13 @@ def _marked(words: str) -> str:
 
     In the docs, which are also read elsewhere, `~` would strike out."""
     words = re.sub(r"\s+", " ", words).strip()
-    words = re.sub(r"\^\{([^}]*)\}|\^\(([^)]*)\)|\^(\w)", _raised, words)
-    return re.sub(r"(?<!\w)([^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", r"\1~\2\3~", words)
+    words = re.sub(r"\^(?:\{([^}]*)\}|\(([^)]*)\)|(\w))", lambda m: _within(m, "^"), words)
+    return re.sub(
+        r"(?<=(?<!\w)[^\W_])_(?:\{([^}]*)\}|([A-Za-z0-9]+))", lambda m: _within(m, "~"), words
+    )
 
 
-def _raised(match: re.Match[str]) -> str:
-    words = match[1] or match[2] or match[3]
-    return "^" + words.replace(" ", "\u00a0") + "^"
+def _within(match: re.Match[str], mark: str) -> str:
+    """The group that matched between two marks, in which a space would end them."""
+    words = next(group for group in match.groups() if group is not None)
+    return mark + words.replace(" ", "\u00a0") + mark
