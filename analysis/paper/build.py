@@ -60,11 +60,11 @@ def _alone(build: Callable[[Progress | None], Section]) -> Callable[..., Section
 
 DISCRETE: Sequence[Part] = (
     Part(number="1", seconds=2, build=fig1.build, engine_runs=fig1.engine_runs),
-    Part(number="2", seconds=2, build=fig2.build, engine_runs=fig2.engine_runs),
+    Part(number="2", seconds=8, build=fig2.build, engine_runs=fig2.engine_runs),
     Part(number="3", seconds=2, build=_alone(fig3.build)),
     Part(number="4", seconds=12, build=fig4.build, engine_runs=fig4.engine_runs),
     Part(number="5", seconds=3, build=fig5.build, engine_runs=fig5.engine_runs),
-    Part(number="6", seconds=4, build=fig6.build, engine_runs=fig6.engine_runs),
+    Part(number="6", seconds=40, build=fig6.build, engine_runs=fig6.engine_runs),
 )
 CONTINUUM: Sequence[Part] = (
     Part(number="7", seconds=8, build=_alone(fig7.build)),

@@ -1,6 +1,8 @@
 """The paper's chains and lines: the pages' own numbers against linear algebra, closed forms and
 finite differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from analysis.paper.discrete.fig1_four_disks.study import (
     opening_threshold,
     percussions,
 )
+from analysis.paper.discrete.fig2_corridor import final
 from analysis.paper.discrete.fig2_corridor.columns import (
     first_arrivals,
     gaps_of,
@@ -87,6 +90,7 @@ def test_the_section_on_chains_says_what_held(section):
     assert claim(section, "constrained pedestrian chain").verdict is Verdict.FAILS
     assert claim(section, "read for a free chain").verdict is Verdict.HOLDS
     assert claim(section, "identical and different masses").verdict is Verdict.HOLDS
+    assert claim(section, "constant left-velocity").verdict is Verdict.HOLDS
     assert not section.warnings
     assert all(len(row) == len(table.head) for table in section.tables for row in table.rows)
 
@@ -163,6 +167,19 @@ def test_momentum_through_a_gap_is_what_the_disks_beyond_gain():
     assert (np.diff(gaps.flux) < 0).all()
     # the six contacts of the pushing disks with the first column behind them
     assert local_contacts(scene, contacts).sum() == 6
+
+
+def test_rigid_disks_in_the_corridor_keep_the_momentum_of_the_push(monkeypatch):
+    """Walls give none along x: Σ m Δx = 3 · 75 kg · 2 m/s · t; and nobody overlaps."""
+    monkeypatch.setattr(final, "TIME_S", 0.1)
+    scene = read_scene("corridor")
+    found = final.rigid_final(scene)
+    gained = scene.snapshot.mass @ (found.position - found.start)[:, 0]
+    assert gained == pytest.approx(450.0 * 0.1, rel=1e-6)
+    moved = replace(scene.snapshot, position=found.position)
+    contacts = find_contacts(moved, scene.wall_segments(), tolerance=1e-6)
+    assert contacts.gap.min() > -1e-9
+    assert 0 < found.moved <= len(found.displaced) == 53
 
 
 def test_crossing_times_are_between_frames():

@@ -3,16 +3,23 @@ numbers."""
 
 import shutil
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig6_rivals import claims
+from analysis.paper.discrete.fig6_rivals import claims, evacuation
 from analysis.paper.discrete.fig6_rivals import section as rivals
 from analysis.paper.discrete.fig6_rivals.chains import chain_forces, gap_that_carries
+from analysis.paper.discrete.fig6_rivals.congestion import Congestion
 from analysis.paper.discrete.fig6_rivals.crowds import PRINTED, TEXT, BeyondTouch
-from analysis.scene.scene import read_scene
+from analysis.paper.discrete.pressed_crowd import crowds
+from analysis.paper.discrete.pressed_crowd.arch import Arch
+from analysis.scene.scene import Wall, read_scene
+from analysis.scene.shipped_scenes import make
+from nscd import Snapshot
 from nscd.rivals import SocialForceLaw
 
 TAU = 0.5
@@ -67,18 +74,68 @@ def test_verdicts_follow_the_numbers(chains):
     assert claims.non_zero_apart(WORDS, silent, 2.0, 2.0).verdict == "does not hold"
 
 
-def test_without_an_engine_the_chains_remain(monkeypatch, tmp_path):
+def test_congestion_is_judged_by_both_its_parts():
+    def found(first_order, unequal):
+        return Congestion(
+            seed=1, stiffness=1e6, first_order=first_order, equal=0.0, unequal=unequal
+        )
+
+    for first_order, unequal, verdict in (
+        (1e-9, (0.1, 0.2), "holds"),
+        (1e-9, (1e-9, 1e-9, 0.2), "holds in part"),
+        (0.5, (1e-9, 1e-9), "does not hold"),
+    ):
+        claim = claims.complete_congestion(WORDS, [found(first_order, unequal)])
+        assert claim.verdict == verdict
+
+
+def test_a_queue_before_a_closed_exit_stays_whatever_the_masses():
+    """A chain against a wall: all at rest by the first-order model and by any masses."""
+    n = 6
+    position = np.column_stack([-0.25 - 0.5 * np.arange(n), np.zeros(n)])
+    scene = make("arch", n)
+    closed = Wall(name="closed", start_m=(0.0, -9.0), end_m=(0.0, 9.0))
+    queue = Snapshot(
+        position=position,
+        velocity=np.zeros((n, 2)),
+        radius=np.full(n, 0.25),
+        mass=np.full(n, 75.0),
+    )
+    arch = Arch.of(scene.model_copy(update={"walls": (closed,)}), queue)
+    found = Congestion.of(SimpleNamespace(arch=arch, seed=1, stiffness=1e6))
+    assert found.congests
+    assert found.equal < 1e-9
+    assert found.freed == 0
+    assert len(set(found.unequal)) > 1
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """One evacuation of few people, two crowds that may block their exit."""
+    short = partial(evacuation.evacuate, people=40, until=11.0)
+    monkeypatch.setattr(evacuation, "evacuate", short)
+    monkeypatch.setattr(evacuation, "SPEEDS", (2.0,))
+    monkeypatch.setattr(evacuation, "SEEDS", (1,))
+    monkeypatch.setattr(crowds, "BLOCKED_SEEDS", (1, 2))
+    monkeypatch.setattr(crowds, "STIFFNESSES", (1e6,))
+
+
+def test_without_an_engine_the_chains_remain(few, monkeypatch, tmp_path):
     monkeypatch.setattr(rivals, "ENGINES", ())
     section = rivals.build(tmp_path)
     assert any("no engine" in warning for warning in section.warnings)
-    assert [picture.name for picture in section.pictures] == ["fig_6_laws", "fig_6_chain"]
-    assert len(section.claims) == 4
+    assert [picture.name for picture in section.pictures] == [
+        "fig_6_laws",
+        "fig_6_chain",
+        "fig_6_evacuation",
+    ]
+    assert len(section.claims) == 5
     for table in section.tables:
         assert all(len(row) == len(table.head) for row in table.rows)
 
 
 @pytest.mark.skipif(not shutil.which("lmp"), reason="LAMMPS is not at hand")
-def test_the_whole_section_and_its_second_build(tmp_path):
+def test_the_whole_section_and_its_second_build(few, tmp_path):
     """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are
     taken again."""
     told = []
@@ -88,10 +145,10 @@ def test_the_whole_section_and_its_second_build(tmp_path):
     misjudged = {row[0]: row[1:] for row in section.tables[-1].rows}
     assert misjudged["arch"][0] < 1e-8 < 0.01 < misjudged["arch_masses"][0]
     assert misjudged["arch_masses"][3] > 0.05
-    laws = {(row[0], row[1]): row[2:] for row in section.tables[-2].rows}
+    laws = {(row[0], row[1]): row[2:] for row in section.tables[3].rows}
     assert laws["arch", "social force"][1] > 2000  # overlaps: every contact gives more than A
-    assert len(section.pictures) == 3
-    assert len(section.claims) == 8
+    assert len(section.pictures) == 4
+    assert len(section.claims) == 9
     told.clear()
     again = rivals.build(tmp_path, lambda label, share: told.append(label))
     assert not any("k = 1e+06" in label for label in told)

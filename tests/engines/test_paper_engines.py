@@ -13,6 +13,7 @@ from analysis.engines import lammps, yade
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
 from analysis.paper.discrete.fig1_four_disks import section as four_disks
+from analysis.paper.discrete.fig2_corridor import final
 from analysis.paper.discrete.fig2_corridor import section as corridor
 from analysis.paper.discrete.fig2_corridor.columns import long_wave_speed
 from analysis.paper.discrete.fig2_corridor.push import (
@@ -103,7 +104,8 @@ def test_figures_without_engines_warn_and_go_on(monkeypatch, tmp_path):
     for module in (lammps, yade):
         monkeypatch.setattr(module, "find", lambda: None)
         monkeypatch.setattr(module, "version", lambda: None)
-    for module, runs in ((four_disks, 10), (corridor, 15)):
+    monkeypatch.setattr(final, "TIME_S", 0.02)
+    for module, runs in ((four_disks, 10), (corridor, 17)):
         section = module.build(tmp_path)
         assert len(section.warnings) == runs
         assert section.claims

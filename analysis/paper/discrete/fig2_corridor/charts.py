@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,17 @@ from analysis.pages.drawing import (
     draw_walls,
 )
 from analysis.pages.names import ENGINE_NAMES
+from analysis.paper.discrete.fig2_corridor.final import Final
 from analysis.paper.discrete.fig2_corridor.push import Push
 from analysis.paper.discrete.fig2_corridor.study import Corridor, soft_flux
+from analysis.scene.scene import Scene
 from nscd.arrays import Floats
 
 KINDS: Sequence[tuple[str, str, Any]] = (
     ("non-local", BLUE, "-"),
     ("local (a pushing disk takes part)", BLACK, (0, (2, 1))),
 )
+RESTING, PUSHING = "#EEF3F7", "#F6D9A8"
 DIFFERENCE = "rms(∫f dt − p) / rms(∫f dt) (–)"
 
 
@@ -64,11 +68,32 @@ def network(corridor: Corridor) -> Figure:
     return figure
 
 
+def final(finals: Sequence[Final], scene: Scene) -> Figure:
+    """Draw where everybody is at the end, a panel for each model; outlines: where they began."""
+    figure = Figure(figsize=(8.5, 2.7 * len(finals)), layout="constrained")
+    panels = figure.subplots(len(finals), 1, sharex=True, squeeze=False)[:, 0]
+    style: dict[str, Any] = {"edgecolor": DARK_GREY, "linewidth": 0.5}
+    for axes, one in zip(panels, finals, strict=True):
+        now = replace(scene.snapshot, position=one.position)
+        for chosen, colour, hatch in ((one.resting, RESTING, ""), (~one.resting, PUSHING, "////")):
+            disks = circles(now, chosen)
+            axes.add_collection(PatchCollection(disks, facecolor=colour, hatch=hatch, **style))
+        before = circles(scene.snapshot)
+        outline = PatchCollection(before, facecolor="none", edgecolor=BLUE, lw=0.6, ls=":")
+        axes.add_collection(outline)
+        draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
+        low, high = one.position[:, 0].min() - 0.6, one.position[:, 0].max() + 0.6
+        axes.set(xlim=(low, high), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
+        axes.set_title(one.model, fontsize=10)
+    panels[-1].set_xlabel("x (m)")
+    return figure
+
+
 def _draw_corridor(axes: Axes, corridor: Corridor) -> None:
     snapshot = corridor.scene.snapshot
     for chosen, colour, hatch in (
-        (corridor.resting, "#EEF3F7", ""),
-        (~corridor.resting, "#F6D9A8", "////"),
+        (corridor.resting, RESTING, ""),
+        (~corridor.resting, PUSHING, "////"),
     ):
         style: dict[str, Any] = {"facecolor": colour, "edgecolor": DARK_GREY, "linewidth": 0.5}
         axes.add_collection(PatchCollection(circles(snapshot, chosen), hatch=hatch, **style))

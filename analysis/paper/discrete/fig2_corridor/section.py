@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from analysis.compare.statistics import penalty_difference
+from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig2_corridor import charts, push, study
+from analysis.paper.discrete.fig2_corridor import charts, final, push, study
 from analysis.paper.discrete.fig2_corridor.push import Push
-from analysis.paper.discrete.fig2_corridor.study import Corridor, engine_runs
+from analysis.paper.discrete.fig2_corridor.study import Corridor, final_runs, push_runs
 from analysis.support.progress import Progress
 
-__all__ = ["build", "engine_runs"]
+
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """List the pushes, and the longer runs to the final positions."""
+    return push_runs(runs) + final_runs(runs)
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
@@ -33,6 +39,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     )
     pictures = [
         words.picture("fig_2_network", charts.network(corridor)),
+        words.picture("fig_2_final", charts.final(corridor.finals, corridor.scene), final=final),
         words.picture("fig_2_decay", charts.decay(corridor)),
     ]
     if corridor.waves:
@@ -50,10 +57,14 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 
 def _claims(words: Words, corridor: Corridor) -> list[Claim]:
     to_the_end = corridor.reach >= corridor.distance.max() - 1e-9
-    moved = corridor.moved[corridor.resting]
+    rigid = corridor.finals[0]
     claims = [
         words.claim("non_local", Verdict.of(corridor.far > 0 and to_the_end)),
-        words.claim("displacement", Verdict.of(bool(moved.all()), bool(moved.any()))),
+        words.claim(
+            "displacement",
+            Verdict.of(rigid.moved == len(rigid.displaced), rigid.moved > 0),
+            final=final,
+        ),
     ]
     powers = [front.power for front in corridor.fronts]
     if powers:
@@ -87,10 +98,20 @@ def _tables(words: Words, corridor: Corridor) -> list[Table]:
         for one in corridor.pushes
         if one.restitution != study.ELASTIC
     ]
+    finals: list[tuple[str | float, ...]] = [
+        (
+            one.model,
+            one.moved,
+            *(float(f(one.displaced)) for f in (np.mean, np.median, np.max)),
+            float(np.sqrt(((one.position - corridor.finals[0].position) ** 2).sum(1).mean())),
+        )
+        for one in corridor.finals
+    ]
     return [
         words.table("table_gaps", [[float(v) for v in row] for row in zip(*columns, strict=True)]),
         words.table("table_front", speeds),
         words.table("table_impulses", shares),
+        words.table("table_final", finals, final=final),
     ]
 
 

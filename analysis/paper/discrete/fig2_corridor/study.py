@@ -18,6 +18,12 @@ from analysis.paper.discrete.fig2_corridor.columns import (
     local_contacts,
     long_wave_speed,
 )
+from analysis.paper.discrete.fig2_corridor.final import (
+    Final,
+    final_run,
+    rigid_final,
+    soft_final,
+)
 from analysis.paper.discrete.fig2_corridor.push import Push, exponent, push_scene, run_push
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.scene import Scene, read_scene
@@ -37,7 +43,7 @@ DAMPED_STIFFNESS = 1e6  # N/m
 CARRIES = 1e-6
 
 
-def engine_runs(runs: Path) -> list[EngineRun]:
+def push_runs(runs: Path) -> list[EngineRun]:
     """List the push as soft contacts: elastic and inelastic at each stiffness by both engines, and
     with more damping."""
     cases = [
@@ -51,6 +57,12 @@ def engine_runs(runs: Path) -> list[EngineRun]:
         periods, frames = (14, 140) if restitution == ELASTIC else (24, FRAMES[restitution])
         found.append(EngineRun.of(push_scene(scene, k, restitution, periods, frames), engine, runs))
     return found
+
+
+def final_runs(runs: Path) -> list[EngineRun]:
+    """List the longer run of each engine, to the final positions."""
+    scene = read_scene("corridor")
+    return [final_run(scene, engine, runs) for engine in ENGINE_NAMES if engine != "rigid"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,11 +84,13 @@ class Corridor:
 
     found: the percussions
     pushes: the push by each engine, stiffness and damping
+    finals: where everybody is a second later, by rigid disks first
     """
 
     scene: Scene
     found: SnapshotPercussions
     pushes: list[Push]
+    finals: list[Final]
     warnings: list[str]
 
     @classmethod
@@ -84,15 +98,20 @@ class Corridor:
         """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
         scene = read_scene("corridor")
         found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
-        answer, warnings, pushes = found.answer, [], []
+        answer, warnings, pushes, finals = found.answer, [], [], [rigid_final(scene)]
         if answer.status != "solved":
             warnings.append(f"percussions: {answer.status}: {answer.reason}")
-        for run in engine_runs(runs):
+        for run in push_runs(runs):
             try:
                 pushes.append(run_push(run, progress))
             except EngineError as error:
                 warnings.append(f"{run.scene.name}, {run.engine}: {error}")
-        return cls(scene=scene, found=found, pushes=pushes, warnings=warnings)
+        for run in final_runs(runs):
+            try:
+                finals.append(soft_final(run, ENGINE_NAMES[run.engine], progress))
+            except EngineError as error:
+                warnings.append(f"{run.scene.name}, {run.engine}: {error}")
+        return cls(scene=scene, found=found, pushes=pushes, finals=finals, warnings=warnings)
 
     @cached_property
     def local(self) -> Flags:

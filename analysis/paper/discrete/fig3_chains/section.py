@@ -28,6 +28,7 @@ def build(progress: Progress | None = None) -> Section:
         claims=[
             words.claim("constrained", Verdict.of(chains.printed_miss < 1e-6)),
             words.claim("free", Verdict.of(chains.free_error < 1e-10)),
+            words.claim("at_one_speed", Verdict.of(max(chains.at_one_speed) < 1e-9)),
             words.claim("masses", Verdict.of(chains.change > 0.01)),
         ],
         warnings=[

@@ -141,6 +141,14 @@ class Chains:
         return cls(trials=trials, others=others, shown=shown)
 
     @cached_property
+    def at_one_speed(self) -> tuple[float, float]:
+        """The largest λ (N·s) and spread of u⁺ (m/s) of the shown free chain of unequal masses if
+        all have the same left velocity."""
+        mass = self.shown[1].chain.mass
+        answer, _ = Chain(mass=mass, left=np.full(len(mass), SPEED), wall=False).answer()
+        return float(answer.reaction.max()), float(np.ptp(answer.right_velocity[:, 0]))
+
+    @cached_property
     def change(self) -> float:
         """How far unequal masses change λ of the shown free chain, over its largest λ."""
         equal, unequal = (trial.answer.reaction for trial in self.shown[:2])

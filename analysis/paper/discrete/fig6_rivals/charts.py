@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from analysis.compare.statistics import correlation
-from analysis.pages.drawing import BLACK, BLUE, GREEN, GREY, ORANGE, PINK
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PINK,
+    add_scale,
+    contact_lines,
+    draw_disks,
+    draw_forces,
+    draw_walls,
+)
 from analysis.paper.discrete.fig6_rivals.chains import ChainForces
 from analysis.paper.discrete.fig6_rivals.crowds import (
     FIRST_ORDER,
@@ -19,6 +33,7 @@ from analysis.paper.discrete.fig6_rivals.crowds import (
     TEXT,
     ArchForces,
 )
+from analysis.paper.discrete.fig6_rivals.evacuation import Evacuation, room
 from analysis.paper.discrete.fig6_rivals.pair import RADIUS_M, pair_forces
 from analysis.paper.discrete.pressed_crowd.arch import RING_M
 from nscd.arrays import Floats
@@ -164,3 +179,24 @@ def _scatter(axes: Axes, arch: ArchForces, name: str, marker: str, colour: str) 
     law, alike = name.split(" λ")[0], correlation(reference, force)
     axes.set_title(f"{arch.scene.name}: {law}, correlation {alike:.3f}")
     axes.legend(loc="lower right", fontsize=9)
+
+
+def evacuations(found: Sequence[Evacuation]) -> Figure:
+    """Draw the crowd before the exit at the last look, a panel for each desired speed, with the
+    contacts that overlap."""
+    walls, _ = room()
+    first = {one.speed: one for one in reversed(found)}
+    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    panels = figure.subplots(1, len(first), sharey=True, squeeze=False)[0]
+    norm = Normalize(0.0, 1e3 * max(one.deepest.max() for one in found))
+    for axes, (speed, one) in zip(panels, sorted(first.items()), strict=True):
+        pairs, crowd = one.looks[-1].pairs, one.crowd
+        draw_disks(axes, crowd)
+        draw_walls(axes, zip(walls.start, walls.end, strict=True))
+        draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
+        deepest = 1e3 * one.deepest[-1]
+        axes.set_title(f"u_d = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
+        axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
+    panels[0].set_ylabel("y (m)")
+    add_scale(figure, list(panels), norm, "overlap of a contact (mm)")
+    return figure

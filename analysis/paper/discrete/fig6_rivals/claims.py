@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.section import Claim, Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig6_rivals.chains import ChainForces, gap_that_carries
+from analysis.paper.discrete.fig6_rivals.chains import ChainForces
+from analysis.paper.discrete.fig6_rivals.congestion import Congestion
 from analysis.paper.discrete.fig6_rivals.crowds import (
     FIRST_ORDER,
     PERCUSSIONS,
@@ -20,9 +22,12 @@ from analysis.paper.discrete.fig6_rivals.crowds import (
     BeyondTouch,
     WithoutOverlap,
 )
+from analysis.paper.discrete.fig6_rivals.evacuation import DIAMETER_M, Evacuation
 from nscd.rivals import SocialForceLaw
 
 ROUNDING = 1e-6
+# An overlap below this share of a diameter is not seen in a picture.
+SEEN = 0.01
 NOTICEABLE, LARGE = 0.01, 0.1
 LAW = SocialForceLaw()
 
@@ -81,6 +86,22 @@ def restrictive_mass(words: Words, unequal: ChainForces, arches: Sequence[ArchFo
     )
 
 
+def complete_congestion(words: Words, found: Sequence[Congestion]) -> Claim:
+    """Judge whether equal masses are why the first-order model stops everybody: it does on the
+    blocked crowds, and percussions of unequal masses let somebody go."""
+    draws = sum(len(one.unequal) for one in found)
+    freed = sum(one.freed for one in found)
+    return words.claim(
+        "complete_congestion",
+        Verdict.of(all(one.congests for one in found), 2 * freed >= draws),
+        found=found,
+        congests=sum(one.congests for one in found),
+        draws=draws,
+        freed=freed,
+        fastest=max(max(one.unequal) for one in found),
+    )
+
+
 def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverlap) -> Claim:
     """Judge whether the social force is constant in a crowd without overlaps, `apart`."""
     spread = float(np.ptp(apart.contact)) / LAW.strength
@@ -101,22 +122,25 @@ def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverl
     )
 
 
-def no_overlap(words: Words, arch: ArchForces) -> Claim:
-    """Judge whether the social force can hold a pressed crowd without overlaps: true in part where
-    fewer than half of the contacts overlap and none by more than 1 % of a diameter."""
-    percussion, diameter = arch.by_law[PERCUSSIONS].contact, 2 * arch.snapshot.radius.mean()
-    over = float((percussion > LAW.strength).mean())
-    depth = -gap_that_carries(max(float(percussion.max()), LAW.strength), LAW)
-    part = over < 0.5 and depth < 0.01 * float(diameter)
-    return words.claim(
-        "no_overlap",
-        Verdict.of(over == 0.0, part),
-        law=LAW,
-        over=over,
-        most=percussion.max(),
-        depth=depth,
-        share=depth / diameter,
-    )
+def no_overlap(words: Words, evacuations: Sequence[Evacuation]) -> Claim:
+    """Judge whether nobody overlaps in the evacuation by the social force model, at each desired
+    speed: true where the deepest overlap of half of the looks at least is SEEN of a diameter or
+    less."""
+    found: list[dict[str, Any]] = []
+    for speed in sorted({one.speed for one in evacuations}):
+        mine = [one for one in evacuations if one.speed == speed]
+        deepest = np.concatenate([one.deepest for one in mine])
+        forces = np.concatenate([one.forces for one in mine])
+        counts = {"speed": speed, "runs": len(mine), "touching": np.mean(deepest > 0)}
+        sizes = {
+            "median": np.median(deepest),
+            "most": deepest.max(),
+            "force": forces.max(initial=0),
+        }
+        found.append(counts | sizes)
+    clear = [each["median"] <= SEEN * DIAMETER_M for each in found]
+    verdict = Verdict.of(all(clear), any(clear))
+    return words.claim("no_overlap", verdict, found=found, law=LAW, diameter=DIAMETER_M)
 
 
 def unrealistic(words: Words, arch: ArchForces) -> Claim:

@@ -13,8 +13,9 @@ from analysis.engines import ENGINES, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Cell, Claim, Section, Table
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig6_rivals import charts, claims
+from analysis.paper.discrete.fig6_rivals import charts, claims, evacuation
 from analysis.paper.discrete.fig6_rivals.chains import ChainForces, chain_forces, chain_rows
+from analysis.paper.discrete.fig6_rivals.congestion import Congestion, congestion
 from analysis.paper.discrete.fig6_rivals.crowds import (
     FIRST_ORDER,
     PERCUSSIONS,
@@ -25,6 +26,7 @@ from analysis.paper.discrete.fig6_rivals.crowds import (
     loehner_beyond_touch,
     without_overlap,
 )
+from analysis.paper.discrete.fig6_rivals.evacuation import Evacuation, evacuations
 from analysis.paper.discrete.fig6_rivals.pair import (
     MASS_KG,
     RADIUS_M,
@@ -32,6 +34,7 @@ from analysis.paper.discrete.fig6_rivals.pair import (
     pair_rows,
     ratio_of_sizes,
 )
+from analysis.paper.discrete.pressed_crowd.crowds import blocked, blocked_runs
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.progress import Progress
@@ -46,7 +49,9 @@ OVERLAP_M, RADII_M = 0.01, (0.18, 0.3)
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowds of equal and of unequal masses by the first engine that is there."""
     engine = next((known.NAME for known in ENGINES if known.find() is not None), None)
-    return [EngineRun.of(read_scene(name), engine, runs) for name in CROWDS] if engine else []
+    if engine is None:
+        return []
+    return [*(EngineRun.of(read_scene(name), engine, runs) for name in CROWDS), *blocked_runs(runs)]
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
@@ -84,7 +89,18 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         pictures.append(words.picture("fig_6_arch", charts.arches(*arches)))
         tables.append(words.table("table_arch", arch_rows(arches)))
         tell("rivals", 0.7)
+        if stopped := _stopped(runs, tell, warnings):
+            tables.append(words.table("table_congestion", _congestion_rows(stopped)))
+            judged.insert(2, claims.complete_congestion(words, stopped))
         judged += _crowd_claims(words, arches, _apart(arches[0], warnings), jump)
+    evacuated = evacuations(tell)
+    pictures.append(
+        words.picture("fig_6_evacuation", charts.evacuations(evacuated), evacuation=evacuation)
+    )
+    tables.append(
+        words.table("table_evacuation", _evacuation_rows(evacuated), evacuation=evacuation)
+    )
+    judged.append(claims.no_overlap(words, evacuated))
     tables.append(_misjudged(words, (equal, unequal), arches))
     tell("rivals", 1.0)
     return words.section("6", pictures=pictures, tables=tables, claims=judged, warnings=warnings)
@@ -110,6 +126,14 @@ def _arches(
     return []
 
 
+def _stopped(runs: Path, tell: Progress, warnings: list[str]) -> list[Congestion]:
+    try:
+        return congestion(blocked(runs, tell))
+    except EngineError as error:
+        warnings.append(f"blocked exits: {error}")
+        return []
+
+
 def _apart(arch: ArchForces, warnings: list[str]) -> WithoutOverlap | None:
     try:
         return without_overlap(arch)
@@ -125,7 +149,6 @@ def _crowd_claims(
     found = []
     if apart is not None:
         found.append(claims.constant_without_overlap(words, equal, apart))
-        found.append(claims.no_overlap(words, equal))
     beyond = loehner_beyond_touch(unequal, LOEHNER_REACH_M)
     return [
         *found,
@@ -152,6 +175,24 @@ def _misjudged(words: Words, chains: Sequence[ChainForces], arches: Sequence[Arc
         )
         rows.append((arch.scene.name, *differences, arch.speed_difference, arch.undetermined))
     return words.table("table_misjudged", rows)
+
+
+def _congestion_rows(found: Sequence[Congestion]) -> list[tuple[float, ...]]:
+    return [
+        (one.seed, one.stiffness, one.first_order, one.equal, max(one.unequal), one.freed)
+        for one in found
+    ]
+
+
+def _evacuation_rows(evacuated: Sequence[Evacuation]) -> list[tuple[float, ...]]:
+    rows = []
+    for one in evacuated:
+        deepest, forces = 1e3 * one.deepest, one.forces
+        sizes = np.mean(deepest > 0), np.median(deepest), deepest.max()
+        force = forces.max() if len(forces) else float("nan")
+        contacts = len(forces) / len(one.looks)
+        rows.append((one.speed, one.seed, one.left, contacts, *map(float, sizes), float(force)))
+    return rows
 
 
 def _differences(contact: Pair, carried: Pair, resultant: Pair) -> tuple[float, ...]:
