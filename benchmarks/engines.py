@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dumps import open_bodies, snapshot_of
-from analysis.engines import ENGINES
+from analysis.engines import PENALTY
 from analysis.engines.record import EngineError
 from analysis.engines.run import simulate
 from analysis.percussions.snapshot import percussions_of
@@ -36,7 +36,7 @@ def main() -> None:
         f"{'what':<34}{'CPU s':>10}{'wall s':>10}{'steps':>9}{'particle-steps per CPU s':>27}{'worst residual':>16}"
     )
     with tempfile.TemporaryDirectory() as folder:
-        for name in (known.NAME for known in ENGINES):
+        for name in (known.NAME for known in PENALTY):
             place = Path(folder) / name
             try:
                 record = simulate(scene, name, place)

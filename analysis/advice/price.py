@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from analysis.advice.library import Entry, stored_library
-from analysis.engines.penalty import penalty_of
+from analysis.engines import engine as engine_named
 from analysis.scene.scene import Scene
 
 
@@ -46,8 +46,14 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
 
 
+# Not in the library, whose entries are penalty runs: fitted to `arch` and `jam` (benchmarks/rigid.py).
+RIGID_PRICE = Price(start_s=1.5, disk_step_s=6e-6)
+
+
 @functools.cache
 def _stored_price(engine: str, law: str) -> Price:
+    if engine == "rigid":
+        return RIGID_PRICE
     price = price_of(engine, law, stored_library().entries)
     assert price is not None
     return price
@@ -60,4 +66,6 @@ def expected_seconds(scene: Scene, engine: str) -> float:
         (point.method, point.law) for entry in stored_library().entries for point in entry.points
     }
     law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
-    return _stored_price(engine, law).of(len(scene.snapshot) * penalty_of(scene).steps)
+    return _stored_price(engine, law).of(
+        len(scene.snapshot) * engine_named(engine).timing(scene).steps
+    )

@@ -69,14 +69,14 @@ def chart(
 
 def _say_expected(scene: Scene, runs: Path, quick: bool, jobs: int | None) -> None:
     from analysis.advice.price import expected_seconds
-    from analysis.engines import ENGINES
+    from analysis.engines import PENALTY
     from analysis.work_precision.soft_runs import FULL, QUICK, run_folder, scene_of, settings_of
     from analysis.work_precision.window import driven_window, impact_window
 
     driven = scene.drive is not None
     window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)
     folder = runs / "work_precision" / scene.name
-    names = [engine.NAME for engine in ENGINES if engine.find()]
+    names = [engine.NAME for engine in PENALTY if engine.find()]
     missing = [
         setting
         for setting in settings_of(window, names, QUICK if quick else FULL)

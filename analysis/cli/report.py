@@ -36,13 +36,13 @@ def report(
     """
     from analysis.advice.price import expected_seconds
     from analysis.compare.study import study
-    from analysis.engines import ENGINES
+    from analysis.engines import PENALTY
     from analysis.engines import engine as find_engine
     from analysis.engines.run import EngineRun, finished_run
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene
 
-    names = engine or [known.NAME for known in ENGINES]
+    names = engine or [known.NAME for known in PENALTY]
     for name in names:
         find_engine(name)
     chosen = []

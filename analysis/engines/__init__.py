@@ -6,19 +6,30 @@ import functools
 from pathlib import Path
 from typing import Protocol
 
-from analysis.engines import lammps, yade
+from analysis.engines import lammps, rigid, yade
 from analysis.engines.process import Command, said
 from analysis.engines.record import EngineError, RunRecord
+from analysis.engines.timing import Timing
 from analysis.scene.scene import Scene
 
-__all__ = ["ENGINES", "Engine", "EngineError", "RunRecord", "engine", "installed", "why_not"]
+__all__ = [
+    "ENGINES",
+    "PENALTY",
+    "Engine",
+    "EngineError",
+    "RunRecord",
+    "engine",
+    "installed",
+    "why_not",
+]
 
 
 class Engine(Protocol):
     """What every engine offers.
 
     NAME: in commands and records; TITLE: in sentences; COMMAND: the program; ASK: its option that
-    says the version; INSTALL: the command that installs it.
+    says the version; INSTALL: the command that installs it; RESUMES: whether it goes on from the
+    dumps of an interrupted run that are in its folder.
     """
 
     NAME: str
@@ -26,6 +37,7 @@ class Engine(Protocol):
     COMMAND: str
     ASK: str
     INSTALL: str
+    RESUMES: bool
 
     def find(self) -> Path | None:
         """Return where its program is."""
@@ -35,6 +47,12 @@ class Engine(Protocol):
 
     def deck_digest(self) -> str:
         """Return the digest of the decks or scripts that it runs."""
+
+    def timing(self, scene: Scene) -> Timing:
+        """Return when it steps and writes. Raises ValueError for steps that nobody can count."""
+
+    def setting(self, scene: Scene) -> str:
+        """Return what tells its runs of one scene apart, as a part of a folder's name."""
 
     def check(self, scene: Scene) -> None:
         """Raise EngineError naming the field of a scene that it cannot run."""
@@ -52,7 +70,9 @@ class Engine(Protocol):
         """Bring what a run left in the folder into the form of all engines."""
 
 
-ENGINES: tuple[Engine, ...] = (lammps, yade)
+# Those with springs, whose runs are soft; their contacts have forces at each instant.
+PENALTY: tuple[Engine, ...] = (lammps, yade)
+ENGINES: tuple[Engine, ...] = (*PENALTY, rigid)
 
 
 def engine(name: str) -> Engine:

@@ -32,6 +32,8 @@ _SHORTER = "give a smaller time step (run.time_step_s), or none: then it follows
 ADVICE = {
     "finite": _SHORTER,
     "lost": _SHORTER,
+    "unsolved": "give a shorter time step (run.rigid_step_s) or a larger tolerance "
+    "(run.rigid_tolerance)",
     "speed": _SHORTER,
     "energy": _SHORTER,
     "momentum": _SHORTER,
@@ -58,7 +60,7 @@ class RunStoppedError(EngineError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a guard said: kind (finite, lost, overlap, speed, energy or momentum), its words, time
+    """What a guard said: kind (finite, lost, overlap, speed, energy, momentum or unsolved), its words, time
     (s) and step."""
 
     kind: str

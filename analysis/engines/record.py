@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.engines.penalty import Penalty
+from analysis.engines.timing import Timing
 from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 
@@ -24,11 +24,12 @@ class EngineError(RuntimeError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecord:
-    """One run of an engine on a scene (SI; restitutions of two bodies: see Penalty).
+    """One run of an engine on a scene (SI; restitutions of two bodies: see Timing).
 
-    deck_digest: of the decks or scripts that make it. exit_state: prepared, finished, stopped (by
-    its guard) or failed (the engine died, or its dumps cannot be right); reason and stopped_at_s
-    say why and when one of the last two ended."""
+    deck_digest: of the decks or scripts that make it. resumed_at_s: s, where the run went on from
+    an interrupted one; its seconds are then those of the rest. exit_state: prepared, finished,
+    stopped (by its guard) or failed (the engine died, or its dumps cannot be right); reason and
+    stopped_at_s say why and when one of the last two ended."""
 
     engine: str
     version: str
@@ -47,6 +48,7 @@ class RunRecord:
     exit_state: str = PREPARED
     reason: str = ""
     stopped_at_s: float | None = None
+    resumed_at_s: float | None = None
 
     @property
     def particle_steps(self) -> int:
@@ -55,7 +57,7 @@ class RunRecord:
 
     @classmethod
     def prepared(
-        cls, engine: str, version: str, deck_digest: str, scene: Scene, penalty: Penalty
+        cls, engine: str, version: str, deck_digest: str, scene: Scene, timing: Timing
     ) -> RunRecord:
         """The record of a run that is still to come."""
         return cls(
@@ -65,12 +67,12 @@ class RunRecord:
             scene=scene.name,
             scene_digest=scene.digest(),
             disks=len(scene.snapshot),
-            time_step_s=penalty.time_step,
-            steps=penalty.steps,
-            frame_interval=penalty.frame_interval,
-            damping_ratio=penalty.damping_ratio,
-            restitution_least=penalty.restitution_least,
-            restitution_most=penalty.restitution_most,
+            time_step_s=timing.time_step,
+            steps=timing.steps,
+            frame_interval=timing.frame_interval,
+            damping_ratio=timing.damping_ratio,
+            restitution_least=timing.restitution_least,
+            restitution_most=timing.restitution_most,
         )
 
     def write(self, folder: Path) -> None:

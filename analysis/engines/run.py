@@ -16,7 +16,6 @@ from analysis.dumps import DumpError
 from analysis.engines import engine, installed
 from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
 from analysis.engines.guard import RunStoppedError, died, full_disk
-from analysis.engines.penalty import penalty_of
 from analysis.engines.process import run_command
 from analysis.engines.record import FINISHED, EngineError, RunRecord
 from analysis.engines.staging import locked, staged
@@ -32,16 +31,13 @@ MOST_DISK_STEPS = 1e13
 # Of a disk in a frame of bodies.dump; contacts are about as much again.
 ROW_BYTES = 500
 _STEP = re.compile(r"^\s*(\d+)\s+[\d.e+-]+\s+\d+\s")  # step, time, disks, …
+_RESUMED = re.compile(r"^RESUMED at t = (\S+) s")
 log = logging.getLogger(__name__)
 
 
 def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
-    """Where a run of the scene lives: out/<scene>/<engine>_<law>_k<stiffness>."""
-    return (
-        out
-        / scene.name
-        / f"{engine_name}_{scene.contact.law}_k{scene.contact.stiffness_N_per_m:.6g}"
-    )
+    """Where a run of the scene lives: out/<scene>/<engine>_<setting>, such as lammps_hooke_k1e+06."""
+    return out / scene.name / f"{engine_name}_{engine(engine_name).setting(scene)}"
 
 
 def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
@@ -96,10 +92,10 @@ def check_before(scene: Scene, engine_name: str, folder: Path) -> None:
     """Raise EngineError for a run that cannot be, or would never end."""
     engine(engine_name).check(scene)
     installed(engine_name)
-    penalty, disks = penalty_of(scene), len(scene.snapshot)
-    if penalty.steps > MOST_STEPS or penalty.steps * disks > MOST_DISK_STEPS:
+    timing, disks = engine(engine_name).timing(scene), len(scene.snapshot)
+    if timing.steps > MOST_STEPS or timing.steps * disks > MOST_DISK_STEPS:
         raise EngineError(
-            f"{scene.name}: {penalty.steps:.3g} steps of {penalty.time_step:.3g} s for {disks} "
+            f"{scene.name}: {timing.steps:.3g} steps of {timing.time_step:.3g} s for {disks} "
             f"disks would not end within a month; at most {MOST_STEPS:.3g} steps and "
             f"{MOST_DISK_STEPS:.0g} disks times steps are run. A softer contact, a longer time step "
             "or a shorter duration needs fewer"
@@ -121,25 +117,30 @@ def _taken(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
 
 
 def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress | None) -> RunRecord:
-    chosen, penalty = engine(engine_name), penalty_of(scene)
-    if penalty.time_step > 1.000001 * penalty.safe_time_step:
+    chosen = engine(engine_name)
+    timing = chosen.timing(scene)
+    if timing.time_step > 1.000001 * timing.safe_time_step:
         log.warning(
             "%s: the time step %.3g s is longer than the safe one, %.3g s",
             scene.name,
-            penalty.time_step,
-            penalty.safe_time_step,
+            timing.time_step,
+            timing.safe_time_step,
         )
-    label = f"{scene.name}: {engine_name}, k = {scene.contact.stiffness_N_per_m:.3g} N/m"
-    with staged(folder) as staging:
+    record = RunRecord.prepared(
+        engine_name, installed(engine_name), chosen.deck_digest(), scene, timing
+    )
+    label = f"{scene.name}: {engine_name}, {chosen.setting(scene)}"
+    with staged(folder, resume=record if chosen.RESUMES else None) as staging:
         scene.model_copy(update={"name": "scene"}).write(staging)
         chosen.write_input(scene, staging / DECKS)
-        record = RunRecord.prepared(
-            engine_name, installed(engine_name), chosen.deck_digest(), scene, penalty
-        )
+        record.write(staging)
         step = 0
 
         def told(line: str) -> None:
-            nonlocal step
+            nonlocal step, record
+            if found := _RESUMED.match(line):
+                record = dataclasses.replace(record, resumed_at_s=float(found[1]))
+                log.warning("%s: goes on from the interrupted run at %s s", scene.name, found[1])
             if found := _STEP.match(line):
                 step = min(int(found[1]), record.steps)
                 if progress:
@@ -200,7 +201,7 @@ class EngineRun:
     @property
     def particle_steps(self) -> int:
         """Disks times steps: what its cost grows with."""
-        return len(self.scene.snapshot) * penalty_of(self.scene).steps
+        return len(self.scene.snapshot) * engine(self.engine).timing(self.scene).steps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

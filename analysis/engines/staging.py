@@ -41,19 +41,24 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def staged(folder: Path) -> Iterator[Path]:
+def staged(folder: Path, resume: RunRecord | None = None) -> Iterator[Path]:
     """Make an empty hidden folder beside `folder` for the block to work in.
 
     When the block ends well it becomes `folder`; when it does not (an error, Ctrl-C), it is removed
     and `folder` stays as it was. A run that was stopped or failed becomes `folder` too, with the
-    reason in its record, where no finished run is there. To be used while the folder is locked."""
+    reason in its record, where no finished run is there. To be used while the folder is locked.
+
+    resume: the record of a run that can go on where it was interrupted: the hidden folder then
+        stays when the block is interrupted, and is taken again for the same record"""
     folder = folder.resolve()  # a link to a folder stays
     staging = folder.with_name(f".{folder.name}.next")
     earlier = folder.with_name(f".{folder.name}.earlier")
     if earlier.exists() and not folder.exists():
         earlier.rename(folder)  # a process was killed between the two renames of `_publish`
-    shutil.rmtree(staging, ignore_errors=True)
-    staging.mkdir(parents=True)
+    if resume is None or _record_in(staging) != resume:
+        shutil.rmtree(staging, ignore_errors=True)
+    staging.mkdir(parents=True, exist_ok=True)
+    interrupted = False
     try:
         try:
             yield staging
@@ -67,8 +72,19 @@ def staged(folder: Path) -> Iterator[Path]:
         if str(staging) in str(error.filename):  # a name that will be gone
             error.filename = str(error.filename).replace(str(staging), str(folder))
         raise
+    except KeyboardInterrupt:
+        interrupted = True
+        raise
     finally:
-        shutil.rmtree(staging, ignore_errors=True)
+        if not (interrupted and resume is not None):
+            shutil.rmtree(staging, ignore_errors=True)
+
+
+def _record_in(folder: Path) -> RunRecord | None:
+    try:
+        return RunRecord.read(folder)
+    except EngineError:
+        return None
 
 
 def _publish(staging: Path, folder: Path) -> None:

@@ -6,6 +6,7 @@ import functools
 import shutil
 from pathlib import Path
 
+from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
@@ -13,6 +14,8 @@ from analysis.support.shipped import shipped
 
 NAME, TITLE, COMMAND, ASK = "yade", "YADE", "yade", "--version"
 INSTALL = "apt-get install --no-install-recommends yade"
+RESUMES = False
+timing, setting = penalty_of, penalty_setting
 
 
 def find() -> Path | None:

@@ -103,14 +103,18 @@ class Run(Part):
 
     duration_s: s
     frames: how many after the first
-    time_step_s: s; follows from the stiffness where left out
-    drive_interval_steps: steps between two evaluations of the drive
+    time_step_s: s, of LAMMPS and YADE; follows from the stiffness where left out
+    drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
+    rigid_step_s: s, of the rigid engine; follows from radius and speed where left out
+    rigid_tolerance: of the contact problem of a step; 1e-8 where left out
     """
 
     duration_s: Positive
     frames: Count
     time_step_s: Positive | None = None
     drive_interval_steps: Count = 10
+    rigid_step_s: Positive | None = None
+    rigid_tolerance: Annotated[Number, Field(ge=1e-12, le=0.1)] | None = None
 
 
 class Analysis(Part):

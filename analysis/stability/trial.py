@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from analysis.engines import ENGINES as KNOWN
+from analysis.engines import PENALTY as KNOWN
 from analysis.engines import engine as engine_of
 from analysis.engines import installed
 from analysis.engines.guard import Verdict

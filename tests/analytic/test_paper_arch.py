@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from analysis.engines import ENGINES, EngineError
+from analysis.engines import PENALTY, EngineError
 from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
@@ -286,7 +286,7 @@ def build(runs, progress=None):
 
 def test_sections_from_a_small_crowd(small, tmp_path):
     """Both sections whole; a second build takes the runs as they are and says the same."""
-    if all(engine.find() is None for engine in ENGINES):
+    if all(engine.find() is None for engine in PENALTY):
         pytest.skip("no engine is installed")
     steps = []
     first = build(tmp_path, lambda label, share: steps.append((label, share)))

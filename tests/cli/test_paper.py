@@ -7,7 +7,7 @@ import json
 import pytest
 from browser import BROWSER, opened
 
-from analysis.engines import ENGINES, RunRecord
+from analysis.engines import PENALTY, RunRecord
 from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import write_picture
 from analysis.pages.numbers import number
@@ -116,7 +116,7 @@ def test_a_missing_engine_is_a_warning_on_the_page(percussions, tmp_path, monkey
 
 
 def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
-    engine = next((known.NAME for known in ENGINES if known.find() is not None), None)
+    engine = next((known.NAME for known in PENALTY if known.find() is not None), None)
     if engine is None:
         pytest.skip("no engine is installed")
     scenes = [make("jam", 20, seed).with_run(duration_s=0.2, frames=1) for seed in (1, 2)]

@@ -121,7 +121,7 @@ def few(monkeypatch):
 
 
 def test_without_an_engine_the_chains_remain(few, monkeypatch, tmp_path):
-    monkeypatch.setattr(rivals, "ENGINES", ())
+    monkeypatch.setattr(rivals, "PENALTY", ())
     section = rivals.build(tmp_path)
     assert any("no engine" in warning for warning in section.warnings)
     assert [picture.name for picture in section.pictures] == [

@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.compare.statistics import relative_difference
 from analysis.dumps import DumpError
-from analysis.engines import ENGINES, EngineError
+from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Cell, Claim, Section, Table
 from analysis.pages.words import Words
@@ -48,7 +48,7 @@ OVERLAP_M, RADII_M = 0.01, (0.18, 0.3)
 
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowds of equal and of unequal masses by the first engine that is there."""
-    engine = next((known.NAME for known in ENGINES if known.find() is not None), None)
+    engine = next((known.NAME for known in PENALTY if known.find() is not None), None)
     if engine is None:
         return []
     return [*(EngineRun.of(read_scene(name), engine, runs) for name in CROWDS), *blocked_runs(runs)]
@@ -109,7 +109,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 def _arches(
     scenes: Sequence[Scene], runs: Path, tell: Progress, warnings: list[str]
 ) -> list[ArchForces]:
-    for engine in ENGINES:
+    for engine in PENALTY:
         found = []
         try:
             for number, scene in enumerate(scenes):

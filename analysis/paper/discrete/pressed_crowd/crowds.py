@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.compare.comparison import Comparison, compare_run
 from analysis.dumps import open_bodies, snapshot_of
-from analysis.engines import ENGINES, EngineError
+from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
 from analysis.paper.discrete.pressed_crowd.arch import Arch
 from analysis.scene.packing import heap
@@ -43,7 +43,7 @@ class Blocked:
 
 def installed_engine() -> str:
     """Name the first engine that is there. Raises EngineError if none is."""
-    name = next((engine.NAME for engine in ENGINES if engine.find() is not None), None)
+    name = next((engine.NAME for engine in PENALTY if engine.find() is not None), None)
     if name is None:
         raise EngineError("no engine is installed to gather a crowd")
     return name

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.compare.comparison import Comparison
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.compare.study import Study, study
-from analysis.engines import ENGINES, EngineError
+from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.names import engine_label
 from analysis.pages.section import Cell, Picture, Section, Table
@@ -21,7 +21,7 @@ from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
 
-EVERY: Sequence[str] = [engine.NAME for engine in ENGINES]
+EVERY: Sequence[str] = [engine.NAME for engine in PENALTY]
 NEAR_M = 3.0  # where the density is measured
 
 

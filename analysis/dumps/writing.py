@@ -1,0 +1,41 @@
+"""Frames in the form of LAMMPS' dumps, as every engine writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import IO
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nscd.arrays import Floats
+
+
+def write_frame(
+    file: IO[str], kind: str, step: int, names: Sequence[str], columns: Sequence[ArrayLike]
+) -> None:
+    """Append a frame to a dump; integers as such, floats with the 17 digits that give them back.
+
+    kind: ATOMS or ENTRIES
+    names, columns: of the table; all columns have one length
+    """
+    arrays = [np.asarray(column) for column in columns]
+    rows = len(arrays[0])
+    head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{rows}\n"
+    file.write(f"{head}ITEM: BOX BOUNDS ff ff pp\n{_bounds(names, arrays)}ITEM: {kind} ")
+    file.write(" ".join(names) + "\n")
+    row = " ".join("%d" if a.dtype.kind in "iub" else "%.17g" for a in arrays) + "\n"
+    # + 0: no negative zeros
+    file.writelines(
+        row % values for values in zip(*((a + 0).tolist() for a in arrays), strict=True)
+    )
+    file.flush()
+
+
+def _bounds(names: Sequence[str], arrays: Sequence[Floats]) -> str:
+    """The box around all places of the table, a metre wider; a metre around nothing."""
+    box = []
+    for name in ("x", "y", "z"):
+        values = arrays[names.index(name)] if name in names else np.zeros(1)
+        box.append((values.min(initial=0.0) - 1.0, values.max(initial=0.0) + 1.0))
+    return "".join(f"{low:.17g} {high:.17g}\n" for low, high in box)

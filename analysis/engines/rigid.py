@@ -1,0 +1,128 @@
+"""The rigid engine: Moreau–Jean time stepping over the percussions of each step, on a scene."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+
+import numpy as np
+
+from analysis.engines.process import Command, digest_of
+from analysis.engines.record import EngineError
+from analysis.engines.timing import Timing, divided
+from analysis.scene.scene import Scene
+
+NAME, TITLE, COMMAND, ASK = "rigid", "the rigid engine", "python", "--version"
+INSTALL = "pip install crowd-percussions"
+RESUMES = True
+# What a person goes in a step, at the desired speed, as a share of the mean radius: by default, and
+# at most. Flow and speed are 2-6 % low at the first, 15 % at 0.24 (docs/results/rigid.md).
+STEP_SHARE, SAFE_SHARE = 0.06, 0.25
+# Of the smallest radius: beyond, a disk could go from one side of a wall to the other.
+LARGEST_SHARE = 1.0
+TOLERANCE = 1e-8
+PROGRAM = "analysis.engines.rigid_run"
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+def find() -> Path | None:
+    """Return this Python: the engine is a part of the product."""
+    return Path(sys.executable)
+
+
+def version() -> str | None:
+    """Return the version of the product."""
+    return version_of("crowd-percussions")
+
+
+@functools.cache
+def deck_digest() -> str:
+    """Return the digest of the stepper and of its program; a run with others is not taken for one
+    with these."""
+    return digest_of(
+        [*(_ROOT / "nscd" / "stepping").glob("*.py"), *Path(__file__).parent.glob("rigid*.py")]
+    )
+
+
+def timing(scene: Scene) -> Timing:
+    """Return when it steps: 0.06 of the mean radius over the fastest speed of the scene, shortened a
+    little to fit into the time between frames. Raises ValueError for steps that nobody can count."""
+    run, e = scene.run, scene.contact.restitution
+    reach = float(scene.snapshot.radius.mean())
+    speed = _fastest(scene)
+    longest, safe = (
+        share * reach / speed if speed else run.duration_s for share in (STEP_SHARE, SAFE_SHARE)
+    )
+    try:
+        step, interval = divided(run, run.rigid_step_s, longest)
+    except OverflowError as error:
+        raise ValueError(
+            f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}"
+        ) from None
+    return Timing(
+        time_step=step,
+        safe_time_step=safe,
+        steps=interval * run.frames,
+        frame_interval=interval,
+        damping_ratio=0.0,
+        restitution_least=e,
+        restitution_most=e,
+    )
+
+
+def setting(scene: Scene) -> str:
+    """Name the step that was asked for and the tolerance, where they are not the default."""
+    step, tolerance = scene.run.rigid_step_s, scene.run.rigid_tolerance
+    parts = [f"h{step:.6g}" if step else "moreau_jean"]
+    return "_".join(parts + ([f"tol{tolerance:.6g}"] if tolerance else []))
+
+
+def tolerance_of(scene: Scene) -> float:
+    """Return how exactly the contact problem of a step is solved (dimensionless)."""
+    return scene.run.rigid_tolerance or TOLERANCE
+
+
+def check(scene: Scene) -> None:
+    """Raise EngineError for friction, and for a step in which a disk could cross a wall."""
+    if scene.contact.friction:
+        raise EngineError(
+            f"{scene.name}: contact.friction: {scene.contact.friction:g}; the rigid engine steps "
+            "without friction, LAMMPS and YADE with it"
+        )
+    smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
+    if step * _fastest(scene) > LARGEST_SHARE * smallest:
+        raise EngineError(
+            f"{scene.name}: run.rigid_step_s: in {step:g} s a disk at {_fastest(scene):g} m/s goes "
+            f"farther than its radius, {smallest:g} m, and could cross a wall; give a step of at most "
+            f"{LARGEST_SHARE * smallest / _fastest(scene):.3g} s"
+        )
+
+
+def write_input(scene: Scene, decks: Path) -> None:
+    """The program reads the scene itself."""
+    decks.mkdir(exist_ok=True)
+
+
+def command(
+    folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
+) -> Command:
+    """Return the command that runs the scene in the folder; its guard is the solver's residual."""
+    words = (sys.executable, "-m", PROGRAM, "scene.toml", "--out", out, "--step", repr(time_step_s))
+    path = os.pathsep.join(filter(None, [str(_ROOT), os.environ.get("PYTHONPATH", "")]))
+    return Command(
+        words=words,
+        environment={"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
+    )
+
+
+def collect(scene: Scene, folder: Path) -> None:
+    """The program writes the form of all engines itself."""
+
+
+def _fastest(scene: Scene) -> float:
+    """The fastest speed that a scene asks for (m/s)."""
+    speed = float(np.hypot(*scene.snapshot.velocity.T).max())
+    return max(speed, scene.drive.speed_m_per_s) if scene.drive else speed

@@ -1,0 +1,194 @@
+"""The program of the rigid engine: a scene from start to end, by Moreau–Jean steps.
+
+    python -m analysis.engines.rigid_run scene.toml --out FOLDER --step 0.005
+
+The dumps are those of the other engines. A rigid contact has percussions and no forces, so a force
+in contacts.dump is its percussion since the frame before over that time, and impulses.dump has the
+percussion itself (N·s). Where the folder holds dumps of the same run, it goes on after their last
+whole frame, to the same digits."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from analysis.dumps import DumpError, index_dump, open_bodies, snapshot_of
+from analysis.dumps.contacts import CONTACT_COLUMNS, IMPULSE_COLUMNS
+from analysis.dumps.writing import write_frame
+from analysis.engines.guard import STOPPED_STATUS
+from analysis.engines.rigid import timing, tolerance_of
+from analysis.scene.scene import Scene, read_scene
+from nscd import Snapshot
+from nscd.arrays import Floats
+from nscd.stepping import Motion, StepError, WindowImpulses, WindowSums
+
+BODIES, CONTACTS, IMPULSES = NAMES = ("bodies.dump", "contacts.dump", "impulses.dump")
+BODY_COLUMNS = [
+    "id",
+    "type",
+    "x",
+    "y",
+    "z",
+    "radius",
+    "mass",
+    "vx",
+    "vy",
+    "vz",
+    "omegaz",
+    "fx",
+    "fy",
+]
+DRIVE_COLUMNS = ["drive_x", "drive_y"]
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the scene; return the exit status, 3 where a step has no answer."""
+    parser = argparse.ArgumentParser(description="Run a scene with the rigid engine.")
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("--out", type=Path, default=Path())
+    parser.add_argument("--step", type=float, default=None)
+    given = parser.parse_args(words)
+    scene = read_scene(given.scene)
+    if given.step:
+        scene = scene.with_run(rigid_step_s=given.step)
+    given.out.mkdir(parents=True, exist_ok=True)
+    step, state = _last_frame(given.out, scene)
+    mode = "a" if step else "w"
+    opened = [(given.out / name).open(mode, encoding="utf-8") for name in NAMES]
+    try:
+        return _Run(scene, state, step, *opened).to_the_end()
+    finally:
+        for file in opened:
+            file.close()
+
+
+def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
+    """The step and the state after which to go on: of the last frame that all dumps have whole, which
+    then end with it; else of the start."""
+    whole = []
+    for name, kind in zip(NAMES, ("ATOMS", "ENTRIES", "ENTRIES"), strict=True):
+        try:
+            whole.append(_cut(out / name, kind))
+        except (DumpError, OSError):
+            return 0, scene.snapshot
+    last = min(ends[-1][0] for ends in whole if ends) if all(whole) else 0
+    if not last:
+        return 0, scene.snapshot
+    for name, ends in zip(NAMES, whole, strict=True):
+        with (out / name).open("r+b") as file:
+            file.truncate(dict(ends)[last])
+    trajectory = open_bodies(out / BODIES, timing(scene).time_step).trajectory
+    return last, snapshot_of(trajectory[len(trajectory) - 1])
+
+
+def _cut(path: Path, kind: str) -> list[tuple[int, int]]:
+    """Step and end in the file of each whole frame; a file that breaks off is cut to those."""
+    while True:
+        try:
+            frames = index_dump(path, kind).frames
+            return [(frame.step, frame.offset + frame.length) for frame in frames]
+        except DumpError:
+            content = path.read_bytes()
+            start = content.rfind(b"ITEM: TIMESTEP")
+            if start <= 0:
+                raise
+            path.write_bytes(content[:start])
+
+
+class _Run:
+    """A motion that writes its frames."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        state: Snapshot,
+        step: int,
+        bodies: IO[str],
+        contacts: IO[str],
+        impulses: IO[str],
+    ) -> None:
+        self.scene, self.timing, self.step = scene, timing(scene), step
+        self.bodies, self.contacts, self.impulses = bodies, contacts, impulses
+        drive = scene.drive
+        self.motion = Motion(
+            state,
+            scene.wall_segments(),
+            step=self.timing.time_step,
+            desired=drive.desired_velocity if drive else None,
+            relaxation_time=drive.relaxation_time_s if drive else np.inf,
+            restitution=scene.contact.restitution,
+            tolerance=tolerance_of(scene),
+        )
+
+    def to_the_end(self) -> int:
+        """Step to the end of the scene; return the exit status."""
+        every, h = self.timing.frame_interval, self.timing.time_step
+        if self.step:
+            _say(f"RESUMED at t = {self.step * h:.6g} s (step {self.step})")
+        windows = WindowSums(len(self.scene.snapshot), self.step * h)
+        before = self.motion.velocity.copy()
+        try:
+            if not self.step:
+                moved = self.motion.separate()
+                if moved:
+                    _say(f"overlapping disks were pushed apart, by {moved:.3g} m at most")
+                self._write(windows.close(0.0), before)
+            while self.step < self.timing.steps:
+                done = self.motion.advance()
+                windows.add(done.neighbours, done.reaction)
+                self.step += 1
+                if self.step % every == 0:
+                    self._write(windows.close(self.step * h), before)
+                    before = self.motion.velocity.copy()
+        except StepError as error:
+            where = f"t = {self.step * h:.6g} s (step {self.step})"
+            _say(f"GUARD unsolved at {where}: {error}")
+            return STOPPED_STATUS
+        return 0
+
+    def _write(self, window: WindowImpulses, before: Floats) -> None:
+        """A frame of each dump: the window that ends now, and the velocity (n,2) m/s at its start."""
+        disks, motion, step = self.scene.snapshot, self.motion, self.step
+        duration = window.duration or np.inf
+        none = np.zeros(len(disks))
+        mean_force = disks.mass[:, None] * (motion.velocity - before) / duration
+        columns = [disks.ids, np.ones(len(disks), int), *motion.position.T, none, disks.radius]
+        columns += [disks.mass, *motion.velocity.T, none, none, *mean_force.T]
+        names = BODY_COLUMNS
+        if drive := self.scene.drive:
+            desired = drive.desired_velocity(motion.position)
+            names = names + DRIVE_COLUMNS
+            push = disks.mass[:, None] * (desired - motion.velocity) / drive.relaxation_time_s
+            columns += [*push.T]
+        write_frame(self.bodies, "ATOMS", step, names, columns)
+        ids = disks.ids
+        wall = window.is_wall
+        bodies = (
+            ids[window.first],
+            np.where(wall, window.second + 1, ids[np.where(wall, 0, window.second)]),
+        )
+        swapped = ~wall & (bodies[0] > bodies[1])
+        sign = np.where(swapped, -1.0, 1.0)[:, None]
+        pairs = [np.where(swapped, *bodies[::-1]), np.where(swapped, *bodies), wall.astype(int)]
+        impulse = sign * window.impulse
+        write_frame(self.impulses, "ENTRIES", step, IMPULSE_COLUMNS, [*pairs, *impulse.T])
+        overlap = np.maximum(0.0, -window.gap)
+        force = impulse / duration
+        table = [*pairs, *(sign * window.normal).T, overlap, *force.T]
+        write_frame(self.contacts, "ENTRIES", step, CONTACT_COLUMNS, table)
+        kinetic = 0.5 * float(disks.mass @ (motion.velocity**2).sum(1))
+        _say(f"{step:10d} {step * self.timing.time_step:.6g} {len(disks)} {kinetic:.8g}")
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

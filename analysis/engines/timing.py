@@ -1,0 +1,48 @@
+"""When an engine steps and writes, and the restitution that comes out: the same numbers of all engines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.scene.scene import Run
+
+# More steps between two frames than this are nobody's intention.
+UNCOUNTABLE = 1e200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """Say when an engine steps and writes, and what restitution two bodies have.
+
+    time_step, safe_time_step: s
+    steps: of the whole run
+    frame_interval: steps between written frames
+    damping_ratio: of the heaviest disks; 0 of an engine without dashpots
+    restitution_least, restitution_most: what is obtained over the masses
+    """
+
+    time_step: float
+    safe_time_step: float
+    steps: int
+    frame_interval: int
+    damping_ratio: float
+    restitution_least: float
+    restitution_most: float
+
+
+def divided(run: Run, given_s: float | None, longest_s: float) -> tuple[float, int]:
+    """Return the time step (s) and the steps between two frames.
+
+    given_s: a time step that is asked for; longest_s: otherwise the longest one, shortened a little
+        so that frames fall on the same instants whatever it is
+
+    Raises OverflowError where there are too many steps to count."""
+    between_frames = run.duration_s / run.frames
+    if not between_frames / (given_s or longest_s) < UNCOUNTABLE:
+        raise OverflowError("too many steps to count")
+    if given_s:
+        return given_s, max(1, round(between_frames / given_s))
+    interval = int(np.ceil(between_frames / longest_s))
+    return between_frames / interval, interval
