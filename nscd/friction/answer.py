@@ -41,8 +41,7 @@ def solve_with_friction(
     """Percussions for the left velocity (n,2) m/s under a law with friction, from the convex
     programme and `starts` − 1 random ones. See `nscd.solve`."""
     started = time.perf_counter()
-    friction = law.frictions(contacts.is_wall)
-    problem = friction_problem(snapshot, contacts, left, law, friction)
+    problem = friction_problem(snapshot, contacts, left, law)
     aim = 0.9 * tolerance
     found = climb(problem, snapshot.position, aim)
     velocities = [found.velocity]

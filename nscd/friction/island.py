@@ -51,13 +51,16 @@ class Search:
         self._scratch = np.empty((4, k))
         self._n = n
 
-    def run(self, lam: Any, tau: Any, u: Any) -> None:
-        """Search from the convex programme's answer until one within the tolerance is found."""
+    def run(self, lam: Any, tau: Any, u: Any, *, patient: bool) -> None:
+        """Search from the convex programme's answer until one within the tolerance is found, or only
+        by what is quick."""
         start = lam, tau, u
         if not self.problem.dissipative:
             lam, tau = self.by_dilation(*start)
-            if not self.solved:
+            if not self.solved and patient:
                 self.by_curve(*start)
+        if not patient:
+            return
         if not self.solved:
             self.by_sweeps(lam, tau)
         if not self.solved and len(lam) <= RAY_CONTACTS and not self.problem.dissipative:

@@ -44,14 +44,19 @@ class Part(NamedTuple):
 
 
 def climb(
-    problem: FrictionProblem, position: Any, tolerance: float, seed: int = 0
+    problem: FrictionProblem,
+    position: Any,
+    tolerance: float,
+    seed: int = 0,
+    *,
+    patient: bool = True,
 ) -> FrictionAnswer:
     """Solve a problem of disks at position (n,2) m.
 
     An island that nothing presses keeps u⁻. The others: the convex programme of the cone's edges and
     Newton's method on the sets of open, stuck and sliding contacts, all together; each island that
     this does not solve by the methods of `Search`. With a `seed` ≥ 1 each island is searched from
-    random percussions instead. The residual decides; the best answer met is given."""
+    random percussions instead; `patient` or only as far as is quick. The residual decides; the best answer met is given."""
     k = len(problem.first)
     disks, contacts = _pressed(problem)
     if not len(contacts):
@@ -77,7 +82,8 @@ def climb(
         else:
             search.offer(lam[one.contacts], tau[one.contacts], u[one.disks], "none")
             at, on = one.contacts, one.disks
-            search.run(edges.along[at].copy(), edges.across[at].copy(), edges.best[on].copy())
+            near = edges.along[at].copy(), edges.across[at].copy(), edges.best[on].copy()
+            search.run(*near, patient=patient)
         lam[one.contacts], tau[one.contacts] = search.reaction, search.friction
         u[one.disks] = search.velocity
         pairs, pivots = pairs + search.pairs, pivots + search.pivots

@@ -51,46 +51,66 @@ class FrictionProblem(NamedTuple):
         return bool(self.normal_weight.any() or self.tangent_weight.any())
 
 
-def friction_problem(
-    snapshot: Snapshot,
-    contacts: Contacts,
-    left_velocity: Floats,
-    law: ContactLaw,
-    friction: Floats,
-    offset: Floats | None = None,
+def problem_of(
+    *,
+    first: Any,
+    second: Any,
+    normal: Any,
+    friction: Any,
+    radius: Any,
+    mass: Any,
+    left: Any,
+    offset: Any = None,
+    weights: tuple[Any, Any] | None = None,
 ) -> FrictionProblem:
-    """The problem of a snapshot with left velocities (n,2) m/s, the snapshot's spins, the law's
-    dissipation and coefficients of friction (k,)."""
-    wall = contacts.is_wall
-    other = np.where(wall, 0, contacts.second)
-    lever = np.column_stack(
-        [snapshot.radius[contacts.first], np.where(wall, 0.0, snapshot.radius[other])]
-    )
-    inertia = snapshot.inertia
-    normal_inverse = contacts.inverse_mass(snapshot.mass)
-    spin_inverse = lever[:, 0] ** 2 / inertia[contacts.first]
-    spin_inverse += np.where(wall, 0.0, lever[:, 1] ** 2 / inertia[other])
-    k_normal, k_tangential = law.coefficients(normal_inverse)
-    left = np.column_stack([left_velocity, snapshot.spin])
-    rim = np.abs(snapshot.spin) * snapshot.radius
-    scale = max(float(np.abs(left_velocity).max(initial=0.0)), float(rim.max(initial=0.0)), TINY)
-    first = contacts.first.astype(np.int32)
-    second = np.where(wall, -1, contacts.second).astype(np.int32)
+    """Set up the problem of k contacts of n disks from plain arrays, which are not checked.
+
+    first, second (k,) int32: disks, second −1 for a wall; normal (k,2) first→second; friction (k,): μ;
+    radius (n,) m; mass (n,3) kg, kg, kg m²; left (n,3) m/s, m/s, rad/s: u⁻; offset (k,) m/s: b of
+    C u ≤ b, 0 where left out; weights: k_n, k_t (k,) kg, 0 where left out."""
+    k = len(first)
+    wall = second < 0
+    other = np.where(wall, 0, second)
+    lever = np.column_stack([radius[first], np.where(wall, 0.0, radius[other])])
+    inverse = 1.0 / mass
+    normal_inverse = inverse[first, 0] + np.where(wall, 0.0, inverse[other, 0])
+    spin_inverse = lever[:, 0] ** 2 * inverse[first, 2]
+    spin_inverse += np.where(wall, 0.0, lever[:, 1] ** 2 * inverse[other, 2])
+    moving = float(np.abs(left[:, :2]).max(initial=0.0))
+    rim = float((np.abs(left[:, 2]) * radius).max(initial=0.0))
+    none = np.zeros(k)
+    along, across = (none, none.copy()) if weights is None else weights
     return FrictionProblem(
         first=first,
         second=second,
-        normal=np.array(contacts.normal),
+        normal=normal,
         lever=lever,
-        friction=np.array(friction, dtype=np.float64),
-        normal_weight=k_normal,
-        tangent_weight=k_tangential,
-        offset=np.zeros(len(contacts)) if offset is None else np.array(offset, dtype=np.float64),
-        mass=np.column_stack([snapshot.mass, snapshot.mass, inertia]),
+        friction=friction,
+        normal_weight=along,
+        tangent_weight=across,
+        offset=np.zeros(k) if offset is None else offset,
+        mass=mass,
         left=left,
         normal_inverse=normal_inverse,
         tangent_inverse=normal_inverse + spin_inverse,
-        island=components(len(snapshot), first, second)[0],
-        scale=scale,
+        island=components(len(mass), first, second)[0],
+        scale=max(moving, rim, TINY),
+    )
+
+
+def friction_problem(
+    snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw
+) -> FrictionProblem:
+    """Set up the problem of a snapshot with left velocities (n,2) m/s, its spins, and a law."""
+    return problem_of(
+        first=contacts.first.astype(np.int32),
+        second=np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
+        normal=np.array(contacts.normal),
+        friction=law.frictions(contacts.is_wall),
+        radius=snapshot.radius,
+        mass=np.column_stack([snapshot.mass, snapshot.mass, snapshot.inertia]),
+        left=np.column_stack([left_velocity, snapshot.spin]),
+        weights=law.coefficients(contacts.inverse_mass(snapshot.mass)),
     )
 
 
