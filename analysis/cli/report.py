@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from analysis.cli.app import Out, Runs, command_line, positive, progress, say_expected, warn
+from analysis.cli.rigid_law import RigidLaw
 
 
 def report(
@@ -25,6 +26,7 @@ def report(
             "driven crowd, ten times it.",
         ),
     ] = None,
+    rigid_law: RigidLaw = None,
     runs: Runs = Path("out"),
     out: Out = Path("report"),
 ) -> None:
@@ -67,7 +69,7 @@ def report(
         f"{len(missing)} runs of engines",
     )
     with progress() as bars:
-        studies = [study(scene, names, k, runs, bars) for scene, k in chosen]
+        studies = [study(scene, names, k, runs, bars, rigid_law) for scene, k in chosen]
         page = write_report(studies, out, command_line())
     for made in studies:
         for warning in made.warnings:

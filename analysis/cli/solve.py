@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from analysis.cli.app import Scheduler, count, positive, progress, say_expected, show
+from analysis.cli.app import Scheduler, count, positive, progress, say_expected, share, show
 
 
 def solve(
@@ -61,6 +61,10 @@ def solve(
             parser=positive, help="Deepest overlap that is taken, as a share of the smaller radius."
         ),
     ] = 0.5,
+    restitution: Annotated[
+        float | None,
+        typer.Option(parser=share, help="Restitution of the contacts; inelastic if left out."),
+    ] = None,
     tolerance: Annotated[
         float,
         typer.Option(parser=positive, help="Residual up to which a frame counts as solved."),
@@ -87,6 +91,7 @@ def solve(
     --out contacts.csv"""
     from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
     from analysis.support.parallel import workers as pool
+    from nscd import ContactLaw
 
     given: dict[str, Any] = {
         "left_velocity": left_velocity,
@@ -99,6 +104,7 @@ def solve(
         path=dump,
         time_step=time_step,
         setting=setting_beside(dump, room, **given),
+        law=ContactLaw(restitution=restitution),
         tolerance=tolerance,
         openness=openness,
     )

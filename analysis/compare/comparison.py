@@ -3,31 +3,36 @@ by wall."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from analysis.compare.checks import check_bodies, check_contacts, check_record, frame_of
 from analysis.compare.match import Match, match_contacts
 from analysis.dumps import (
     DumpError,
+    DumpIndex,
     EngineContacts,
     contacts_at,
-    frame_at,
     index_contacts,
     open_bodies,
     snapshot_of,
 )
 from analysis.dumps.impulses import integrate_contacts
 from analysis.engines.record import RunRecord
-from analysis.percussions.snapshot import FORCE, SnapshotPercussions, percussions_of
+from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, percussions_of
 from analysis.scene.scene import Scene, read_scene
-from nscd import Percussions, Snapshot
+from nscd import ContactLaw, Percussions, Snapshot
 from nscd.arrays import Floats
 from nscd.indeterminacy.determinacy import Determinacy, admissible_determinacy, determinacy
 
-__all__ = ["FORCE", "Balance", "Comparison", "compare_run"]
+__all__ = ["FORCE", "Balance", "Comparison", "compare_run", "rigid_law_of"]
+# Impulses that miss the momentum change by more than this share are compared with nothing.
+LARGEST_CLOSURE_ERROR = 0.05
+# Of two bodies; a dissipation as large as an elastic contact's would leave rounding errors only.
+NEARLY_ELASTIC = 0.9999
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,6 +44,7 @@ class Balance:
     net: (2,) N, Σ m a of the engine; 0 for an impact
     closure_error: how far the engine's own balance is from closing: |Σ drive − Σ walls − Σ m a| /
         |Σ drive|, or the largest error of a disk's momentum change rebuilt from ∫f dt
+    frames_needed: of an impact, about so many make that error 1 %; 0 of a driven crowd
     """
 
     drive: Floats
@@ -46,6 +52,7 @@ class Balance:
     rigid_walls: Floats
     net: Floats
     closure_error: float
+    frames_needed: int
 
     @property
     def unbalanced(self) -> float:
@@ -61,6 +68,7 @@ class Comparison:
     match: the contacts of both models, with what each of them gives
     balance: of the whole crowd
     percussions: the rigid answer for the snapshot
+    law: of the rigid contacts
     by_balance: rank of the rigid contacts, and what the balance alone determines
     """
 
@@ -69,6 +77,7 @@ class Comparison:
     match: Match
     balance: Balance
     percussions: SnapshotPercussions
+    law: ContactLaw
     by_balance: Determinacy
 
     @property
@@ -108,63 +117,108 @@ class Comparison:
         return loads
 
 
-def compare_run(folder: Path, time: float | None = None, tolerance: float = 1e-10) -> Comparison:
-    """Compare a finished run with the percussions of its snapshot at `time` (s; that of the scene
-    by default).
+def compare_run(
+    folder: Path,
+    time: float | None = None,
+    law: ContactLaw | None = None,
+    tolerance: float = 1e-10,
+) -> Comparison:
+    """Compare a finished run with the percussions of its snapshot.
 
-    Raises DumpError for damaged dumps, SceneError for the scene, and DumpError where neither model
-    has a contact."""
+    time: s, of a driven crowd; that of the scene where left out
+    law: of the rigid contacts; the scene's where left out, its restitution in an impact included
+    tolerance: of `nscd.solve`
+
+    Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
+    SceneError for the scene, DumpError where neither model has a contact, and where the impulses of
+    an impact miss the momentum of the disks by more than 5 %."""
     scene, record = read_scene(folder / "scene.toml"), RunRecord.read(folder)
+    check_record(folder, record, scene)
     trajectory = open_bodies(folder / "bodies.dump", record.time_step_s).trajectory
+    check_bodies(folder / "bodies.dump", trajectory, record, scene)
     index = index_contacts(folder / "contacts.dump")
+    if index.steps != trajectory.steps:
+        raise DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
     impact = scene.analysis.kind == "impact"
-    wanted = (0.0 if impact else scene.analysis.time_s) if time is None else time
-    frame = frame_at(np.array(index.steps) * record.time_step_s, wanted)
-    step = index.steps[frame]
-    if step not in trajectory.steps:
-        raise DumpError(f"{folder}: contacts.dump has step {step} and bodies.dump has not")
-    ts = trajectory[trajectory.steps.index(step)]
-    found = percussions_of(scene, snapshot_of(ts, folder / "bodies.dump"), tolerance=tolerance)
+    if impact and time is not None:
+        raise DumpError(f"time: {time:g} s; an impact is compared over its whole run")
+    default = 0.0 if impact else scene.analysis.time_s
+    number = frame_of(index.steps, record.time_step_s, time, default)
+    ts = trajectory[number]
+    snapshot = snapshot_of(ts, folder / "bodies.dump")
+    law = rigid_law_of(scene) if law is None else law
+    found = percussions_of(scene, snapshot, law, tolerance=tolerance)
     if impact:
-        whole = integrate_contacts(index, trajectory, found.contacts, found.snapshot)
-        engine, total, net, error = whole.contacts, whole.change.sum(0), np.zeros(2), whole.error
+        engine, balance = _impulses(index, trajectory, found, scene)
     else:
-        engine = contacts_at(index, frame)
-        total, net, error = _driven_balance(found.snapshot, ts.data, engine)
+        engine = contacts_at(index, number)
+        check_contacts(index, number, engine, snapshot, scene)
+        balance = _driven_balance(snapshot, ts.data, engine)
     if not len(found.contacts) and not len(engine):
-        raise DumpError(
-            f"scene {scene.name}, {record.engine}: no contact at all at {found.snapshot.time:g} s; "
-            "nothing to compare"
-        )
-    known = determinacy(found.contacts, len(found.snapshot))
+        raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
+    known = determinacy(found.contacts, len(snapshot))
     failed = found.answer.status == "failed"
     sharper = known if failed else admissible_determinacy(found.contacts, found.answer)
     match = match_contacts(found, engine, sharper.determined)
-    on_walls = match.is_wall
+    rigid_walls = match.rigid[match.is_wall].sum(0)
     return Comparison(
         scene=scene,
         record=record,
         match=match,
-        balance=Balance(
-            drive=total,
-            walls=match.penalty[on_walls].sum(0),
-            rigid_walls=match.rigid[on_walls].sum(0),
-            net=net,
-            closure_error=error,
-        ),
+        balance=replace(balance, rigid_walls=rigid_walls),
         percussions=found,
+        law=law,
         by_balance=known,
     )
 
 
-def _driven_balance(
-    snapshot: Snapshot, data: Any, engine: EngineContacts
-) -> tuple[Floats, Floats, float]:
-    """Σ drive (2,) N, Σ m a (2,) N where the dump has it, and how far the balance is from closing
-    (NaN without it)."""
+def rigid_law_of(scene: Scene) -> ContactLaw:
+    """Give the law of the scene's rigid contacts (see `law_of`); of elastic ones that nearest to
+    it which a finite dissipation gives."""
+    elastic = scene.contact.restitution > NEARLY_ELASTIC and scene.analysis.kind == "impact"
+    return ContactLaw(restitution=NEARLY_ELASTIC) if elastic else law_of(scene)
+
+
+def _impulses(
+    index: DumpIndex, trajectory: Any, found: SnapshotPercussions, scene: Scene
+) -> tuple[EngineContacts, Balance]:
+    """The contacts of an impact with ∫f dt for forces, and its balance. Raises DumpError where they
+    do not fit the momentum that the disks gain."""
+
+    def check(number: int, contacts: EngineContacts) -> None:
+        here = snapshot_of(trajectory[number], index.path)
+        check_contacts(index, number, contacts, here, scene)
+
+    whole = integrate_contacts(index, trajectory, found.contacts, found.snapshot, check)
+    if not whole.error <= LARGEST_CLOSURE_ERROR:
+        raise DumpError(
+            f"{index.path}: the impulses ∫f dt miss the momentum that disks gain by "
+            f"{whole.error:.0%}, so they are not compared; about {whole.frames_needed} frames "
+            "(run.frames) would make it 1 %"
+        )
+    return whole.contacts, Balance(
+        drive=whole.change.sum(0),
+        walls=whole.contacts.force[whole.contacts.is_wall].sum(0),
+        rigid_walls=np.zeros(2),
+        net=np.zeros(2),
+        closure_error=whole.error,
+        frames_needed=whole.frames_needed,
+    )
+
+
+def _driven_balance(snapshot: Snapshot, data: Any, engine: EngineContacts) -> Balance:
+    """Σ drive, Σ m a where the dump has it, and how far the balance is from closing (NaN without
+    it)."""
     total = np.zeros(2) if snapshot.drive is None else snapshot.drive.sum(0)
-    if "fx" not in data or "fy" not in data:
-        return total, np.zeros(2), float("nan")
-    net = np.array([data["fx"].sum(), data["fy"].sum()])
-    rest = total - engine.force[engine.is_wall].sum(0) - net
-    return total, net, float(np.hypot(*rest)) / (float(np.hypot(*total)) or 1.0)
+    walls, net, error = engine.force[engine.is_wall].sum(0), np.zeros(2), float("nan")
+    if "fx" in data:
+        net = np.array([data["fx"].sum(), data["fy"].sum()])
+        error = float(np.hypot(*(total - walls - net))) / (float(np.hypot(*total)) or 1.0)
+    return Balance(
+        drive=total,
+        walls=walls,
+        rigid_walls=np.zeros(2),
+        net=net,
+        closure_error=error,
+        frames_needed=0,
+    )

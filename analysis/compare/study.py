@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.compare.comparison import Comparison, compare_run
+from analysis.compare.remarks import remarks
 from analysis.dumps import DumpError
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.record import EngineError
 from analysis.engines.run import run_engine, run_folder
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
+from nscd import ContactLaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,9 +35,12 @@ def study(
     stiffnesses: Sequence[float],
     out: Path,
     progress: Progress | None = None,
+    law: ContactLaw | None = None,
 ) -> Study:
     """Run and compare. A run that is stopped or fails, or whose dumps are damaged, becomes a
     failure, a missing engine a warning; the rest goes on.
+
+    law: of the rigid contacts; the scene's where left out
 
     Raises EngineError if no run was even tried.
     """
@@ -48,7 +53,7 @@ def study(
             folder = run_folder(out, variant, name)
             try:
                 run_engine(variant, name, folder, progress)
-                comparisons.append(compare_run(folder))
+                comparisons.append(compare_run(folder, law=law))
             except EngineError as error:
                 words = f"{name}, k = {stiffness:.3g} N/m: {error}"
                 (failures if isinstance(error, RunStoppedError) else warnings).append(words)
@@ -63,5 +68,8 @@ def study(
             warnings.append(
                 f"percussions of {comparison.record.engine}'s snapshot: {comparison.answer.status}: {comparison.answer.reason}"
             )
-        warnings.extend(comparison.answer.warnings)
+        engine = comparison.record.engine
+        for words in (*remarks(comparison), *comparison.answer.warnings):
+            if (sentence := f"{engine}: {words}") not in warnings:
+                warnings.append(sentence)
     return Study(scene=scene, comparisons=comparisons, failures=failures, warnings=warnings)

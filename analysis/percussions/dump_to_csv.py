@@ -20,6 +20,7 @@ from analysis.percussions.table import COLUMNS, Cells, Openness, cells_of
 from analysis.scene.scene import read_room
 from analysis.support.files import whole_file
 from analysis.support.progress import Progress
+from nscd import ContactLaw
 
 # Frames are solved in blocks that take about so long, but no more than MOST of them.
 BLOCK_SECONDS, MOST = 2.0, 64
@@ -34,6 +35,7 @@ class DumpToSolve:
     path: of the dump
     time_step: s, of the simulation; see `open_bodies`
     setting: walls, drive, left velocity
+    law: of the contacts; inelastic where left out
     tolerance: residual up to which a frame counts as solved
     openness: what is said of reactions that the mechanics may leave open
     """
@@ -41,6 +43,7 @@ class DumpToSolve:
     path: Path
     time_step: float | None = None
     setting: Setting
+    law: ContactLaw | None = None
     tolerance: float = 1e-8
     openness: Openness = "determined"
 
@@ -55,7 +58,7 @@ class DumpToSolve:
             snapshot = snapshot_of(ts, self.path, needs_velocity=self.setting.moves)
             try:
                 found = percussions_of(
-                    self.setting, snapshot, tolerance=self.tolerance, before=before
+                    self.setting, snapshot, self.law, tolerance=self.tolerance, before=before
                 )
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {step}: {error}") from None

@@ -1,0 +1,42 @@
+"""What a reader of a comparison must know, in sentences."""
+
+from __future__ import annotations
+
+import math
+
+from analysis.compare.comparison import Comparison
+from analysis.dumps.impulses import FRAMES_NEEDED_FROM
+
+# Restitutions that differ by less are the same to a reader.
+ALIKE = 0.01
+
+
+def remarks(comparison: Comparison) -> list[str]:
+    """Say where the two models are not alike, and which numbers are not sharp."""
+    record, law = comparison.record, comparison.law
+    contact, words = comparison.scene.contact, []
+    if contact.friction:
+        words.append(
+            f"the engine's contacts have friction ({contact.friction:g}), the percussions have none"
+        )
+    if comparison.percussions.window is None:
+        rigid = law.restitution or 0.0
+        if abs(contact.restitution - rigid) > ALIKE:
+            words.append(
+                f"the engine's contacts have restitution {contact.restitution:g}, the percussions "
+                f"{rigid:g}: the difference of the laws is in every number"
+            )
+        least, most = record.restitution_least, record.restitution_most
+        if max(abs(contact.restitution - least), abs(contact.restitution - most)) > ALIKE:
+            words.append(
+                f"restitution {contact.restitution:g} was asked; the engine's contacts have "
+                f"{least:.3g} to {most:.3g}, since one dashpot serves all masses"
+            )
+        error = comparison.balance.closure_error
+        if math.isfinite(error) and error > FRAMES_NEEDED_FROM:
+            words.append(
+                f"the impulses ∫f dt miss the momentum that disks gain by up to {error:.1%}; about "
+                f"{comparison.balance.frames_needed} frames (run.frames) would make it "
+                f"{FRAMES_NEEDED_FROM:.0%}"
+            )
+    return words
