@@ -24,6 +24,10 @@ def check_record(folder: Path, record: RunRecord, scene: Scene) -> None:
     path, run = folder / "run.json", scene.run
     if record.exit_state != FINISHED:
         raise EngineError(f"{path}: exit_state: {record.exit_state}; the run has not finished")
+    if record.scene_digest != scene.digest():
+        raise EngineError(
+            f"{path}: scene_digest: scene.toml and scene.data beside it are not the scene of this run"
+        )
     if record.disks != len(scene.snapshot):
         raise EngineError(
             f"{path}: disks: {record.disks}; scene.toml beside it has {len(scene.snapshot)}"

@@ -132,7 +132,8 @@ def compare_run(
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
     SceneError for the scene, DumpError where neither model has a contact, and where the impulses of
     an impact miss the momentum of the disks by more than 5 %."""
-    scene, record = read_scene(folder / "scene.toml"), RunRecord.read(folder)
+    record = RunRecord.read(folder)
+    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
     check_record(folder, record, scene)
     trajectory = open_bodies(folder / "bodies.dump", record.time_step_s).trajectory
     check_bodies(folder / "bodies.dump", trajectory, record, scene)

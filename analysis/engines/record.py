@@ -6,15 +6,23 @@ import dataclasses
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, TypeAdapter, ValidationError
 
 from analysis.engines.timing import Timing
-from analysis.scene.scene import Scene
+from analysis.scene.parts import Count, Number, Positive
+from analysis.scene.scene import FileName, Scene, first_problem
 from analysis.support.files import write_text
+from analysis.support.reading import UnreadableError, read_text
 
 FILE = "run.json"
 PREPARED, FINISHED = "prepared", "finished"
 STOPPED = "stopped"  # by its guard
 FAILED = "failed"  # the engine died, or its dumps cannot be right
+
+
+NotNegative = Annotated[Number, Field(ge=0)]
 
 
 class EngineError(RuntimeError):
@@ -33,22 +41,22 @@ class RunRecord:
 
     engine: str
     version: str
-    scene: str
+    scene: FileName
     scene_digest: str
-    disks: int
-    time_step_s: float
-    steps: int
-    frame_interval: int
-    damping_ratio: float
-    restitution_least: float
-    restitution_most: float
-    wall_seconds: float = 0.0
-    cpu_seconds: float = 0.0
+    disks: Count
+    time_step_s: Positive
+    steps: Count
+    frame_interval: Count
+    damping_ratio: NotNegative
+    restitution_least: NotNegative
+    restitution_most: NotNegative
+    wall_seconds: NotNegative = 0.0
+    cpu_seconds: NotNegative = 0.0
     deck_digest: str = ""
     exit_state: str = PREPARED
     reason: str = ""
-    stopped_at_s: float | None = None
-    resumed_at_s: float | None = None
+    stopped_at_s: Number | None = None
+    resumed_at_s: Number | None = None
 
     @property
     def particle_steps(self) -> int:
@@ -87,15 +95,11 @@ class RunRecord:
         `even_stopped`."""
         path = folder / FILE
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
-            content.pop("particle_steps")
-            record = cls(**content)
-        except FileNotFoundError:
-            raise EngineError(f"{path}: no such file; the folder holds no run") from None
-        except KeyError as error:
-            raise EngineError(f"{path}: missing key {error}") from None
-        except (TypeError, AttributeError, ValueError) as error:
-            raise EngineError(f"{path}: not the record of a run: {error}") from None
+            record = _READER.validate_json(read_text(path), strict=True)
+        except UnreadableError as error:
+            raise EngineError(f"{error}; the folder holds no run") from None
+        except ValidationError as error:
+            raise EngineError(f"{path}: not the record of a run: {first_problem(error)}") from None
         if record.exit_state in (STOPPED, FAILED) and not even_stopped:
             raise EngineError(
                 f"{folder}: the run {record.exit_state}"
@@ -103,3 +107,6 @@ class RunRecord:
                 + f": {record.reason}"
             )
         return record
+
+
+_READER = TypeAdapter(RunRecord)

@@ -39,7 +39,7 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
         f"{low[1]:.1f} {high[1]:.1f} ylo yhi",
     ]
     lines += [f"{-half:.3f} {half:.3f} zlo zhi", "", "Atoms # sphere", ""]
-    density = snapshot.mass / (SPHERE * snapshot.radius**3)
+    density = _density(snapshot)
     ids = snapshot.ids.tolist()
     for i, r, rho, (x, y) in zip(
         ids, snapshot.radius.tolist(), density.tolist(), snapshot.position.tolist(), strict=True
@@ -49,6 +49,21 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     for i, (vx, vy), w in zip(ids, snapshot.velocity.tolist(), snapshot.spin.tolist(), strict=True):
         lines.append(f"{i} {vx!r} {vy!r} 0.0 0.0 0.0 {w!r}")
     write_text(path, "\n".join(lines) + "\n")
+
+
+def written_mass(snapshot: Snapshot) -> Floats:
+    """Compute the masses (n,) kg that come back from a data file, which has densities instead."""
+    return _mass(_density(snapshot), snapshot.radius)
+
+
+def _density(snapshot: Snapshot) -> Floats:
+    density: Floats = snapshot.mass / (SPHERE * snapshot.radius**3)
+    return density
+
+
+def _mass(density: Floats, radius: Floats) -> Floats:
+    """To the digits that survive the way to a density and back."""
+    return np.array([float(f"{m:.13g}") for m in density * SPHERE * radius**3])
 
 
 def read_data(path: Path) -> Snapshot:
@@ -105,13 +120,12 @@ def _snapshot(path: Path, atoms: Floats, motion: Floats) -> Snapshot:
     if np.ptp(atoms[:, 6]) > 0:
         raise ValueError(f"{path}: Atoms: z differs between disks; a crowd is in one plane")
     radius = 0.5 * atoms[:, 2]
-    mass = np.array([float(f"{m:.13g}") for m in atoms[:, 3] * SPHERE * radius**3])
     try:
         return Snapshot(
             position=atoms[:, 4:6],
             velocity=motion[:, 1:3],
             radius=radius,
-            mass=mass,
+            mass=_mass(atoms[:, 3], radius),
             ids=atoms[:, 0].astype(np.int64),
             spin=motion[:, 6],
         )

@@ -4,6 +4,7 @@ state."""
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -13,7 +14,7 @@ import tomli_w
 from pydantic import AfterValidator, ConfigDict, ValidationError
 
 from analysis.scene.account import Reconciliation
-from analysis.scene.lammps_data import read_data, write_data
+from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.parts import Analysis, ContactModel, Drive, Part, Room, Run, Wall
 from analysis.scene.placement import check_room
 from analysis.support.files import write_text
@@ -44,6 +45,10 @@ def _file_name(name: str) -> str:
 
 # It becomes a part of paths, and must not lead out of their folder.
 FileName = Annotated[str, AfterValidator(_file_name)]
+
+
+# Of a scene file, in their order.
+PARTS = ("drive", "contact", "run", "analysis", "reconciliation")
 
 
 class SceneError(ValueError):
@@ -106,25 +111,26 @@ class Scene(Room):
         except ValueError as error:
             raise SceneError(f"{origin}: {error}") from None
 
+    def _content(self) -> dict[str, Any]:
+        """What the scene file says, but for the name of its data file."""
+        walls = [wall.model_dump() for wall in self.walls]
+        parts = {key: getattr(self, key) for key in PARTS}
+        return (
+            {"title": self.title, "source": self.source}
+            | ({"walls": walls} if walls else {})
+            | {key: part.model_dump(exclude_none=True) for key, part in parts.items() if part}
+        )
+
     def to_toml(self) -> str:
         """The text of the scene file; its disks are in `<name>.data` beside it."""
-        content: dict[str, Any] = {
-            "title": self.title,
-            "source": self.source,
-            "disks": {"data": f"{self.name}.data"},
-        }
-        if self.walls:
-            content["walls"] = [wall.model_dump() for wall in self.walls]
-        for part in ("drive", "contact", "run", "analysis", "reconciliation"):
-            value = getattr(self, part)
-            if value is not None:
-                content[part] = value.model_dump(exclude_none=True)
+        content = self._content()
+        head = {key: content.pop(key) for key in ("title", "source")}
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
         # points read better on one line
         text = re.sub(
             r"\[\n\s+([^\[\]]+?),\n\]",
             lambda m: "[" + re.sub(r",\s+", ", ", m[1]) + "]",
-            tomli_w.dumps(content),
+            tomli_w.dumps(head | {"disks": {"data": f"{self.name}.data"}} | content),
         )
         return comment + "\n" + text
 
@@ -136,14 +142,11 @@ class Scene(Room):
         return folder / f"{self.name}.toml"
 
     def digest(self) -> str:
-        """SHA-256 of everything that the simulation depends on."""
-        state = hashlib.sha256(self.to_toml().encode())
-        for array in (
-            self.snapshot.position,
-            self.snapshot.velocity,
-            self.snapshot.radius,
-            self.snapshot.mass,
-        ):
+        """SHA-256 of all that the files of the scene say, but for its name and its notes."""
+        disks = self.snapshot
+        arrays = (disks.position, disks.velocity, disks.radius, written_mass(disks))
+        state = hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode())
+        for array in (*arrays, disks.spin, disks.ids):
             state.update(array.tobytes())
         return state.hexdigest()
 
@@ -230,4 +233,4 @@ def first_problem(error: ValidationError) -> str:
     first = (unknown or problems)[0]
     where = ".".join(str(part) for part in first["loc"])
     message = "unknown key" if unknown else first["msg"].removeprefix("Value error, ")
-    return f"{where}: {message}"
+    return f"{where}: {message}" if where else message
