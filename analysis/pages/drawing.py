@@ -65,20 +65,17 @@ def draw_disks(
 def draw_walls(axes: Axes, walls: Iterable[Sequence[Sequence[float]]]) -> None:
     """Draw walls, each from its start to its end (m)."""
     lines = [np.asarray(wall, dtype=float) for wall in walls]
-    axes.add_collection(
-        LineCollection(lines, colors=BLACK, linewidths=2.5, label="wall" if lines else None)
-    )
+    label = "wall" if lines else None
+    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=2.5, label=label))
 
 
 def draw_forces(axes: Axes, lines: Floats, force: Floats, norm: Normalize) -> None:
     """Draw lines (k,2,2) m whose width and shade grow with the force (k,); the largest on top."""
     order = np.argsort(force)
     widths = 0.2 + 4.0 * np.clip(force[order] / (norm.vmax or 1.0), 0.0, 1.2)
-    axes.add_collection(
-        LineCollection(
-            list(lines[order]), linewidths=list(widths), array=force[order], cmap=SHADES, norm=norm
-        )
-    )
+    drawn = LineCollection(list(lines[order]), linewidths=list(widths), cmap=SHADES, norm=norm)
+    drawn.set_array(force[order])
+    axes.add_collection(drawn)
 
 
 def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:
@@ -102,11 +99,6 @@ def size_of(points: Floats, margin: float, panels: int) -> tuple[float, float]:
 def frame(axes: Axes, points: Floats, margin: float) -> None:
     """Show these points (n,2) m and a margin (m) round them, at equal scale."""
     low, high = points.min(0) - 2 * margin, points.max(0) + 2 * margin
-    axes.set(
-        xlim=(low[0], high[0]),
-        ylim=(low[1], high[1]),
-        aspect="equal",
-        xlabel="x (m)",
-        ylabel="y (m)",
-    )
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axes.set(xlabel="x (m)", ylabel="y (m)")
     axes.tick_params(labelsize=8)

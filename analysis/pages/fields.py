@@ -11,9 +11,14 @@ from skfem import MeshTri1
 
 from analysis.pages.drawing import BLACK, ORANGE, SHADES
 from nscd.arrays import Floats
-from nscd.continuum.room import Room
+from nscd.continuum.room import Border, Room
 
 LEVELS = 13
+BORDERS: dict[Border, tuple[str, float, str]] = {
+    "wall": (BLACK, 2, "-"),
+    "exit": (ORANGE, 3, ":"),
+    "free": (BLACK, 1, "--"),
+}
 WIDTHS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
@@ -21,9 +26,8 @@ def rounded(top: float) -> float:
     """Round up to the next number that has 12 equal bands of a round width."""
     band = max(top, 1e-300) / (LEVELS - 1)
     unit = 10.0 ** np.floor(np.log10(band))
-    return float(
-        (LEVELS - 1) * unit * next(width for width in WIDTHS if width * unit >= band * (1 - 1e-9))
-    )
+    width = next(width for width in WIDTHS if width * unit >= band * (1 - 1e-9))
+    return float((LEVELS - 1) * unit * width)
 
 
 def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
@@ -33,12 +37,7 @@ def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
     levels = np.linspace(0.0, top, LEVELS)
     # less than a thousandth below 0 is rounding of the picture
     below, above = bool(values.min() < -1e-3 * top), bool(values.max() > top)
-    extend = {
-        (False, False): "neither",
-        (False, True): "max",
-        (True, False): "min",
-        (True, True): "both",
-    }[(below, above)]
+    extend = ("both" if above else "min") if below else "max" if above else "neither"
     if not below:
         values = np.maximum(values, 0.0)
     drawn = axes.tricontourf(triangles, values, levels=levels, cmap=SHADES, extend=extend)
@@ -49,12 +48,9 @@ def draw_field(axes: Axes, mesh: MeshTri1, values: Floats, top: float) -> Any:
 
 def draw_room(axes: Axes, room: Room) -> None:
     """Draw walls black, exits dotted, free borders dashed."""
-    for start, end in room.pieces("wall"):
-        axes.plot(*np.stack([start, end]).T, color=BLACK, lw=2, solid_capstyle="butt")
-    for start, end in room.pieces("exit"):
-        axes.plot(*np.stack([start, end]).T, color=ORANGE, lw=3, ls=":")
-    for start, end in room.pieces("free"):
-        axes.plot(*np.stack([start, end]).T, color=BLACK, lw=1, ls="--")
+    for kind, (colour, width, line) in BORDERS.items():
+        for ends in room.pieces(kind):
+            axes.plot(*np.stack(ends).T, color=colour, lw=width, ls=line, solid_capstyle="butt")
     axes.set_aspect("equal")
 
 
@@ -68,11 +64,6 @@ def draw_arrows(axes: Axes, mesh: MeshTri1, vectors: Floats, spacing: float, sca
     cell = np.floor(mesh.p.T / spacing).astype(int)
     _, chosen = np.unique(cell, axis=0, return_index=True)
     axes.quiver(
-        *mesh.p[:, chosen],
-        *(scale * vectors[chosen].T),
-        angles="xy",
-        scale_units="xy",
-        scale=1,
-        width=0.0035,
-        color=BLACK,
-    )
+        *mesh.p[:, chosen], *(scale * vectors[chosen].T), angles="xy", scale_units="xy", scale=1,
+        width=0.0035, color=BLACK,
+    )  # fmt: skip

@@ -38,23 +38,13 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
         for section in sections
         for picture in section.pictures
     }
-    page = render(
-        "report.html",
-        sections=sections,
-        images=images,
-        command=command,
-    )
+    page = render("report.html", sections=sections, images=images, command=command)
     numbers = {
-        study.scene.name: {
-            "failures": study.failures,
-            "warnings": study.warnings,
-            "runs": runs[study.scene.name],
-        }
-        for study in studies
+        name: {"failures": study.failures, "warnings": study.warnings, "runs": runs[name]}
+        for name, study in ((study.scene.name, study) for study in studies)
     }
-    write_text(
-        folder / "numbers.json", json.dumps(jsonable(numbers), indent=1, ensure_ascii=False) + "\n"
-    )
+    text = json.dumps(jsonable(numbers), indent=1, ensure_ascii=False)
+    write_text(folder / "numbers.json", text + "\n")
     write_text(folder / "index.html", page)
     return folder / "index.html"
 
@@ -78,14 +68,15 @@ def _runs(study: Study) -> list[dict[str, Any]]:
     for comparison in study.comparisons:
         same = [c for c in study.comparisons if c.scene.contact == comparison.scene.contact]
         stiffness = comparison.scene.contact.stiffness_N_per_m
+        first, engine = same[0], comparison.record.engine
         runs.append(
             _numbers(comparison)
             | {
-                "csv": f"{study.scene.name}_{comparison.record.engine}_k{stiffness:.6g}.csv",
+                "csv": f"{study.scene.name}_{engine}_k{stiffness:.6g}.csv",
                 "difference_from_first_engine": None
-                if same[0] is comparison
-                else penalty_difference(same[0], comparison),
-                "first_engine": engine_name(same[0].record.engine),
+                if first is comparison
+                else penalty_difference(first, comparison),
+                "first_engine": engine_name(first.record.engine),
             }
         )
     return runs

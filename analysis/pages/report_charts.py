@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +22,7 @@ from analysis.pages.drawing import (
     MARKERS,
     ORANGE,
     add_scale,
+    contact_lines,
     draw_disks,
     draw_forces,
     draw_walls,
@@ -35,34 +37,24 @@ from nscd.arrays import Floats
 def scene_picture(scene: Scene) -> Figure:
     """Draw the initial state: disks, walls, the door, and who moves or walks where."""
     snapshot = scene.snapshot
-    figure = Figure(
-        figsize=size_of(snapshot.position, float(snapshot.radius.max()), 1), layout="constrained"
-    )
+    size = size_of(snapshot.position, float(snapshot.radius.max()), 1)
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     draw_disks(axes, snapshot, "#DDEAF3")
     draw_walls(axes, _walls(scene))
-    velocity = (
-        snapshot.velocity
-        if scene.drive is None
-        else scene.drive.desired_velocity(snapshot.position)
-    )
+    drive = scene.drive
+    velocity = drive.desired_velocity(snapshot.position) if drive else snapshot.velocity
     moving = np.hypot(*velocity.T) > 0
     if moving.any():
         x, v = snapshot.position[moving], velocity[moving]
-        label = "velocity at the start" if scene.drive is None else "desired direction"
-        size = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
+        label = "desired direction" if drive else "velocity at the start"
+        length = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
         axes.quiver(
-            *x.T,
-            *(size * v).T,
-            angles="xy",
-            scale_units="xy",
-            scale=1,
-            color=ORANGE,
-            width=0.003,
-            label=label,
-        )
-    if scene.drive is not None:
-        (x0, y0), (x1, y1) = scene.drive.door_start_m, scene.drive.door_end_m
+            *x.T, *(length * v).T, angles="xy", scale_units="xy", scale=1, color=ORANGE,
+            width=0.003, label=label,
+        )  # fmt: skip
+    if drive:
+        (x0, y0), (x1, y1) = drive.door_start_m, drive.door_end_m
         axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")
     if axes.get_legend_handles_labels()[0]:
         figure.legend(loc="outside lower center", ncols=3, fontsize=8)
@@ -75,14 +67,10 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
 
     Width and shade grow with the normal force, on one scale."""
     parts = [(engine_label(c), c, c.match.normal_parts()[0]) for c in comparisons]
-    parts.append(
-        (
-            f"Percussions on the {engine_name(comparisons[0].record.engine)} snapshot",
-            comparisons[0],
-            comparisons[0].match.normal_parts()[1],
-        )
-    )
-    view = _contact_lines(comparisons[0]).reshape(-1, 2)
+    first = comparisons[0]
+    snapshot_of = f"Percussions on the {engine_name(first.record.engine)} snapshot"
+    parts.append((snapshot_of, first, first.match.normal_parts()[1]))
+    view = _lines(comparisons[0]).reshape(-1, 2)
     size = size_of(view, float(comparisons[0].snapshot.radius.max()), len(parts))
     figure = Figure(figsize=size, layout="constrained")
     every = np.concatenate([force[force > 0] for _, _, force in parts])
@@ -93,7 +81,7 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
         snapshot = comparison.snapshot
         draw_disks(axes, snapshot)
         draw_walls(axes, _walls(comparison.scene))
-        draw_forces(axes, _contact_lines(comparison), force, norm)
+        draw_forces(axes, _lines(comparison), force, norm)
         axes.set_title(label, fontsize=10)
         frame(axes, view, float(snapshot.radius.max()))
     unit = comparisons[0].unit
@@ -107,15 +95,12 @@ def carried_maps(comparison: Comparison) -> Figure:
 
     Penalty and rigid, on one scale."""
     sums = comparison.disk_sums()
-    lines = _contact_lines(comparison).reshape(-1, 2)
-    figure = Figure(
-        figsize=size_of(lines, float(comparison.snapshot.radius.max()), 2), layout="constrained"
-    )
+    lines = _lines(comparison).reshape(-1, 2)
+    size = size_of(lines, float(comparison.snapshot.radius.max()), 2)
+    figure = Figure(figsize=size, layout="constrained")
     norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
-    for number, (label, values) in enumerate(
-        zip((engine_label(comparison), "Percussions"), sums, strict=True)
-    ):
-        axes = figure.add_subplot(1, 2, number + 1)
+    labels = (engine_label(comparison), "Percussions")
+    for axes, label, values in zip(figure.subplots(1, 2), labels, sums, strict=True):
         snapshot = comparison.snapshot
         draw_disks(axes, snapshot, values=values, norm=norm)
         draw_walls(axes, _walls(comparison.scene))
@@ -139,15 +124,9 @@ def scatter(comparisons: Sequence[Comparison]) -> Figure:
         low = min(0.0, 1.05 * float(penalty.min()), 1.05 * float(rigid.min()))
         axes.plot([low, top], [low, top], color=BLACK, lw=0.8, label="equal")
         axes.plot(
-            penalty[~fixed],
-            rigid[~fixed],
-            "o",
-            ms=4,
-            mfc="none",
-            mec=ORANGE,
-            mew=0.8,
+            penalty[~fixed], rigid[~fixed], "o", ms=4, mfc="none", mec=ORANGE, mew=0.8,
             label="not determined, or in one model only",
-        )
+        )  # fmt: skip
         axes.plot(penalty[fixed], rigid[fixed], "s", ms=2.5, color=BLUE, label="determined")
         unit = comparison.unit
         axes.set(xlim=(low, top), ylim=(low, top), aspect="equal", title=engine_label(comparison))
@@ -168,28 +147,13 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
     for number, comparison in enumerate(comparisons):
         penalty, rigid = comparison.match.normal_parts()
         colour, width = COLOURS[number % 4], 3.0 / (number + 1)
-        _exceedance(
-            axes,
-            penalty[comparison.match.in_penalty],
-            f"{engine_label(comparison)}",
-            colour,
-            "-",
-            width,
-        )
+        label, had = engine_label(comparison), penalty[comparison.match.in_penalty]
+        _exceedance(axes, had, label, color=colour, lw=width)
         if not number:
-            _exceedance(
-                axes,
-                rigid[comparison.match.in_rigid],
-                "percussions on the same snapshot",
-                BLACK,
-                "--",
-                1.2,
-            )
-    axes.set(
-        yscale="log",
-        xlabel="normal force / its mean over pressed contacts",
-        ylabel="share of pressed contacts beyond",
-    )
+            label, had = "percussions on the same snapshot", rigid[comparison.match.in_rigid]
+            _exceedance(axes, had, label, color=BLACK, ls="--", lw=1.2)
+    axes.set(yscale="log", xlabel="normal force / its mean over pressed contacts")
+    axes.set_ylabel("share of pressed contacts beyond")
     axes.grid(alpha=0.3)
     if axes.lines:
         axes.legend(fontsize=7)
@@ -220,58 +184,31 @@ def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
             values = [statistics(c)[f"{kind}_relative_difference"] for c in chosen]
             x = [c.scene.contact.stiffness_N_per_m for c in chosen]
             axes.plot(
-                x,
-                values,
-                MARKERS[row],
-                ls=LINES[row],
-                color=colour,
-                mfc="none" if row else colour,
-                label=f"{engine_name(engine)}: {words}",
-            )
+                x, values, MARKERS[row], ls=LINES[row], color=colour,
+                mfc="none" if row else colour, label=f"{engine_name(engine)}: {words}",
+            )  # fmt: skip
     first = [
-        v
-        for line in axes.lines
-        for v in np.asarray(line.get_ydata())[:1]
-        if np.isfinite(v) and v > 0
+        v for line in axes.lines if np.isfinite(v := np.asarray(line.get_ydata())[0]) and v > 0
     ]
     if first and len(stiffness) > 1:
-        axes.plot(
-            stiffness, max(first) * stiffness[0] / stiffness, color=GREY, lw=1, label="slope −1"
-        )
-    axes.set(
-        xscale="log",
-        yscale="log",
-        xlabel="stiffness k (N/m)",
-        ylabel="rms(rigid − penalty) / rms(penalty)",
-    )
+        guide = max(first) * stiffness[0] / stiffness
+        axes.plot(stiffness, guide, color=GREY, lw=1, label="slope −1")
+    axes.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)")
+    axes.set_ylabel("rms(rigid − penalty) / rms(penalty)")
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=7)
     return figure
 
 
-def _exceedance(
-    axes: Axes, force: Floats, label: str, colour: str, style: str, width: float
-) -> None:
+def _exceedance(axes: Axes, force: Floats, label: str, **look: Any) -> None:
     pressed = np.sort(force[force > 1e-9 * force.max(initial=0.0)])
     if len(pressed) > 1:
-        axes.step(
-            pressed / pressed.mean(),
-            1.0 - np.arange(len(pressed)) / len(pressed),
-            style,
-            color=colour,
-            lw=width,
-            label=label,
-        )
+        beyond = 1.0 - np.arange(len(pressed)) / len(pressed)
+        axes.step(pressed / pressed.mean(), beyond, label=label, **look)
 
 
-def _contact_lines(comparison: Comparison) -> Floats:
-    """From centre to centre, or from centre to the wall, (k,2,2) m."""
-    snapshot, contacts = comparison.snapshot, comparison.match.contacts
-    other = np.where(contacts.is_wall, 0, contacts.second)
-    reach = np.where(contacts.is_wall, 0.0, snapshot.radius[other])
-    reach = snapshot.radius[contacts.first] + reach + contacts.gap
-    start = snapshot.position[contacts.first]
-    return np.stack([start, start + reach[:, None] * contacts.normal], axis=1)
+def _lines(comparison: Comparison) -> Floats:
+    return contact_lines(comparison.snapshot, comparison.match.contacts)
 
 
 def _walls(scene: Scene) -> list[tuple[tuple[float, float], tuple[float, float]]]:

@@ -31,25 +31,19 @@ Run = dict[str, Any]
 
 def report_section(study: Study, runs: Sequence[Run]) -> Section:
     """Put a study into words, tables and pictures; runs: the numbers of each comparison."""
-    scene, words = study.scene, Words(__package__)
+    scene = study.scene
+    words = Words(__package__, kind="impulse" if scene.analysis.kind == "impact" else "force")
     failures = list(study.failures)
-    if not study.comparisons:
+    some = bool(study.comparisons)
+    if not some:
         failures.append(words.text("nothing"))
-    introduction = [scene.notes, words.text("source", scene=scene)]
-    if not study.comparisons:
-        return Section(
-            number=scene.name,
-            title=scene.title,
-            introduction=introduction,
-            warnings=[*failures, *study.warnings],
-        )
     return Section(
         number=scene.name,
         title=scene.title,
-        introduction=introduction,
-        words=_found(words, study, runs),
-        pictures=_pictures(words, study),
-        tables=_tables(words, study, runs),
+        introduction=[scene.notes, words.text("source", scene=scene)],
+        words=_found(words, study, runs) if some else (),
+        pictures=_pictures(words, study) if some else (),
+        tables=_tables(words, study, runs) if some else (),
         warnings=[*failures, *study.warnings],
         files=[run["csv"] for run in runs],
     )
@@ -57,13 +51,11 @@ def report_section(study: Study, runs: Sequence[Run]) -> Section:
 
 def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     """What came out, in sentences."""
-    kind = "force" if runs[0]["unit"] == FORCE else "impulse"
     said = []
     for run in runs:
-        first = run["difference_from_first_engine"] is None
-        name = "found" if first else "agree"
-        said.append(words.text(name, run=run, engines=run["engine_name"], kind=kind))
-    said += _trends(words, runs, kind)
+        block = "found" if run["difference_from_first_engine"] is None else "agree"
+        said.append(words.text(block, run=run))
+    said += _trends(words, runs)
     moving = max(c.balance.unbalanced for c in study.comparisons)
     if moving > MOVING:
         said.append(words.text("moving", share=moving))
@@ -72,14 +64,12 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     return said
 
 
-def _trends(words: Words, runs: Sequence[Run], kind: str) -> list[str]:
+def _trends(words: Words, runs: Sequence[Run]) -> list[str]:
     """What rising stiffness does, one sentence for all engines of which the same is to be said."""
     said: dict[str, list[str]] = {}
     for engine in sorted({run["engine"] for run in runs}):
-        mine = sorted(
-            (r for r in runs if r["engine"] == engine), key=lambda r: float(r["stiffness"])
-        )
-        soft, stiff = mine[0], mine[-1]
+        mine = [run for run in runs if run["engine"] == engine]
+        soft, stiff = (pick(mine, key=lambda run: float(run["stiffness"])) for pick in (min, max))
         before, after = (
             float(run["statistics"]["contact_relative_difference"]) for run in (soft, stiff)
         )
@@ -93,7 +83,7 @@ def _trends(words: Words, runs: Sequence[Run], kind: str) -> list[str]:
             else "approach each other a little"
         )
         values = {"soft": soft, "stiff": stiff, "before": before, "after": after}
-        sentence = words.text("trend", engines="ENGINES", kind=kind, verdict=verdict, **values)
+        sentence = words.text("trend", engines="ENGINES", verdict=verdict, **values)
         said.setdefault(sentence, []).append(stiff["engine_name"])
     return [sentence.replace("ENGINES", " and ".join(names), 1) for sentence, names in said.items()]
 
@@ -114,8 +104,8 @@ def _real_frame(scene: Scene) -> dict[str, Any]:
 
 def _pictures(words: Words, study: Study) -> list[Picture]:
     comparisons = study.comparisons
-    largest = max(c.scene.contact.stiffness_N_per_m for c in comparisons)
-    stiffest = [c for c in comparisons if c.scene.contact.stiffness_N_per_m == largest]
+    largest = _stiffness(_stiffest(study))
+    stiffest = [c for c in comparisons if _stiffness(c) == largest]
     drawn = {
         "scene": charts.scene_picture(study.scene),
         "networks": charts.force_networks(stiffest),
@@ -123,7 +113,7 @@ def _pictures(words: Words, study: Study) -> list[Picture]:
         "scatter": charts.scatter(comparisons),
         "distributions": charts.distributions(stiffest),
     }
-    if len({c.scene.contact.stiffness_N_per_m for c in comparisons}) > 1:
+    if len(stiffest) < len(comparisons):
         drawn["stiffness"] = charts.stiffness_study(comparisons)
     return [
         Picture(name=f"{study.scene.name}-{name}", caption=words.text(name), figure=figure)
@@ -135,15 +125,12 @@ def _tables(words: Words, study: Study, runs: Sequence[Run]) -> list[Table]:
     scene, unit = study.scene, runs[0]["unit"]
     impact = unit != FORCE
     names = [engine_label(comparison) for comparison in study.comparisons]
+    contacts = [_per_contact(name, run) for name, run in zip(names, runs, strict=True)]
+    balances = [_balance(name, run, impact) for name, run in zip(names, runs, strict=True)]
     tables = [
-        words.table("per-contact", [_per_contact(n, r) for n, r in zip(names, runs, strict=True)]),
-        words.table("carriers", _carriers(study), unit=unit, run=_stiffest_words(study)),
-        words.table(
-            "balance",
-            [_balance(n, r, impact) for n, r in zip(names, runs, strict=True)],
-            unit=unit,
-            impact=impact,
-        ),
+        words.table("per-contact", contacts),
+        words.table("carriers", _carriers(study), unit=unit, run=engine_label(_stiffest(study))),
+        words.table("balance", balances, unit=unit, impact=impact),
         *_walls(words, names, runs),
         words.table("parameters", _parameters(scene, runs)),
         words.table("engines", [_engine(run) for run in runs]),
@@ -200,10 +187,8 @@ def _parameters(scene: Scene, runs: Sequence[Run]) -> list[list[Cell]]:
         ["mass (kg)", _from_to(float(snapshot.mass.min()), float(snapshot.mass.max()))],
     ]
     if scene.drive:
-        speed, time = scene.drive.speed_m_per_s, scene.drive.relaxation_time_s
-        rows.append(
-            ["desired speed (m/s), relaxation time τ (s)", f"{number(speed)}, {number(time)}"]
-        )
+        wish = f"{number(scene.drive.speed_m_per_s)}, {number(scene.drive.relaxation_time_s)}"
+        rows.append(["desired speed (m/s), relaxation time τ (s)", wish])
     law = f"{contact.law}, {number(contact.restitution)}, {number(contact.friction)}"
     compared = (
         f"forces at {number(runs[0]['time_s'])} s"
@@ -236,30 +221,20 @@ def _carriers(study: Study) -> list[list[Cell]]:
     rank = np.argsort(np.argsort(-penalty, kind="stable"), kind="stable") + 1
     first = [int(disk) for disk in np.argsort(-rigid, kind="stable")[:MOST]]
     rows: list[list[Cell]] = []
-    for place, (disk, span) in enumerate(
-        zip(first, carried_ranges(comparison, first), strict=True), start=1
-    ):
+    for disk, span in zip(first, carried_ranges(comparison, first), strict=True):
         x, y = comparison.snapshot.position[disk]
-        rows.append(
-            [
-                place,
-                int(comparison.snapshot.ids[disk]),
-                f"{number(float(x))}, {number(float(y))}",
-                number(float(rigid[disk])),
-                reach(span),
-                number(float(penalty[disk])),
-                int(rank[disk]),
-            ]
-        )
+        who, where = int(comparison.snapshot.ids[disk]), f"{number(x)}, {number(y)}"
+        loads = number(rigid[disk]), reach(span), number(penalty[disk])
+        rows.append([len(rows) + 1, who, where, *loads, int(rank[disk])])
     return rows
 
 
 def _stiffest(study: Study) -> Comparison:
-    return max(study.comparisons, key=lambda c: c.scene.contact.stiffness_N_per_m)
+    return max(study.comparisons, key=_stiffness)
 
 
-def _stiffest_words(study: Study) -> str:
-    return engine_label(_stiffest(study))
+def _stiffness(comparison: Comparison) -> float:
+    return comparison.scene.contact.stiffness_N_per_m
 
 
 def reach(span: Range) -> str:

@@ -1,4 +1,4 @@
-"""What a section of a paper page holds: words, pictures, tables and judged claims."""
+"""What a section of a page holds: words, pictures, tables and judged claims."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Section:
-    """Hold one part of a page, in Markdown: a figure of the paper, a scene of the report, a quantity.
+    """Hold one part of a page, in Markdown: a figure of the paper, a scene, a quantity.
 
     number: what it is called in a link
     introduction: paragraphs before everything else

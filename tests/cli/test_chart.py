@@ -151,7 +151,7 @@ def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
         Chart(scene=scene, measured=shown, scaling=(), warnings=()), tmp_path / "chart", "a command"
     ).read_text()
     assert read_points(tmp_path / "chart/points.json") == [unsure, *rest]
-    assert "<b>Continuum</b>" in page
+    assert "<strong>Continuum</strong>" in page
     assert "No continuum" not in page
     wrong = page.split('id="unfinished"')[1]
     for words in ("continuum (11), deformable", "triangles of 0.720 m", "residual 2 above 1"):
