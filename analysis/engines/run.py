@@ -200,8 +200,11 @@ class EngineRun:
 
     @property
     def particle_steps(self) -> int:
-        """Disks times steps: what its cost grows with."""
-        return len(self.scene.snapshot) * engine(self.engine).timing(self.scene).steps
+        """Disks times steps, which its cost grows with; 0 of a run that cannot begin."""
+        try:
+            return len(self.scene.snapshot) * engine(self.engine).timing(self.scene).steps
+        except EngineError:
+            return 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
