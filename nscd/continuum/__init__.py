@@ -1,2 +1,1 @@
-"""The crowd as a deformable solid: rooms, meshes, the collision problem (11) of the paper, fields
-and pressure. SI units."""
+"""The crowd as a deformable solid: rooms, meshes, the collision (11) of the paper, pressure."""

@@ -1,5 +1,4 @@
-"""The integrals of the collision problem, and data (fields, values at vertices) at the points where
-they are taken."""
+"""The integrals of the collision problem, and data at the points where they are taken."""
 
 from __future__ import annotations
 
@@ -66,10 +65,10 @@ def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
 
 
 def values_at(space: Space, basis: Any, field: Field | Floats, name: str) -> Floats:
-    """A vector field, or vectors at the vertices (n,d), at the quadrature points of a basis: (d,
-    elements, q).
+    """Take a vector field, or vectors (n,d) at the vertices, at the quadrature points of a basis.
 
-    Raises ValueError where a function gives another shape than (m,d) or a value that is not finite.
+    Returns (d, elements, q). Raises ValueError where a function gives another shape than (m,d) or a
+    value that is not finite.
     """
     if not callable(field):
         return np.stack([_nodal(space, basis, component) for component in field.T])
@@ -79,7 +78,7 @@ def values_at(space: Space, basis: Any, field: Field | Floats, name: str) -> Flo
 
 
 def nodal_values(space: Space, field: Field | Floats, name: str) -> Floats:
-    """A vector field, or vectors at the vertices (n,d), at the nodes of a space (nodes,d)."""
+    """Take a vector field, or vectors (n,d) at the vertices, at the nodes of a space, (nodes,d)."""
     if callable(field):
         return checked_values(field, space.nodes, name)
     if space.order == 1:
@@ -95,7 +94,7 @@ def nodal_values(space: Space, field: Field | Floats, name: str) -> Floats:
 
 
 def density_at(space: Space, rho: float | Floats) -> Floats:
-    """A density, one number or one a vertex (n,), at the quadrature points (elements, q).
+    """Take a density, one number or (n,) one per vertex, at the quadrature points (elements, q).
 
     Raises ValueError for another number of values than vertices.
     """
@@ -103,13 +102,14 @@ def density_at(space: Space, rho: float | Floats) -> Floats:
         return np.full(space.basis.dx.shape, rho)
     if np.shape(rho) != (space.mesh.nvertices,):
         raise ValueError(
-            f"density: shape {np.shape(rho)} where ({space.mesh.nvertices},), one a vertex, is needed"
+            f"density: shape {np.shape(rho)} where ({space.mesh.nvertices},), one per vertex, is "
+            "needed"
         )
     return _nodal(space, space.basis, np.asarray(rho))
 
 
 def checked_values(field: Field, points: Floats, name: str) -> Floats:
-    """field(points), (m,d); ValueError for another shape or a value that is not finite."""
+    """Evaluate a field at points (m,d); ValueError for another shape or a value not finite."""
     values = np.asarray(field(np.ascontiguousarray(points)), dtype=np.float64)
     if values.shape != points.shape:
         raise ValueError(

@@ -19,11 +19,13 @@ Field = Callable[[Floats], Floats]
 
 
 def toward_exit(room: Room, speed: float) -> Field:
-    """u⁻ = speed·(P − x)/|P − x| with P(x) the nearest point of the exits; 0 on them.
+    """Walk to the nearest point of the exits: (m,2) m → (m,2) m/s.
 
-    At a jamb this takes u⁻·n = 0 from the wall's side. (The paper, section 3.2.2, prints the
-    opposite sign.) In L² but not in H¹. Raises ValueError for a room without an exit or a speed
-    that is not finite."""
+    u⁻ = speed·(P − x)/|P − x| with P(x) that point; 0 on the exits. At a jamb this takes u⁻·n = 0
+    from the wall's side. (The paper, section 3.2.2, prints the opposite sign.) In L² but not in H¹.
+
+    Raises ValueError for a room without an exit or a speed that is not finite.
+    """
     exits = room.pieces("exit")
     if len(exits) == 0:
         raise ValueError("room: it has no exit to walk to")
@@ -49,12 +51,16 @@ def toward_exit(room: Room, speed: float) -> Field:
 def random_speeds(
     room: Room, direction: Field, *, mean: float, deviation: float, seed: int, cell: float
 ) -> Field:
-    """`direction` (of length 1) times a random speed: normal with this mean and standard deviation
-    (m/s), one value in each square of side `cell` (m), the place of a person (1/√density),
-    independent of the mesh. A negative draw walks away.
+    """Walk at random speeds: (m,2) m → (m,2) m/s.
+
+    direction: a field of length 1.
+    mean, deviation: m/s, of a normal distribution; a negative draw walks away.
+    cell: m, the side of a square with one speed, the place of a person (1/√density); independent
+        of the mesh.
 
     Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not
-    positive."""
+    positive.
+    """
     for name, value, ok in (
         ("mean", mean, True),
         ("deviation", deviation, deviation >= 0),
@@ -76,7 +82,7 @@ def random_speeds(
 
 
 def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Floats, Floats]:
-    """Density (n,) kg/m² and velocity (n,2) m/s of disks at the vertices of a mesh.
+    """Smear disks to a density (n,) kg/m² and a velocity (n,2) m/s at the vertices of a mesh.
 
     ρ(x) = Σmφ(x − x_i)/∫_Ω φ(x − y)dy, so that a wall does not thin the crowd; u = Σmuφ/Σmφ. Raises
     ValueError where no disk is within the kernel's reach: there is no crowd there, and no velocity.
@@ -97,9 +103,9 @@ def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Flo
 
 
 def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floats:
-    """A vector field as it is, or as values at the mesh's vertices (n,d); one vector (d,) is
-    uniform.
+    """Check a vector field and return it, or values (n,d) at the mesh's vertices.
 
+    value: a function of points, (n,d) one per vertex, or (d,) uniform.
     Raises ValueError, with this name, for any other shape or a value that is not finite.
     """
     if callable(value):
@@ -111,6 +117,7 @@ def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floa
         return np.tile(read_only(value, (d,), name), (n, 1))
     if shape != (n, d):
         raise ValueError(
-            f"{name}: shape {shape} where ({d},), ({n}, {d}) (a vector a vertex) or a function is needed"
+            f"{name}: shape {shape} where ({d},), ({n}, {d}) (one per vertex) or a function is "
+            "needed"
         )
     return read_only(value, (n, d), name)

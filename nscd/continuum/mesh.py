@@ -25,13 +25,15 @@ SPACING, STEEPEST = 0.5, 0.5
 def mesh_of(
     room: Room, size: float, *, grading: float = 0.4, reach: float | None = None
 ) -> MeshTri1:
-    """A triangle mesh of the room with boundaries "wall", "exit" and "free" (each present, if only
-    empty).
+    """Fill the room with triangles; boundaries "wall", "exit" and "free", each present, if empty.
 
-    Triangles have about the area of an equilateral one of side `size` (m). Within `reach` (m;
-    default a quarter of √area) of a jamb the side falls with the distance d as
-    size·(d/reach)^(1−grading), down to reach·(size/reach)^(1/grading), but not below 4e-6 of the
-    room's extent. grading 1 is uniform. With the stress r^(−1/2) at a jamb the error in energy
+    size: m, the side of an equilateral triangle of about the area of one.
+    grading: within reach of a jamb the side falls with the distance d as
+        size·(d/reach)^(1−grading), down to reach·(size/reach)^(1/grading), but not below 4e-6 of
+        the room's extent; 1 is uniform.
+    reach: m; a quarter of √area by default.
+
+    With the stress r^(−1/2) at a jamb the error in energy
     falls as N^(−s/2), s = min(order, 1/(2 grading)): below 1/2 restores the full order of P1
     elements and below 1/4 that of P2, of which 3/2 is left where a wall begins to hold the crowd
     (Grisvard, Elliptic Problems in Nonsmooth Domains, 1985, 8.4). The same arguments give the same
@@ -47,18 +49,22 @@ def mesh_of(
     ):
         if not (value > 0 and value <= most and np.isfinite(value)):
             raise ValueError(
-                f"{name}: {value:g}; a number above 0{'' if most == math.inf else ' and up to 1'} is needed"
+                f"{name}: {value:g}; a number above 0{' and up to 1' * (most == 1.0)} is needed"
             )
     triangles = room.area / (math.sqrt(3) / 4 * size**2)
     sides = _sides(room, size, grading, radius) if triangles <= MOST_TRIANGLES else None
     if sides is None:
         raise ValueError(
-            f"size: {size:g} m with grading {grading:g} asks for more than {MOST_TRIANGLES} triangles in {room.area:g} m²"
+            f"size: {size:g} m with grading {grading:g} asks for more than {MOST_TRIANGLES} "
+            f"triangles in {room.area:g} m²"
         )
     wanted = MeshingParameters(maxh=size, grading=STEEPEST)
     for x, y, side in sides.tolist():
         wanted.RestrictH(x, y, 0.0, side)
-    failed = f"room: the mesh generator failed with triangles of {size:g} m; are two of the room's edges almost one?"
+    failed = (
+        f"room: the mesh generator failed with triangles of {size:g} m; are two of the "
+        "room's edges almost one?"
+    )
     try:
         built = _border_of(room).GenerateMesh(mp=wanted)
     except NgException as error:

@@ -1,5 +1,4 @@
-"""Pressure that has a mesh limit: stress, percussion density and wall percussion averaged over a
-body.
+"""Pressure that has a mesh limit: stress and percussions averaged over a body.
 
 At a jamb σ ~ r^(−1/2), so the largest nodal pressure grows without limit under refinement
 (`largest_pressures` shows it). What is published is the mean over a body: ∫_Ω p(y)φ(x − y)dy / ∫_Ω
@@ -24,30 +23,40 @@ from nscd.stress import Kernel, smear
 
 
 def stress(answer: CollisionAnswer) -> Floats:
-    """σ = k_v D(w), the percussion stress (d,d,elements,q) N·s/m at the quadrature points; negative
-    in compression."""
+    """Compute σ = k_v D(w), the percussion stress, negative in compression.
+
+    Returns (d,d,elements,q) N·s/m at the quadrature points.
+    """
     gradient = np.asarray(answer.sum_field.grad)
     sigma: Floats = 0.5 * answer.medium.k_v * (gradient + gradient.swapaxes(0, 1))
     return sigma
 
 
 def pressure(answer: CollisionAnswer) -> Floats:
-    """p = −tr σ/d = −½k_v div w in the plane (elements,q) N·s/m, at the quadrature points, as
-    computed: its maximum is the mesh's, not the crowd's."""
+    """Compute p = −tr σ/d = −½k_v div w in the plane: (elements,q) N·s/m at the quadrature points.
+
+    Its maximum is the mesh's, not the crowd's.
+    """
     p: Floats = -np.trace(stress(answer)) / answer.space.dimension
     return p
 
 
 def percussion_density(answer: CollisionAnswer) -> Floats:
-    """div σ = ρ(u⁺ − u⁻), the percussion per area (d,elements,q) N·s/m² at the quadrature points;
-    over δt a force per area."""
+    """Compute div σ = ρ(u⁺ − u⁻), the percussion per area; over δt a force per area.
+
+    Returns (d,elements,q) N·s/m² at the quadrature points.
+    """
     density: Floats = answer.density_field * (answer.right_field - answer.left_field)
     return density
 
 
 class BodyFields(NamedTuple):
-    """Means over a body at m points: pressure (m,) N·s/m, stress (m,2,2) N·s/m, percussion_density
-    (m,2) N·s/m²."""
+    """Hold means over a body at m points.
+
+    pressure: (m,) N·s/m.
+    stress: (m,2,2) N·s/m.
+    percussion_density: (m,2) N·s/m².
+    """
 
     pressure: Floats
     stress: Floats
@@ -55,12 +64,13 @@ class BodyFields(NamedTuple):
 
 
 def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyFields:
-    """Pressure, stress and percussion density of a crowd in the plane, averaged with the kernel
-    around the points `at` (m,2) m.
+    """Average pressure, stress and percussion density of a crowd in the plane over a body.
+
+    kernel: of width r/2, the standard deviation of its area along an axis, for a disk of radius r.
+    at: (m,2) m, the bodies' middles.
 
     The kernel is normalised by its part inside the room: a body at the wall counts with what of it
-    is inside. Its width is the statement of what a body is: for a disk of radius r take width r/2,
-    the standard deviation of its area along an axis.
+    is inside.
 
     Raises ValueError for a chain (no plane), wrong shapes, or points that are out of the room's
     reach."""
@@ -73,15 +83,17 @@ def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyF
     if (sums[:, 0] <= 0).any():
         x, y = points[int(np.argmin(sums[:, 0]))]
         raise ValueError(
-            f"at: ({x:g}, {y:g}) m is out of reach of the room, or the mesh is coarser than the kernel"
+            f"at: ({x:g}, {y:g}) m is out of reach of the room, or the mesh is coarser than the "
+            "kernel"
         )
     mean = sums[:, 1:] / sums[:, :1]
     return BodyFields(-0.5 * (mean[:, 0] + mean[:, 3]), mean[:, :4].reshape(-1, 2, 2), mean[:, 4:])
 
 
 def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
-    """μ (c,) N·s/m at space.wall, averaged along its line of walls in the plane, with a Gaussian of
-    this standard deviation (m).
+    """Average μ along its line of walls in the plane: (c,) N·s/m at space.wall.
+
+    width: m, the standard deviation of a Gaussian.
 
     The nodal μ grows at the jambs as the pressure does. Raises ValueError for a width that is not
     positive."""
@@ -105,8 +117,12 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
 
 
 class LargestPressure(NamedTuple):
-    """One mesh: side of its triangles (m), unknowns, the largest p in any triangle and as a mean
-    over a body (N·s/m)."""
+    """Hold the largest pressures on one mesh.
+
+    size: m, the side of its triangles.
+    unknowns: of the collision.
+    raw, body: N·s/m, the largest p in any triangle and as a mean over a body.
+    """
 
     size: float
     unknowns: int
@@ -115,14 +131,21 @@ class LargestPressure(NamedTuple):
 
 
 def largest_pressures(
-    room: Room, medium: Medium, left_velocity: ArrayLike | Field, kernel: Kernel, sizes: Sequence[float], *,
-    grading: float = 1.0, order: int = 1,
-) -> list[LargestPressure]:  # fmt: skip
-    """The largest pressure on meshes of these sizes: raw it grows as size^(−1/2) on uniform meshes
-    where the room has a jamb (as size^(−1/(2 grading)) on graded ones); over a body it settles.
+    room: Room,
+    medium: Medium,
+    left_velocity: ArrayLike | Field,
+    kernel: Kernel,
+    sizes: Sequence[float],
+    *,
+    grading: float = 1.0,
+    order: int = 1,
+) -> list[LargestPressure]:
+    """Take the largest pressure on meshes of these sizes (m).
 
-    Body means are taken at the same points for all: the vertices of a mesh graded to the jambs, of
-    the largest size. Raises ValueError as `mesh_of` and `collide` do."""
+    Raw it grows as size^(−1/2) on uniform meshes where the room has a jamb (as size^(−1/(2
+    grading)) on graded ones); over a body it settles. Body means are taken at the same points for
+    all: the vertices of a mesh graded to the jambs, of the largest size. Raises ValueError as
+    `mesh_of` and `collide` do."""
     at = mesh_of(room, max(sizes)).p.T
     rows = []
     for size in sizes:

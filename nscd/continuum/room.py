@@ -1,5 +1,4 @@
-"""A polygonal room: the border of the crowd, cut into walls, exits and free border (paper Fig.
-7)."""
+"""A polygonal room: the border of the crowd, cut into walls, exits and free border (Fig. 7)."""
 
 from __future__ import annotations
 
@@ -22,8 +21,11 @@ ROUNDING = 1e-9
 
 
 class Exit(NamedTuple):
-    """An exit cut into edge number `edge` of an outline, from `start` to `end` (m) along that
-    edge."""
+    """Cut an exit into an outline.
+
+    edge: its number.
+    start, end: m, along that edge.
+    """
 
     edge: int
     start: float
@@ -32,12 +34,14 @@ class Exit(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Room:
-    """The area Ω that a crowd fills, a simple polygon, less the pillars that stand in it.
+    """Hold the area Ω that a crowd fills, a simple polygon, less the pillars that stand in it.
 
-    outline: vertices (v,2) m, counter-clockwise after construction (the other way round is turned);
-    border: what edge i, from vertex i to vertex i+1, is: "wall" (Γ_w), "exit" (Γ_e) or "free" (Γ_f,
-    the border of the crowd without an obstacle). pillars: polygons (v,2) m within the outline, all
-    wall, clockwise after construction; the room is to the left of every edge.
+    outline: (v,2) m, vertices, counter-clockwise after construction (the other way round is
+        turned).
+    border: (v,), what edge i, from vertex i to vertex i+1, is: "wall" (Γ_w), "exit" (Γ_e) or "free"
+        (Γ_f, the border of the crowd without an obstacle).
+    pillars: (v,2) m each, polygons within the outline, all wall, clockwise after construction; the
+        room is to the left of every edge.
 
     A round wall must not be drawn as a polygon of many edges: a crowd that is pressed to it is held
     in both directions at every corner, however obtuse, and cannot slide along it as along the round
@@ -45,7 +49,8 @@ class Room:
 
     Raises ValueError naming the field for a wrong shape, an outline or pillar that is no simple
     polygon, a pillar that is not inside or touches another, an unknown kind of border or a room
-    without a wall."""
+    without a wall.
+    """
 
     outline: Floats
     border: tuple[Border, ...]
@@ -87,24 +92,23 @@ class Room:
 
     @property
     def kinds(self) -> tuple[Border, ...]:
-        """What each edge (s,) of `segments` is: those of the outline, then the walls of the
-        pillars."""
+        """(s,), what each edge of `segments` is: those of the outline, then the pillars' walls."""
         wall: Border = "wall"
         return self.border + (wall,) * sum(map(len, self.pillars))
 
     @property
     def segments(self) -> Floats:
-        """Start and end of each edge (s,2,2) m, of the outline, then of the pillars."""
+        """(s,2,2) m, start and end of each edge, of the outline, then of the pillars."""
         loops = (self.outline, *self.pillars)
         return np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in loops])
 
     def pieces(self, kind: Border) -> Floats:
-        """Start and end (k,2,2) m of the edges of one kind, the room on their left."""
+        """List the start and end (k,2,2) m of the edges of one kind, the room on their left."""
         return self.segments[[b == kind for b in self.kinds]]
 
     @property
     def jambs(self) -> Floats:
-        """Points (j,2) m where a wall ends at an exit or a free border: σ ~ r^(−1/2) there."""
+        """(j,2) m, where a wall ends at an exit or a free border: σ ~ r^(−1/2) there."""
         changes = [
             (a == "wall") != (b == "wall")
             for a, b in zip(self.border[-1:] + self.border, self.border, strict=False)
@@ -124,11 +128,16 @@ def room_of_outline(
     border: Sequence[Border] | None = None,
     pillars: Sequence[ArrayLike] = (),
 ) -> Room:
-    """The room within `outline` (v,2) m whose edges are walls, or what `border` says, with `exits`
-    cut into its walls and `pillars` (v,2) m standing in it.
+    """Make the room within an outline.
+
+    outline: (v,2) m.
+    exits: cut into its walls.
+    border: what its edges are; walls by default.
+    pillars: (v,2) m each, standing in it.
 
     Raises ValueError for an exit that is wider than its wall, lies beyond it, overlaps another exit
-    or is in no wall."""
+    or is in no wall.
+    """
     vertices = read_only(outline, (-1, 2), "outline")
     if len(vertices) > 1 and np.array_equal(vertices[0], vertices[-1]):
         vertices = vertices[:-1]
@@ -149,7 +158,8 @@ def room_of_outline(
             )
         if start < -ROUNDING * length or end > length * (1 + ROUNDING):
             raise ValueError(
-                f"exits: exit {number} from {start:g} to {end:g} m ends beyond its wall of {length:g} m"
+                f"exits: exit {number} from {start:g} to {end:g} m ends beyond its wall of "
+                f"{length:g} m"
             )
         cuts.setdefault(edge, []).append((max(start, 0.0), min(end, length)))
     points: list[Floats] = []
@@ -174,12 +184,14 @@ def room_of_outline(
 
 
 def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) -> Room:
-    """The room that walls, exits (k,2,2) m and free borders (f,2,2) m, given by their ends, enclose
-    together.
+    """Make the room that walls, exits and free borders enclose together.
+
+    exits, free: (k,2,2) m, by their ends.
 
     Walls, exits and free borders meet end to end; closed loops of walls inside are pillars. Raises
     ValueError where they leave a gap, enclose more than one room, or an exit or free border reaches
-    over a wall, that is, an exit wider than its space."""
+    over a wall, that is, an exit wider than its space.
+    """
     openings = {"exits": _pieces(exits, "exits"), "free": _pieces(free, "free")}
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
     kinds: list[Border] = ["wall"] * len(lines)
@@ -190,7 +202,8 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) 
             for wall, line in enumerate(lines[: len(walls)]):
                 if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
                     raise ValueError(
-                        f"{field}: number {number} ({opening.length:g} m wide) reaches over wall {wall + 1}"
+                        f"{field}: number {number} ({opening.length:g} m wide) reaches over wall "
+                        f"{wall + 1}"
                     )
             lines.append(opening)
             kinds.append("exit" if kind == "exit" else "free")
@@ -200,7 +213,8 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) 
     if len(faces) == 0 or loose:
         x, y = _loose_end(lines)
         raise ValueError(
-            f"walls: the room is not closed at ({x:g}, {y:g}) m; add a wall, an exit or a free border there"
+            f"walls: the room is not closed at ({x:g}, {y:g}) m; add a wall, an exit or a free "
+            "border there"
         )
     largest = max(faces, key=lambda face: shapely.Polygon(face.exterior).area)
     if len(faces) != 1 + len(largest.interiors):
@@ -220,9 +234,10 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) 
 
 
 def square_room(side: float, exit_width: float) -> Room:
-    """The paper's room (section 3.2.2): a square with an exit in the middle of one side.
+    """Make the paper's room (section 3.2.2): a square with an exit in the middle of one side.
 
-    The exit lies on x = 0 around the origin, the room at −side ≤ x ≤ 0, as in the scene `arch`.
+    side, exit_width: m. The exit lies on x = 0 around the origin, the room at −side ≤ x ≤ 0, as in
+        the scene `arch`.
     """
     half = 0.5 * side
     corners = [[0.0, -half], [0.0, half], [-side, half], [-side, -half]]

@@ -1,5 +1,4 @@
-"""Where the velocity sum w = u⁺ + u⁻ lives: continuous P1 or P2 vector elements, and the walls'
-normal constraints on it."""
+"""Where w = u⁺ + u⁻ lives: P1 or P2 vector elements, and the walls' normal constraints on it."""
 
 from __future__ import annotations
 
@@ -28,11 +27,13 @@ STRAIGHT = 1e-12
 
 
 class WallPoints(NamedTuple):
-    """The c one-sided conditions n·w(x) ≤ g: at each node of each wall, twice in a corner.
+    """Hold the c one-sided conditions n·w(x) ≤ g: at each node of each wall, twice in a corner.
 
-    node (c,) the number of the scalar degree of freedom; point (c,d) m; normal (c,d) out of the
-    room; weight (c,) m: the integral over the wall of the node's shape function (1 in one
-    dimension)."""
+    node: (c,), the number of the scalar degree of freedom.
+    point: (c,d) m.
+    normal: (c,d), out of the room.
+    weight: (c,) m, the integral over the wall of the node's shape function (1 in one dimension).
+    """
 
     node: Indices
     point: Floats
@@ -42,13 +43,15 @@ class WallPoints(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Vector elements of order 1 or 2 on a mesh of lines or triangles with boundaries "wall" and,
-    if any, "exit", "free".
+    """Span vector elements over a mesh.
 
-    Curved (quadratic) triangle meshes are isoparametric; their walls must be straight.
+    mesh: of lines or triangles with boundaries "wall" and, if any, "exit", "free". Curved
+        (quadratic) triangle meshes are isoparametric; their walls must be straight.
+    order: 1 or 2.
 
-    Raises ValueError for an order other than 1 and 2, a mesh without a boundary "wall", or one
-    whose wall is empty."""
+    Raises ValueError for another order, a mesh without a boundary "wall", or one whose wall is
+    empty.
+    """
 
     mesh: Mesh
     order: int = 1
@@ -106,7 +109,7 @@ class Space:
 
     @cached_property
     def components(self) -> Indices:
-        """Degree of freedom of component k at scalar node i, (d, nodes)."""
+        """(d, nodes), the degree of freedom of component k at scalar node i."""
         one = self.scalar
         table = np.empty((self.dimension, one.N), dtype=np.int64)
         for vector, single in (
@@ -120,7 +123,7 @@ class Space:
 
     @cached_property
     def nodes(self) -> Floats:
-        """Places of the scalar nodes (nodes, d) m."""
+        """(nodes, d) m, the places of the scalar nodes."""
         places: Floats = np.ascontiguousarray(self.scalar.doflocs.T)
         return places
 
@@ -159,7 +162,7 @@ class Space:
 
     @cached_property
     def constraints(self) -> sparse.csr_array:
-        """The matrix C (c, unknowns) with (Cw)_i = n_i·w at wall point i."""
+        """(c, unknowns), the matrix C with (Cw)_i = n_i·w at wall point i."""
         wall = self.wall
         columns = self.components[:, wall.node]
         rows = np.tile(np.arange(len(wall.node)), (self.dimension, 1))
@@ -170,7 +173,7 @@ class Space:
 
     @cached_property
     def local(self) -> tuple[sparse.csc_array, Indices]:
-        """T (unknowns, unknowns) and places s (c,) with w = Tz, C T z = z[s]: at wall nodes z holds
+        """(unknowns, unknowns) and (c,): T and s with w = Tz, C T z = z[s]: at wall nodes z holds
         the normal components.
 
         One wall: w = n z₁ + t z₂. Two walls in a corner: w = N⁻¹z with the rows n₁, n₂ of N.

@@ -7,7 +7,6 @@ import scipy.sparse as sparse
 
 from analysis.paper.continuum.bridge import models as bridge_continuum
 from analysis.paper.continuum.bridge import section as bridge
-from analysis.paper.continuum.bridge import study as bridge_sizes
 from analysis.paper.continuum.bridge.crowd import (
     HALF_DOOR,
     Packing,
@@ -177,8 +176,8 @@ def test_energy_kept_is_the_projection_of_what_people_want():
 
 
 def test_the_section_of_a_small_plan(monkeypatch):
-    monkeypatch.setattr(bridge_sizes, "VOLUMES", (1e3, 1e4))
-    monkeypatch.setattr(bridge_sizes, "FRICTIONS", (0.2,))
+    monkeypatch.setattr(bridge_continuum, "VOLUMES", (1e3, 1e4))
+    monkeypatch.setattr(bridge_continuum, "FRICTIONS", (0.2,))
     monkeypatch.setattr(bridge_continuum, "MESH", 0.8)
     seen = []
     plan = {Packing.TOUCHING: {150: 2, 300: 1}, Packing.PRESSED: {150: 2, 300: 1}}
@@ -191,6 +190,9 @@ def test_the_section_of_a_small_plan(monkeypatch):
     status = section.tables[0].head.index("status")
     assert {row[status] for row in section.tables[0].rows} == {"solved"}
     assert any(words.startswith("Pressed: from 150 to 300 disks") for words in section.words)
+    # the fitted parameters are numbers, not read back from a name
+    fitted = {section.tables[1].head.index(name) for name in ("s", "k~v~ (kg)")}
+    assert {row[i] for row in section.tables[1].rows for i in fitted} <= {0.0, 0.2, 1e3, 1e4}
     energy = {row[0]: row[4] for row in section.tables[0].rows}
     assert energy["nobody moves"] == "0.000"
     assert energy["u⁺ = u⁻"] == "1.000"

@@ -1,5 +1,4 @@
-"""A chain of people as a continuum against a wall: its mesh and its closed form (paper (12)–(14),
-corrected)."""
+"""A chain of people as a continuum against a wall, in closed form (paper (12)–(14), corrected)."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ from nscd.continuum.medium import Medium
 
 
 def chain_mesh(length: float, cells: int) -> MeshLine:
-    """0 ≤ x ≤ length (m) in equal cells, "wall" at the end, "free" at the start.
+    """Divide 0 ≤ x ≤ length (m) into equal cells, "wall" at the end, "free" at the start.
 
     Raises ValueError for a length that is not positive or fewer than one cell.
     """
@@ -28,12 +27,14 @@ def chain_mesh(length: float, cells: int) -> MeshLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chain:
-    """The exact collision of a chain with uniform density and left velocity U against a wall at x =
-    l.
+    """Solve the collision of a uniform chain against a wall at x = l exactly.
+
+    medium: ρ in kg/m, k_v in kg m, k_s in kg, as is right in one dimension.
+    length: m, l.
+    left_velocity: m/s, U, uniform.
 
     With h = √(k_v/ρ), κ = k_s h/k_v, L = l/h the crowd sticks where κ ≤ tanh L and rebounds
-    otherwise with u⁺(l) = −eU, e = (κ − tanh L)/(κ + tanh L). In one dimension ρ is in kg/m, k_v in
-    kg m, k_s in kg.
+    otherwise with u⁺(l) = −eU, e = (κ − tanh L)/(κ + tanh L).
 
     Raises ValueError for a left velocity that leaves the wall or a density that is not one number.
     """
@@ -66,7 +67,7 @@ class Chain:
 
     @property
     def wall_percussion(self) -> float:
-        """μ = U(√(k_vρ) tanh L − k_s), 0 where the chain rebounds (kg m/s)."""
+        """kg m/s, μ = U(√(k_vρ) tanh L − k_s), 0 where the chain rebounds."""
         h = self.medium.length
         impedance = self.medium.k_v / h
         return max(
@@ -81,13 +82,15 @@ class Chain:
         return 1.0 if self.sticks else 2 * self.kappa / (tanh + self.kappa)
 
     def right_velocity(self, x: ArrayLike) -> Floats:
-        """u⁺ = U[1 − cosh(x/h)/cosh L], or U[1 − 2κ cosh(x/h)/(sinh L + κ cosh L)] where it
-        rebounds (m/s)."""
+        """Compute u⁺ (m/s) at x (m): U[1 − cosh(x/h)/cosh L], or U[1 − 2κ cosh(x/h)/(sinh L + κ
+        cosh L)] where it rebounds.
+        """
         return self.left_velocity * (1.0 - self._amplitude * self._ratio(x, 1.0))
 
     def internal_percussion(self, x: ArrayLike) -> Floats:
-        """r_int = −σ = −k_v ∂w/∂x, positive in compression (kg m/s): (14) with the k_v that it
-        lacks."""
+        """Compute r_int = −σ = −k_v ∂w/∂x (kg m/s) at x (m), positive in compression: (14) with the
+        k_v that it lacks.
+        """
         slope: Floats = self.left_velocity * self._amplitude * self._ratio(x, -1.0)
         return self.medium.k_v / self.medium.length * slope
 

@@ -1,5 +1,4 @@
-"""Half an annulus of people pressed to its middle: its mesh and its closed form, the exact case in
-the plane."""
+"""Half an annulus of people pressed to its middle: the exact case in the plane."""
 
 from __future__ import annotations
 
@@ -18,17 +17,20 @@ from nscd.continuum.medium import Medium
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HalfAnnulus:
-    """The exact collision of a crowd on a ≤ r ≤ R, x ≤ 0 that walks to the middle, u⁻ = −U r̂,
-    along a straight wall on x = 0.
+    """Solve the collision of a crowd on a ≤ r ≤ R, x ≤ 0 that walks to the middle exactly.
 
-    The inner arc is the exit, the outer one a free border with the push r_ext r̂ (N·s/m) on it; k_s
-    = 0. Then w = f(r) r̂ with f″ + f′/r − f/r² − f/h² = 2U/h², f′(a) = 0, k_v f′(R) = r_ext, so
-    that f = πU L₁(r/h) + A I₁(r/h) + B K₁(r/h) with the modified Struve and Bessel functions. It
-    holds where the wall presses everywhere, f < 0.
+    medium: with k_s = 0.
+    inner, outer: m, a and R: the inner arc is the exit, the outer one a free border.
+    speed: m/s, U, u⁻ = −U r̂ along a straight wall on x = 0.
+    push: N·s/m, r_ext, along r̂ on the free border.
 
-    inner a, outer R (m), speed U (m/s), push r_ext. Raises ValueError for radii that are not 0 < a
-    < R, a density that is not one number, surface dissipation, or a wall that would not press
-    everywhere."""
+    w = f(r) r̂ with f″ + f′/r − f/r² − f/h² = 2U/h², f′(a) = 0, k_v f′(R) = r_ext, so that f = πU
+    L₁(r/h) + A I₁(r/h) + B K₁(r/h) with the modified Struve and Bessel functions. It holds where
+    the wall presses everywhere, f < 0.
+
+    Raises ValueError for radii that are not 0 < a < R, a density that is not one number, surface
+    dissipation, or a wall that would not press everywhere.
+    """
 
     medium: Medium
     inner: float
@@ -63,12 +65,12 @@ class HalfAnnulus:
         return np.asarray(np.linalg.solve(matrix, right))
 
     def radial(self, r: ArrayLike) -> Floats:
-        """f(r), the velocity sum w along r̂, m/s."""
+        """Compute f(r), the velocity sum w along r̂, m/s."""
         z, (a, b) = np.asarray(r) / self.medium.length, self._coefficients
         return np.asarray(np.pi * self.speed * modstruve(1, z) + a * iv(1, z) + b * kv(1, z))
 
     def slope(self, r: ArrayLike) -> Floats:
-        """f′(r), 1/s."""
+        """Compute f′(r), 1/s."""
         h, (a, b) = self.medium.length, self._coefficients
         z = np.asarray(r) / h
         return np.asarray(
@@ -76,43 +78,43 @@ class HalfAnnulus:
         )
 
     def velocity_sum(self, x: Floats) -> Floats:
-        """w = f r̂ (2,…) m/s at the points (2,…) m."""
+        """Compute w = f r̂, (2,…) m/s, at the points (2,…) m."""
         r = np.hypot(*x)
         return np.asarray(self.radial(r) * x / r)
 
     def strain(self, x: Floats) -> Floats:
-        """D(w) = f′ r̂⊗r̂ + (f/r)(1 − r̂⊗r̂), (2,2,…) 1/s."""
+        """Compute D(w) = f′ r̂⊗r̂ + (f/r)(1 − r̂⊗r̂), (2,2,…) 1/s."""
         r = np.hypot(*x)
         along = (x / r)[:, None] * (x / r)[None]
         one = np.eye(2).reshape(2, 2, *(1,) * r.ndim)
         return np.asarray(self.slope(r) * along + self.radial(r) / r * (one - along))
 
     def pressure(self, x: Floats) -> Floats:
-        """p = −½k_v(f′ + f/r), N·s/m."""
+        """Compute p = −½k_v(f′ + f/r), N·s/m."""
         r = np.hypot(*x)
         return np.asarray(-0.5 * self.medium.k_v * (self.slope(r) + self.radial(r) / r))
 
     @property
     def wall_force(self) -> float:
-        """∫μ = −2k_v∫f/r dr over both halves of the wall, N·s."""
+        """N·s, ∫μ = −2k_v∫f/r dr over both halves of the wall."""
         integral = quad(lambda s: float(self.radial(s)) / s, self.inner, self.outer, epsabs=1e-13)[
             0
         ]
         return -2 * self.medium.k_v * float(integral)
 
     def left_velocity(self, points: Floats) -> Floats:
-        """u⁻ = −U r̂ (m,2) m/s at points (m,2) m."""
+        """Compute u⁻ = −U r̂, (m,2) m/s, at points (m,2) m."""
         return np.asarray(-self.speed * points / np.hypot(*points.T)[:, None])
 
     def external(self, points: Floats) -> Floats:
-        """r_ext r̂ (m,2) N·s/m at points (m,2) m."""
+        """Compute r_ext r̂, (m,2) N·s/m, at points (m,2) m."""
         return np.asarray(self.push * points / np.hypot(*points.T)[:, None])
 
     def mesh(self, cells: int, *, curved: bool) -> Mesh:
-        """`cells` along the radius and twice as many along the angle; `curved`: quadratic
-        (isoparametric) triangles.
+        """Divide the radius into `cells` and the angle into twice as many.
 
-        Raises ValueError for fewer than one cell.
+        curved: whether triangles are quadratic (isoparametric). Raises ValueError for fewer than
+            one cell.
         """
         if cells < 1:
             raise ValueError(f"cells: {cells}; at least 1 is needed")

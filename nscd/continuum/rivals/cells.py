@@ -1,5 +1,5 @@
-"""Velocities constant in each cell of a mesh, and the gradients of P1 fields there: what the rivals
-of (11) are written in."""
+"""Velocities constant in each cell of a mesh, and gradients of P1 fields: for the rivals of
+(11)."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def _flux(q: Any, x: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The m cells (lines or straight triangles) of a mesh with a boundary "wall", and "exit" or
-    "free" where p = 0.
+    """Hold the m cells (lines or straight triangles) of a mesh with a boundary "wall", and "exit"
+    or "free" where p = 0.
 
     Pressures and stresses are P1, velocities constant in a cell: a pair without locking, in which u
     − ∇p is exact.
@@ -43,7 +43,7 @@ class Cells:
         _ = self._space
         if not self.open.any():
             raise ValueError(
-                "mesh: no exit and no free border; the pressure would be known up to a constant only"
+                "mesh: no exit and no free border; the pressure would be known up to a constant"
             )
 
     @cached_property
@@ -56,13 +56,13 @@ class Cells:
 
     @cached_property
     def measure(self) -> Floats:
-        """Area of each cell (m,) m² (length in one dimension, m)."""
+        """(m,) m², the area of each cell (length in one dimension, m)."""
         area: Floats = np.asarray(self._space.basis.dx).sum(1)
         return area
 
     @cached_property
     def open(self) -> Flags:
-        """Vertices (n,) on an exit or a free border, where nothing holds the crowd."""
+        """(n,), the vertices on an exit or a free border, where nothing holds the crowd."""
         vertices = np.zeros(self.mesh.nvertices, dtype=bool)
         for name in ("exit", "free"):
             facets = (self.mesh.boundaries or {}).get(name)
@@ -88,23 +88,24 @@ class Cells:
 
     @cached_property
     def span(self) -> Floats:
-        """∫|∇φ_i| of each vertex's hat function (n,) m (1 or 2 in one dimension): a moment ∫u·∇φ_i
-        over it is a velocity."""
+        """(n,) m, ∫|∇φ_i| of each vertex's hat function (1 or 2 in one dimension): a moment
+        ∫u·∇φ_i over it is a velocity."""
         squared = sum((matrix.multiply(matrix) for matrix in self.slopes[1:]), self.slopes[0] ** 2)
         return np.asarray(np.sqrt(squared).T @ self.measure)
 
     def mean_velocity(self, velocity: ArrayLike | Field, name: str) -> Floats:
-        """Mean of a velocity in each cell (m,d) m/s: one vector (d,), one a vertex (n,d), one a
-        cell (m,d), or a function.
+        """Average a velocity in each cell, (m,d) m/s: (d,), (n,d) one per vertex, (m,d) one per
+        cell, or a function.
 
-        (Where n = m an array is one a vertex.) Raises ValueError, with this name, for another shape
+        Where n = m an array is one per vertex. Raises ValueError, with this name, for another shape
         or a value not finite."""
         n, m, d = self.mesh.nvertices, self.mesh.nelements, self.dimension
         if not callable(velocity):
             shape = np.shape(velocity)
             if shape not in ((d,), (n, d), (m, d)):
                 raise ValueError(
-                    f"{name}: shape {shape} where ({d},), ({n}, {d}) (vertices), ({m}, {d}) (cells) or a function is needed"
+                    f"{name}: shape {shape} where ({d},), ({n}, {d}) (vertices), "
+                    f"({m}, {d}) (cells) or a function is needed"
                 )
             values = read_only(velocity, (-1,) * len(shape), name)
             if shape != (n, d):
@@ -115,10 +116,10 @@ class Cells:
         return np.asarray((at_points * basis.dx).sum(2) / self.measure).T
 
     def wall_flux(self, velocity: ArrayLike | Field, name: str) -> Floats:
-        """∫u·n φ_i over the walls (n,), in m²/s (m/s in one dimension), of one vector, one a
-        vertex, or a function.
+        """Integrate ∫u·n φ_i over the walls, (n,) m²/s (m/s in one dimension), of one vector, one
+        per vertex, or a function.
 
-        Raises ValueError, with this name, for one a cell, which has no values on walls.
+        Raises ValueError, with this name, for one per cell, which has no values on walls.
         """
         edge, n, d = self._space.border("wall"), self.mesh.nvertices, self.dimension
         assert edge is not None
@@ -132,13 +133,13 @@ class Cells:
         return np.asarray(_flux.assemble(edge.with_element(self._space.scalar.elem), f=normal))
 
     def moment(self, velocity: Floats) -> Floats:
-        """∫u·∇φ_i (n,) of a velocity in the cells (m,d)."""
+        """Integrate ∫u·∇φ_i, (n,), of a velocity (m,d) in the cells."""
         parts = (g.T @ (self.measure * u) for g, u in zip(self.slopes, velocity.T, strict=True))
         return np.asarray(sum(parts))
 
     def integral(self, values: Floats) -> Floats:
-        """∫f φ_i (n,) of the P1 field with these values f at the vertices (n,), lumped: f_i
-        ∫φ_i."""
+        """Integrate ∫f φ_i, (n,), of the P1 field with values f (n,) at the vertices, lumped:
+        f_i ∫φ_i."""
         d = self.dimension
         weight = np.bincount(
             self.mesh.t.ravel(), np.tile(self.measure / (d + 1), d + 1), self.mesh.nvertices
@@ -146,11 +147,11 @@ class Cells:
         return np.asarray(values * weight)
 
     def stiffness(self, weight: Floats) -> sparse.csc_array:
-        """The matrix (n,n) of ∫w ∇p·∇q with a weight w (m,) a cell."""
+        """Assemble ∫w ∇p·∇q, (n,n), with a weight w (m,) per cell."""
         scale = sparse.diags_array(self.measure * weight)
         parts = [g.T @ scale @ g for g in self.slopes]
         return sparse.csc_array(sum(parts[1:], parts[0]))
 
     def gradient(self, values: Floats) -> Floats:
-        """∇p in the cells (m,d) of values at the vertices (n,)."""
+        """Take ∇p in the cells, (m,d), of values (n,) at the vertices."""
         return np.stack([g @ values for g in self.slopes], axis=1)

@@ -1,9 +1,9 @@
-"""Constitutive laws of a crowd: pressure and walking speed from the density (paper (16), M1, M2,
-L1, L2; Table 1).
+"""Constitutive laws of a crowd: pressure and walking speed from the density.
 
-Densities are in people/m². Pressures of the laws are in people/s²: times the mass of a person (kg)
-they are in N/m, and then comparable with a percussion for each length (N·s/m) only after that is
-divided by the time it took."""
+Paper (16), M1, M2, L1, L2, with Table 1. Densities are in people/m². Pressures of the laws are in
+people/s²: times the mass of a person (kg) they are in N/m, and then comparable with a percussion
+per length (N·s/m) only after that is divided by the time it took.
+"""
 
 from __future__ import annotations
 
@@ -37,12 +37,15 @@ def _density(density: ArrayLike) -> Floats:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurbulencePressure:
-    """Golas, Narain and Lin, Physical Review E 90 (2014) 042816 (paper (16)): g(ρ) in people/s²,
+    """Give the pressure of the crowd turbulence, (16).
 
-    0 for ρ ≤ ρ_c; c₁ρ/√(ρ_y − ρ + ε) − c₂ for ρ_c < ρ < ρ_y; c₃ρ − c₂ from ρ_y on, c₃ = c₁/√ε.
+    critical_density, yield_density, epsilon: people/m², ρ_c, ρ_y and ε.
+    c1: √people·m/s².
+    c2: people/s².
 
-    Table 1's c₂ = 1.5 lets g jump by 31.4 at ρ_c; `continuous()` has the c₂ that does not.
-    critical_density ρ_c, yield_density ρ_y and ε in people/m², c₁ in √people·m/s², c₂ in people/s².
+    g = 0 for ρ ≤ ρ_c; c₁ρ/√(ρ_y − ρ + ε) − c₂ for ρ_c < ρ < ρ_y; c₃ρ − c₂ from ρ_y on, c₃ = c₁/√ε.
+    Table 1's c₂ = 1.5 lets g jump by 31.4 at ρ_c; `continuous()` has the c₂ that does not. Golas,
+    Narain and Lin, Physical Review E 90 (2014) 042816.
 
     Raises ValueError for a constant that is not positive, or ρ_c ≥ ρ_y.
     """
@@ -57,7 +60,8 @@ class TurbulencePressure:
         _positive(self)
         if self.critical_density >= self.yield_density:
             raise ValueError(
-                f"critical_density: {self.critical_density:g} is not below the yield density {self.yield_density:g} people/m²"
+                f"critical_density: {self.critical_density:g} is not below the yield density "
+                f"{self.yield_density:g} people/m²"
             )
 
     @property
@@ -71,8 +75,10 @@ class TurbulencePressure:
         return replace(self, c2=self.c1 * self.critical_density / math.sqrt(span))
 
     def pressure(self, density: ArrayLike) -> Floats:
-        """g(ρ) in people/s² of ρ > 0 in people/m², of any shape. Raises ValueError for another
-        density."""
+        """Compute g(ρ), people/s², of ρ > 0, people/m², of any shape.
+
+        Raises ValueError for another density.
+        """
         rho = _density(density)
         room = np.maximum(self.yield_density - rho, 0.0) + self.epsilon
         high = np.where(rho < self.yield_density, self.c1 / np.sqrt(room), self.c3)
@@ -81,7 +87,10 @@ class TurbulencePressure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PowerPressure:
-    """(M2) p = p₀ρ^γ in people/s²: coefficient p₀ in people^(1−γ) m^(2γ)/s², exponent γ > 1.
+    """Give the pressure of (M2), p = p₀ρ^γ.
+
+    coefficient: people^(1−γ) m^(2γ)/s², p₀.
+    exponent: γ > 1.
 
     Raises ValueError for a coefficient that is not positive or an exponent that is not above 1.
     """
@@ -95,16 +104,22 @@ class PowerPressure:
             raise ValueError(f"exponent: {self.exponent:g}; more than 1 is needed")
 
     def pressure(self, density: ArrayLike) -> Floats:
-        """p₀ρ^γ in people/s² of ρ > 0 in people/m². Raises ValueError for another density."""
+        """Compute p₀ρ^γ, people/s², of ρ > 0, people/m².
+
+        Raises ValueError for another density.
+        """
         return np.asarray(self.coefficient * _density(density) ** self.exponent)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExponentialSpeed:
-    """(L1) u = u_max exp(−α(ρ/ρ_max)²) (printed as ρ(u)): free_speed u_max m/s, greatest_density
-    ρ_max people/m², steepness α.
+    """Give the speed of (L1), u = u_max exp(−α(ρ/ρ_max)²), printed as ρ(u).
 
-    It is not 0 at ρ_max. Raises ValueError for a constant that is not positive.
+    free_speed: m/s, u_max.
+    greatest_density: people/m², ρ_max; the speed there is not 0.
+    steepness: α.
+
+    Raises ValueError for a constant that is not positive.
     """
 
     free_speed: float = TABLE_1.free_speed
@@ -115,19 +130,22 @@ class ExponentialSpeed:
         _positive(self)
 
     def speed(self, density: ArrayLike) -> Floats:
-        """u(ρ) in m/s of ρ > 0 in people/m². Raises ValueError for another density."""
+        """Compute u(ρ), m/s, of ρ > 0, people/m². Raises ValueError for another density."""
         ratio = _density(density) / self.greatest_density
         return np.asarray(self.free_speed * np.exp(-self.steepness * ratio**2))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KladekSpeed:
-    """(L2), Kladek's formula by Weidmann, u = u_max(1 − exp(−γ(1/ρ − 1/ρ_max))) (printed as ρ(u)),
-    and 0 above ρ_max.
+    """Give the speed of (L2), u = u_max(1 − exp(−γ(1/ρ − 1/ρ_max))), printed as ρ(u); 0 above
+    ρ_max.
 
-    free_speed u_max m/s and greatest_density ρ_max people/m² of Table 1 (Weidmann's own: 1.34,
-    5.4); decay γ = 1.913 people/m² is Weidmann's: Table 1's γ = 2 is the exponent of (M2). Raises
-    ValueError for a constant that is not positive."""
+    free_speed: m/s, u_max; Weidmann's own is 1.34.
+    greatest_density: people/m², ρ_max; Weidmann's own is 5.4.
+    decay: people/m², Weidmann's γ; Table 1's γ = 2 is the exponent of (M2).
+
+    Raises ValueError for a constant that is not positive.
+    """
 
     free_speed: float = TABLE_1.free_speed
     greatest_density: float = TABLE_1.greatest_density
@@ -137,7 +155,7 @@ class KladekSpeed:
         _positive(self)
 
     def speed(self, density: ArrayLike) -> Floats:
-        """u(ρ) in m/s of ρ > 0 in people/m². Raises ValueError for another density."""
+        """Compute u(ρ), m/s, of ρ > 0, people/m². Raises ValueError for another density."""
         gap = np.maximum(1 / _density(density) - 1 / self.greatest_density, 0.0)
         return np.asarray(-self.free_speed * np.expm1(-self.decay * gap))
 
@@ -151,16 +169,18 @@ def measured_speed(
     reach: float = TABLE_1.reach,
     printed: bool = False,
 ) -> Floats:
-    """V of (M1) at the places `at` (m,2) m: Σ_i ‖u_i‖ f(d_i)/Σ_i f(d_i) in m/s, with f(d) =
-    exp(−d²/R²)/(πR²), R = reach (m).
+    """Measure V of (M1), m/s: Σ_i ‖u_i‖ f(d_i)/Σ_i f(d_i) with f(d) = exp(−d²/R²)/(πR²).
 
-    position (n,2) m and speed ‖u_i⁺‖ (n,) m/s of people, or of points of a field that stand for
-    `people` (n,) each, ρ times an area. printed: Σ_i ‖u_i‖ f(d_i) in 1/(m s), not divided, which
-    follows the density. f is cut at 6/√2 reach, e⁻¹⁸ of its height. (Helbing, Johansson,
-    Al-Abideen, Physical Review E 75 (2007) 046109.)
+    position: (n,2) m, of people, or of points of a field.
+    speed: (n,) m/s, ‖u_i⁺‖.
+    at: (m,2) m, where it is measured.
+    people: (n,), how many each point stands for, ρ times an area; one by default.
+    reach: m, R; f is cut at 6/√2 reach, e⁻¹⁸ of its height.
+    printed: whether to leave Σ_i ‖u_i‖ f(d_i), in 1/(m s), undivided, which follows the density.
 
-    Raises ValueError for wrong shapes, values that are not finite, negative people, or a place with
-    nobody within reach."""
+    Helbing, Johansson, Al-Abideen, Physical Review E 75 (2007) 046109. Raises ValueError for wrong
+    shapes, values that are not finite, negative people, or a place with nobody within reach.
+    """
     points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
     values = read_only(speed, (len(where),), "speed")
     count = read_only(np.ones(len(where)) if people is None else people, (len(where),), "people")
@@ -180,12 +200,15 @@ def measured_speed(
 
 
 def crowd_pressure(density: ArrayLike, measured: ArrayLike) -> Floats:
-    """(M1) p = ρ Var(V) in people/s² of ρ in people/m² and of a sample V (s,) of `measured_speed`,
-    over places or instants.
+    """Compute (M1), p = ρ Var(V), people/s².
 
-    Var is the mean square distance from the mean. With the printed V, in 1/(m s), it is no
-    pressure: the unit is people/(m⁴ s²). Raises ValueError for a density that is not positive, an
-    empty sample or one that is not finite."""
+    density: people/m², ρ.
+    measured: (s,) m/s, a sample V of `measured_speed`, over places or instants. With the printed V,
+        in 1/(m s), it is no pressure: the unit is people/(m⁴ s²).
+
+    Var is the mean square distance from the mean. Raises ValueError for a density that is not
+    positive, an empty sample or one that is not finite.
+    """
     sample = read_only(measured, (-1,), "measured")
     if len(sample) == 0:
         raise ValueError("measured: an empty sample has no variance")

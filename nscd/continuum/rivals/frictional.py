@@ -12,6 +12,7 @@ from scipy.sparse.linalg import splu
 from skfem import MeshTri1
 
 from nscd.arrays import Flags, Floats
+from nscd.continuum.certificate import judged
 from nscd.continuum.rivals.cells import Cells
 from nscd.percussions import Status
 
@@ -28,7 +29,7 @@ class FrictionalFlow(NamedTuple):
     right_velocity: (m,2) m/s, u⁺ in the cells.
     residual: dimensionless, of the optimality conditions, recomputed from the stress, over the
         largest desired speed.
-    status: solved where the residual is within the tolerance.
+    status, reason: solved where the residual is within the tolerance, else why not.
     """
 
     stress: Floats
@@ -36,6 +37,7 @@ class FrictionalFlow(NamedTuple):
     residual: float
     iterations: int
     status: Status
+    reason: str
 
 
 def frictional_flow(
@@ -96,12 +98,14 @@ def frictional_flow(
         residual = residual_of(x)
     stress = np.zeros(unknown.size)
     stress[at] = x
+    status, reason = judged(residual, tolerance, "the stress", "")
     return FrictionalFlow(
         stress=stress.reshape(3, -1).T,
         right_velocity=desired + (divergence @ stress).reshape(2, -1).T / density,
         residual=residual,
         iterations=iteration,
-        status=Status.SOLVED if residual <= tolerance else Status.INACCURATE,
+        status=status,
+        reason=reason,
     )
 
 

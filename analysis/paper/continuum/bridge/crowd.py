@@ -1,5 +1,4 @@
-"""A crowd of N disks in a room of fixed size before a 1 m exit that opens, and its percussions as
-fields."""
+"""A crowd of N disks in a room of fixed size before a 1 m exit that opens."""
 
 from __future__ import annotations
 
@@ -37,12 +36,13 @@ class Packing(StrEnum):
 class Sample:
     """One crowd: its answer and its fields at `points`.
 
-    size R (m): the crowd fills x < 0 within R of the exit; coordination: contacts a disk, 2k/n on
-    average; stress, and flow of u⁺ and left of u⁻, by KERNEL; kept: Σm|u⁺|²/Σm|u⁻|², which for k =
-    0 is also Σmu⁺·u⁻/Σm|u⁻|²; wall_load (N·s): Σ of the walls' percussions along x."""
+    size: m, R: the crowd fills x < 0 within R of the exit.
+    coordination: contacts per disk, 2k/n on average.
+    stress, flow, left: the fields of percussions, u⁺ and u⁻ by KERNEL.
+    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|².
+    wall_load: N·s, Σ of the walls' percussions along x.
+    """
 
-    packing: Packing
-    n: int
     seed: int
     size: float
     coordination: float
@@ -53,23 +53,15 @@ class Sample:
     kept: float
     wall_load: float
 
-    @property
-    def warning(self) -> str:
-        """Why the percussions are not solved, if they are not."""
-        return (
-            ""
-            if self.answer.status == "solved"
-            else f"{self.packing}, N = {self.n}, seed {self.seed}: {self.answer.status}: {self.answer.reason}"
-        )
-
 
 def sample(packing: Packing, n: int, seed: int) -> Sample:
-    """n disks of mean radius 0.215 m·√(600/n) and 45 t in all, masses ∝ r², and their percussions
-    with k = 0.
+    """Pack n disks of mean radius 0.215 m·√(600/n) and 45 t in all, masses ∝ r², and solve their
+    percussions with k = 0.
 
     The door is shut while the crowd packs, and open when it walks. touching: a heap just as it was
     grown, contacts where disks touch; near: the same heap, gaps up to 0.2 mean radii count as
-    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap."""
+    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap.
+    """
     mean = RADIUS * np.sqrt(PEOPLE / n)
     position, radius = heap(n, seed, mean, HALF_DOOR)
     if packing is Packing.PRESSED:
@@ -97,8 +89,6 @@ def sample(packing: Packing, n: int, seed: int) -> Sample:
         for u in (answer.right_velocity, snapshot.velocity)
     ]
     return Sample(
-        packing=packing,
-        n=n,
         seed=seed,
         size=crowd_size(position),
         coordination=2 * len(contacts) / n,

@@ -1,8 +1,8 @@
-"""Continuum models of the crowd before an exit that opens, as fields under the same kernel as the
-disks."""
+"""Continuum models of the crowd before an exit that opens, under the same kernel as the disks."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from analysis.paper.continuum.bridge.crowd import (
     to_exit,
     toward_exit,
 )
+from analysis.paper.continuum.exit_room import Answer
 from nscd.arrays import Floats
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import PERSON, TABLE_1, Medium
@@ -32,26 +33,46 @@ from nscd.stress import smear
 
 MESH = 0.3  # m
 ARC = 90  # edges of each quarter of the crowd's round border
+VOLUMES = 10.0 ** np.arange(2.0, 4.51, 0.25)  # kg, among which k_v is fitted
+FRICTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Model:
-    """A continuum answer: pressure (m,) N·s/m and right velocity (m,2) m/s at `points()` under
-    KERNEL, the share of the kinetic energy that is kept, the load of the walls (N·s), and the
-    warning of an answer that is not solved."""
+    """A continuum answer.
 
-    name: str
+    law: in words, without its parameter.
+    friction, volume: the parameter s or k_v (kg), of a law that has one.
+    pressure: (m,) N·s/m at `points()` under KERNEL.
+    velocity: (m,2) m/s, u⁺ there.
+    kept: share of the kinetic energy.
+    wall_load: N·s.
+    answer: of the solver; None for what is known without one.
+    """
+
+    law: str
+    friction: float | None = None
+    volume: float | None = None
     pressure: Floats
     velocity: Floats
     kept: float
     wall_load: float
-    warning: str = ""
+    answer: Answer | None
+
+    @property
+    def name(self) -> str:
+        """The law and its parameter."""
+        if self.friction is not None:
+            return f"{self.law}, friction {self.friction:g}"
+        return self.law if self.volume is None else f"{self.law}, k_v = {self.volume:,.0f} kg"
 
 
 @dataclass(frozen=True, eq=False)
 class Crowd:
-    """The continuum that a crowd of disks of size R (m) stands for: x < 0 within R of the exit, 45
-    t evenly spread."""
+    """The continuum that a crowd of disks stands for: x < 0 within `size` of the exit, 45 t.
+
+    size: m, R.
+    """
 
     size: float
 
@@ -76,93 +97,78 @@ class Crowd:
         return Space(self.mesh)
 
     @cached_property
-    def _places(self) -> tuple[Floats, Floats]:
-        """Quadrature points (q,2) m and weights (q,) m²."""
-        basis = self.space.basis
-        where = np.ascontiguousarray(np.asarray(basis.global_coordinates()).reshape(2, -1).T)
-        return where, np.asarray(basis.dx).ravel()
-
-    @cached_property
     def _spread(self) -> Floats:
-        """∫φ over the crowd at `points()` (m,)."""
-        where, weight = self._places
-        return smear(where, weight[:, None], KERNEL, points())[0][:, 0]
+        """(m,), ∫φ over the crowd at `points()`."""
+        return smear(self.space.points, self.space.weights[:, None], KERNEL, points())[0][:, 0]
 
-    def model(
-        self, name: str, pressure: Floats, right: Floats, wall_load: float, warning: str = ""
+    def _model(
+        self,
+        law: str,
+        pressure: Floats,
+        right: Floats,
+        wall_load: float,
+        answer: Answer | None = None,
+        **parameter: float,
     ) -> Model:
         """A model of pressure (q,) N·s/m and right velocity (q,2) m/s at the quadrature points."""
-        where, weight = self._places
-        values, _ = smear(
-            where, weight[:, None] * np.column_stack([pressure, right]), KERNEL, points()
-        )
-        kept = float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2))
-        velocity = values[:, 1:] / self._spread[:, None]
+        weight = self.space.weights
+        columns = weight[:, None] * np.column_stack([pressure, right])
+        values, _ = smear(self.space.points, columns, KERNEL, points())
         return Model(
-            name=name,
+            law=law,
             pressure=values[:, 0],
-            velocity=velocity,
-            kept=kept,
+            velocity=values[:, 1:] / self._spread[:, None],
+            kept=float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2)),
             wall_load=wall_load,
-            warning=warning,
+            answer=answer,
+            **parameter,
         )
 
     def blocked(self) -> Model:
         """Nobody moves: p = ρU(R − d) with the distance d from the exit, the solution of (20) for a
         shut door: u_d = −U∇d."""
-        where, _ = self._places
-        pressure = self.density * SPEED * (self.size - to_exit(where))
-        return self.model(
-            "nobody moves", pressure, np.zeros_like(where), self.density * SPEED * self.size**2
-        )
+        where, push = self.space.points, self.density * SPEED
+        p = push * (self.size - to_exit(where))
+        return self._model("nobody moves", p, np.zeros_like(where), push * self.size**2)
 
     def unhindered(self) -> Model:
         """Everybody walks as they want: u⁺ = u⁻, no pressure."""
-        where, weight = self._places
-        return self.model("u⁺ = u⁻", np.zeros_like(weight), toward_exit(where), 0.0)
+        where = self.space.points
+        return self._model("u⁺ = u⁻", np.zeros(len(where)), toward_exit(where), 0.0)
 
     def first_order(self) -> Model:
         """(20) in its complementarity form, for a given mass: ρu⁺ = ρu_d − ∇p, div u⁺ ≥ 0 ⟂ p ≥
         0."""
         flow = first_order_flow(self.mesh, toward_exit)
-        pressure = self.density * flow.pressure
-        warning = "" if flow.status == "solved" else f"(20): {flow.status}: {flow.reason}"
-        return self._of_cells("(20)", pressure, pressure, flow.right_velocity, warning)
+        p = self.density * flow.pressure
+        return self._of_cells((p, p), flow.right_velocity, flow)
 
     def frictional(self, friction: float) -> Model:
         """(20) with internal friction s."""
-        where, weight = self._places
+        where, weight = self.space.points, self.space.weights
         share = weight.reshape(self.mesh.nelements, -1, 1)
         desired = (share * toward_exit(where).reshape(*share.shape[:2], 2)).sum(1) / share.sum(1)
         flow = frictional_flow(self.mesh, self.density, desired, friction)
         p, a, _ = flow.stress.T
-        name = f"(20), friction {friction:g}"
-        warning = (
-            ""
-            if flow.status == "solved"
-            else f"{name}: {flow.status}: residual {flow.residual:.1e}"
-        )
-        return self._of_cells(name, p, p - a, flow.right_velocity, warning)
+        return self._of_cells((p, p - a), flow.right_velocity, flow, friction=friction)
 
     def _of_cells(
-        self, name: str, pressure: Floats, across: Floats, right: Floats, warning: str
+        self, stress: tuple[Floats, Floats], right: Floats, answer: Answer, **parameter: float
     ) -> Model:
-        """A model of P1 pressure and P1 stress −Σ_xx across the walls (n,) N·s/m, and a right
-        velocity (m,2) in the cells."""
-        basis = self.space.scalar
-        vertex = basis.nodal_dofs[0]
+        """A model of P1 pressure and stress −Σ_xx across the walls (n,) N·s/m, and a right velocity
+        (m,2) in the cells."""
+        basis, (p, across) = self.space.scalar, stress
         values = np.zeros(basis.N)
-        values[vertex] = pressure
-        count = basis.dx.shape[1]
+        values[basis.nodal_dofs[0]] = p
         ends = self.mesh.facets[:, (self.mesh.boundaries or {})["wall"]]
         length = np.hypot(*(self.mesh.p[:, ends[1]] - self.mesh.p[:, ends[0]]))
-        load = float((length * across[ends].mean(0)).sum())
-        return self.model(
-            name,
+        return self._model(
+            "(20)",
             np.asarray(basis.interpolate(values)).ravel(),
-            np.repeat(right, count, axis=0),
-            load,
-            warning,
+            np.repeat(right, basis.dx.shape[1], axis=0),
+            float((length * across[ends].mean(0)).sum()),
+            answer,
+            **parameter,
         )
 
     def deformable(self, volume: float, surface: float = 0.0) -> Model:
@@ -171,19 +177,47 @@ class Crowd:
             density=self.density, volume_dissipation=volume, surface_dissipation=surface
         )
         answer = collide(self.space, medium, toward_exit)
-        wall = self.space.wall
         # along +x: what the crowd gives to the walls
-        reaction = answer.wall_percussion * wall.weight
-        name = f"(11), k_v = {volume:,.0f} kg"
-        return self.model(
-            name,
-            pressure(answer).ravel(),
-            answer.right_field.reshape(2, -1).T,
-            float(reaction @ wall.normal[:, 0]),
-            "" if answer.status == "solved" else f"{name}: {answer.status}: {answer.reason}",
-        )
+        load = float(answer.wall_force @ self.space.wall.normal[:, 0])
+        right = answer.right_field.reshape(2, -1).T
+        return self._model("(11)", pressure(answer).ravel(), right, load, answer, volume=volume)
 
     def table(self) -> Model:
         """(11) with the paper's Table 1, per person of 75 kg."""
         k_v, k_s = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
         return self.deformable(k_v * PERSON, k_s * PERSON)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Models:
+    """The continuum models of one crowd.
+
+    first_order, blocked, unhindered: (20), nobody moves, everybody walks freely.
+    table, deformable: (11) with Table 1, and with each of VOLUMES.
+    frictional: (20) with each of FRICTIONS.
+    """
+
+    first_order: Model
+    blocked: Model
+    unhindered: Model
+    table: Model
+    deformable: Sequence[Model]
+    frictional: Sequence[Model]
+
+    @classmethod
+    def of(cls, crowd: Crowd) -> Models:
+        """Solve them all."""
+        return cls(
+            first_order=crowd.first_order(),
+            blocked=crowd.blocked(),
+            unhindered=crowd.unhindered(),
+            table=crowd.table(),
+            deformable=[crowd.deformable(float(volume)) for volume in VOLUMES],
+            frictional=[crowd.frictional(friction) for friction in FRICTIONS],
+        )
+
+    @property
+    def answers(self) -> list[tuple[str, Answer]]:
+        """All answers, named."""
+        every = (self.first_order, self.table, *self.deformable, *self.frictional)
+        return [(m.name, m.answer) for m in every if m.answer is not None]

@@ -1,104 +1,88 @@
-"""Crowds of one size against the continuum models: distances and shares, one number a crowd."""
+"""Crowds of one size against the continuum models: distances and shares, one number per crowd."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from analysis.paper.continuum.bridge.crowd import Packing, Sample
-from analysis.paper.continuum.bridge.models import Crowd, Model
+from analysis.paper.continuum.bridge.crowd import Packing, Sample, sample
+from analysis.paper.continuum.bridge.models import Crowd, Model, Models
+from analysis.paper.continuum.exit_room import unsolved
+from analysis.support.progress import Progress
 from nscd.arrays import Floats
 from nscd.stress import FlowField
 
-VOLUMES = 10.0 ** np.arange(2.0, 4.51, 0.25)  # kg, among which k_v is fitted
-FRICTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
+Plan = Mapping[Packing, Mapping[int, int]]
+"""How many crowds (seeds 1, 2, …) of each packing and N."""
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Models:
-    """The continuum models of one crowd: (20), nobody moves, everybody walks freely, (11) with
-    Table 1 and with each of VOLUMES, (20) with each of FRICTIONS."""
-
-    first_order: Model
-    blocked: Model
-    unhindered: Model
-    table: Model
-    deformable: Sequence[Model]
-    frictional: Sequence[Model]
-
-    @classmethod
-    def of(cls, crowd: Crowd) -> Models:
-        """Solve them all."""
-        return cls(
-            first_order=crowd.first_order(),
-            blocked=crowd.blocked(),
-            unhindered=crowd.unhindered(),
-            table=crowd.table(),
-            deformable=[crowd.deformable(float(volume)) for volume in VOLUMES],
-            frictional=[crowd.frictional(friction) for friction in FRICTIONS],
-        )
-
-    @property
-    def every(self) -> Sequence[Model]:
-        """All of them."""
-        named = (self.first_order, self.blocked, self.unhindered, self.table)
-        return (*named, *self.deformable, *self.frictional)
+# a large crowd averages over its own disorder, so that few of them say as much as many small ones
+PLAN: Plan = {
+    Packing.TOUCHING: {600: 8, 2400: 6, 10_000: 4, 40_000: 2},
+    Packing.NEAR: {600: 8, 2400: 4, 10_000: 3, 40_000: 1},
+    Packing.PRESSED: {600: 8, 2400: 4, 10_000: 3, 40_000: 1},
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Size:
     """All crowds of one packing and one N, against the continuum models of that packing's crowd."""
 
+    packing: Packing
+    n: int
     samples: Sequence[Sample]
     models: Models
 
-    @property
-    def packing(self) -> Packing:
-        return self.samples[0].packing
-
-    @property
-    def n(self) -> int:
-        return self.samples[0].n
-
     def pressure_distance(self, model: Model) -> Floats:
-        """‖p − p_model‖/‖p_(20)‖ of each crowd (s,), L² over the points."""
-        scale = np.linalg.norm(self.models.first_order.pressure)
-        return np.array(
-            [np.linalg.norm(s.stress.pressure - model.pressure) / scale for s in self.samples]
-        )
+        """(s,), ‖p − p_model‖/‖p_(20)‖ of each crowd, L² over the points."""
+        return self._distance("pressure", model, self.models.first_order.pressure)
+
+    def velocity_distance(self, model: Model) -> Floats:
+        """(s,), ‖u⁺ − u⁺_model‖/‖u⁻‖ of each crowd, L² over the points."""
+        return self._distance("velocity", model, self.models.unhindered.velocity)
+
+    def _distance(self, name: str, model: Model, scale: Floats) -> Floats:
+        theirs = getattr(model, name)
+        ours = [s.stress.pressure if name == "pressure" else s.flow.velocity for s in self.samples]
+        distance = np.array([np.linalg.norm(one - theirs) for one in ours])
+        return np.asarray(distance / np.linalg.norm(scale))
 
     def pressure_gap(self, model: Model) -> float:
         """‖p_model − p_(20)‖/‖p_(20)‖: how far a model is from (20)."""
         reference = self.models.first_order.pressure
         return float(np.linalg.norm(model.pressure - reference) / np.linalg.norm(reference))
 
-    def velocity_distance(self, model: Model) -> Floats:
-        """‖u⁺ − u⁺_model‖/‖u⁻‖ of each crowd (s,), L² over the points."""
-        scale = np.linalg.norm(self.models.unhindered.velocity)
-        return np.array(
-            [np.linalg.norm(s.flow.velocity - model.velocity) / scale for s in self.samples]
-        )
+    def _nearest_pressure(self, models: Sequence[Model]) -> Model:
+        return min(models, key=lambda model: float(self.pressure_distance(model).mean()))
 
     @cached_property
     def best(self) -> Model:
         """(11) with the k_v, among VOLUMES, whose pressure is nearest to the crowds'."""
-        return min(
-            self.models.deformable, key=lambda model: float(self.pressure_distance(model).mean())
-        )
+        return self._nearest_pressure(self.models.deformable)
 
     @cached_property
     def rough(self) -> Model:
         """(20) with the friction, 0 or among FRICTIONS, whose pressure is nearest to the
         crowds'."""
-        every = (self.models.first_order, *self.models.frictional)
-        return min(every, key=lambda model: float(self.pressure_distance(model).mean()))
+        return self._nearest_pressure([self.models.first_order, *self.models.frictional])
+
+    @property
+    def shown(self) -> list[Model]:
+        """The models that stand in a table, with what is fitted among them."""
+        m = self.models
+        return [m.first_order, m.blocked, m.unhindered, m.table, self.best, self.rough]
+
+    @property
+    def nearest(self) -> Model:
+        """The one of the models shown to which pressure and velocity together are nearest."""
+        distances = (self.pressure_distance, self.velocity_distance)
+        return min(self.shown, key=lambda model: sum(float(far(model).mean()) for far in distances))
 
     @property
     def deviator(self) -> Floats:
-        """‖Σ + p1‖/‖Σ‖ of each crowd (s,): what is not pressure."""
+        """(s,), ‖Σ + p1‖/‖Σ‖ of each crowd: what is not pressure."""
         shares = []
         for s in self.samples:
             rest = s.stress.stress + s.stress.pressure[:, None, None] * np.eye(2)
@@ -107,7 +91,7 @@ class Size:
 
     @property
     def dissipative(self) -> Floats:
-        """R² of Σ = k D(w), w = u⁺ + u⁻, through the origin, of each crowd (s,): 1 − ‖Σ −
+        """(s,), R² of Σ = k D(w), w = u⁺ + u⁻, through the origin, of each crowd: 1 − ‖Σ −
         kD(w)‖²/‖Σ‖² with the best k ≥ 0."""
         shares = []
         for s in self.samples:
@@ -120,51 +104,64 @@ class Size:
 
     @property
     def compression(self) -> Floats:
-        """How much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋, of each
-        crowd (s,)."""
+        """(s,), how much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋."""
         return np.array([_negative(s.flow) / _negative(s.left) for s in self.samples])
 
     @property
     def kept(self) -> Floats:
-        """Share of the kinetic energy that each crowd keeps (s,)."""
+        """(s,), the share of the kinetic energy that each crowd keeps."""
         return np.array([s.kept for s in self.samples])
 
     @property
     def wall_load(self) -> Floats:
-        """Load of the walls in each crowd (s,) N·s."""
-        return np.array([s.wall_load for s in self.samples])
+        """(s,) kN·s, the load of the walls in each crowd."""
+        return np.array([s.wall_load for s in self.samples]) / 1e3
 
     @property
-    def spread(self) -> float:
-        """Root mean square distance of a crowd's pressure from their mean, over ‖p_(20)‖; NaN for a
-        single crowd."""
+    def coordination(self) -> float:
+        """Contacts per disk, mean over the crowds."""
+        return float(np.mean([s.coordination for s in self.samples]))
+
+    @property
+    def spread(self) -> float | None:
+        """Root mean square distance of a crowd's pressure from their mean, over ‖p_(20)‖; None for
+        a single crowd."""
         if len(self.samples) < 2:
-            return float("nan")
+            return None
         every = np.array([s.stress.pressure for s in self.samples])
         variance = every.var(axis=0, ddof=1).sum()
         return float(np.sqrt(variance) / np.linalg.norm(self.models.first_order.pressure))
 
     @property
-    def nearest(self) -> Model:
-        """The model, (11) and (20) with what is fitted among them, to which pressure and velocity
-        together are nearest."""
-        models = self.models
-        every = (
-            models.first_order,
-            models.blocked,
-            models.unhindered,
-            models.table,
-            self.best,
-            self.rough,
-        )
-
-        def distance(model: Model) -> float:
-            return float(
-                self.pressure_distance(model).mean() + self.velocity_distance(model).mean()
-            )
-
-        return min(every, key=distance)
+    def warnings(self) -> list[str]:
+        """The crowds that are not solved."""
+        name = f"{self.packing}, N = {self.n}, seed"
+        return unsolved((f"{name} {s.seed}", s.answer) for s in self.samples)
 
 
 def _negative(flow: FlowField) -> float:
     return float(np.maximum(-np.trace(flow.gradient, axis1=1, axis2=2), 0.0).sum())
+
+
+def study(plan: Plan = PLAN, progress: Progress | None = None) -> list[Size]:
+    """Solve all crowds of the plan, by packing and N, and the continuum of each packing's mean
+    size R."""
+    total = sum(n * count for sizes in plan.values() for n, count in sizes.items())
+    done, crowds = 0, dict[tuple[Packing, int], list[Sample]]()
+    for packing, n in ((packing, n) for packing, sizes in plan.items() for n in sizes):
+        crowds[packing, n] = []
+        for seed in range(1, plan[packing][n] + 1):
+            crowds[packing, n].append(sample(packing, n, seed))
+            done += n
+            if progress:
+                progress("crowds", done / total)
+    models: dict[float, Models] = {}
+    found = []
+    for packing, n in crowds:
+        same = [s for (kind, _), some in crowds.items() if kind is packing for s in some]
+        # to the centimetre: `touching` and `near` are the same heaps
+        size = round(float(np.mean([s.size for s in same])), 2)
+        if size not in models:
+            models[size] = Models.of(Crowd(size))
+        found.append(Size(packing, n, crowds[packing, n], models[size]))
+    return found

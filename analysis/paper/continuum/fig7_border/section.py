@@ -1,4 +1,4 @@
-"""Fig. 7: the crowd's border of walls, exit and free border, and the collision (11) solved in it."""
+"""Fig. 7: the crowd's border of walls, exit and free border, and the collision (11) in it."""
 
 from __future__ import annotations
 

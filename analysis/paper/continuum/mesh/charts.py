@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK
-from analysis.paper.continuum.mesh.study import Errors, Point, Study
+from analysis.paper.continuum.mesh.study import Point, Study
 
 QUANTITIES = {
     "energy": "Room: velocity sum, energy norm",
@@ -49,8 +49,8 @@ def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
         colour, marker, line, face = STYLES[family]
         of = [p for p in points if p.family == family]
         label = family if " " in family else f"{family}, half-annulus"
-        axes.plot([p.cpu_s for p in of], [_error(p.errors, name) for p in of], color=colour, ls=line, marker=marker, mfc=face,
-                  label=label)  # fmt: skip
+        seconds, errors = zip(*((p.cpu_s, getattr(p.errors, name)) for p in of), strict=True)
+        axes.plot(seconds, errors, color=colour, ls=line, marker=marker, mfc=face, label=label)
     axes.set(
         xscale="log",
         yscale="log",
@@ -59,8 +59,3 @@ def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
     )
     axes.grid(alpha=0.3, which="major")
     axes.set_ylim(*axes.get_ylim())
-
-
-def _error(errors: Errors, name: str) -> float:
-    value: float = getattr(errors, name)
-    return value
