@@ -147,7 +147,7 @@ def _chosen_digits(value: Any) -> Any:
 def _lines(source: str) -> list[str]:
     """The paragraphs and items of Markdown, each in one line."""
     return [
-        " ".join(token.content.split("\n"))
+        re.sub(r"[ \n]+", " ", token.content)
         for token in _MARKDOWN.parse(source)
         if token.type == "inline"
     ]

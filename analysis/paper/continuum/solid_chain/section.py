@@ -23,6 +23,7 @@ from analysis.support.progress import Progress
 from nscd.continuum.medium import DENSITY
 
 EQUAL = 0.01  # relative: numbers that agree
+ROUNDING = 1e-9  # of the speed, or N·s per kg
 STILL = 1e-6  # 1/s: people who do not close up
 
 
@@ -47,6 +48,14 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
                 "densities",
                 [[rho, *t.inner] for rho, t in zip(DENSITIES, found.dense, strict=True)],
             ),
+            words.table(
+                "profiles",
+                [
+                    [rod.name, model, *percussion]
+                    for rod in found.varied
+                    for model, percussion in (("(11)", rod.inner), ("rigid disks", rod.rigid))
+                ],
+            ),
         ],
         claims=[words.claim(name, verdict) for name, verdict in verdicts(found).items()],
         warnings=unsolved(found.answers),
@@ -55,14 +64,24 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 
 def verdicts(found: Chains) -> dict[str, Verdict]:
     """Judge what the paper says in 3.2.1."""
-    table_1 = found.table_1
+    table_1, length = found.table_1, found.table_1.chain.medium.length
     return {
         "condition": Verdict.of(not any(_wrong(trial) for trial in found.trials)),
+        "solution": Verdict.of(
+            *(table_1.formula_error(h) < EQUAL for h in (length, table_1.printed_length))
+        ),
         "percussion": Verdict.of(
             abs(found.factor - 1) < EQUAL, bool(np.all(np.diff(table_1.inner) < 0))
         ),
         "increasing": Verdict.of(*(at in found.growing for at in AT)),
         "glued": Verdict.of(table_1.closing < STILL),
+        "variable": Verdict.of(
+            bool(np.all(np.diff([rod.inner[1] for rod in found.varied]) > 0)),
+            found.rigid_factor < 1 + EQUAL,
+        ),
+        "constant": Verdict.of(
+            found.constant.from_rigid < ROUNDING, found.constant.pressure < ROUNDING
+        ),
         "free": Verdict.of(found.free.from_rigid < EQUAL),
     }
 
