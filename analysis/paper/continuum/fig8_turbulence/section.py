@@ -49,6 +49,7 @@ def verdicts(found: Turbulence) -> dict[str, Verdict]:
     return {
         "error": error_verdict(found.tried),
         "friction": Verdict.of(found.grown > DEPENDS),
+        "smooth": Verdict.of(found.grown > DEPENDS, found.settled > DEPENDS),
     }
 
 

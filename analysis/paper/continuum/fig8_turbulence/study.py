@@ -22,7 +22,7 @@ from nscd.continuum.room import square_room
 
 VOLUMES = (1.0, 2.0, 4.0, 9.0, 16.0, 25.0, 50.0, 100.0, 200.0)  # k_v
 CURVE_STEPS = (0.001, 0.01, 0.1)  # s
-STEPS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # s
+STEPS = (0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # s
 
 
 class Curve(NamedTuple):
@@ -72,6 +72,11 @@ class Turbulence:
         """Largest mean force over the least, of all steps."""
         forces = [step.force for step in self.steps]
         return max(forces) / min(forces)
+
+    @property
+    def settled(self) -> float:
+        """The mean force of the shortest step over that of the next: 1 where there is a limit."""
+        return self.steps[0].force / self.steps[1].force
 
     @property
     def best(self) -> Tried:
