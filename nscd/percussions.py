@@ -74,6 +74,7 @@ class Percussions:
     right_velocity: Floats
     right_spin: Floats
     residual: float
+    velocity_error: float
     momentum_error: float
     energy_change: float
     energy_error: float

@@ -56,6 +56,12 @@ class ContactProblem:
         """Whether any contact has k_n or k_t."""
         return bool(self.normal_weight.any() or self.tangent_weight.any())
 
+    @cached_property
+    def given(self) -> Floats:
+        """(M − DᵀKD) u⁻ = Â û, (n,d) kg m/s."""
+        momentum: Floats = 2 * self.mass * self.left - self.inertia(self.left)
+        return momentum
+
     def approach(self, velocity: Floats) -> Floats:
         """C u, (k,) m/s, of velocities (n,d)."""
         return self._rows(self.normal_first, self.normal_second, velocity)
@@ -96,11 +102,18 @@ class ContactProblem:
         inertia over radius: how far the momentum of any disk is from balance, relative to what it
         has and receives; rounding alone leaves about 1e-16, and k/m times that where contacts
         dissipate."""
-        along, across = reaction, None
-        if self.dissipative:
-            total = velocity + self.left
-            along = along + self.normal_weight * self.approach(total)
-            across = self.tangent_weight * self.sliding(total)
+        return self.imbalance(velocity, *self.impulses(reaction, velocity))
+
+    def impulses(self, reaction: Floats, velocity: Floats) -> tuple[Floats, Floats | None]:
+        """Normal and tangential part of p = k D(u + u⁻) + λ n, each (k,) N·s; None: no tangential."""
+        if not self.dissipative:
+            return reaction, None
+        total = velocity + self.left
+        along = reaction + self.normal_weight * self.approach(total)
+        return along, self.tangent_weight * self.sliding(total)
+
+    def imbalance(self, velocity: Floats, along: Floats, across: Floats | None) -> float:
+        """The `balance_error` of velocities (n,d) with given `impulses` (k,)."""
         balance = self.mass * (velocity - self.left) + self.momentum(along, across)
         size = np.abs(along) + (0.0 if across is None else np.abs(across))
         received = sum_at_disks(self.first, self.second, size, size, len(self.mass))

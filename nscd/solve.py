@@ -4,6 +4,7 @@ the answer."""
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,7 +74,9 @@ def solve(
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
     problem = impact_problem(snapshot, contacts, left, law)
     if not len(contacts):
-        found = Answer(np.empty(0), problem.free, 0, least=True, solver="none", why="no contacts")
+        found = Answer(
+            np.empty(0), problem.free, 0, least=True, distance=0.0, solver="none", why="no contacts"
+        )
     else:
         problem = with_free_velocity(problem)
         start = (
@@ -92,42 +95,39 @@ def certify(
     tolerance: float,
     started: float,
 ) -> Percussions:
-    """The answer with its residual, momentum and energy recomputed from the found reactions and
-    velocities."""
+    """Make the answer of the reactions and velocities that a solver found, and recompute all that it
+    says of itself: residual, momentum, energy, and that every number is finite."""
     reaction, right = found.reaction, found.velocity
+    normal, tangential = problem.impulses(reaction, right)
     total = right + problem.left
-    along, across = problem.approach(total), problem.sliding(total)
-    normal = problem.normal_weight * along + reaction
-    tangential = problem.tangent_weight * across
-    tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
-    impulse = normal[:, None] * contacts.normal + tangential[:, None] * tangent
+    impulse = normal[:, None] * contacts.normal
+    work = float(normal @ problem.approach(total))
+    if tangential is not None:
+        tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+        impulse += tangential[:, None] * tangent
+        work += float(tangential @ problem.sliding(total))
     energy = 0.5 * float((problem.mass * problem.left**2).sum())
     energy_change = 0.5 * float((problem.mass * (right - problem.left) * total).sum())
-    work = 0.5 * float(normal @ along + tangential @ across)
-    residual, momentum_error = (
-        problem.residual(reaction, right),
-        problem.balance_error(reaction, right),
-    )
-    status, reason = Status.SOLVED, ""
-    if not np.isfinite(residual + momentum_error):
-        status, reason = Status.FAILED, "the answer is not finite"
-    elif max(residual, momentum_error) > tolerance:
-        status = Status.INACCURATE
-        reason = f"residual {residual:.1e}, momentum error {momentum_error:.1e}, tolerance {tolerance:.1e}"
+    said: dict[str, Any] = {
+        "reaction": reaction,
+        "impulse": impulse,
+        "right_velocity": np.ascontiguousarray(right[:, :2]),
+        "right_spin": right[:, 2].copy() if right.shape[1] == 3 else snapshot.spin,
+        "residual": problem.residual(reaction, right),
+        "velocity_error": found.distance / float(np.sqrt(snapshot.mass.sum() or 1.0)),
+        "momentum_error": problem.imbalance(right, normal, tangential),
+        "energy_change": energy_change,
+        "energy_error": abs(energy_change + 0.5 * work) / (energy or 1.0),
+    }
+    status, reason = _judged(said, tolerance)
     warnings: tuple[str, ...] = ()
     if energy_change > 1e-9 * energy:
         warnings = (
-            f"energy grew by {energy_change:.3g} J: dissipation k > 0 acts on contacts that were already opening",
+            f"energy grew by {energy_change:.3g} J: "
+            "dissipation k > 0 acts on contacts that were already opening",
         )
     return Percussions(
-        reaction=reaction,
-        impulse=impulse,
-        right_velocity=np.ascontiguousarray(right[:, :2]),
-        right_spin=right[:, 2].copy() if right.shape[1] == 3 else snapshot.spin,
-        residual=residual,
-        momentum_error=momentum_error,
-        energy_change=energy_change,
-        energy_error=abs(energy_change + work) / (energy or 1.0),
+        **said,
         status=status,
         reason=reason,
         warnings=warnings,
@@ -136,4 +136,17 @@ def certify(
         solver=found.solver,
         iterations=found.iterations,
         seconds=time.perf_counter() - started,
+    )
+
+
+def _judged(said: dict[str, Any], tolerance: float) -> tuple[Status, str]:
+    """The status of an answer with these numbers, and the reason where it is not solved."""
+    for name, value in said.items():
+        if not np.isfinite(value).all():
+            return Status.FAILED, f"{name} is not finite"
+    residual, momentum_error = said["residual"], said["momentum_error"]
+    if max(residual, momentum_error) <= tolerance:
+        return Status.SOLVED, ""
+    return Status.INACCURATE, (
+        f"residual {residual:.1e}, momentum error {momentum_error:.1e}, tolerance {tolerance:.1e}"
     )

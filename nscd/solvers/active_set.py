@@ -12,7 +12,7 @@ from nscd.solvers.cholesky.factor import factorise
 from nscd.solvers.closing import EXACT, PENALTY, close_contacts
 from nscd.solvers.projected_gradient import descend
 from nscd.solvers.system import System, approach, even, stiffness
-from nscd.solvers.task import Answer, Task
+from nscd.solvers.task import UNKNOWN, Answer, Held, Task
 from nscd.solvers.thresholds import AT
 
 ROUNDS = 12
@@ -96,9 +96,11 @@ def close_set(
     unsettled after ROUNDS, or when more contacts change than before."""
     system = task.system
     theta = PENALTY * stiffness(system)
+    closed = closed.copy()
     reaction, velocity, done, error, settled = _rounds(
-        system, task.factor, closed.copy(), theta, ROUNDS, thorough
+        system, task.factor, closed, theta, ROUNDS, thorough
     )
+    task.workspace.held = Held(np.where(closed, theta, 0.0), closed) if settled else UNKNOWN
     least = bool(settled) and even(system.inverse_mass)
     return task.answer(reaction, velocity, before + int(done), least=least), float(error)
 

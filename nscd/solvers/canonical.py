@@ -13,7 +13,7 @@ from nscd.arrays import Floats
 from nscd.solvers.active_set import gap
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
 from nscd.solvers.system import add_reactions, approach
-from nscd.solvers.task import Answer, Task
+from nscd.solvers.task import UNKNOWN, Answer, Task
 from nscd.solvers.thresholds import AT
 
 # Weight of the contacts against the inertia that keeps the Newton matrix definite.
@@ -46,6 +46,7 @@ def _least_energy(task: Task, answer: Answer) -> Floats:
     Newton method with line search. It is the limit of a penalty packing of equal stiffness, loaded
     from rest, as the stiffness grows."""
     system, factor = task.system, task.factor
+    task.workspace.held = UNKNOWN
     reaction = answer.reaction[factor.contact]
     may = gap(system, answer.velocity[factor.order]) <= task.tolerance * system.scale
     none = np.zeros(len(reaction))

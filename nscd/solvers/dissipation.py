@@ -10,7 +10,7 @@ from nscd.arrays import Floats
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.factor import Factor, factorise, solve_factorised
 from nscd.solvers.system import System, add_reactions, inertia, system_of
-from nscd.solvers.task import Answer, Task
+from nscd.solvers.task import UNKNOWN, Answer, Task
 
 
 def with_free_velocity(problem: ContactProblem) -> ContactProblem:
@@ -19,7 +19,7 @@ def with_free_velocity(problem: ContactProblem) -> ContactProblem:
         return problem
     system, factor = system_of(problem)
     free = np.empty_like(problem.left)
-    free[factor.order] = _velocity_of(system, factor, _given_momentum(problem)[factor.order])
+    free[factor.order] = _velocity_of(system, factor, problem.given[factor.order])
     return replace(problem, free=free)
 
 
@@ -31,17 +31,14 @@ def balanced(task: Task, answer: Answer) -> Answer:
     if not problem.dissipative:
         return answer
     system, factor = task.system, task.factor
-    momentum = _given_momentum(problem)[factor.order]
+    task.workspace.held = UNKNOWN
+    momentum = problem.given[factor.order]
     add_reactions(system, answer.reaction[factor.contact], -1.0, momentum)
     velocity = np.empty_like(answer.velocity)
     velocity[factor.order] = _velocity_of(system, factor, momentum)
-    return min(answer, answer._replace(velocity=velocity), key=task.error)
-
-
-def _given_momentum(problem: ContactProblem) -> Floats:
-    """(M − DᵀKD) u⁻ = Â û, (n,d) kg m/s."""
-    momentum: Floats = 2 * problem.mass * problem.left - problem.inertia(problem.left)
-    return momentum
+    moved = float(np.sqrt((problem.mass * (velocity - answer.velocity) ** 2).sum()))
+    better = answer._replace(velocity=velocity, distance=answer.distance + moved)
+    return min(answer, better, key=task.error)
 
 
 def _velocity_of(system: System, factor: Factor, momentum: Floats) -> Floats:

@@ -12,7 +12,7 @@ from nscd.arrays import Floats
 from nscd.solvers.active_set import close_set, gap, pressing
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
 from nscd.solvers.system import add_reactions, approach, even, inertia, stiffness
-from nscd.solvers.task import Answer, Task
+from nscd.solvers.task import UNKNOWN, Answer, Held, Task
 from nscd.solvers.thresholds import AT
 
 MAXIMUM_ITERATIONS = 200
@@ -82,6 +82,7 @@ def follow_path(
     is as far from the end as they are: wλ − s is kept, √(wλ·s) = AWAY · error."""
     system = task.system
     w, scale = system.inverse_mass, system.scale
+    task.workspace.held = UNKNOWN
     if scale < NOTHING:  # their squares are no numbers any more
         return np.zeros(len(w)), system.free.copy(), 0
     compliance = soft / stiffness(system)
@@ -98,9 +99,10 @@ def follow_path(
         slack = np.maximum(pushed - apart, square / pushed)
         reaction = square / slack / w
     at = State(slack, reaction, velocity.copy())
-    reaction, velocity, iterations = _follow(
+    reaction, velocity, iterations, theta = _follow(
         system, task.factor, tolerance, compliance, float(soft > RIGID), at, MAXIMUM_ITERATIONS
     )
+    task.workspace.held = Held(theta, UNKNOWN.closed)
     return reaction, velocity, int(iterations)
 
 
@@ -156,6 +158,7 @@ def _follow(
     plain_slack, plain_reaction, plain_step = np.empty(k), np.empty(k), np.empty((n, d))
     dual, step, moved, size = np.empty((n, d)), np.empty((n, d)), np.empty((n, d)), np.empty(n)
     stalled = iteration = 0
+    made = False
     while iteration < most:
         approach(system, u, v)
         error = _imbalance(system, u, reaction, moved, dual, size)
@@ -175,7 +178,8 @@ def _follow(
         for c in range(k):
             theta[c] = 1.0 / (slack[c] / reaction[c] + soft[c])
             complementarity[c] = slack[c] * reaction[c]
-        if not factorise(system, factor, theta):
+        made = factorise(system, factor, theta)
+        if not made:
             break
         target = length = plain = 0.0
         for stage in range(3):  # predictor, corrector, and Gondzio's where the step is short
@@ -230,4 +234,4 @@ def _follow(
         for c in range(k):
             slack[c] = max(slack[c] + length * slack_step[c], TINY)
             reaction[c] = max(reaction[c] + length * reaction_step[c], TINY)
-    return best_reaction, best_u, best_at
+    return best_reaction, best_u, best_at, theta if made else np.empty(0)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from nscd.solvers.active_set import active_set, correct_guess, descend_and_close
 from nscd.solvers.canonical import canonical as least_energy
 from nscd.solvers.closed_form import closed_form
@@ -19,6 +21,7 @@ from nscd.solvers.projected_gradient import projected_gradient
 from nscd.solvers.system import even
 from nscd.solvers.task import Answer, Solver, Task
 from nscd.solvers.tree import tree
+from nscd.solvers.velocity_error import rounding_bound, velocity_bound
 
 
 class Rung(NamedTuple):
@@ -105,12 +108,15 @@ def climb(task: Task, solver: str = "auto") -> Answer:
         return _climb(task, choose(task, solver))
     answer, rest = closed_form(task)
     if not rest.contacts.any():
-        return answer
+        return answer._replace(distance=rounding_bound(task.problem, answer))
     part = task.part(rest.contacts, rest.disks, forest=rest.forest)
+    whole = part.problem is task.problem
+    beside = 0.0 if whole else rounding_bound(task.problem, answer)
     found = _climb(part, choose(part))
     reaction, velocity = answer.reaction, answer.velocity
     reaction[rest.contacts], velocity[rest.disks] = found.reaction, found.velocity
-    return found._replace(reaction=reaction, velocity=velocity)
+    distance = float(np.hypot(found.distance, beside))
+    return found._replace(reaction=reaction, velocity=velocity, distance=distance)
 
 
 def _climb(task: Task, rungs: list[Rung]) -> Answer:
@@ -119,6 +125,7 @@ def _climb(task: Task, rungs: list[Rung]) -> Answer:
         if answer.settled is False and not last:
             task = task.after(answer)
             continue
+        answer = answer._replace(distance=velocity_bound(task, answer))
         answer = balanced(task, answer)
         if task.canonical:
             answer = least_energy(task, answer)

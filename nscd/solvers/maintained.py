@@ -7,7 +7,7 @@ import numpy as np
 from nscd.solvers.cholesky.factor import factorise
 from nscd.solvers.closing import EXACT, PENALTY, close_contacts
 from nscd.solvers.system import approach, stiffness
-from nscd.solvers.task import Answer, Task
+from nscd.solvers.task import Answer, Held, Task
 
 # For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are
 # redundant.
@@ -28,6 +28,7 @@ def maintained(task: Task) -> Answer:
         theta = penalty * stiffness(system)
         if not factorise(system, factor, theta):
             break
+        task.workspace.held = Held(theta, closed)
         reaction, velocity = np.zeros(k), system.free.copy()
         approach(system, velocity, v)
         steps += close_contacts(system, factor, closed, theta, reaction, velocity, v, STEPS)

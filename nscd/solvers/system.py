@@ -62,6 +62,25 @@ def system_of(problem: ContactProblem) -> tuple[System, Factor]:
     return system, factor
 
 
+def in_given_order(problem: ContactProblem) -> System:
+    """Put a problem into the kernels' form without reordering it."""
+    return System(
+        problem.first,
+        problem.second,
+        problem.normal_first,
+        problem.normal_second,
+        problem.tangent_first,
+        problem.tangent_second,
+        problem.normal_weight,
+        problem.tangent_weight,
+        problem.mass,
+        problem.free,
+        problem.offset,
+        problem.inverse_mass,
+        problem.scale,
+    )
+
+
 def stiffness(system: System) -> Any:
     """Relative stiffness (k,) kg of the contacts as a penalty model: the same for all, 1/max w, so
     that its stiff limit has the least Σλ²; 1/w where masses differ too much for that."""

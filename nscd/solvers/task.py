@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,22 +22,40 @@ class Answer(NamedTuple):
     factorisations; least: whether λ is known to be the one of least energy (which a unique λ is);
     settled: True if the solver has checked that this is the answer, False if the next rung is to
     start from it, None if the ladder is to measure it.
-    solver and why: the rung of the ladder that gave it, filled in there."""
+    distance: a bound of √(Σ m |u − u⁺|²), √kg m/s, u⁺ the exact velocities, see `velocity_bound`;
+    solver and why: the rung of the ladder that gave it. The last three are filled in there."""
 
     reaction: Floats
     velocity: Floats
     iterations: int
     least: bool
     settled: bool | None = None
+    distance: float = np.inf
     solver: str = ""
     why: str = ""
 
 
-class _Ordered:
-    """The problem in elimination order, and storage for its factors: made when first asked for."""
+class Held(NamedTuple):
+    """A factor of Â + CᵀΘC: theta (k,) kg; closed (k,), the contacts that it holds closed. Empty where
+    that is not known."""
+
+    theta: Floats
+    closed: Flags
+
+
+UNKNOWN = Held(np.empty(0), np.empty(0, dtype=np.bool_))
+
+
+class Workspace:
+    """The problem in elimination order and storage for its factors, made when first asked for.
+
+    held: what the factor in storage is of; branches: of contacts that form trees, where the solver
+    found them."""
 
     def __init__(self, problem: ContactProblem) -> None:
         self._problem = problem
+        self.held = UNKNOWN
+        self.branches: Any = None
 
     @cached_property
     def both(self) -> tuple[System, Factor]:
@@ -59,20 +77,20 @@ class Task:
     guess: Floats | None = None
     start: Answer | None = None
     forest: bool = False
-    _ordered: _Ordered = field(init=False)
+    workspace: Workspace = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_ordered", _Ordered(self.problem))
+        object.__setattr__(self, "workspace", Workspace(self.problem))
 
     @property
     def system(self) -> System:
         """The problem as the compiled kernels take it, in elimination order."""
-        return self._ordered.both[0]
+        return self.workspace.both[0]
 
     @property
     def factor(self) -> Factor:
         """The order of elimination, and storage for the factors."""
-        return self._ordered.both[1]
+        return self.workspace.both[1]
 
     def part(self, contacts: Flags, disks: Flags, *, forest: bool) -> Task:
         """Restrict the task to some contacts (k,) and the disks (n,) that they are between."""
@@ -87,7 +105,7 @@ class Task:
     def after(self, answer: Answer) -> Task:
         """Hand an unsettled answer on: the same task, to be started from there."""
         task = replace(self, start=answer)
-        object.__setattr__(task, "_ordered", self._ordered)
+        object.__setattr__(task, "workspace", self.workspace)
         return task
 
     def answer(

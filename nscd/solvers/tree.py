@@ -33,7 +33,8 @@ def tree(task: Task) -> Answer:
     that pull are then opened and open ones that would overlap closed, until none is left."""
     problem = task.problem
     n, k = len(problem.mass), len(problem.first)
-    branches = _branches(n, problem.first, problem.second)
+    branches = branches_of(n, problem.first, problem.second)
+    task.workspace.branches = branches
     given = Given(
         problem.first, problem.normal_first, problem.mass[:, 0], problem.free, problem.offset
     )
@@ -42,7 +43,7 @@ def tree(task: Task) -> Answer:
     done = 0
     while done < ROUNDS:
         done += 1
-        reaction, u = _pass(branches, closed, given)
+        reaction, u = close_tree(branches, closed, given)
         new = problem.inverse_mass * reaction > problem.offset - problem.approach(u)
         # a closed contact stays so unless it pulls: its own velocity is rounding
         new = np.where(closed, reaction >= 0.0, new)
@@ -53,7 +54,7 @@ def tree(task: Task) -> Answer:
 
 
 @njit(cache=True)
-def _branches(n: int, first: Any, second: Any) -> Any:
+def branches_of(n: int, first: Any, second: Any) -> Any:
     """Disks from the roots outward, the parent of each (−1: a root, or the wall) and the contact
     that links them (−1: none)."""
     start = np.zeros(n + 1, np.int64)
@@ -99,7 +100,9 @@ def _branches(n: int, first: Any, second: Any) -> Any:
 
 
 @njit(cache=True)
-def _pass(branches: Any, closed: Any, given: Any) -> Any:
+def close_tree(branches: Any, closed: Any, given: Any) -> Any:
+    """Reactions (k,) and velocities (n,2) with the `closed` contacts at C u = b and the others
+    without reaction."""
     order, parent, link = branches
     first, normal, mass, free, offset = given
     n = len(order)
