@@ -1,6 +1,8 @@
-"""The array types of the whole tree, and the check of an array that comes from outside."""
+"""The array types of the whole tree, and the checks of what comes from outside."""
 
 from __future__ import annotations
+
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,13 +14,24 @@ Indices = NDArray[np.int64]
 Index32 = NDArray[np.int32]
 """Numbers of rows where the kernels want them small."""
 
+# Beyond this, squares of a number and their products with another leave double precision.
+LARGEST = 1e100
+T = TypeVar("T")
 
-def read_only(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
-    """Copy `value` to a finite float64 array of the given shape (-1: any), set read-only.
 
-    Raises ValueError naming the field (and the first bad row) when the shape or a value is wrong.
-    """
-    array = np.array(value, dtype=np.float64)
+def read_only(
+    value: ArrayLike, shape: tuple[int, ...], name: str, largest: float = LARGEST
+) -> Floats:
+    """Copy `value` to a finite float64 array, set read-only.
+
+    shape: of the array; -1 for any length
+    largest: magnitude that is refused beyond
+
+    Raises ValueError naming the field, and the first bad row, where shape or a value is wrong."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: not an array of numbers ({error})") from None
     if array.ndim != len(shape) or any(
         s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)
     ):
@@ -27,5 +40,47 @@ def read_only(value: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
     if not np.isfinite(array).all():
         row = int(np.argwhere(~np.isfinite(array))[0][0])
         raise ValueError(f"{name}: not a finite number in row {row}")
+    if array.size and not np.abs(array).max() <= largest:
+        row = int(np.argwhere(np.abs(array) > largest)[0][0])
+        worst = float(np.abs(array[row]).max())
+        raise ValueError(
+            f"{name}: {worst:g} in row {row}; at most {largest:g} can be computed with"
+        )
     array.flags.writeable = False
     return array
+
+
+def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indices:
+    """Copy `value` to an int64 array of the given shape, set read-only.
+
+    Raises ValueError naming the field where the shape is wrong or a value is not a whole number."""
+    try:
+        given = np.asarray(value)
+        array = np.array(given, dtype=np.int64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name}: not an array of whole numbers ({error})") from None
+    if array.shape != shape:
+        raise ValueError(f"{name}: shape {array.shape} where {shape} is needed")
+    if given.dtype.kind not in "iub" and not np.array_equal(given, array):
+        row = int(np.argwhere(given != array)[0][0])
+        raise ValueError(f"{name}: {given[row]} in row {row} is not a whole number")
+    array.flags.writeable = False
+    return array
+
+
+def number(value: Any, name: str, need: str = "a finite number") -> float:
+    """Take a finite float; raise ValueError naming the field, and what is needed, for all else."""
+    try:
+        taken = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name}: {value!r}; {need} is needed") from None
+    if not np.isfinite(taken) or isinstance(value, str | bytes):
+        raise ValueError(f"{name}: {value!r}; {need} is needed")
+    return taken
+
+
+def instance(value: Any, kind: type[T], name: str) -> T:
+    """Take an object of a class; raise ValueError naming the field for all else."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name}: a {type(value).__name__} where a {kind.__name__} is needed")
+    return value

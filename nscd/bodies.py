@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nscd.arrays import Floats, Indices, read_only
+from nscd.arrays import LARGEST, Floats, Indices, number, read_only, whole_numbers
 from nscd.segments import nearest_on_segment
 
 _NO_IDS: Indices = np.empty(0, dtype=np.int64)
@@ -15,15 +15,20 @@ _NO_SPIN: Floats = np.empty(0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Snapshot:
-    """Disks at one instant.
+    """Hold n disks at one instant.
 
-    position (n,2) m; velocity (n,2) m/s; radius (n,) m; mass (n,) kg; ids (n,) the numbers that
-    people have in the files (default 1…n); spin (n,) rad/s (default 0); time s; drive (n,2) N: the
-    force with which each person walks, where it is known. The moment of inertia of a disk is m
-    r²/2.
+    position: (n,2) m
+    velocity: (n,2) m/s
+    radius: (n,) m
+    mass: (n,) kg
+    ids: (n,) the numbers that people have in the files; 1…n where left out
+    spin: (n,) rad/s; 0 where left out
+    time: s
+    drive: (n,2) N, the force with which each person walks, where it is known
 
-    Raises ValueError naming the field for a wrong shape, a non-finite value, a radius or mass that
-    is not positive, or an id that occurs twice."""
+    Raises ValueError naming the field for a wrong shape, what is not a finite number, a magnitude
+    beyond 10¹⁰⁰ (or masses and radii below its inverse), a radius or mass that is not positive, and
+    ids that are not whole numbers or occur twice."""
 
     position: Floats
     velocity: Floats
@@ -40,24 +45,15 @@ class Snapshot:
         n = len(self.position)
         put(self, "velocity", read_only(self.velocity, (n, 2), "velocity"))
         for name in ("radius", "mass"):
-            values = read_only(getattr(self, name), (n,), name)
-            if not (values > 0).all():
-                row = int(np.argmin(values > 0))
-                raise ValueError(
-                    f"{name}: {values[row]:g} in row {row}; a disk needs a positive {name}"
-                )
-            put(self, name, values)
-        put(
-            self,
-            "spin",
-            read_only(np.zeros(n) if self.spin is _NO_SPIN else self.spin, (n,), "spin"),
-        )
+            put(self, name, _positive(getattr(self, name), n, name))
+        spin = np.zeros(n) if self.spin is _NO_SPIN else self.spin
+        put(self, "spin", read_only(spin, (n,), "spin"))
+        put(self, "time", number(self.time, "time", "a finite number of seconds"))
         if self.drive is not None:
             put(self, "drive", read_only(self.drive, (n, 2), "drive"))
-        ids = np.array(np.arange(1, n + 1) if self.ids is _NO_IDS else self.ids, dtype=np.int64)
-        if ids.shape != (n,) or len(np.unique(ids)) != n:
-            raise ValueError("ids: one distinct integer a disk is needed")
-        ids.flags.writeable = False
+        ids = whole_numbers(np.arange(1, n + 1) if self.ids is _NO_IDS else self.ids, (n,), "ids")
+        if len(np.unique(ids)) != n:
+            raise ValueError("ids: one distinct integer per disk is needed")
         put(self, "ids", ids)
 
     @property
@@ -69,14 +65,29 @@ class Snapshot:
     def __len__(self) -> int:
         return len(self.radius)
 
+    def __repr__(self) -> str:
+        return f"<Snapshot: {len(self)} disks at {self.time:g} s>"
+
+
+def _positive(value: Floats, n: int, name: str) -> Floats:
+    values = read_only(value, (n,), name)
+    if n and not values.min() >= 1 / LARGEST:
+        row = int(np.argmin(values))
+        why = f"a disk needs a positive {name}"
+        if values[row] > 0:
+            why = f"at least {1 / LARGEST:g} can be computed with"
+        raise ValueError(f"{name}: {values[row]:g} in row {row}; {why}")
+    return values
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Walls:
-    """Straight fixed walls without thickness: start (w,2) m, end (w,2) m. A door is the space
-    between two.
+    """Hold w straight fixed walls without thickness. A door is the space between two.
 
-    Raises ValueError naming the field for a wrong shape, a non-finite value or a wall of no length.
-    """
+    start, end: (w,2) m
+
+    Raises ValueError naming the field for a wrong shape, what is not a finite number, a magnitude
+    beyond 10¹⁰⁰, or a wall of no length."""
 
     start: Floats
     end: Floats
@@ -91,7 +102,9 @@ class Walls:
     def __len__(self) -> int:
         return len(self.start)
 
+    def __repr__(self) -> str:
+        return f"<Walls: {len(self)}>"
+
     def nearest_point(self, position: Floats, wall: Indices) -> Floats:
-        """The point of wall number wall[i] that is nearest to position[i]; shapes (k,2), (k,) →
-        (k,2) m."""
+        """Find the point (k,2) m of wall number wall[i] (k,) that is nearest to position[i] (k,2) m."""
         return nearest_on_segment(position, self.start[wall], self.end[wall])

@@ -8,17 +8,38 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from nscd.arrays import Flags, Floats, Index32, Indices, read_only
+from nscd.arrays import (
+    Flags,
+    Floats,
+    Index32,
+    Indices,
+    instance,
+    number,
+    read_only,
+    whole_numbers,
+)
 from nscd.bodies import Snapshot, Walls
+
+# Normals may be off unit length by this: files have few digits.
+UNIT = 1e-6
+# Coordinates up to so many of the smallest radius: gaps are then known to 10⁻⁶ of it.
+FARTHEST = 1e9
+# The search goes this much farther than asked, since it rounds; the gap decides.
+MARGIN = 1 + 1e-12
+# So many pairs take about 1 GB. Up to FEW disks, or within WIDE of the smallest radius, there are not
+# so many.
+MOST_PAIRS, FEW, WIDE = 50_000_000, 10_000, 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Contacts:
-    """The k contacts of a snapshot, disk–disk and disk–wall.
+    """Hold the k contacts of a snapshot, disk–disk and disk–wall.
 
-    first (k,) index of a disk; second (k,) index of the other disk, or of the wall where is_wall
-    (k,) is true; normal (k,2) unit, from first to second (into the wall); gap (k,) m, negative
-    where they overlap; point (k,2) m, where the surface of the first disk touches.
+    first: (k,) index of a disk
+    second: (k,) index of the other disk, or of the wall where is_wall (k,) is true
+    normal: (k,2) unit vector from first to second, or into the wall
+    gap: (k,) m, negative where they overlap
+    point: (k,2) m, where the surface of the first disk touches
 
     Raises ValueError naming the field for wrong shapes, non-finite numbers, normals that are not
     unit vectors, negative indices or a disk in contact with itself."""
@@ -36,26 +57,28 @@ class Contacts:
         k = len(self.normal)
         put(self, "gap", read_only(self.gap, (k,), "gap"))
         put(self, "point", read_only(self.point, (k, 2), "point"))
-        for name, dtype in (("first", np.int64), ("second", np.int64), ("is_wall", np.bool_)):
-            array = np.array(getattr(self, name), dtype=dtype)
-            if array.shape != (k,):
-                raise ValueError(f"{name}: shape {array.shape} where ({k},) is needed")
-            array.flags.writeable = False
-            put(self, name, array)
+        for name in ("first", "second"):
+            put(self, name, whole_numbers(getattr(self, name), (k,), name))
+        is_wall = whole_numbers(self.is_wall, (k,), "is_wall").astype(np.bool_)
+        is_wall.flags.writeable = False
+        put(self, "is_wall", is_wall)
         if k and min(self.first.min(), self.second.min()) < 0:
             raise ValueError("first, second: negative index")
         if np.any((self.first == self.second) & ~self.is_wall):
             raise ValueError("second: a disk in contact with itself")
-        if k and np.abs(np.hypot(*self.normal.T) - 1).max() > 1e-6:
-            raise ValueError(
-                f"normal: row {int(np.argmax(np.abs(np.hypot(*self.normal.T) - 1)))} is not a unit vector"
-            )
+        off = np.abs(np.hypot(*self.normal.T) - 1)
+        if k and off.max() > UNIT:
+            raise ValueError(f"normal: row {int(np.argmax(off))} is not a unit vector")
 
     def __len__(self) -> int:
         return len(self.gap)
 
+    def __repr__(self) -> str:
+        walls = int(self.is_wall.sum())
+        return f"<Contacts: {len(self) - walls} of two disks, {walls} with a wall>"
+
     def select(self, keep: Flags | Indices) -> Contacts:
-        """The contacts chosen by a mask or by indices, in that order."""
+        """Choose contacts by a mask (k,) or by indices, in that order."""
         names = ("first", "second", "is_wall", "normal", "gap", "point")
         return Contacts(**{name: getattr(self, name)[keep] for name in names})
 
@@ -66,36 +89,40 @@ class Contacts:
             raise ValueError(f"contacts: disk index {highest} where there are {n} disks")
 
     def deformation_velocity(self, velocity: Floats) -> Floats:
-        """D(u) = u_i − u_j at each contact, walls at rest, without spins: (n,2) m/s → (k,2) m/s."""
+        """Compute D(u) = u_i − u_j at each contact, walls at rest, without spins.
+
+        velocity: (n,2) m/s; returns (k,2) m/s"""
         difference = velocity[self.first]
         pairs = ~self.is_wall
         difference[pairs] -= velocity[self.second[pairs]]
         return difference
 
     def approach_velocity(self, velocity: Floats) -> Floats:
-        """v = n·D(u), positive where the contact closes: (n,2) m/s → (k,) m/s. Paper eq. (2): v = C
-        u."""
+        """Compute v = n·D(u) = C u, positive where the contact closes (paper eq. (2)).
+
+        velocity: (n,2) m/s; returns (k,) m/s"""
         approach: Floats = (self.normal * self.deformation_velocity(velocity)).sum(1)
         return approach
 
     def momentum_change(self, impulse: Floats, n: int) -> Floats:
-        """−Dᵀp: what impulses (k,2) N·s, given by first to second, change each disk's momentum by,
-        (n,2) N·s."""
+        """Compute −Dᵀp, what impulses change the momentum of each of n disks by.
+
+        impulse: (k,2) N·s, given by first to second; returns (n,2) N·s"""
         return self.sum_at_disks(-impulse, n, on_second=impulse)
 
     def sum_at_disks(self, on_first: Floats, n: int, *, on_second: Floats | None = None) -> Floats:
-        """Sum a quantity of the contacts over those of each of the n disks: (k,…) → (n,…), same unit.
+        """Sum at each of n disks what it has of its contacts.
 
-        on_first (k,…): what the first disk of a contact has of it; on_second (k,…): what the second
-        has, the same by default. A wall takes its part away."""
+        on_first: (k,…) any unit, what the first disk of a contact has of it
+        on_second: (k,…) what the second has; the same where left out; a wall takes its part away
+        Returns (n,…) in the same unit."""
         second = np.where(self.is_wall, -1, self.second)
         return sum_at_disks(
             self.first, second, on_first, on_first if on_second is None else on_second, n
         )
 
     def normal_matrix(self, n: int) -> csr_array:
-        """C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n), four entries a pair, two a wall
-        contact."""
+        """Assemble C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n)."""
         k, pairs = len(self), np.flatnonzero(~self.is_wall)
         rows = np.concatenate([np.arange(k), np.arange(k), pairs, pairs])
         columns = np.concatenate(
@@ -107,8 +134,8 @@ class Contacts:
         return csr_array((values, (rows, columns)), shape=(k, 2 * n))
 
     def inverse_mass(self, mass: Floats) -> Floats:
-        """w = 1/m_i + 1/m_j (a wall's mass is infinite), shape (k,), 1/kg: the diagonal of the
-        Delassus operator."""
+        """Compute w = 1/m_i + 1/m_j (k,) 1/kg of masses (n,) kg, a wall's being infinite: the diagonal
+        of the Delassus operator."""
         w: Floats = 1.0 / mass[self.first]
         pairs = ~self.is_wall
         w[pairs] += 1.0 / mass[self.second[pairs]]
@@ -138,20 +165,26 @@ def sum_at_disks(
 
 
 def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: float) -> Contacts:
-    """All contacts with gap ≤ tolerance (m): disk pairs by (first, second), then walls by (disk,
-    wall).
+    """Find all contacts with a gap of at most `tolerance`: pairs of disks by (first, second), then
+    walls by (disk, wall).
 
-    Gap of a pair: |x_j − x_i| − r_i − r_j; of a wall: distance to the nearest point of its segment
-    − r. Raises ValueError for a negative or non-finite tolerance, and where two centres (or a
-    centre and a wall) coincide, since such a contact has no normal."""
-    if not (np.isfinite(tolerance) and tolerance >= 0):
+    tolerance: m; gaps that are zero but for the rounding of coordinates count at any tolerance
+
+    The gap of a pair is |x_j − x_i| − r_i − r_j, that of a wall the distance to the nearest point of
+    its segment less r.
+
+    Raises ValueError naming the field for a tolerance that is negative or not finite; for coordinates
+    beyond 10⁹ of the smallest radius, in whose rounding gaps are lost; for more pairs within reach
+    than memory should hold; and where two centres, or a centre and a wall, coincide, since such a
+    contact has no normal."""
+    instance(snapshot, Snapshot, "snapshot")
+    if walls is not None:
+        instance(walls, Walls, "walls")
+    if number(tolerance, "tolerance", "a length ≥ 0 m") < 0:
         raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
+    tolerance += _rounding(snapshot, walls)
     position, radius = snapshot.position, snapshot.radius
-    n = len(snapshot)
-    i = j = np.empty(0, dtype=np.int64)
-    if n > 1:
-        pairs = cKDTree(position).query_pairs(2 * radius.max() + tolerance, output_type="ndarray")
-        i, j = pairs.min(1).astype(np.int64), pairs.max(1).astype(np.int64)
+    i, j = _pairs_within(position, radius, tolerance)
     difference = position[j] - position[i]
     distance = np.hypot(*difference.T)
     gap = distance - radius[i] - radius[j]
@@ -176,13 +209,47 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     )
 
 
+def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
+    """What gaps may be wrong by (m), from the size of coordinates.
+
+    Raises ValueError where that is no small share of the smallest radius."""
+    largest, whose = float(np.abs(snapshot.position).max(initial=0.0)), "position"
+    for name in ("start", "end") if walls is not None else ():
+        there = float(np.abs(getattr(walls, name)).max(initial=0.0))
+        if there > largest:
+            largest, whose = there, f"walls: {name}"
+    smallest = float(snapshot.radius.min(initial=np.inf))
+    if largest > FARTHEST * smallest:
+        raise ValueError(
+            f"{whose}: coordinates up to {largest:g} m; beyond {FARTHEST:g} of the smallest radius, "
+            f"{smallest:g} m, gaps are lost in rounding"
+        )
+    return 4 * float(np.finfo(float).eps) * largest
+
+
+def _pairs_within(position: Floats, radius: Floats, tolerance: float) -> tuple[Indices, Indices]:
+    """Pairs i < j that are within the largest diameter and the tolerance (m), and a few just beyond."""
+    if len(position) < 2:
+        none = np.empty(0, dtype=np.int64)
+        return none, none
+    tree, reach = cKDTree(position), (2 * float(radius.max()) + tolerance) * MARGIN
+    crowded = len(position) > FEW and reach > WIDE * float(radius.min())
+    if crowded and tree.count_neighbors(tree, reach) > 2 * MOST_PAIRS:
+        raise ValueError(
+            f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each other, "
+            "the largest diameter and the tolerance"
+        )
+    pairs = tree.query_pairs(reach, output_type="ndarray")
+    return pairs.min(1).astype(np.int64), pairs.max(1).astype(np.int64)
+
+
 def _wall_neighbours(
     snapshot: Snapshot, walls: Walls | None, tolerance: float
 ) -> tuple[Indices, Indices, Floats, Floats]:
     disks, numbers, vectors = [], [], []
-    for number in range(len(walls) if walls is not None else 0):
+    for row in range(len(walls) if walls is not None else 0):
         assert walls is not None
-        every = np.full(len(snapshot), number)
+        every = np.full(len(snapshot), row)
         to_wall = walls.nearest_point(snapshot.position, every) - snapshot.position
         near = np.flatnonzero(np.hypot(*to_wall.T) - snapshot.radius <= tolerance)
         disks.append(near)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import read_only
+from nscd.arrays import instance, number, read_only
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.friction.answer import solve_with_friction
@@ -56,8 +56,12 @@ def solve(
     friction, or fewer than one start."""
     started = time.perf_counter()
     law = ContactLaw() if law is None else law
-    if not 1e-14 <= tolerance < 1:
-        raise ValueError(f"tolerance: {tolerance}; between 1e-14 (rounding) and 1 is needed")
+    instance(snapshot, Snapshot, "snapshot")
+    instance(contacts, Contacts, "contacts")
+    instance(law, ContactLaw, "law")
+    need = "between 1e-14 (rounding) and 1"
+    if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
+        raise ValueError(f"tolerance: {tolerance}; {need} is needed")
     if solver not in SOLVERS:
         raise ValueError(f"solver: unknown {solver!r}; there are: {', '.join(SOLVERS)}")
     contacts.check_disks(len(snapshot))
@@ -79,9 +83,9 @@ def solve(
         )
     else:
         problem = with_free_velocity(problem)
-        start = (
-            guess.reaction if guess is not None and len(guess.reaction) == len(contacts) else None
-        )
+        start = None if guess is None else instance(guess, Percussions, "guess").reaction
+        if start is not None and len(start) != len(contacts):
+            start = None
         task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=start)
         found = climb(task, solver)
     return certify(snapshot, contacts, problem, found, tolerance, started)

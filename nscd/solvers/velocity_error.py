@@ -111,7 +111,7 @@ def _by_factor(
         t[:] = 0.0
         v[:] = 0.0
         if _beyond(gap, closed, rounding):
-            _correct(system, factor, closed, theta, -gap, STEPS, 2.0 * rounding, t, v)
+            _correct(system, factor, closed, theta, -gap, STEPS, 0.1 * rounding, t, v)
         more, slack, whole = _judge(gap, v, kept, closed, CLOSED * rounding, equal)
         if whole:
             inertia(system, t, rest)
