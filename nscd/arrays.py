@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import reprlib
+from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
@@ -28,15 +30,7 @@ def read_only(
     largest: magnitude that is refused beyond
 
     Raises ValueError naming the field, and the first bad row, where shape or a value is wrong."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name}: not an array of numbers ({error})") from None
-    if array.ndim != len(shape) or any(
-        s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)
-    ):
-        wanted = ", ".join("n" if s == -1 else str(s) for s in shape)
-        raise ValueError(f"{name}: shape {array.shape} where ({wanted}) is needed")
+    array = _numbers(value, shape, name, "numbers").astype(np.float64)
     if not np.isfinite(array).all():
         row = int(np.argwhere(~np.isfinite(array))[0][0])
         raise ValueError(f"{name}: not a finite number in row {row}")
@@ -54,14 +48,10 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
     """Copy `value` to an int64 array of the given shape, set read-only.
 
     Raises ValueError naming the field where the shape is wrong or a value is not a whole number."""
-    try:
-        given = np.asarray(value)
-        array = np.array(given, dtype=np.int64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name}: not an array of whole numbers ({error})") from None
-    if array.shape != shape:
-        raise ValueError(f"{name}: shape {array.shape} where {shape} is needed")
-    if given.dtype.kind not in "iub" and not np.array_equal(given, array):
+    given = _numbers(value, shape, name, "whole numbers")
+    with np.errstate(invalid="ignore"):
+        array = given.astype(np.int64)
+    if given.dtype.kind not in "ib" and not np.array_equal(given, array):
         row = int(np.argwhere(given != array)[0][0])
         raise ValueError(f"{name}: {given[row]} in row {row} is not a whole number")
     array.flags.writeable = False
@@ -69,14 +59,21 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
 
 
 def number(value: Any, name: str, need: str = "a finite number") -> float:
-    """Take a finite float; raise ValueError naming the field, and what is needed, for all else."""
-    try:
-        taken = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name}: {value!r}; {need} is needed") from None
-    if not np.isfinite(taken) or isinstance(value, str | bytes):
-        raise ValueError(f"{name}: {value!r}; {need} is needed")
-    return taken
+    """Take a finite float of at most 10¹⁰⁰.
+
+    Raises ValueError naming the field, and what is needed, for all else."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if not isinstance(value, Real) or not -LARGEST <= value <= LARGEST:
+        raise ValueError(f"{name}: {shown(value)}; {need} is needed")
+    return float(value)
+
+
+def flag(value: Any, name: str) -> bool:
+    """Take True or False; raise ValueError naming the field for all else."""
+    if not isinstance(value, bool | np.bool_):
+        raise ValueError(f"{name}: {shown(value)}; True or False is needed")
+    return bool(value)
 
 
 def instance(value: Any, kind: type[T], name: str) -> T:
@@ -84,3 +81,23 @@ def instance(value: Any, kind: type[T], name: str) -> T:
     if not isinstance(value, kind):
         raise ValueError(f"{name}: a {type(value).__name__} where a {kind.__name__} is needed")
     return value
+
+
+def _numbers(value: ArrayLike, shape: tuple[int, ...], name: str, what: str) -> NDArray[Any]:
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name}: {shown(value)} is no array of {what}") from None
+    if array.size and array.dtype.kind not in "biuf":
+        raise ValueError(f"{name}: {shown(value)} is no array of {what}")
+    if array.ndim != len(shape) or any(
+        s not in (-1, a) for s, a in zip(shape, array.shape, strict=True)
+    ):
+        wanted = ", ".join("n" if s == -1 else str(s) for s in shape)
+        raise ValueError(f"{name}: shape {array.shape} where ({wanted}) is needed")
+    return array
+
+
+def shown(value: Any) -> str:
+    """Write any value in short, on one line."""
+    return " ".join(reprlib.repr(value).split())

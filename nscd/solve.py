@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import instance, number, read_only
+from nscd.arrays import flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.friction.answer import solve_with_friction
@@ -59,36 +59,38 @@ def solve(
     instance(snapshot, Snapshot, "snapshot")
     instance(contacts, Contacts, "contacts")
     instance(law, ContactLaw, "law")
+    flag(canonical, "canonical")
     need = "between 1e-14 (rounding) and 1"
     if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
         raise ValueError(f"tolerance: {tolerance}; {need} is needed")
-    if solver not in SOLVERS:
-        raise ValueError(f"solver: unknown {solver!r}; there are: {', '.join(SOLVERS)}")
+    if not isinstance(solver, str) or solver not in SOLVERS:
+        raise ValueError(f"solver: unknown {shown(solver)}; there are: {', '.join(SOLVERS)}")
     contacts.check_disks(len(snapshot))
     left = (
         snapshot.velocity
         if left_velocity is None
         else read_only(left_velocity, (len(snapshot), 2), "left_velocity")
     )
-    if starts < 1:
-        raise ValueError(f"starts: {starts}; 1 or more are needed")
+    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
+        raise ValueError(f"starts: {shown(starts)}; 1 or more are needed")
     if law.frictional:
         if solver != "auto":
             raise ValueError(f"solver: {solver} is for contacts without friction")
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
-    problem = impact_problem(snapshot, contacts, left, law)
-    if not len(contacts):
-        found = Answer(
-            np.empty(0), problem.free, 0, least=True, distance=0.0, solver="none", why="no contacts"
-        )
-    else:
-        problem = with_free_velocity(problem)
-        start = None if guess is None else instance(guess, Percussions, "guess").reaction
-        if start is not None and len(start) != len(contacts):
-            start = None
-        task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=start)
-        found = climb(task, solver)
-    return certify(snapshot, contacts, problem, found, tolerance, started)
+    start = None if guess is None else instance(guess, Percussions, "guess").reaction
+    if start is not None and len(start) != len(contacts):
+        start = None
+    # What overflows is not finite, and is said to be failed.
+    with np.errstate(all="ignore"):
+        problem = impact_problem(snapshot, contacts, left, law)
+        try:
+            problem = with_free_velocity(problem)
+            task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=start)
+            found = climb(task, solver)
+        except ZeroDivisionError:  # of a kernel, by what underflowed
+            nowhere = np.full_like(problem.free, np.nan)
+            found = Answer(np.full(len(contacts), np.nan), nowhere, 0, least=False, solver=solver)
+        return certify(snapshot, contacts, problem, found, tolerance, started)
 
 
 def certify(

@@ -104,6 +104,10 @@ def climb(task: Task, solver: str = "auto") -> Answer:
 
     Islands that nothing presses and single contacts are answered at once, the others together. Raises
     ValueError where the named solver is not for such contacts."""
+    if not len(task.problem.first):
+        free = task.problem.free
+        none = np.empty(0)
+        return Answer(none, free, 0, True, None, 0.0, "none", "no contacts")
     if solver != "auto" or task.problem.maintained:
         return _climb(task, choose(task, solver))
     answer, rest = closed_form(task)

@@ -61,7 +61,8 @@ def descend(
     first = system.first.astype(np.uint32)
     second = np.where(system.second >= 0, system.second, n).astype(np.uint32)
     inverse = np.append(1.0 / system.mass[:, 0], 0.0)
-    free = np.append(system.free, [[0.0, 0.0]], axis=0).T.copy()
+    plane = system.free[:, :2]
+    free = np.append(plane, [[0.0, 0.0]], axis=0).T.copy()
     pull = np.empty(len(root))
     _approach(first, second, x, y, free[0], free[1], pull)
     pull -= system.offset / root
@@ -71,7 +72,7 @@ def descend(
     pushed, sweeps, settled = _descend(scaled, step, weighted, most, steady, 2 * n * redundant)
     momentum = np.zeros((2, n + 1))
     _gather(first, second, x, y, pushed, momentum[0], momentum[1])
-    velocity = system.free - (momentum * inverse).T[:n]
+    velocity = plane - (momentum * inverse).T[:n]
     return pushed / root, velocity, int(sweeps), bool(settled)
 
 

@@ -65,3 +65,40 @@ def test_what_is_refused():
     one = Snapshot(position=[[0, 0]], velocity=[[0, 0]], radius=[1], mass=[1])
     with pytest.raises(ValueError, match="disk index 1 where there are 1 disks"):
         solve(one, contacts)
+
+
+@given(st.integers(0, 10**6), st.floats(0, 2 * np.pi), st.floats(-1e5, 1e5))
+def test_disks_that_touch_touch_at_no_tolerance(seed, angle, shift):
+    """Pairs at a distance of r₁ + r₂ but for the rounding of coordinates, anywhere, and a wall."""
+    first, second = np.random.default_rng(seed).uniform(0.1, 0.4, 2)
+    along = np.array([np.cos(angle), np.sin(angle)])
+    start = np.array([shift, -shift / 3])
+    pair = Snapshot(
+        position=[start, start + (first + second) * along],
+        velocity=np.zeros((2, 2)),
+        radius=[first, second],
+        mass=[1, 1],
+    )
+    across = np.array([-along[1], along[0]])
+    corner = start - first * along
+    wall = Walls(start=[corner - across], end=[corner + across])
+    contacts = find_contacts(pair, wall, tolerance=0.0)
+    assert contacts.is_wall.tolist() == [False, True]
+    apart = Snapshot(
+        position=[start, start + (first + second + 1e-9) * along],
+        velocity=np.zeros((2, 2)),
+        radius=[first, second],
+        mass=[1, 1],
+    )
+    assert not len(find_contacts(apart, tolerance=0.0))
+
+
+def test_coordinates_in_whose_rounding_gaps_are_lost_are_refused():
+    pair = Snapshot(position=[[0, 0], [0.5, 0]], velocity=np.zeros((2, 2)), radius=[0.25] * 2, mass=[1, 1])  # fmt: skip
+    with pytest.raises(ValueError, match=r"^end: 1e.200 in row 0"):
+        Walls(start=[[0, -1]], end=[[0, 1e200]])
+    with pytest.raises(ValueError, match=r"^walls: end: coordinates up to 1e.12 m"):
+        find_contacts(pair, Walls(start=[[0, -1]], end=[[0, 1e12]]), tolerance=0)
+    far = Snapshot(position=[[1e12, 0]], velocity=[[0, 0]], radius=[0.25], mass=[1])
+    with pytest.raises(ValueError, match=r"^position: coordinates up to 1e.12 m"):
+        find_contacts(far, tolerance=0)
