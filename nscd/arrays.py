@@ -64,7 +64,8 @@ def number(value: Any, name: str, need: str = "a finite number") -> float:
     Raises ValueError naming the field, and what is needed, for all else."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    if not isinstance(value, Real) or not -LARGEST <= value <= LARGEST:
+    real = isinstance(value, Real)
+    if not real or not -LARGEST <= value <= LARGEST:
         raise ValueError(f"{name}: {shown(value)}; {need} is needed")
     return float(value)
 

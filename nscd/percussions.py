@@ -61,8 +61,9 @@ class Percussions:
     the first body gives to the second; right_velocity u⁺ (n,2) m/s; right_spin ω⁺ (n,) rad/s.
 
     residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: the largest
-    |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum that it has and receives. `solved` means
-    that both are within the tolerance. energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and
+    |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum that it has and receives. velocity_error m/s:
+    a proven bound of √(Σ m |u⁺ − exact|² / Σ m), spins included (`nscd.solvers.velocity_error`); inf
+    where none is known, as with friction. `solved` means that both are within the tolerance. energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and
     energy_error: its distance from −½ p·D(u⁺+u⁻), as a share of the kinetic energy before. status,
     and the reason where it is not `solved`; choice: why this solver; canonical: whether λ is the
     one of least elastic energy (which a unique λ is); warnings about the answer. friction: what

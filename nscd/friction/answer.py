@@ -108,6 +108,7 @@ def _certified(
         right_velocity=np.ascontiguousarray(right[:, :2]),
         right_spin=right[:, 2].copy(),
         residual=part.natural_map,
+        velocity_error=np.inf,
         momentum_error=off,
         energy_change=change,
         energy_error=abs(change + work) / (energy or 1.0),
