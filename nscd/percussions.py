@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nscd.arrays import Floats
+from nscd.arrays import Floats, number
+from nscd.bodies import Snapshot
+from nscd.contacts import Contacts
+from nscd.show import as_html, columns, draw
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Status(enum.StrEnum):
-    """solved: the recomputed residual is within the tolerance; inaccurate: it is not; failed: no
-    usable answer."""
+    """Say what an answer is worth.
+
+    solved: residual and momentum error, recomputed, are within the tolerance
+    inaccurate: they are not
+    failed: no usable answer, as some number of it is not finite"""
 
     SOLVED = "solved"
     INACCURATE = "inaccurate"
@@ -31,15 +41,21 @@ class ContactState(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrictionPart:
-    """What Coulomb friction adds to an answer, all recomputed from it.
+    """Hold what Coulomb friction adds to an answer, all recomputed from it.
 
-    coefficient (k,) μ; tangential (k,) N·s τ along (−n_y, n_x), without k_t; state (k,) of
-    `ContactState`. Residuals, in units of ‖u⁻‖∞ (spins times radius included): signorini max|min(wλ,
-    −v⁺)|; cone max w_t(|τ| − μp_n)₊; natural_map the larger of signorini and max w_t|τ − Π(τ + s⁺/w_t)|,
-    Π onto |τ| ≤ μp_n, s⁺ the sliding velocity. dissipation: Σ|μp_n|s⁺| − τs⁺|, what friction fails to
-    dissipate, as a share of the kinetic energy before. start: where the search for it began, which
-    can decide between several answers. starts: from how many it was searched; spread m/s: how far
-    apart the u⁺ are that they led to, spins times radius included, NaN where only one did."""
+    coefficient: (k,) μ
+    tangential: (k,) N·s, τ along t = (−n_y, n_x), without k_t
+    state: (k,) of `ContactState`
+    signorini: max|min(wλ, −v⁺)| / ‖u⁻‖∞, spins times radius included
+    cone: max w_t(|τ| − μp_n)₊ / ‖u⁻‖∞
+    natural_map: the larger of signorini and max w_t|τ − Π(τ + s⁺/w_t)| / ‖u⁻‖∞, Π onto |τ| ≤ μp_n, s⁺
+        the sliding velocity
+    dissipation: Σ|μp_n|s⁺| − τs⁺|, what friction fails to dissipate, as a share of the kinetic
+        energy before
+    start: where the search for it began, which can decide between several answers
+    starts: from how many it was searched
+    spread: m/s, how far apart the u⁺ are that they led to, spins times radius included; NaN where
+        only one did"""
 
     coefficient: Floats
     tangential: Floats
@@ -53,22 +69,38 @@ class FrictionPart:
     spread: float = float("nan")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Percussions:
-    """Percussions of one snapshot (paper eq. (1)), with their certificate.
+    """Hold the percussions of one snapshot (paper eq. (1)) and their certificate.
 
-    reaction λ (k,) N·s, normal, ≥ 0 pushes; impulse p (k,2) N·s, the whole k D(u⁺+u⁻) + λ n that
-    the first body gives to the second; right_velocity u⁺ (n,2) m/s; right_spin ω⁺ (n,) rad/s.
+    impulse: (k,2) N·s, the percussion p = k D(u⁺+u⁻) + λ n + τ t that the first body gives to the
+        second: what a contact transmits, and what a mean force over a time Δt is made of, p/Δt
+    reaction: (k,) N·s, λ ≥ 0 alone, what keeps the bodies apart: all of p where contacts do not
+        dissipate, and 0 where dissipation alone parts them, as in a rebound
+    right_velocity: (n,2) m/s, u⁺
+    right_spin: (n,) rad/s, ω⁺
+    residual: dimensionless, max|min(wλ, −v⁺)| / ‖u⁻‖∞ with w = 1/m_i + 1/m_j, v⁺ = C u⁺; with friction
+        its natural map
+    velocity_error: m/s, a proven bound of √(Σ m |u⁺ − exact|² / Σ m), spins included, see
+        `nscd.solvers.velocity_error`; inf where none is known, as with friction
+    momentum_error: dimensionless, the largest |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum
+        that it has and receives
+    energy_change: J, ½u⁺·Mu⁺ − ½u⁻·Mu⁻, spins included
+    energy_error: its distance from −½ p·D(u⁺+u⁻), as a share of the kinetic energy before
+    status: whether residual and momentum error are within the tolerance
+    reason: why it is not `solved`
+    warnings: what is odd about the answer
+    solver: its name
+    choice: why this solver
+    canonical: whether λ is the one of least elastic energy (which a unique λ is)
+    iterations: sweeps, rounds or factorisations
+    seconds: s, of the wall clock
+    snapshot, contacts: the n disks and k contacts that were solved
+    friction: what Coulomb friction adds; None without
+    window: s, the time that turns percussions into forces; None for an impact
 
-    residual: max|min(wλ, −v⁺)| / ‖u⁻‖∞, recomputed from the answer; momentum_error: the largest
-    |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum that it has and receives. velocity_error m/s:
-    a proven bound of √(Σ m |u⁺ − exact|² / Σ m), spins included (`nscd.solvers.velocity_error`); inf
-    where none is known, as with friction. `solved` means that both are within the tolerance. energy_change ½u⁺·Mu⁺ − ½u⁻·Mu⁻ in J (spins included), and
-    energy_error: its distance from −½ p·D(u⁺+u⁻), as a share of the kinetic energy before. status,
-    and the reason where it is not `solved`; choice: why this solver; canonical: whether λ is the
-    one of least elastic energy (which a unique λ is); warnings about the answer. friction: what
-    Coulomb friction adds, None without; the residual is then its natural map, and the impulse holds
-    the friction."""
+    Residual, errors and energies are recomputed from impulse, reaction and velocities. Source:
+    Jebrane, Argoul, Hakim, El Rhabi 2019."""
 
     reaction: Floats
     impulse: Floats
@@ -87,4 +119,62 @@ class Percussions:
     solver: str
     iterations: int
     seconds: float
+    snapshot: Snapshot
+    contacts: Contacts
     friction: FrictionPart | None = None
+    window: float | None = None
+
+    def over(self, window: float) -> Percussions:
+        """Give the same answer with a window (s), over which its percussions are forces p/window.
+
+        That is the relaxation time τ where u⁻ is the desired velocity, the time step where it is the
+        velocity that the drive makes without contacts. Raises ValueError for a window that is not
+        positive."""
+        need = "a time > 0 s"
+        if not number(window, "window", need) > 0:
+            raise ValueError(f"window: {window}; {need} is needed")
+        return replace(self, window=float(window))
+
+    @property
+    def force(self) -> Floats:
+        """Compute (k,2) N, the contact forces p/window that the first body gives to the second.
+
+        Raises ValueError where no window is known: an impact has percussions and no forces."""
+        if self.window is None:
+            raise ValueError(
+                "force: an impact has percussions (N·s); answer.over(seconds) has forces"
+            )
+        force: Floats = self.impulse / self.window
+        return force
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Make a pandas data frame with one row per contact and units in its column names."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            columns(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
+        )
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw disks and what contacts carry into matplotlib axes; return them."""
+        force = self.window is not None
+        return draw(
+            self.snapshot,
+            self.contacts,
+            np.hypot(*(self.force if force else self.impulse).T),
+            label="contact force (N)" if force else "percussion (N·s)",
+            title=f"{self.status}, residual {self.residual:.0e}",
+            axes=axes,
+        )
+
+    def __repr__(self) -> str:
+        size = self.impulse / (self.window or 1.0)
+        largest = float(np.hypot(*size.T).max(initial=0.0))
+        return (
+            f"<Percussions: {len(self.snapshot)} disks, {len(self.contacts)} contacts, largest "
+            f"{largest:.3g} {'N·s' if self.window is None else 'N'}, {self.status}, "
+            f"residual {self.residual:.1e}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self)[1:-1], self.to_dataframe())

@@ -142,6 +142,8 @@ def certify(
         solver=found.solver,
         iterations=found.iterations,
         seconds=time.perf_counter() - started,
+        snapshot=snapshot,
+        contacts=contacts,
     )
 
 

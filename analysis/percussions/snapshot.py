@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.percussions.plot import plot
 from analysis.percussions.setting import (
     FORCE,
     IMPULSE,
@@ -16,10 +15,11 @@ from analysis.percussions.setting import (
     Solved,
     left_velocity_of,
 )
-from analysis.percussions.table import as_html, dataframe
+from analysis.percussions.table import dataframe
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Snapshot, solve
 from nscd.arrays import Floats
+from nscd.show import as_html, draw
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +56,16 @@ class SnapshotPercussions(Solved):
 
     def plot(self, axes: Any = None) -> Any:
         """Draw disks, walls and what the contacts carry into matplotlib axes; return them."""
-        return plot(self, axes)
+        what = "contact force" if self.unit == FORCE else "percussion"
+        return draw(
+            self.snapshot,
+            self.contacts,
+            np.hypot(*self.pressing.T),
+            label=f"{what} ({self.unit})",
+            title=f"{self.answer.status}, residual {self.answer.residual:.0e}",
+            walls=self.setting.walls,
+            axes=axes,
+        )
 
     def __repr__(self) -> str:
         return (

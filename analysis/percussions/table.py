@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from analysis.percussions.setting import Solved
-from nscd.arrays import Floats
 from nscd.indeterminacy.admissible import Admissible, ProgramError
 from nscd.indeterminacy.determinacy import admissible_determinacy
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
+from nscd.show import columns
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,28 +72,19 @@ def cells_of(
     step: int | None = None,
 ) -> Cells:
     """Name the cells of each column, a list of k. Columns that have nothing to say are left out."""
-    contacts, answer, snapshot = found.contacts, found.answer, found.snapshot
-    k, wall = len(contacts), contacts.is_wall
-    second = np.where(wall, contacts.second + 1, snapshot.ids[np.where(wall, 0, contacts.second)])
+    contacts, answer = found.contacts, found.answer
+    k = len(contacts)
     cells: Cells = {}
     if time is not None:
         cells["time_s"] = [time] * k
     elif step is not None:
         cells["step"] = [step] * k
-    cells |= {
-        "first": snapshot.ids[contacts.first].tolist(),
-        "second": second.tolist(),
-        "is_wall": wall.astype(int).tolist(),
-    }
-    cells |= _pair("nx", "ny", contacts.normal) | {"gap_m": contacts.gap.tolist()}
-    cells |= {"reaction_Ns": answer.reaction.tolist()}
-    cells |= _pair("impulse_x_Ns", "impulse_y_Ns", answer.impulse)
-    if found.window is not None:
-        cells |= _pair("force_x_N", "force_y_N", found.force)
+    cells |= columns(found.snapshot, contacts, answer.reaction, answer.impulse, found.window)
     names = found.setting.wall_names
     if names:
         cells["wall"] = [
-            names[number] if on else "" for number, on in zip(contacts.second, wall, strict=True)
+            names[number] if on else ""
+            for number, on in zip(contacts.second, contacts.is_wall, strict=True)
         ]
     if openness != "none":
         known = openness_of(found, openness == "ranges")
@@ -101,9 +92,7 @@ def cells_of(
         if openness == "ranges":
             cells |= {"lower_Ns": list(known.lower), "upper_Ns": list(known.upper)}
     cells |= {"status": [str(answer.status)] * k, "residual": [answer.residual] * k}
-    bound = getattr(answer, "velocity_error", None)
-    if bound is not None:
-        cells["velocity_error_m_per_s"] = [_finite(bound)] * k
+    cells["velocity_error_m_per_s"] = [_finite(answer.velocity_error)] * k
     return cells
 
 
@@ -112,17 +101,6 @@ def dataframe(found: Solved, time: float | None = None, step: int | None = None)
     import pandas as pd
 
     return pd.DataFrame(cells_of(found, time=time, step=step))
-
-
-def as_html(title: str, frame: pd.DataFrame) -> str:
-    """Return the head of a data frame as HTML, for notebooks."""
-    head = frame.head(10).to_html(index=False, float_format=lambda number: f"{number:.4g}")
-    more = f"<p>… {len(frame)} contacts in all</p>" if len(frame) > 10 else ""
-    return f"<p>{title}</p>{head}{more}"
-
-
-def _pair(x: str, y: str, values: Floats) -> Cells:
-    return {x: values[:, 0].tolist(), y: values[:, 1].tolist()}
 
 
 def _finite(value: float) -> float | None:

@@ -9,9 +9,10 @@ from MDAnalysis.analysis.results import ResultsGroup
 
 from analysis.dumps import DumpError, snapshot_of
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
-from analysis.percussions.table import as_html, dataframe
+from analysis.percussions.table import dataframe
 from analysis.scene.scene import Scene
 from nscd import ContactLaw
+from nscd.show import as_html
 
 if TYPE_CHECKING:
     import pandas as pd

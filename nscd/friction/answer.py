@@ -120,5 +120,7 @@ def _certified(
         solver=found.solver,
         iterations=found.pairs + found.pivots,
         seconds=0.0,
+        snapshot=snapshot,
+        contacts=contacts,
         friction=part,
     )

@@ -1,0 +1,110 @@
+"""Percussions as a table and as a picture. pandas and matplotlib are imported when first asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nscd.arrays import Floats
+from nscd.bodies import Snapshot, Walls
+from nscd.contacts import Contacts
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+WIDEST = 5.0  # points
+# Rows of a table in a notebook.
+SHOWN = 10
+
+
+def columns(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    reaction: Floats,
+    impulse: Floats,
+    window: float | None = None,
+) -> dict[str, list[Any]]:
+    """Name the columns of k contacts, each a list of k, with units in the names.
+
+    reaction: (k,) N·s
+    impulse: (k,2) N·s
+    window: s, of forces impulse/window; without it there are none
+
+    first, second are the ids of disks; of a wall, which is_wall says, second is its number from 1."""
+    wall = contacts.is_wall
+    second = np.where(wall, contacts.second + 1, snapshot.ids[np.where(wall, 0, contacts.second)])
+    named = {
+        "first": snapshot.ids[contacts.first],
+        "second": second,
+        "is_wall": wall.astype(int),
+        "nx": contacts.normal[:, 0],
+        "ny": contacts.normal[:, 1],
+        "gap_m": contacts.gap,
+        "reaction_Ns": reaction,
+        "impulse_x_Ns": impulse[:, 0],
+        "impulse_y_Ns": impulse[:, 1],
+    }
+    if window is not None:
+        named |= {"force_x_N": impulse[:, 0] / window, "force_y_N": impulse[:, 1] / window}
+    return {name: values.tolist() for name, values in named.items()}
+
+
+def as_html(title: str, frame: pd.DataFrame) -> str:
+    """Return the head of a data frame as HTML, for notebooks."""
+    head = frame.head(SHOWN).to_html(index=False, float_format=lambda number: f"{number:.4g}")
+    more = f"<p>… {len(frame)} contacts in all</p>" if len(frame) > SHOWN else ""
+    return f"<p>{title}</p>{head}{more}"
+
+
+def draw(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    size: Floats,
+    *,
+    label: str,
+    title: str,
+    walls: Walls | None = None,
+    axes: Any = None,
+) -> Any:
+    """Draw disks, walls and contacts, whose width and shade grow with `size` (k,), as `label` says,
+    into matplotlib axes (new ones where left out); return the axes."""
+    from matplotlib import pyplot
+    from matplotlib.collections import LineCollection, PatchCollection
+    from matplotlib.patches import Circle
+
+    if axes is None:
+        axes = pyplot.figure(layout="constrained").add_subplot()
+    disks = [
+        Circle((x, y), r) for (x, y), r in zip(snapshot.position, snapshot.radius, strict=True)
+    ]
+    axes.add_collection(
+        PatchCollection(disks, facecolor="#F2F2F2", edgecolor="#888888", linewidth=0.3)
+    )
+    if walls is not None and len(walls):
+        segments = list(np.stack([walls.start, walls.end], axis=1))
+        axes.add_collection(LineCollection(segments, colors="black", linewidths=2))
+    if len(contacts):
+        start, end = snapshot.position[contacts.first], contacts.point.copy()
+        pairs = ~contacts.is_wall
+        end[pairs] = snapshot.position[contacts.second[pairs]]
+        lines = LineCollection(
+            list(np.stack([start, end], axis=1)),
+            array=size,
+            cmap="viridis_r",
+            linewidths=list(0.2 + WIDEST * size / (size.max() or 1.0)),
+        )
+        axes.add_collection(lines)
+        axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.8)
+    reach = 2 * float(snapshot.radius.max(initial=0.5))
+    ends = snapshot.position if len(snapshot) else np.zeros((1, 2))
+    low, high = ends.min(0) - reach, ends.max(0) + reach
+    axes.set(
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        aspect="equal",
+        xlabel="x (m)",
+        ylabel="y (m)",
+    )
+    axes.set_title(title, fontsize=9)
+    return axes
