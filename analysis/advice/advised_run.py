@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.advice.candidates import Candidate, timing_of, window_of
+from analysis.advice.candidates import Candidate, timing_of
 from analysis.advice.choice import advise
 from analysis.advice.library import stored_library
 from analysis.advice.question import Question, asked_error
@@ -13,6 +13,7 @@ from analysis.engines import EngineError
 from analysis.engines import engine as find_engine
 from analysis.scene.scene import Scene
 from analysis.work_precision.soft_runs import LAWS, soft_engines
+from analysis.work_precision.window import Window
 
 RIGID = "rigid"
 
@@ -48,9 +49,10 @@ def scene_within(
     if advice.choice is None:
         raise ValueError(f"error: {words}")
     if scene.drive is not None:
+        window = Window(scene=scene).duration(scene.contact.stiffness_N_per_m)
         # in a run people collide: the force at an instant is no mean over a window
         words += (
-            f"; the error is that of mean forces over {window_of(scene):g} s of a crowd pressed "
+            f"; the error is that of mean forces over {window:g} s of a crowd pressed "
             "together, not of an instant"
         )
     return advised_scene(scene, advice.choice), advice.choice.method, words

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import ceil
 
-import numpy as np
-
-from analysis.advice.error_curves import Curves, Errors
-from analysis.advice.library import Entry, Rates
-from analysis.advice.pilot import Pilot
+from analysis.advice.error_curves import Curves
+from analysis.advice.library import Entry
 from analysis.advice.price import price_of
 from analysis.advice.question import Question
-from analysis.advice.safety import factor
+from analysis.advice.safety import Safety
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Scene
-from analysis.work_precision.soft_runs import LAWS, STIFFER
-from analysis.work_precision.window import DRIVEN_SHARE, impact_window
+from analysis.work_precision.point import Method
+from analysis.work_precision.soft_runs import STIFFER
+from analysis.work_precision.window import Window
 
 # Longer steps, as shares of the safe one, can survive the window and heat the crowd unnoticed in a
 # longer run.
@@ -28,21 +25,14 @@ FEW_STEPS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
-    """A method with a setting on the scene; None or "" for what it does not have.
+class Candidate(Method):
+    """A method with a setting on the scene.
 
     time_step_s: s, as it is run; time_step_share: of the safe one, at most.
     numerical_error, model_error: expected.
     promised_error: their sum with safety factors.
     cpu_seconds: s, what it should cost."""
 
-    method: str
-    law: str = ""
-    solver: str = ""
-    time_step_s: float | None = None
-    time_step_share: float | None = None
-    stiffness_N_per_m: float | None = None  # noqa: N815  (the unit is newton)
-    tolerance: float | None = None
     numerical_error: float
     model_error: float
     promised_error: float
@@ -63,22 +53,15 @@ class Timing:
         return self.duration_s / self.steps
 
 
-def window_of(scene: Scene) -> float:
-    """Give how long the window is (s) at the scene's own stiffness."""
-    return DRIVEN_SHARE * scene.drive.relaxation_time_s if scene.drive else scene.run.duration_s
-
-
 def timing_of(scene: Scene, stiffness: float, step_s: float, whole_run: bool) -> Timing:
     """Give the timing of the window, or of the scene's whole run, at a stiffness (N/m) with steps
     of at most step_s, shortened a little so that frames fall on them.
 
     An impact is over sooner, ∝ 1/√k. A window has two frames. A run has fewer than the scene's
     where the step would be shortened by a tenth or more."""
-    if scene.drive is not None:
-        duration = scene.run.duration_s if whole_run else window_of(scene)
-    else:
-        softer = scene.contact.stiffness_N_per_m / stiffness
-        duration = scene.run.duration_s * float(np.sqrt(softer))
+    duration = Window(scene=scene).duration(stiffness)
+    if scene.drive is not None and whole_run:
+        duration = scene.run.duration_s
     steps = ceil(duration / step_s - 1e-9)
     frames = scene.run.frames if whole_run else 2
     interval = ceil(steps / frames)
@@ -89,94 +72,61 @@ def timing_of(scene: Scene, stiffness: float, step_s: float, whole_run: bool) ->
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Known:
-    """What is known of a scene for a question: the curves to read, the rates of their safety
-    factors (None: none are needed), and the entries that prices are fitted to."""
+    """What is known of a scene for a question: the curves to read, the factors between what is read
+    and what is promised, and the entries that prices are fitted to."""
 
     scene: Scene
     question: Question
     curves: Curves
-    rates: Rates | None
-    entries: Sequence[Entry]
-
-    @cached_property
-    def pilot(self) -> Pilot | None:
-        """An impact tried by the engines' own scheme; None where curves are read: of a driven
-        crowd, or from a chart of the scene."""
-        if self.scene.drive is not None or self.rates is None:
-            return None
-        return Pilot(window=impact_window(self.scene), load=self.curves.load)
+    safety: Safety
+    priced: Sequence[Entry]
 
     def candidates(self) -> Iterator[Candidate]:
         """Yield the candidates of every method asked about. Against the model the rigid one is
         another model, and no candidate."""
         for method in self.question.methods:
-            if method != "rigid":
-                yield from self._soft(method)
-            elif self.question.against == "rigid":
+            if method == "rigid" and self.question.against == "rigid":
                 yield from self._rigid()
+            for law in self.question.laws(method, self.scene):
+                yield from self._soft(method, law)
 
     def _rigid(self) -> Iterator[Candidate]:
-        unsure = 1.0 if self.rates is None else factor(self.rates, self.curves, "rigid")
         for solver, tolerance in self.curves.rigid_settings():
             errors = self.curves.rigid(solver, tolerance)
-            if errors is None:
-                continue
-            yield Candidate(
-                method="rigid",
-                solver=solver,
-                tolerance=tolerance,
-                numerical_error=errors.numerical,
-                model_error=0.0,
-                promised_error=unsure * errors.numerical,
-                cpu_seconds=self.curves.rigid_seconds(solver, tolerance),
-            )
+            if errors is not None:
+                yield Candidate(
+                    method="rigid",
+                    solver=solver,
+                    tolerance=tolerance,
+                    numerical_error=errors.numerical,
+                    model_error=0.0,
+                    promised_error=self.safety.rigid * errors.numerical,
+                    cpu_seconds=self.curves.rigid_seconds(solver, tolerance),
+                )
 
-    def _soft(self, method: str) -> Iterator[Candidate]:
-        scene, own = self.scene, self.scene.contact.stiffness_N_per_m
-        free = self.question.against == "rigid"
-        for law in LAWS[method] if free else (scene.contact.law,):
-            price = price_of(method, law, self.entries)
-            if price is None:
-                continue
-            # an impact is the same at every stiffness, only sooner over
-            for stiffer in STIFFER if free and self.pilot is None else (1.0,):
-                stiffness = stiffer * own
-                safe = penalty_of(
-                    scene.with_contact(law=law, stiffness_N_per_m=stiffness)
-                ).safe_time_step
-                for share, errors, promise in self._errors(method, law, stiffer):
-                    whole_run = self.question.whole_run
-                    timing = timing_of(scene, stiffness, share * safe, whole_run)
-                    yield Candidate(
-                        method=method,
-                        law=law,
-                        time_step_s=timing.step_s,
-                        time_step_share=share,
-                        stiffness_N_per_m=stiffness,
-                        numerical_error=errors.numerical,
-                        model_error=errors.model,
-                        promised_error=promise,
-                        cpu_seconds=price.of(len(scene.snapshot) * timing.steps),
-                    )
-
-    def _errors(
-        self, method: str, law: str, stiffer: float
-    ) -> Iterator[tuple[float, Errors, float]]:
-        """Shares of the safe time step with their errors, and what is promised."""
-        free = self.question.against == "rigid"
-        if self.pilot is not None:
-            for share, errors in self.pilot.errors(law).items():
-                promised = self.pilot.promise(errors)
-                yield share, errors, promised.numerical + (promised.model if free else 0.0)
-            return
-        numerical, model = 1.0, 1.0
-        if self.rates is not None:
-            numerical, model = (
-                factor(self.rates, self.curves, what) for what in ("numerical", "model")
-            )
-        hardness = self.curves.likeness.hardness * float(stiffer**0.5)
-        for share in self.curves.shares(method, law):
-            found = self.curves.soft(method, law, share, hardness) if share <= LONGEST else None
-            if found is not None:
-                promise = numerical * found.numerical + (model * found.model if free else 0.0)
-                yield share, found, promise
+    def _soft(self, method: str, law: str) -> Iterator[Candidate]:
+        scene, question, likeness = self.scene, self.question, self.curves.likeness
+        free, price = question.against == "rigid", price_of(method, law, self.priced)
+        shares = [share for share in self.curves.shares(method, law) if share <= LONGEST]
+        # an impact is the same at every stiffness, only sooner over
+        for stiffer in STIFFER if free and likeness.driven else (1.0,):
+            stiffness = stiffer * scene.contact.stiffness_N_per_m
+            stiff = scene.with_contact(law=law, stiffness_N_per_m=stiffness)
+            safe, hardness = penalty_of(stiff).safe_time_step, likeness.hardness * stiffer**0.5
+            for share in shares:
+                errors = self.curves.soft(method, law, share, hardness)
+                if errors is None or price is None:
+                    continue
+                model = self.safety.model * errors.model if free else 0.0
+                timing = timing_of(scene, stiffness, share * safe, question.whole_run)
+                yield Candidate(
+                    method=method,
+                    law=law,
+                    time_step_s=timing.step_s,
+                    time_step_share=share,
+                    stiffness_N_per_m=stiffness,
+                    numerical_error=errors.numerical,
+                    model_error=errors.model,
+                    promised_error=self.safety.numerical * errors.numerical + model,
+                    cpu_seconds=price.of(len(scene.snapshot) * timing.steps),
+                )

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from analysis.advice.candidates import Candidate, Known, window_of
+from analysis.advice.candidates import Candidate, Known
 from analysis.advice.error_curves import Curves
 from analysis.advice.library import Entry, Library
 from analysis.advice.likeness import Likeness, likeness_of
+from analysis.advice.pilot import tried
 from analysis.advice.question import Question
+from analysis.advice.safety import TRIED, Safety, safety_of
 from analysis.scene.scene import Scene
 from analysis.work_precision.point import WORTH, Point
 
@@ -32,7 +34,8 @@ class Advice:
     by_method: the cheapest of each method that reaches the asked error.
     read: which scenes it was read from, with their weights.
     own: whether it was read from a chart of this very scene.
-    tried: whether the errors of engines are those of the scene itself, stepped through here."""
+    tried: whether this very scene was tried here: an impact (see `tried`).
+    measured: machine and date of what was read, and of what prices were fitted to."""
 
     scene: Scene
     likeness: Likeness
@@ -46,6 +49,7 @@ class Advice:
     read: tuple[tuple[str, float], ...]
     own: bool
     tried: bool
+    measured: tuple[str, ...]
 
 
 def advise(
@@ -53,19 +57,16 @@ def advise(
 ) -> Advice:
     """Choose the cheapest method that promises what is asked of a scene's window.
 
-    The errors of engines in an impact are found by stepping through it (see `Pilot`), those of the
-    rest are read from the library; a chart of the scene is read instead of both, without safety
-    factors. Raises ValueError as `likeness_of`, for a quantity that is unknown or that the scene
-    cannot have, one that nothing like the scene has, and a chart of another scene."""
+    An impact is tried here (see `tried`), of a driven crowd the library is read; a chart of the
+    scene is read instead of both, without safety factors. Raises ValueError as `likeness_of`, for a
+    quantity that is unknown or that the scene cannot have, and a chart of another scene."""
     question.check(scene)
-    likeness = likeness_of(scene)
-    entries: Sequence[Entry] = library.entries
-    if chart is not None:
-        entries = [entry_of_chart(scene, likeness, chart)]
-    curves = Curves(likeness=likeness, load=question.load, entries=entries)
-    rates = None if chart is not None else library.rates
-    known = Known(scene=scene, question=question, curves=curves, rates=rates, entries=entries)
+    known = _known(scene, question, library, chart)
     found = list(known.candidates())
+    read = {entry.name: weight for entry, weight in known.curves.read}
+    sources = [entry for entry, _ in known.curves.read]
+    if any(c.law for c in found):
+        sources += known.priced
     within = [c for c in found if c.promised_error <= question.error]
     choice, better = _cheapest(within), None
     if choice is not None:
@@ -74,7 +75,7 @@ def advise(
     by_method = (_cheapest(c for c in within if c.method == m) for m in question.methods)
     return Advice(
         scene=scene,
-        likeness=likeness,
+        likeness=known.curves.likeness,
         question=question,
         choice=choice,
         better=better,
@@ -82,30 +83,37 @@ def advise(
         found=tuple(found),
         curve=tuple(_front(found)),
         by_method=tuple(best for best in by_method if best is not None),
-        read=tuple((entry.name, weight) for entry, weight in curves.read),
+        read=tuple(read.items()),
         own=chart is not None,
-        tried=known.pilot is not None and any(c.law for c in found),
+        tried=chart is None and scene.drive is None and bool(read),
+        measured=tuple(sorted({f"{p.machine}, {p.date}" for e in sources for p in e.points})),
     )
 
 
-def entry_of_chart(scene: Scene, likeness: Likeness, points: Sequence[Point]) -> Entry:
-    """Make an entry of the points of a chart of the scene. Raises ValueError where they are of
-    another scene."""
-    ours = tuple(p for p in points if p.scene == scene.name)
+def _known(
+    scene: Scene, question: Question, library: Library, chart: Sequence[Point] | None
+) -> Known:
+    """What a chart of the scene says, what is found by trying it, or what the library does."""
+    priced, safety, entries = library.entries, Safety(), library.entries
+    if chart is not None:
+        _check_points(scene, chart)
+        priced = entries = (Entry.of(scene, chart),)
+    elif scene.drive is None:
+        entries, safety = (Entry.of(scene, tried(scene, question)),), TRIED
+    curves = Curves(likeness=likeness_of(scene), load=question.load, entries=entries)
+    if entries is library.entries:
+        safety = safety_of(library.rates, curves)
+    return Known(scene=scene, question=question, curves=curves, safety=safety, priced=priced)
+
+
+def _check_points(scene: Scene, points: Sequence[Point]) -> None:
     base = scene.contact.stiffness_N_per_m
-    if not any(p.stiffness_N_per_m == base for p in ours):
+    if not any(p.scene == scene.name and p.stiffness_N_per_m == base for p in points):
         others = ", ".join(sorted({p.scene for p in points}))
         raise ValueError(
             f"chart: no points of scene {scene.name} with its stiffness of {base:g} N/m; "
             f"it is of: {others}"
         )
-    return Entry(
-        name=scene.name,
-        likeness=likeness,
-        stiffness_N_per_m=base,
-        window_s=window_of(scene),
-        points=ours,
-    )
 
 
 def _cheapest(candidates: Iterable[Candidate]) -> Candidate | None:

@@ -3,7 +3,7 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -34,8 +34,8 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curves:
-    """The measured curves of one quantity (its points' names begin with `load`: contact, disk,
-    wall, displacement) that are read for a scene of a likeness."""
+    """The measured curves of one quantity (its points' load) that are read for a scene of a
+    likeness."""
 
     likeness: Likeness
     load: str
@@ -45,14 +45,12 @@ class Curves:
     def read(self) -> tuple[tuple[Entry, float], ...]:
         """The entries that are read and their weights, which sum to 1; none where no scene in the
         library is like it."""
-        near = sorted(
-            (
-                (self.likeness.distance(entry.likeness), number, entry)
-                for number, entry in enumerate(self.entries)
-                if any(self._ours(point) for point in entry.points)
-            ),
-            key=lambda found: found[:2],
-        )
+        near = [
+            (self.likeness.distance(entry.likeness), number, entry)
+            for number, entry in enumerate(self.entries)
+            if any(point.load == self.load for point in entry.points)
+        ]
+        near.sort(key=lambda found: found[:2])
         chosen = [
             (entry, 1.0 / (NEAR**2 + d * d)) for d, _, entry in near[:NEAREST] if d <= FARTHEST
         ]
@@ -61,76 +59,66 @@ class Curves:
 
     def shares(self, method: str, law: str) -> list[float]:
         """List the shares of the safe time step that were measured with an engine."""
-        return sorted(
-            {
-                point.time_step_share
-                for entry, _ in self.read
-                for point in entry.points
-                if (point.method, point.law) == (method, law) and point.time_step_share is not None
-            }
-        )
+        points = (p for entry, _ in self.read for p in self._of(entry, method=method, law=law))
+        return sorted({p.time_step_share for p in points if p.time_step_share is not None})
 
     def rigid_settings(self) -> list[tuple[str, float]]:
         """List the solvers that were measured, with their tolerances."""
-        return sorted(
-            {
-                (point.solver, point.tolerance)
-                for entry, _ in self.read
-                for point in entry.points
-                if point.method == "rigid" and point.tolerance is not None
-            }
-        )
+        points = (p for entry, _ in self.read for p in self._of(entry, method="rigid"))
+        return sorted({(p.solver, p.tolerance) for p in points if p.tolerance is not None})
 
     def soft(self, method: str, law: str, share: float, hardness: float) -> Errors | None:
-        """Errors of an engine at a share of the safe step, with contacts of a hardness: geometric
-        means over the scenes read, each interpolated in log hardness. Scenes that know nothing so
-        soft are passed over; None where one did not end well, or all know nothing."""
-        found = []
+        """Expect errors of an engine at a share of the safe step, with contacts of a hardness:
+        geometric means over the scenes read, each interpolated in log hardness.
+
+        Scenes that know nothing so soft are passed over; None where one did not end well, or all
+        know nothing."""
+        logs, weights = [], []
         for entry, weight in self.read:
-            points = [
-                p for p in entry.points if self._ours(p) and (p.method, p.law) == (method, law)
-            ]
+            points = self._of(entry, method=method, law=law)
             run = sorted((p for p in points if p.time_step_share == share), key=entry.hardness)
             if not run or hardness < SOFTER * entry.hardness(run[0]):
                 continue
             errors = _between(entry, run, points, hardness)
             if errors is None:
                 return None
-            found.append((weight, errors))
-        return _mean(found)
+            logs.append(np.log([errors.numerical, errors.model]))
+            weights.append(weight)
+        if not logs:
+            return None
+        numerical, model = np.exp(np.average(logs, axis=0, weights=weights))
+        return Errors(numerical=float(numerical), model=float(model))
 
     def rigid(self, solver: str, tolerance: float) -> Errors | None:
-        """Numerical error of a solver asked for a tolerance: the largest of the scenes read. None
-        where any did not end well."""
+        """Expect the numerical error of a solver asked for a tolerance: the largest of the scenes
+        read. None where any did not end well."""
         worst = 0.0
         for entry, _ in self.read:
-            points = [
-                p
-                for p in entry.points
-                if self._ours(p) and (p.solver, p.tolerance) == (solver, tolerance)
-            ]
-            if (
-                not points
-                or points[0].status != PointStatus.OK
-                or points[0].numerical_error is None
-            ):
+            point = next(iter(self._of(entry, solver=solver, tolerance=tolerance)), None)
+            if point is None or point.status != PointStatus.OK or point.numerical_error is None:
                 return None
-            worst = max(worst, points[0].numerical_error)
+            worst = max(worst, point.numerical_error)
         return Errors(numerical=worst, model=0.0) if self.read else None
 
     def rigid_seconds(self, solver: str, tolerance: float) -> float:
-        """CPU seconds of a solution, in proportion to the disks: geometric mean over the scenes
-        read."""
-        logs = []
+        """Expect CPU seconds of a solution, in proportion to the disks: geometric mean over the
+        scenes read."""
+        logs, weights = [], []
         for entry, weight in self.read:
-            for point in entry.points:
-                if self._ours(point) and (point.solver, point.tolerance) == (solver, tolerance):
-                    seconds = (point.cpu_seconds or LEAST) * self.likeness.disks / point.disks
-                    logs.append((weight, float(np.log(seconds))))
-        return float(np.exp(sum(w * s for w, s in logs) / sum(w for w, _ in logs)))
+            for point in self._of(entry, solver=solver, tolerance=tolerance):
+                seconds = (point.cpu_seconds or LEAST) * self.likeness.disks / point.disks
+                logs.append(np.log(seconds))
+                weights.append(weight)
+        return float(np.exp(np.average(logs, weights=weights)))
 
-    def _ours(self, point: Point) -> bool:
-        return point.quantity.split("_")[0] == self.load
+    def _of(self, entry: Entry, **setting: object) -> list[Point]:
+        """The points of an entry with this load and setting."""
+        return [
+            point
+            for point in entry.points
+            if point.load == self.load
+            and all(getattr(point, name) == value for name, value in setting.items())
+        ]
 
 
 def _between(
@@ -140,40 +128,18 @@ def _between(
     hard), beyond the ends those at the end; None where one of them did not end well. No contact is
     credited with less model error than a harder one: a load that rings can come out right by
     luck."""
-    known = np.array([entry.hardness(point) for point in run])
-    place = int(np.clip(np.searchsorted(known, hardness), 1, len(run) - 1)) if len(run) > 1 else 0
-    beside = run[max(place - 1, 0) : place + 1]
-    if any(
-        p.status != PointStatus.OK or p.numerical_error is None or p.model_error is None
-        for p in beside
-    ):
-        return None
-    numerical = [max(p.numerical_error or 0.0, LEAST) for p in beside]
-    model = [
-        max(
-            [LEAST]
-            + [
-                q.model_error
-                for q in all_of_law
-                if q.model_error is not None and entry.hardness(q) >= (1 - 1e-9) * entry.hardness(p)
-            ]
-        )
-        for p in beside
-    ]
-    at = np.log([entry.hardness(point) for point in beside])
-    where = float(np.log(hardness))
-    return Errors(
-        numerical=float(np.exp(np.interp(where, at, np.log(numerical)))),
-        model=float(np.exp(np.interp(where, at, np.log(model)))),
-    )
+    known = [entry.hardness(point) for point in run]
+    place = int(np.clip(np.searchsorted(known, hardness), 1, max(len(run) - 1, 1)))
+    beside = run[place - 1 : place + 1]
+    at, numerical, model = known[place - 1 : place + 1], [], []
+    for point, hard in zip(beside, at, strict=True):
+        if point.status != PointStatus.OK or None in (point.numerical_error, point.model_error):
+            return None
+        harder = (q for q in all_of_law if entry.hardness(q) >= (1 - 1e-9) * hard)
+        numerical.append(max(point.numerical_error or 0.0, LEAST))
+        model.append(max(LEAST, *(q.model_error or 0.0 for q in harder)))
 
+    def read(errors: Sequence[float]) -> float:
+        return float(np.exp(np.interp(np.log(hardness), np.log(at), np.log(errors))))
 
-def _mean(found: Iterable[tuple[float, Errors]]) -> Errors | None:
-    values = list(found)
-    if not values:
-        return None
-    total = sum(weight for weight, _ in values)
-    return Errors(
-        numerical=float(np.exp(sum(w * np.log(e.numerical) for w, e in values) / total)),
-        model=float(np.exp(sum(w * np.log(e.model) for w, e in values) / total)),
-    )
+    return Errors(numerical=read(numerical), model=read(model))

@@ -1,19 +1,21 @@
-"""The stored library: scenes that were measured, each with its likeness and its points, machine and
-date."""
+"""The stored library: driven crowds that were measured, each with its likeness and its points,
+machine and date."""
 
 from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, Self
 
-from analysis.advice.likeness import Likeness
+from analysis.advice.likeness import Likeness, likeness_of
+from analysis.scene.scene import Scene
 from analysis.work_precision.point import Point, PointStatus
+from analysis.work_precision.window import Window
 
-FORMAT = 1
+FORMAT = 2
 FILE = "library.json"
 # What the points of one run have in common, in this order, then the errors of each quantity.
 RUN = (
@@ -22,8 +24,8 @@ RUN = (
 ERRORS = ("numerical_error", "model_error", "total_error", "status")
 # Digits that are kept: a timing has no more.
 DIGITS = 3
-# (driven, load, what) → rate
-Rates = dict[tuple[bool, str, str], float]
+# (load, what) → rate
+Rates = dict[tuple[str, str], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,6 +38,18 @@ class Entry:
     stiffness_N_per_m: float  # noqa: N815  (the unit is newton)
     window_s: float
     points: tuple[Point, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, points: Iterable[Point]) -> Self:
+        """Make the entry of a scene from what of these points is of it. Raises as `likeness_of`."""
+        stiffness = scene.contact.stiffness_N_per_m
+        return cls(
+            name=scene.name,
+            likeness=likeness_of(scene),
+            stiffness_N_per_m=stiffness,
+            window_s=Window(scene=scene).duration(stiffness),
+            points=tuple(point for point in points if point.scene == scene.name),
+        )
 
     def hardness(self, point: Point) -> float:
         """The hardness (see `Likeness`) of a point's contacts."""
@@ -108,7 +122,7 @@ def library_of(text: str) -> Library:
         raise ValueError(f"{FILE}: format {content.get('format')}; {FORMAT} is needed")
     return Library(
         entries=tuple(_entry(scene) for scene in content["scenes"]),
-        rates={(driven, load, what): rate for driven, load, what, rate in content["rates"]},
+        rates={(load, what): rate for load, what, rate in content["rates"]},
     )
 
 

@@ -10,8 +10,9 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import Scene
-from analysis.work_precision.window import DRIVEN_SHARE
+from analysis.work_precision.window import Window
 from nscd import Contacts, find_contacts
+from nscd.arrays import Floats
 from nscd.segments import nearest_on_segment
 
 # Pressed frictionless disks come to about two contacts each: as many as they have unknowns.
@@ -22,14 +23,16 @@ ISOSTATIC = 2.0
 class Likeness:
     """Dimensionless numbers of a scene and its window.
 
-    driven: pressed by a drive, else an impact. disks: how many. depth: how many disks a push passes
-    through: contacts between the two disks farthest apart in the contact graph; of a crowd still to
-    be pressed together, the mean diameters from the door to its farthest disk. links: contacts a
-    disk. door: its width in mean diameters, 1 for an impact. mass_ratio: heaviest over lightest
-    disk. damping_ratio: ζ at the asked restitution. periods: √(m̄/k) in the window. hardness: how
-    hard the scene's own contacts are for their load, ∝ √k: r̄/(U √(m̄/k)) of an impact at speed U
-    (a radius over the deepest overlap), periods/depth of a driven crowd (how often a push can cross
-    it)."""
+    driven: pressed by a drive, else an impact.
+    disks: how many.
+    depth: how many disks a push passes through: contacts between the two disks farthest apart in
+    the contact graph; of a crowd still to be pressed together, the mean diameters from the door to
+    its farthest disk.
+    links: contacts per disk.
+    door: its width in mean diameters, 1 for an impact.
+    mass_ratio: heaviest over lightest disk.
+    damping_ratio: ζ at the asked restitution.
+    hardness: how often a push can cross the crowd in the window, √(m̄/k) a disk: ∝ √k."""
 
     driven: bool
     disks: int
@@ -38,28 +41,19 @@ class Likeness:
     door: float
     mass_ratio: float
     damping_ratio: float
-    periods: float
     hardness: float
 
     def distance(self, other: Likeness) -> float:
-        """How unlike: root of the sum of squares of log₂ of the ratios of depth, links, door, mass
-        ratio, ζ and, for impacts, periods; infinite between an impact and a driven crowd. Hardness
-        is no part: curves run over it."""
+        """Compute how unlike: root of the sum of squares of log₂ of the ratios of depth, links,
+        door, mass ratio and ζ; infinite between an impact and a driven crowd. Hardness is no part:
+        curves run over it."""
         if self.driven != other.driven:
             return float("inf")
         return float(np.linalg.norm(np.log2(self._compared()) - np.log2(other._compared())))
 
-    def _compared(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        return np.array(
-            [
-                self.depth,
-                self.links,
-                self.door,
-                self.mass_ratio,
-                max(self.damping_ratio, 0.01),
-                1.0 if self.driven else self.periods,
-            ]
-        )
+    def _compared(self) -> Floats:
+        damping = max(self.damping_ratio, 0.01)
+        return np.array([self.depth, self.links, self.door, self.mass_ratio, damping])
 
     def to_json(self) -> list[float]:
         """The fields in order."""
@@ -67,11 +61,14 @@ class Likeness:
 
 
 def likeness_of(scene: Scene) -> Likeness:
-    """The numbers of a scene. Raises ValueError for a scene with friction, which nothing was
-    measured with, and for an impact or a real crowd in which nobody touches anybody."""
+    """Compute the numbers of a scene.
+
+    Raises ValueError for a scene with friction, which nothing was measured with, and for an impact
+    or a real crowd in which nobody touches anybody."""
     if scene.contact.friction:
         raise ValueError(
-            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; advice is for frictionless contacts"
+            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
+            "advice is for frictionless contacts"
         )
     snapshot, drive, contact = scene.snapshot, scene.drive, scene.contact
     diameter = 2.0 * float(snapshot.radius.mean())
@@ -88,24 +85,20 @@ def likeness_of(scene: Scene) -> Likeness:
                 f"scene {scene.name}: nobody touches anybody at the start: nothing to compute"
             )
         depth, links = float(_longest_way(contacts, len(snapshot))), len(contacts) / len(snapshot)
+    depth, door = max(depth, 1.0), 1.0
     if drive is not None:
-        periods = DRIVEN_SHARE * drive.relaxation_time_s / period
         ends = np.array(drive.door_end_m) - np.array(drive.door_start_m)
-        door, hardness = float(np.hypot(*ends)) / diameter, periods / depth
-    else:
-        periods, door = scene.run.duration_s / period, 1.0
-        speed = float(np.hypot(*snapshot.velocity.T).max())
-        hardness = 0.5 * diameter / max(speed * period, 1e-30)
+        door = float(np.hypot(*ends)) / diameter
+    lasts = Window(scene=scene).duration(contact.stiffness_N_per_m)
     return Likeness(
         driven=drive is not None,
         disks=len(snapshot),
-        depth=max(depth, 1.0),
+        depth=depth,
         links=links,
         door=door,
         mass_ratio=float(snapshot.mass.max() / snapshot.mass.min()),
         damping_ratio=damping_ratio_for(contact.restitution),
-        periods=periods,
-        hardness=hardness,
+        hardness=lasts / period / depth,
     )
 
 

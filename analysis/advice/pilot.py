@@ -1,4 +1,4 @@
-"""An impact tried before it is run: the engines' own scheme on the very scene, in this process.
+"""An impact tried before it is run: every solver, and the engines' own scheme, on the very scene.
 
 The error of an explicit scheme is of first order in Δt√(k/m): its dashpots see the velocity of half
 a step before. How large it is no number of the scene tells. Pushes of one corridor with the same
@@ -8,82 +8,85 @@ step through it here than to start an engine."""
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from analysis.advice.error_curves import LEAST, Errors
+from analysis.advice.question import Question
 from analysis.engines.penalty import penalty_of
-from analysis.work_precision.points_of import WRONG, Judge
+from analysis.scene.scene import Scene
+from analysis.work_precision.point import Point
+from analysis.work_precision.points_of import Answer, Converged, Judge
 from analysis.work_precision.rigid_reference import rigid_reference
-from analysis.work_precision.soft_reference import (
-    ReferenceError,
-    leapfrog,
-    soft_reference,
-)
-from analysis.work_precision.soft_runs import SoftSetting, scene_of
-from analysis.work_precision.window import Window, relative_error
+from analysis.work_precision.rigid_solves import solve_rigid
+from analysis.work_precision.soft_reference import ReferenceError, leapfrog, soft_reference
+from analysis.work_precision.soft_runs import LAWS, SoftSetting, scene_of
+from analysis.work_precision.window import impact_window
 
 # Shares of the safe time step that are stepped through.
 SHARES = (1 / 16, 1 / 4, 1.0, 4.0)
-# What is promised over what is expected: engines round otherwise, and shorten steps to meet frames.
-NUMERICAL, MODEL = 1.5, 1.1
 # An error that is promised to be smaller than this would be one of rounding, here or in a dump.
 ROUNDING = 1e-9
 # A larger impact (disks, disks times safe time steps) would take longer to try than advice may.
 MOST_DISKS, MOST_WORK = 600, 5e6
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Pilot:
-    """The errors of an impact's soft settings, in a quantity whose name begins with `load`."""
+def tried(scene: Scene, question: Question) -> list[Point]:
+    """Compute the points of an impact for a question's methods: the rigid model by each solver, and
+    engines at SHARES of the safe time step with the scene's stiffness, their CPU seconds left out.
 
-    window: Window
-    load: str
-
-    def errors(self, law: str) -> dict[float, Errors]:
-        """Compute the errors at each share of the safe time step, with the scene's stiffness.
-
-        Steps that are wrong by more than the whole are left out; nothing is found for an impact too
-        large to try."""
-        scene = self.window.scene.with_contact(law=law)
-        disks, steps = len(scene.snapshot), scene.run.duration_s / penalty_of(scene).safe_time_step
-        if disks > MOST_DISKS or disks * steps > MOST_WORK:
-            return {}
-        return _errors(self.window, self.load, law)
-
-    def promise(self, errors: Errors) -> Errors:
-        """Give the errors that are promised where these are expected."""
-        return Errors(numerical=NUMERICAL * errors.numerical + ROUNDING, model=MODEL * errors.model)
-
-
-@functools.lru_cache(maxsize=8)
-def _errors(window: Window, load: str, law: str) -> dict[float, Errors]:
-    stiffness, scene = window.scene.contact.stiffness_N_per_m, window.scene
-    rigid = rigid_reference(scene.snapshot, window.contacts, window.left_velocity, window.law)
+    Error bars are added to the errors. Nothing is found for an impact too large to try, and of
+    engines nothing where they have too many steps, or no reference."""
+    snapshot, window = scene.snapshot, impact_window(scene)
+    if len(snapshot) > MOST_DISKS:
+        return []
+    rigid = rigid_reference(snapshot, window.contacts, window.left_velocity, window.law)
     judge = Judge(window=window, name=scene.name, rigid=rigid)
-    asked = next((q for q in judge.exact if q.name.split("_")[0] == load), None)
+    found: list[Point] = []
+    if "rigid" in question.methods and question.against == "rigid":
+        found += [point for answer in solve_rigid(window) for point in judge.points(answer)]
+    for law in LAWS["lammps"]:
+        if engines := [m for m in question.methods if law in question.laws(m, scene)]:
+            found += _stepped(judge, law, engines)
+    return [_with_bars(point) for point in found]
+
+
+def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
+    window = judge.window
+    scene = window.scene.with_contact(law=law)
+    steps = scene.run.duration_s / penalty_of(scene).safe_time_step
+    if len(scene.snapshot) * steps > MOST_WORK:
+        return
+    stiffness = scene.contact.stiffness_N_per_m
     try:
         reference = soft_reference(window.variant(law, stiffness))
     except ReferenceError:
-        return {}
-    if asked is None:
-        return {}
-    exact = judge.exact[asked]
-    own, looser = (
-        window.quantities(motion, stiffness)[asked]
-        for motion in (reference.motion, reference.looser)
-    )
-    bar = relative_error(looser, own, exact)
-    model = max(relative_error(own, exact, exact) + judge.bar[asked], LEAST)
-    found: dict[float, Errors] = {}
+        return
+    own, looser = (window.quantities(m, stiffness) for m in (reference.motion, reference.looser))
+    model = Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
     for share in SHARES:
         setting = SoftSetting(engine="", law=law, stiffness_N_per_m=stiffness, share=share)
         with np.errstate(all="ignore"):
-            motion = leapfrog(scene_of(window, setting))
-            values = window.quantities(motion, stiffness)[asked]
-            numerical = relative_error(values, own, exact)
-        if numerical <= WRONG:
-            found[share] = Errors(numerical=numerical + bar, model=model)
-    return found
+            values = window.quantities(leapfrog(scene_of(window, setting)), stiffness)
+            for engine in engines:
+                answer = Answer(
+                    method=engine,
+                    law=law,
+                    time_step_share=share,
+                    stiffness_N_per_m=stiffness,
+                    cpu_seconds=None,
+                    values=values,
+                )
+                yield from judge.points(answer, model)
+
+
+def _with_bars(point: Point) -> Point:
+    if point.numerical_error is None or point.model_error is None:
+        return point
+    numerical = point.numerical_error + (point.numerical_bar or 0.0)
+    return replace(
+        point,
+        numerical_error=numerical + ROUNDING if point.law else numerical,
+        model_error=point.model_error + (point.model_bar or 0.0),
+    )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from analysis.scene.scene import Scene
+from analysis.work_precision.soft_runs import LAWS
 from nscd import find_contacts
 
 Against = Literal["rigid", "model"]
@@ -38,6 +39,11 @@ class Question:
     def load(self) -> str:
         """How the names of the points of the quantity begin."""
         return self.quantity.split("-")[0]
+
+    def laws(self, method: str, scene: Scene) -> tuple[str, ...]:
+        """Give the contact laws that a method may have; none for the rigid model."""
+        known = LAWS.get(method, ())
+        return known if self.against == "rigid" else tuple({scene.contact.law} & set(known))
 
     def check(self, scene: Scene) -> None:
         """Raise ValueError for a quantity that is unknown, or that the scene cannot have."""

@@ -4,6 +4,7 @@ the others."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,54 +20,70 @@ WITHIN = 0.98
 NO_MATTER, NO_USE = 1e-4, 0.5
 
 
-def factor(rates: Rates, curves: Curves, what: str) -> float:
-    """What the expected errors of a scene are multiplied with: exp(rate · unlikeness), at least 1;
-    infinite where there is no rate. what: numerical, model or rigid (a solver's numerical
-    error)."""
-    rate = rates.get((curves.likeness.driven, curves.load, what))
-    # that others came out better than predicted is luck
-    return float("inf") if rate is None else float(np.exp(max(rate, 0.0) * unlikeness(curves)))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Safety:
+    """What expected errors are multiplied with before they are promised: the numerical and the model
+    error of engines, and the numerical error of a solver (rigid)."""
+
+    numerical: float = 1.0
+    model: float = 1.0
+    rigid: float = 1.0
+
+
+# Of an impact that was tried: engines round otherwise, and shorten steps to meet frames.
+TRIED = Safety(numerical=1.5, model=1.1)
+
+
+def safety_of(rates: Rates, curves: Curves) -> Safety:
+    """Compute the factors of curves that are read from other scenes: exp(rate · unlikeness), at least
+    1; infinite where there is no rate."""
+
+    def factor(what: str) -> float:
+        rate = rates.get((curves.load, what))
+        # that others came out better than predicted is luck
+        return float("inf") if rate is None else float(np.exp(max(rate, 0.0) * unlikeness(curves)))
+
+    return Safety(**{what: factor(what) for what in Safety.__dataclass_fields__})
 
 
 def unlikeness(curves: Curves) -> float:
-    """Weighted mean of NEAR + distance over the scenes read."""
+    """Compute the weighted mean of NEAR + distance over the scenes read."""
     return sum(
         weight * (NEAR + curves.likeness.distance(entry.likeness)) for entry, weight in curves.read
     )
 
 
 def rates_of(entries: Sequence[Entry]) -> Rates:
-    """Rates that hold for WITHIN of the errors between NO_MATTER and NO_USE, each scene predicted
-    from all others.
+    """Compute rates that hold for WITHIN of the errors between NO_MATTER and NO_USE, each scene
+    predicted from all others.
 
     The rate of one point is log(measured/expected)/unlikeness. Against promises that are made for
     one scene from many it errs on the safe side where the scene left out was the only one of its
     sort."""
-    found: dict[tuple[bool, str, str], list[float]] = {}
+    found: dict[tuple[str, str], list[float]] = {}
     for entry in entries:
         others = [other for other in entries if other is not entry]
-        for load in sorted({point.quantity.split("_")[0] for point in entry.points}):
+        for load in sorted({point.load for point in entry.points}):
             curves = Curves(likeness=entry.likeness, load=load, entries=others)
             if not curves.read:
                 continue
             far = unlikeness(curves)
             for what, measured, expected in _predicted(entry, curves):
                 rate = float(np.log(max(measured, NO_MATTER) / max(expected, NO_MATTER))) / far
-                found.setdefault((entry.likeness.driven, load, what), []).append(rate)
+                found.setdefault((load, what), []).append(rate)
     return {key: float(np.quantile(rates, WITHIN)) for key, rates in found.items()}
 
 
 def _predicted(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]]:
-    """What, measured and expected error of every point that matters; those of engines in an impact
-    are not read from other scenes."""
+    """What, measured and expected error of every point that matters."""
     for point in entry.points:
-        if point.quantity.split("_")[0] != curves.load or not _matters(point):
+        if point.load != curves.load or not _matters(point):
             continue
         if point.method == "rigid":
             assert point.tolerance is not None
             if errors := curves.rigid(point.solver, point.tolerance):
                 yield "rigid", point.numerical_error or 0.0, errors.numerical
-        elif entry.likeness.driven and point.time_step_share is not None:
+        elif point.time_step_share is not None:
             errors = curves.soft(
                 point.method, point.law, point.time_step_share, entry.hardness(point)
             )

@@ -8,11 +8,10 @@ from typing import Any
 
 from analysis.advice.candidates import Candidate
 from analysis.advice.choice import Advice
-from analysis.advice.library import Library
+from analysis.advice.pilot import MOST_DISKS
 from analysis.advice.question import LOADS
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import percent, seconds
-from analysis.work_precision.point import Point
 
 
 def setting(candidate: Candidate) -> str:
@@ -32,12 +31,19 @@ def headline(advice: Advice) -> str:
     if (choice := advice.choice) is not None:
         return f"{setting(choice)}: error of {quantity} {_offer(choice)}"
     if best is None:
-        name = advice.scene.name
-        return f"nothing is known: no measured scene is enough like {name} in {quantity}"
+        return f"nothing is known of {quantity} in {advice.scene.name}: {_nothing_like(advice)}"
     return (
         f"nothing reaches {percent(advice.question.error, 2)} in {quantity}; the best, "
         f"{setting(best)}, promises {percent(best.promised_error, 2)}"
     )
+
+
+def _nothing_like(advice: Advice) -> str:
+    if advice.likeness.driven:
+        return "no measured scene is enough like it"
+    if advice.likeness.disks > MOST_DISKS:
+        return f"an impact of more than {MOST_DISKS} disks is not tried"
+    return "the mechanics does not determine it, or no method asked about could be tried"
 
 
 def _offer(candidate: Candidate) -> str:
@@ -45,20 +51,11 @@ def _offer(candidate: Candidate) -> str:
     return f"at most {promise}, {seconds(candidate.cpu_seconds)} CPU"
 
 
-def where_measured(advice: Advice, library: Library, chart: Sequence[Point] | None) -> list[str]:
-    """List machine and date of the points that were read, each pair once."""
-    names = {name for name, _ in advice.read}
-    points = chart or [p for e in library.entries if e.name in names for p in e.points]
-    return sorted({f"{point.machine}, {point.date}" for point in points})
-
-
-def report(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> list[str]:
+def report(advice: Advice, left: Sequence[str]) -> list[str]:
     """Write all lines: the question, the choice, the next better one, each method, the curve, where
-    it was read, what was left out.
-
-    measured: machine and date of what was read."""
+    it was read, what was left out."""
     lines = [*_question(advice), "", *_choice(advice), "", *_curve(advice)]
-    lines += [f"measured on {where}" for where in measured]
+    lines += [f"measured on {where}" for where in advice.measured]
     lines += ["", "left out of the model:", *(f"  {line}" for line in left)]
     return lines
 
@@ -98,18 +95,16 @@ def _curve(advice: Advice) -> Iterator[str]:
         shown = "".join(f"{percent(error, 2):>12}" for error in errors)
         mark = "→" if c == advice.choice else " "
         yield f"{mark} {setting(c):<70}{shown}{seconds(c.cpu_seconds):>10}"
+    scenes = ", ".join(f"{name} ({percent(weight, 2)})" for name, weight in advice.read)
     if advice.tried:
-        yield "errors of the engines: found by stepping through this very impact as they do"
-    if advice.own:
+        yield "errors found on this very impact: solved here, and stepped through as engines do"
+    elif advice.own:
         yield "read from the chart of this scene"
-    elif advice.read:
-        scenes = ", ".join(f"{name} ({percent(weight, 2)})" for name, weight in advice.read)
-        yield f"{'the rest is ' if advice.tried else ''}read from the scenes most like it: {scenes}"
     else:
-        yield "no measured scene is enough like it"
+        yield f"read from the scenes most like it: {scenes}" if scenes else _nothing_like(advice)
 
 
-def to_json(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> dict[str, Any]:
+def to_json(advice: Advice, left: Sequence[str]) -> dict[str, Any]:
     """Give the advice as what `json` writes."""
 
     def one(candidate: Candidate | None) -> dict[str, Any] | None:
@@ -129,6 +124,6 @@ def to_json(advice: Advice, measured: Sequence[str], left: Sequence[str]) -> dic
         "read": [{"scene": name, "weight": weight} for name, weight in advice.read],
         "from_own_chart": advice.own,
         "tried": advice.tried,
-        "measured": list(measured),
+        "measured": list(advice.measured),
         "left_out": list(left),
     }

@@ -54,7 +54,7 @@ def advise(
     from analysis.advice.question import Question, asked_error
     from analysis.advice.unneeded import left_out
     from analysis.advice.words import report as words
-    from analysis.advice.words import to_json, where_measured
+    from analysis.advice.words import to_json
     from analysis.scene.scene import read_scene
     from analysis.support.files import write_text
     from analysis.work_precision.point import read_points
@@ -72,10 +72,9 @@ def advise(
         bars(f"{chosen.name}: what it can do without", 0.0)
         left = left_out(chosen, runs / "work_precision" / chosen.name)
         bars(f"{chosen.name}: what it can do without", 1.0)
-    measured = where_measured(advice, stored_library(), points)
-    for line in words(advice, measured, left):
+    for line in words(advice, left):
         print(line)
-    content = to_json(advice, measured, left)
+    content = to_json(advice, left)
     write_text(out / "advice.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     print(out / "advice.json")
     if advice.choice is None:

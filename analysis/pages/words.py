@@ -65,9 +65,13 @@ class Words:
         """Fill a block that is a list and return its items, each one line of Markdown."""
         return _lines(self._filled(name, values))
 
+    def parts(self, name: str, **values: Any) -> dict[str, str]:
+        """Fill a block of items `name: words` and return the words by their names."""
+        return dict(item.split(": ", 1) for item in self.items(name, **values) if ": " in item)
+
     def claim(self, name: str, verdict: Verdict, **values: Any) -> Claim:
         """Fill a block of the items `where: …`, `statement: …`, `reason: …` and judge it."""
-        parts = dict(item.split(": ", 1) for item in self.items(name, **values) if ": " in item)
+        parts = self.parts(name, **values)
         if sorted(parts) != ["reason", "statement", "where"]:
             raise ValueError(
                 f"{self.place}: {name} needs the items where, statement and reason, has "

@@ -4,7 +4,7 @@ from theory."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -76,26 +76,22 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """A way to fail, over one or two parameters.
+    """A way to fail, over one or two parameters, with its words in cases/words.md.
 
+    values: what its words have slots for.
     attempt: (column, row, folder) → a cell, its runs kept in the folder, which is its own; a
     function of a module, so that another process can call it.
     fails_as: the outcomes whose boundary is looked for along the columns.
-    theory: row → where along the columns that boundary is.
-    edge: what that boundary is, in words.
-    words: explain the map."""
+    theory: row → where along the columns that boundary is."""
 
     name: str
-    title: str
-    fails: str
     columns: Axis
     rows: Axis
     quantities: tuple[str, ...]
     attempt: Callable[[Any, Row, Path], Cell]
-    words: str
     fails_as: tuple[Outcome, ...]
     theory: Callable[[Row], float] | None = None
-    edge: str = ""
+    values: dict[str, float] = field(default_factory=dict)
 
     def fails_at(self, column: float, row: Row, folder: Path) -> bool:
         """Try a column of a row: whether it ends as one of `fails_as`."""

@@ -15,7 +15,7 @@ from analysis.pages.html import jsonable, render, write_picture
 from analysis.pages.numbers import NONE, number, percent
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
-from analysis.stability.case import Boundary, Map, Outcome, Row
+from analysis.stability.case import Boundary, Case, Map, Outcome, Row
 from analysis.stability.charts import LOOKS, draw_map, tick
 from analysis.support.files import whole_file, write_text
 
@@ -87,6 +87,12 @@ def summary(maps: Sequence[Map]) -> Iterator[str]:
                 )
 
 
+def told(case: Case) -> dict[str, str]:
+    """Give the words of a case: title; fails (which methods, and how); words (of the map); edge
+    (what the boundary is by theory, where there is one)."""
+    return Words("analysis.stability.cases").parts(case.name, **case.values)
+
+
 def _failed(made: Map) -> int:
     return sum(cell.outcome is not Outcome.STABLE for cell in made.cells.values())
 
@@ -122,7 +128,7 @@ def _numbers(made: Map) -> dict[str, Any]:
     """A map as `json` takes it; rows that are no numbers as their labels."""
     case = made.case
     return {
-        "title": case.title,
+        "title": told(case)["title"],
         "columns": asdict(case.columns),
         "rows": asdict(case.rows) | {"values": [_plain(row) for row in case.rows.values]},
         "quantities": list(case.quantities),
@@ -140,24 +146,24 @@ def _plain(row: Row) -> float | str:
 
 def _section(words: Words, made: Map) -> Section:
     """A case: what fails, its map, and where the outcome changes."""
-    case = made.case
+    case, says = made.case, told(made.case)
     rows = [list(_edge(edge).values()) for edge in made.boundaries]
-    values = {"row": case.rows.label, "column": case.columns.label, "edge": case.edge}
+    values = {"row": case.rows.label, "column": case.columns.label, "edge": says.get("edge", "")}
     return Section(
         number=case.name,
-        title=case.title,
-        introduction=[words.text("fails", fails=case.fails), " ".join(case.words.split())],
-        pictures=[Picture(name=case.name, caption=case.title, figure=draw_map(made))],
+        title=says["title"],
+        introduction=[words.text("fails", fails=says["fails"]), says["words"]],
+        pictures=[Picture(name=case.name, caption=says["title"], figure=draw_map(made))],
         tables=[words.table("boundaries", rows, **values)] if rows else [],
     )
 
 
 def _summary_rows(made: Map) -> Iterator[list[Cell]]:
     """What failed in a case, one row per boundary that has a theory, or one."""
-    case = made.case
+    case, says = made.case, told(made.case)
     lead: list[Cell] = [
-        f"[{case.title}](#{case.name})",
-        case.fails,
+        f"[{says['title']}](#{case.name})",
+        says["fails"],
         f"{_failed(made)} of {len(made.cells)}",
         f"**{_silent(made)}**" if _silent(made) else 0,
     ]

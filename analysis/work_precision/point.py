@@ -32,18 +32,32 @@ class PointStatus(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
-    """One method with one setting on one scene, for one quantity; None or "" for what a method does
-    not have.
+class Method:
+    """A method with one setting; None or "" for what it does not have.
 
-    scene, disks: where it was measured.
     method: `lammps`, `yade`, `rigid`, `continuum`, or a rival's name.
     law: contact law of a soft method (hooke, hertz), model of the continuum (deformable,
     first_order).
     solver, tolerance: of the rigid model.
     time_step_s, stiffness_N_per_m: s, N/m, of a soft method.
     time_step_share: of the safe time step.
-    mesh_side_m: m, of the continuum's triangles.
+    mesh_side_m: m, of the continuum's triangles."""
+
+    method: str
+    law: str = ""
+    solver: str = ""
+    time_step_s: float | None = None
+    time_step_share: float | None = None
+    stiffness_N_per_m: float | None = None  # noqa: N815  (the unit is newton)
+    tolerance: float | None = None
+    mesh_side_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point(Method):
+    """One method with one setting on one scene, for one quantity.
+
+    scene, disks: where it was measured.
     cpu_seconds: s, of the engine's process, its start included, or of the solution from the
     snapshot on.
     quantity, unit: what is compared (see `Window.quantities`), and in what.
@@ -57,14 +71,6 @@ class Point:
 
     scene: str
     disks: int
-    method: str
-    law: str
-    solver: str
-    time_step_s: float | None
-    time_step_share: float | None
-    stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
-    tolerance: float | None
-    mesh_side_m: float | None = None
     cpu_seconds: float | None
     quantity: str
     unit: str
@@ -77,6 +83,11 @@ class Point:
     reason: str
     machine: str
     date: str
+
+    @property
+    def load(self) -> str:
+        """What carries the quantity: contact, disk or wall; or `displacement`."""
+        return self.quantity.split("_")[0]
 
     @property
     def key(self) -> str:
@@ -97,17 +108,16 @@ class Point:
         return sum(known) if known else None
 
     def to_json(self) -> dict[str, Any]:
-        """As what `json` writes: units in the names."""
-        return dataclasses.asdict(self) | {"status": str(self.status)}
+        """Give what `json` writes: units in the names."""
+        return {name: getattr(self, name) for name in COLUMNS} | {"status": str(self.status)}
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Self:
-        """The point that `to_json` gave. Raises ValueError naming a key that is missing, unknown or
-        has a wrong value."""
-        names = {field.name for field in dataclasses.fields(cls)}
-        if missing := sorted(names - content.keys()):
+        """Make the point that `to_json` gave. Raises ValueError naming a key that is missing, unknown
+        or has a wrong value."""
+        if missing := sorted({*COLUMNS} - content.keys()):
             raise ValueError(f"{missing[0]}: missing in a point")
-        if unknown := sorted(content.keys() - names):
+        if unknown := sorted(content.keys() - {*COLUMNS}):
             raise ValueError(f"{unknown[0]}: unknown in a point")
         try:
             return cls(**(content | {"status": PointStatus(content["status"])}))
@@ -117,7 +127,9 @@ class Point:
             ) from None
 
 
-COLUMNS = tuple(field.name for field in dataclasses.fields(Point))
+_FIELDS = [field.name for field in dataclasses.fields(Point)]
+# where it was measured comes first
+COLUMNS = tuple(sorted(_FIELDS, key=lambda name: name not in ("scene", "disks")))
 
 
 def write_points(folder: Path, points: Sequence[Point], name: str = "points") -> None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from analysis.support.machine import machine
-from analysis.work_precision.point import Point, PointStatus
+from analysis.work_precision.point import Method, Point, PointStatus
 from analysis.work_precision.rigid_reference import RigidReference
 from analysis.work_precision.window import Quantity, Values, Window, relative_error
 
@@ -26,21 +26,13 @@ def today() -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Answer:
+class Answer(Method):
     """What a method gave on a window, and at what cost.
 
-    method … mesh_side_m, cpu_seconds, status, reason, machine, date: as in `Point`.
+    cpu_seconds, status, reason, machine, date: as in `Point`.
     values: what it says of each quantity; None without an answer.
     lacks: quantities that the method does not have."""
 
-    method: str
-    law: str = ""
-    solver: str = ""
-    time_step_s: float | None = None
-    time_step_share: float | None = None
-    stiffness_N_per_m: float | None = None  # noqa: N815  (the unit is newton)
-    tolerance: float | None = None
-    mesh_side_m: float | None = None
     cpu_seconds: float | None
     values: Values | None
     lacks: tuple[Quantity, ...] = ()

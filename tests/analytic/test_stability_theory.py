@@ -22,6 +22,7 @@ from analysis.stability.cases.percussions.redundant import Choice, pressed_corne
 from analysis.stability.charts import LOOKS, draw_map
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.dense_reference import dense_percussions, exact_line
+from analysis.stability.page import told
 from nscd import ContactLaw, find_contacts, solve
 
 
@@ -182,13 +183,10 @@ def _three(row):
 
 STEP = Case(
     name="step",
-    title="A step",
-    fails="nothing",
     columns=Axis(label="x", values=(1.0, 2.0, 4.0)),
     rows=Axis(label="row", values=("a",)),
     quantities=("q",),
     attempt=_step,
-    words="",
     fails_as=(Outcome.LOST,),
     theory=_three,
 )
@@ -230,6 +228,14 @@ def test_rows_of_a_case_have_labels_of_their_own():
         labels = [str(row) for row in made.rows.values]
         assert len(set(labels)) == len(labels), made.name
         assert not any("object at" in label or label[:1] == "(" for label in labels)
+
+
+def test_every_case_has_its_words():
+    for quick in (False, True):
+        for made in choose(None, quick):
+            words = told(made)
+            assert {"title", "fails", "words"} <= set(words), made.name
+            assert ("edge" in words) == (made.theory is not None), made.name
 
 
 def test_names_of_cases_are_known_or_refused():

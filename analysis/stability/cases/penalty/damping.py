@@ -29,8 +29,6 @@ def case(quick: bool) -> Case:
     full = (0.025, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9)
     return Case(
         name="damping",
-        title="Damping shortens the critical time step",
-        fails="penalty engines: a step that is safe for elastic disks heats damped ones",
         columns=Axis(label="time step / √(m/k)", values=(0.05, 0.2, 0.5, 1.0) if quick else full),
         rows=Axis(
             label="asked restitution (LAMMPS)",
@@ -40,10 +38,5 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
         theory=theory,
-        edge="first Δ with Δ²K + 2ΔC − 4M singular",
-        words=f"""The {ACROSS} × {ACROSS} packing with the dashpots of the asked restitution, {STEPS}
-            steps. Dashpots that act with the velocity of half a step before are an explicit scheme
-            of their own: strong ones need a time step far below 2/ω_max. Just above the boundary
-            damped swings grow slowly, by a share of the distance to it in each step. The measured
-            boundary comes down to the theory as runs get longer.""",
+        values={"across": ACROSS, "steps": STEPS},
     )

@@ -90,19 +90,10 @@ def case(quick: bool) -> Case:
     full = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 1.9, 2.0)
     return Case(
         name="initial_overlap",
-        title="Overlap at the start",
-        fails="penalty engines: the overlap is a loaded spring; one disk inside another may never "
-        "be pushed out",
         columns=Axis(label="overlap / r", values=(1e-3, 3e-2, 0.1, 2.0) if quick else full),
         rows=Axis(label="who is given it", values=rows),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN,),
         theory=theory,
-        edge="½kδ² = kinetic energy of two who walk at 1 m/s",
-        words="""Two disks at rest. An overlap δ sets ½kδ² free: counted as energy gain where that is
-            more than two people have who walk at 1 m/s, and as inaccurate above a hundredth of it.
-            At 2 r the centres coincide. `percussions run` refuses overlaps above 10^(-6) of a
-            radius, and `percussions import` reconciles them first. Percussions themselves act on
-            velocities, so an overlap stays as it is.""",
     )

@@ -95,8 +95,6 @@ def case(quick: bool) -> Case:
     full = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 1.1)
     return Case(
         name="narrow_door",
-        title="A door narrower than a disk",
-        fails="penalty engines: soft disks are squeezed through, with exit status 0",
         columns=Axis(
             label="width of the door / diameter",
             values=(0.5, 0.8, 0.97, 1.1) if quick else full,
@@ -106,10 +104,5 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.LOST,),
         theory=theory,
-        edge="a/r = (1 − (F/(2kr))^2/3^)^3/2^, a half the width",
-        words=f"""One disk is driven into a door by F = m u~d~/τ. Two posts hold it with at most
-            2kr(1 − (a/r)^2/3^)^3/2^. Where they hardly hold it, it creeps through, so that the
-            boundary is measured a little wide: a run lasts {LONGEST_PERIODS:g} √(m/k), or
-            {LONGEST_S:g} s if that is more. A run of the product warns of a door narrower than the
-            widest disk; a rigid disk is held by any.""",
+        values={"longest_periods": LONGEST_PERIODS, "longest_s": LONGEST_S},
     )

@@ -92,9 +92,6 @@ def case(quick: bool) -> Case:
     unchecked = (Search("lammps", steps) for steps in every)
     return Case(
         name="skin",
-        title="Contacts lost by the search",
-        fails="LAMMPS with lists renewed every N steps unchecked: contacts are noticed late "
-        "(energy from nothing) or never",
         columns=Axis(
             label="skin of the neighbour list (m)", values=(0.01, 0.03, 0.1) if quick else full
         ),
@@ -106,10 +103,4 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN,),
         theory=theory,
-        edge="2vNΔt − δ with ½kδ(δ − 2vΔt) = 5 % of the energy",
-        words="""Two disks meet, each at 1 m/s, and start just outside the skin. The product's own
-            deck renews its list as soon as a disk has moved by half a skin, so that any skin serves
-            (the first row), and YADE's collider does the same with its verletDist. A list that is
-            renewed every N steps without a check (neigh_modify … check no) misses what comes closer
-            in between than the skin.""",
     )

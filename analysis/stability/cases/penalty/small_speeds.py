@@ -94,9 +94,6 @@ def case(quick: bool) -> Case:
         engines.append(By("yade", "Δt", 0.01))
     return Case(
         name="small_speeds",
-        title="Zero and nearly zero velocities",
-        fails="engines: steps shorter than the rounding of positions; solvers: squares and scales "
-        "below the smallest number",
         columns=Axis(
             label="speed (m/s)", values=(1.0, 1e-8, 1e-11, 1e-13, 1e-100, 0.0) if quick else full
         ),
@@ -105,11 +102,4 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),
         theory=theory,
-        edge="struck disk 10 % too fast, its steps rounded to units in the last place of its "
-        "position",
-        words="""Percussions: 4 × 4 disks in a corner with random left velocities of this size.
-            Engines: two elastic disks, the second one at x = 0.5 m. Both answers are proportional
-            to the speed. In an engine a disk whose path in a step is below half a unit in the last
-            place of its position stands still, so a shorter time step needs a higher speed; such
-            speeds are far below any that matter.""",
     )

@@ -78,8 +78,6 @@ def case(quick: bool) -> Case:
     powers = range(2, 7) if quick else range(1, 9)
     return Case(
         name="stiffness",
-        title="Stiffness ratio",
-        fails="penalty engines: too soft for the load, or too stiff for the time step",
         columns=Axis(label="stiffness ratio k·r / F", values=tuple(10.0**p for p in powers)),
         rows=Axis(
             label="time step (s), LAMMPS", values=(0.003,) if quick else (0.001, 0.003, 0.01)
@@ -88,10 +86,11 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
         theory=theory,
-        edge="the time step is critical for the line",
-        words=f"""{LINE} disks of restitution {RESTITUTION:g} are driven against a wall with
-            F = {FORCE_N:g} N each. Softer than k·r/F = {LINE / SHARE:g} the overlap at the wall,
-            {LINE} F/k, is above {SHARE:.0%} of r. All contacts of a scene have one stiffness, so
-            its ratio to the load is the only one there is. Rigid percussions have no such
-            window.""",
+        values={
+            "line": LINE,
+            "restitution": RESTITUTION,
+            "force_n": FORCE_N,
+            "softest": LINE / SHARE,
+            "share": SHARE,
+        },
     )

@@ -87,17 +87,11 @@ def case(quick: bool) -> Case:
     steps = (0.5, 0.75, 1.1, 1.6) if quick else (0.2, 0.4, 0.6, 0.75, 0.9, 1.1, 1.3, 1.6)
     return Case(
         name="time_step",
-        title="Time step above critical",
-        fails="penalty engines: energy from nothing, with exit status 0",
         columns=Axis(label="time step / √(m/k)", values=steps),
         rows=Axis(label="packing, engine", values=tuple(rows)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
         theory=theory,
-        edge="2/ω_max of the stiffness matrix of the packing",
-        words=f"""Elastic disks, pressed by walls to an overlap of 0.1 % of r and hardly moving,
-            {STEPS} steps. One disk between two walls becomes unstable at √2 √(m/k); the infinite
-            triangular lattice would at {LATTICE:.3f} √(m/k), and the packings approach that from
-            above as they grow.""",
+        values={"steps": STEPS, "lattice": LATTICE},
     )

@@ -53,17 +53,10 @@ def case(quick: bool) -> Case:
     full = (0.1, 0.3, 0.5, 0.7, 0.9, 0.95, 1.1, 1.3, 2.0)
     return Case(
         name="tunnelling",
-        title="Fast disks through a wall",
-        fails="penalty engines: a disk whose centre passes the wall is pushed out on the other "
-        "side, with exit status 0",
         columns=Axis(label="speed / (r √(k/m))", values=(0.5, 0.9, 1.3) if quick else full),
         rows=Axis(label="engine, time step (√(m/k))", values=tuple(rows)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.LOST,),
         theory=theory,
-        edge="the centre reaches the wall: ½mv² = ½kr², leapfrog's own amplitude for long steps",
-        words="""One elastic disk against one wall. A linear spring of the length r holds no more
-            than ½kr²; for k = 10⁶ N/m, m = 75 kg and r = 0.25 m that is a speed of 29 m/s, for
-            k = 10⁴ N/m it is 2.9 m/s.""",
     )

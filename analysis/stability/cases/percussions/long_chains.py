@@ -90,9 +90,6 @@ def case(quick: bool) -> Case:
     full = (3.0, 10.0, 30.0, 60.0, 100.0, 150.0, 250.0, 400.0)
     return Case(
         name="long_chains",
-        title="Long chains",
-        fails="projected Gauss–Seidel: contracts by cos²(π/(2n)) a sweep and runs into its limit "
-        "of sweeps",
         columns=Axis(
             label="disks in the chain",
             values=(10.0, 50.0, 120.0, 250.0) if quick else full,
@@ -103,10 +100,5 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.NOT_CONVERGED,),
         theory=theory,
-        edge="length n with (2/n) cos²(π/(2n)) to the power of the limit of sweeps = tolerance",
-        words=f"""Equal touching disks that run into a wall: closed form u⁺ = 0. The contraction is
-            measured between the tolerances {LOOSE:g} and {TIGHT:g}. Against a wall its theory is
-            cos²(π/(2n)), since a wall contact has half the diagonal of a pair; cos²(π/(2n+1)) holds
-            where all contacts have the same. The slowest mode starts with 2/n of the speed, which
-            gives the longest chain that ends within the limit of sweeps.""",
+        values={"loose": LOOSE, "tight": TIGHT},
     )

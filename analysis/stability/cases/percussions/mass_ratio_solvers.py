@@ -32,15 +32,10 @@ def case(quick: bool) -> Case:
     ratios = (1.0, 1e3, 1e6) if quick else (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6)
     return Case(
         name="mass_ratio_solvers",
-        title="Mass ratio in the percussions",
-        fails="solvers: sweeps grow with the ratio until the limit of sweeps ends them; active "
-        "sets cycle",
         columns=Axis(label="heavy mass / light mass", values=ratios),
         rows=Axis(label="solver", values=SOLVERS),
         quantities=SOLVER_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.NOT_CONVERGED,),
-        words=f"""{ACROSS} × {ACROSS} disks of alternating masses on the triangular lattice, in a
-            corner of two walls, with random left velocities; u⁺ against dense non-negative least
-            squares.""",
+        values={"across": ACROSS},
     )

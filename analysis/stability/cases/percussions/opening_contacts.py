@@ -63,8 +63,6 @@ def case(quick: bool) -> Case:
     full = (0.005, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5)
     return Case(
         name="opening_contacts",
-        title="k > 0 on contacts that are already opening",
-        fails="the paper's law itself: k D(u⁺+u⁻) and λ on a contact that opens can add energy",
         columns=Axis(
             label="speed with which the second contact opens (m/s)",
             values=(0.02, 0.3, 0.7, 1.5) if quick else full,
@@ -79,8 +77,4 @@ def case(quick: bool) -> Case:
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN,),
         theory=theory,
-        edge="sign of the energy's change in exact arithmetic",
-        words="""Three equal disks; the first runs at 1 m/s into the second while the third leaves
-            it. The law is solved rightly (status `solved`), and yet the crowd may have more energy
-            than before: the answer says so in a warning.""",
     )

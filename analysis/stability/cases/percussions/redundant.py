@@ -83,9 +83,6 @@ def case(quick: bool) -> Case:
     """Make the case."""
     return Case(
         name="redundant",
-        title="Redundant (triangular) packings",
-        fails="solvers that take any λ: the reactions are one of many answers, with the same u⁺ "
-        "and residual",
         columns=Axis(
             label="disks along a side",
             values=(2.0, 4.0, 7.0) if quick else (2.0, 3.0, 4.0, 5.0, 6.0, 8.0),
@@ -94,7 +91,4 @@ def case(quick: bool) -> Case:
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),
-        words="""Disks of the triangular lattice run into a corner. u⁺ is unique, the reactions are
-            not: by default the ones of least Σλ² are given; “any λ” leaves the choice to the
-            method. Reference: dense least squares.""",
     )

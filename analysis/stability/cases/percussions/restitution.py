@@ -37,16 +37,10 @@ def case(quick: bool) -> Case:
     powers = (2, 8, 15) if quick else (1, 2, 4, 6, *range(8, 16))
     return Case(
         name="restitution",
-        title="Restitution toward 1 with many contacts",
-        fails="percussions: k = m_eff(1+e)/(1−e) grows without bound, and with it what rounding "
-        "makes of u⁺",
         columns=Axis(label="1 − e", values=tuple(float(f"1e-{power}") for power in powers)),
         rows=Axis(label="solver", values=SOLVERS_WITH_DISSIPATION),
         quantities=SOLVER_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE, Outcome.NOT_CONVERGED),
-        words=f"""{DISKS} touching disks in a line; the first one moves. The reference is the same
-            law in exact (rational) arithmetic. k D(u⁺+u⁻) is then huge times tiny: each digit that
-            1 − e gets smaller is one that the answer loses. The momentum balance of the answer,
-            recomputed from u⁻, says so. e = 1 itself is refused: k would be infinite.""",
+        values={"disks": DISKS},
     )
