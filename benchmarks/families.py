@@ -147,6 +147,36 @@ def _arch(position: Any, radius: Any) -> int:
 
 
 @njit(cache=True)
+def _push(
+    position: Any, radius: Any, push: float, stiffness: float, first: Any, second: Any, force: Any,
+) -> tuple[float, int]:  # fmt: skip
+    """Set the force (n,2) on each disk; return the sum of the contact forces and their number."""
+    pressed, overlaps = 0.0, 0
+    for a in range(len(radius)):
+        x, y = position[a, 0], position[a, 1]
+        ty = min(max(y, -DOOR), DOOR) - y
+        d = np.hypot(x, ty)
+        force[a, 0], force[a, 1] = -push * x / d, push * ty / d
+        if x > -radius[a]:
+            force[a, 0] -= stiffness * (x + radius[a])
+    for p in range(len(first)):
+        a, b = first[p], second[p]
+        dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
+        d2 = dx * dx + dy * dy
+        if d2 < (radius[a] + radius[b]) ** 2:
+            d = np.sqrt(d2)
+            f = stiffness * (radius[a] + radius[b] - d)
+            pressed += f
+            overlaps += 1
+            f /= d
+            force[a, 0] -= f * dx
+            force[a, 1] -= f * dy
+            force[b, 0] += f * dx
+            force[b, 1] += f * dy
+    return pressed, overlaps
+
+
+@njit(cache=True)
 def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int) -> bool:
     """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed
     wall x = 0: whether `most` steps were enough."""
@@ -168,30 +198,8 @@ def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int)
             listed[:] = position
             cell = 2 * radius.max() + SKIN
             count = pairs_within(position, radius, SKIN, cell, first, second)
-        worst = pressed = 0.0
-        overlaps = 0
-        for a in range(n):
-            x, y = position[a, 0], position[a, 1]
-            ty = min(max(y, -DOOR), DOOR) - y
-            d = np.hypot(x, ty)
-            force[a, 0], force[a, 1] = -push * x / d, push * ty / d
-            if x > -radius[a]:
-                force[a, 0] -= stiffness * (x + radius[a])
-        for p in range(count):
-            a, b = first[p], second[p]
-            dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
-            d2 = dx * dx + dy * dy
-            if d2 < (radius[a] + radius[b]) ** 2:
-                d = np.sqrt(d2)
-                f = stiffness * (radius[a] + radius[b] - d)
-                pressed += f
-                overlaps += 1
-                f /= d
-                force[a, 0] -= f * dx
-                force[a, 1] -= f * dy
-                force[b, 0] += f * dx
-                force[b, 1] += f * dy
-        power = speed = size = 0.0
+        pressed, overlaps = _push(position, radius, push, stiffness, first[:count], second, force)
+        power = speed = size = worst = 0.0
         for a in range(n):
             for c in range(2):
                 power += force[a, c] * velocity[a, c]

@@ -36,10 +36,14 @@ def scene_within(
     """Give the scene to run, the engine (the cheapest that is installed by default) and the choice
     in words, for an error such as `5%` of what each disk receives, against the rigid model.
 
-    Raises ValueError naming the best where nothing reaches it, and EngineError where there is no
-    engine."""
+    Raises ValueError for an engine without soft contacts, and naming the best where nothing reaches
+    it; EngineError where there is no engine."""
     if engine_name is not None:
         find_engine(engine_name)
+        if engine_name not in LAWS:
+            raise ValueError(
+                f"error: it is for {' and '.join(LAWS)}; {engine_name} has no stiffness"
+            )
     engines = [engine_name] if engine_name else soft_engines()
     if not engines:
         raise EngineError("no engine: nothing can run the scene; see: percussions doctor")

@@ -74,6 +74,7 @@ def test_what_cannot_be_asked(tmp_path, monkeypatch):
             "chart: no points of scene chain",
         ),
         (("run", "chain", "--error", "5%", "--stiffness", "1e7"), "leave out"),
+        (("run", "chain", "--error", "5%", "--engine", "rigid"), "rigid has no stiffness"),
     ):
         made = CliRunner().invoke(app, words)
         assert isinstance(made.exception, ValueError), words
