@@ -13,7 +13,7 @@ from analysis.scene.real.separate import SPARE_M, OverlapError, reconcile
 from analysis.scene.real.trajectory import read_heads
 from nscd import Snapshot, Walls, find_contacts
 
-EXCERPT = Path(__file__).resolve().parents[2] / "scenes" / "gate_excerpt.txt"
+EXCERPT = Path(__file__).resolve().parents[3] / "scenes" / "gate_excerpt.txt"
 # What rounding to 10 nm and the spare gap may add.
 DIGITS = 1e-7
 
