@@ -41,7 +41,7 @@ def cpu_seconds(engine: str, scene: str, guard: str, out: Path) -> float:
 
 
 def main() -> None:
-    """Print one row a scene and engine."""
+    """Print one row per scene and engine."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", default=["arch", "jam", "corridor", "four_disks"])
     parser.add_argument("--repeats", type=int, default=5)

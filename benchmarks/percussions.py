@@ -188,7 +188,7 @@ def sweeps(case: Case, outcomes: dict[str, Outcome], bytes_per_second: float) ->
         if best and best.iterations:
             each = best.seconds / best.iterations / len(case.contacts)
             lines.append(
-                f"{case.name}, {len(case.snapshot)} disks, {solver}: {best.iterations} sweeps, {each * 1e9:.1f} ns a contact "
+                f"{case.name}, {len(case.snapshot)} disks, {solver}: {best.iterations} sweeps, {each * 1e9:.1f} ns per contact "
                 f"and sweep, all of the solve counted; {least} B at the measured bandwidth take "
                 f"{least / bytes_per_second * 1e9:.1f} ns."
             )

@@ -2,7 +2,7 @@
 found and solved, and written.
 
 A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the
-frames that could be corrected from the frame before, beside those of the same frames solved anew.
+frames that could be corrected from the frame before, beside those of the same frames solved from scratch.
 
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
@@ -62,7 +62,7 @@ def main() -> None:
                 f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}"
             )
             print(
-                f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms a frame':>12}{'contacts':>11}{'not solved':>12}"
+                f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms per frame':>14}{'contacts':>11}{'not solved':>12}"
             )
             for workers in given.workers:
                 whole(dump, workers, given.frames, folder / "contacts.csv")
@@ -80,14 +80,14 @@ def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
     with out.open(encoding="utf-8") as rows:
         contacts = sum(1 for _ in rows) - 1
     each = 1e3 * wall / frames
-    print(f"{workers:>8}{wall:>10.2f}{cpu:>10.2f}{each:>12.2f}{contacts:>11}{len(unsolved):>12}")
+    print(f"{workers:>8}{wall:>10.2f}{cpu:>10.2f}{each:>14.2f}{contacts:>11}{len(unsolved):>12}")
     for line in unsolved[:3]:
         print(f"    {line}")
 
 
 def frame_by_frame(dump: Path) -> None:
     """Milliseconds of the percussions alone: frames corrected from the one before, and the same
-    ones solved anew."""
+    ones solved from scratch."""
     scene = read_scene(dump.parent / "scene.toml")
     universe = open_bodies(dump, RunRecord.read(dump.parent).time_step_s)
     analysis = PercussionAnalysis(
@@ -114,7 +114,7 @@ def frame_by_frame(dump: Path) -> None:
     if warm:
         ratio = np.median(np.array(anew) / warm)
         print(
-            f": {1e3 * np.median(warm):.2f} ms each, {1e3 * np.median(anew):.2f} ms anew ({ratio:.1f} times; medians); "
+            f": {1e3 * np.median(warm):.2f} ms each, {1e3 * np.median(anew):.2f} ms from scratch ({ratio:.1f} times; medians); "
             f"largest difference of a percussion {changed:.1e} N s",
             end="",
         )

@@ -79,7 +79,7 @@ class Library:
 
 
 def library_text(library: Library) -> str:
-    """The library as JSON, one line a run: what its points have in common (`RUN`), then `ERRORS` of
+    """The library as JSON, one line per run: what its points have in common (`RUN`), then `ERRORS` of
     each quantity."""
     scenes = []
     for entry in library.entries:

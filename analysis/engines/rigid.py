@@ -19,7 +19,7 @@ NAME, TITLE, COMMAND, ASK = "rigid", "the rigid engine", "python", "--version"
 INSTALL = "pip install crowd-percussions"
 RESUMES = True
 # What a person goes in a step, at the desired speed, as a share of the mean radius: by default, and
-# at most. Flow and speed are 2-6 % low at the first, 15 % at 0.24 (docs/results/rigid.md).
+# at most. Flow and speed are 2-6 % low at the first, 15 % at 0.24.
 STEP_SHARE, SAFE_SHARE = 0.06, 0.25
 # Of the smallest radius: beyond, a disk could go from one side of a wall to the other.
 LARGEST_SHARE = 1.0

@@ -61,15 +61,15 @@ class Reconciliation(BaseModel):
         return (
             f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of "
             f"{self.people + self.left_out} people; {self.left_out} outside the walls were left out. "
-            f"As disks of radius {self.radius_m:g} m round the heads, the other {self.people} overlapped "
-            f"{self.overlaps_before} times, by up to {overlap:.1f} cm ({mean:.1f} cm in the mean), "
-            f"and walls {self.wall_overlaps_before} times. They were moved until none overlap, together as "
+            f"As disks of radius {self.radius_m:g} m round the heads, the other {self.people} had overlaps: "
+            f"{self.overlaps_before} with each other, by up to {overlap:.1f} cm ({mean:.1f} cm in the mean), "
+            f"and {self.wall_overlaps_before} with walls. They were moved until none overlap, together as "
             f"little as possible (least sum of squares, a local minimum): {moved:.1f} cm in the mean, "
             f"{most:.1f} cm at most, {share:.0f} % of the people more than 1 cm. The local density that "
             f"a tenth of the people exceed went from {before:.1f} to {after:.1f} people per m². "
-            f"Afterwards {self.contacts_after} pairs touch exactly, and disks touch walls "
-            f"{self.wall_contacts_after} times: who touches whom is an outcome of the stated radius and of "
-            "this rule, not an observation, and so are the forces computed from it."
+            f"Contacts afterwards: {self.contacts_after} between people, {self.wall_contacts_after} with "
+            "walls. Who touches whom is an outcome of the stated radius and of this rule, not an "
+            "observation, and so are the forces computed from it."
         )
 
     def rows(self) -> list[tuple[str, float | int | str]]:

@@ -14,7 +14,7 @@ from nscd.arrays import Floats
 LEAST, MOST = 0.837, 1.163
 # farther apart than this, in mean radii, no disk can touch two others at once
 NEIGHBOUR = 2.0
-SKIN = 0.25  # of the mean radius: pairs are listed anew when a disk has moved half as far
+SKIN = 0.25  # of the mean radius: pairs are listed again when a disk has moved half as far
 REST = 1e-3  # of the mean contact force: what a disk at rest may be off balance by
 MOST_STEPS = 40_000
 

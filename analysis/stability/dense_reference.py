@@ -1,4 +1,4 @@
-"""Percussions by another road: dense non-negative least squares, no solver of this product."""
+"""Reference percussions: dense non-negative least squares, no solver of this product."""
 
 from __future__ import annotations
 

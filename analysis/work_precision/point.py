@@ -133,7 +133,7 @@ COLUMNS = tuple(sorted(_FIELDS, key=lambda name: name not in ("scene", "disks"))
 
 
 def write_points(folder: Path, points: Sequence[Point], name: str = "points") -> None:
-    """Write <name>.json and <name>.csv (one row a point), each whole or not at all."""
+    """Write <name>.json and <name>.csv (one row per point), each whole or not at all."""
     content = {"format": FORMAT, "points": [point.to_json() for point in points]}
     write_text(folder / f"{name}.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     with whole_file(folder / f"{name}.csv") as file:

@@ -1,4 +1,4 @@
-"""The soft-contact model written anew, apart from any engine: the accelerations of the disks."""
+"""The soft-contact model, written apart from any engine: the accelerations of the disks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SoftModel:
     """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m.
 
     A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
-    (hertz) while δ > 0. The dashpots are those of `penalty_of`, written anew from the law's
+    (hertz) while δ > 0. The dashpots are those of `penalty_of`, derived again from the law's
     definition. The drive acts continuously. Contacts are looked for among those that are within
     `reach` (m) at the start.
 

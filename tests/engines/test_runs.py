@@ -113,7 +113,7 @@ def test_a_run_leaves_its_record_and_its_inputs(tmp_path, quick, name):
 
 
 @pytest.mark.parametrize("name", ENGINES)
-def test_a_run_made_with_other_decks_is_made_anew(tmp_path, quick, name):
+def test_a_run_made_with_other_decks_is_rerun(tmp_path, quick, name):
     require(name)
     record = run(name, quick, tmp_path / "run")
     assert finished_run(quick, name, tmp_path / "run") == record

@@ -184,3 +184,11 @@ def test_unknown_names():
         make("arc")
     with pytest.raises(SceneError, match="fixed number"):
         make("pair", 5)
+
+
+def test_a_title_of_two_lines_is_one_line_of_the_data_file(tmp_path):
+    scene = read_scene("pair").model_copy(update={"title": "a pair\n3 atoms\n"})
+    again = read_scene(scene.write(tmp_path))
+    assert again.title == scene.title
+    assert len(again.snapshot) == 2
+    assert (tmp_path / "pair.data").read_text().startswith("a pair 3 atoms (SI units")

@@ -101,6 +101,14 @@ def import_crowd(
         mass=np.full(len(radii), mass),
         ids=kept.ids,
     )
+    scene = Scene.of(parts, name=name or room.stem, snapshot=snapshot)
+    try:
+        scene.check(heads.origin)
+    except SceneError as error:
+        raise SceneError(
+            f"{heads.origin}: {len(radii)} people of radius {radius:g} m do not fit into "
+            f"{room.name}: moved apart, {_after(error, heads.origin)}; a smaller radius may help"
+        ) from None
     report = Reconciliation(
         file=heads.file.name,
         frame=heads.frame,
@@ -112,16 +120,7 @@ def import_crowd(
         **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),
     )
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
-    scene = Scene.of(
-        parts, name=name or room.stem, notes=notes.strip(), snapshot=snapshot, reconciliation=report
-    )
-    try:
-        scene.check(heads.origin)
-    except SceneError as error:
-        raise SceneError(
-            f"{heads.origin}: {len(radii)} people of radius {radius:g} m do not fit into "
-            f"{room.name}: moved apart, {_after(error, heads.origin)}; a smaller radius may help"
-        ) from None
+    scene = scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)
 
 

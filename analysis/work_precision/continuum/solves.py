@@ -140,7 +140,7 @@ def _solve(
     if model is ContinuumModel.FIRST_ORDER:
         flow = first_order_flow(mesh, left)
         status, reason = flow.status, flow.reason
-        # u⁺ − u_d = −∇p, one value a cell
+        # u⁺ − u_d = −∇p, one value per cell
         gained = flow.right_velocity - flow.desired_velocity
         change, impulse = at.means(gained[at.cell]), -density * Cells(mesh).measure @ gained
     else:

@@ -18,7 +18,7 @@ from nscd.solvers.cholesky.elimination import COLUMNS, LARGE
 
 
 class Fronts(NamedTuple):
-    """Structure and storage; d unknowns a disk.
+    """Structure and storage; d unknowns per disk.
 
     first, end (m,): places that node s eliminates; border_start (m+1,), border: later places in its
     front, increasing; inner: their places in the parent's front; child, sibling (m,): the tree, −1

@@ -15,7 +15,7 @@ from nscd.solvers.cholesky.elimination import eliminate
 
 @njit(cache=True, fastmath=True)
 def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
-    """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns a disk; False where rounding left it
+    """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns per disk; False where rounding left it
     indefinite."""
     d = system.mass.shape[1]
     F = fronts.store
