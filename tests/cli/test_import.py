@@ -308,5 +308,7 @@ def test_times_that_do_not_grow(tmp_path):
 
 @pytest.mark.parametrize("radius", [0.35, 0.4])
 def test_people_who_do_not_fit_are_no_fault_of_one_of_them(radius):
-    with pytest.raises(SceneError, match=f"55 people of radius {radius} m do not fit into gate.toml"):
+    with pytest.raises(
+        SceneError, match=f"55 people of radius {radius} m do not fit into gate.toml"
+    ):
         import_crowd(read_heads(EXCERPT, 405), radius=radius, room=GATE)
