@@ -61,52 +61,71 @@ def frictional_flow(
     """
     if not 0 <= friction < 1:
         raise ValueError(f"friction: {friction}; 0 ≤ s < 1 is needed")
-    cells = Cells(mesh)
-    unknown = _unknown(cells, friction)
-    along_x, along_y = cells.slopes
-    divergence = sparse.vstack(
-        [sparse.hstack([-along_x, along_x, along_y]), sparse.hstack([-along_y, -along_y, along_x])]
-    ).tocsr()
-    at = np.flatnonzero(unknown)
-    operator = divergence[:, at]
-    weight = sparse.diags_array(np.tile(cells.measure, 2))
-    hessian = sparse.csc_array(operator.T @ weight @ operator) / density
-    load = operator.T @ (weight @ desired.T.ravel())
-    # one scale for p, a and b of a vertex, so that the nearest point of the cone stays a closed
-    # form
-    scale = np.tile((along_x.power(2) + along_y.power(2)).T @ cells.measure / density, 3)[at]
-
-    def project(values: Floats) -> Floats:
-        whole = np.zeros(unknown.size)
-        whole[at] = values
-        return _into_cone(whole.reshape(3, -1), friction).ravel()[at]
-
-    def residual_of(x: Floats) -> float:
-        step = x - project(x - (hessian @ x + load) / scale)
-        speed = float(np.abs(desired).max()) or 1.0
-        return float(np.abs(step * scale / np.tile(cells.span, 3)[at]).max()) / speed
-
-    factor = splu(sparse.csc_array(hessian + sparse.diags_array(PENALTY * scale)))
-    x, y = np.zeros(len(at)), np.zeros(len(at))
-    residual, iteration = np.inf, 0
-    while residual > tolerance and iteration < MOST:
-        for _ in range(CHECK):
-            mixed = OVER * factor.solve(PENALTY * scale * (x - y) - load) + (1 - OVER) * x
-            x = project(mixed + y)
-            y += mixed - x
-        iteration += CHECK
-        residual = residual_of(x)
-    stress = np.zeros(unknown.size)
-    stress[at] = x
+    problem = _Problem(Cells(mesh), density, desired, friction)
+    x, iterations = problem.minimum(tolerance)
+    residual, stress = problem.residual(x), problem.whole(x)
     status, reason = judged(residual, tolerance, "the stress", "")
     return FrictionalFlow(
         stress=stress.reshape(3, -1).T,
-        right_velocity=desired + (divergence @ stress).reshape(2, -1).T / density,
+        right_velocity=desired + (problem.divergence @ stress).reshape(2, -1).T / density,
         residual=residual,
-        iterations=iteration,
+        iterations=iterations,
         status=status,
         reason=reason,
     )
+
+
+class _Problem:
+    """Minimise ½x·Hx + b·x over the cone, x being the p, a and b that are unknown at vertices.
+
+    divergence: (2m,3n), div Σ in the cells of p, a and b at all vertices.
+    scale: (u,), one for p, a and b of a vertex, so that the nearest point of the cone stays a
+        closed form.
+    """
+
+    def __init__(self, cells: Cells, density: float, desired: Floats, friction: float) -> None:
+        x, y = cells.slopes
+        unknown, self.friction = _unknown(cells, friction), friction
+        self.at, self.size = np.flatnonzero(unknown), unknown.size
+        self.divergence = sparse.vstack(
+            [sparse.hstack([-x, x, y]), sparse.hstack([-y, -y, x])]
+        ).tocsr()
+        operator = self.divergence[:, self.at]
+        weight = sparse.diags_array(np.tile(cells.measure, 2))
+        self.hessian = sparse.csc_array(operator.T @ weight @ operator) / density
+        self.load = operator.T @ (weight @ desired.T.ravel())
+        slopes = (x.power(2) + y.power(2)).T @ cells.measure / density
+        self.scale, self.span = np.tile(slopes, 3)[self.at], np.tile(cells.span, 3)[self.at]
+        self.speed = float(np.abs(desired).max()) or 1.0
+
+    def whole(self, x: Floats) -> Floats:
+        """Fill in the zeros of all vertices, (3n,)."""
+        stress = np.zeros(self.size)
+        stress[self.at] = x
+        return stress
+
+    def project(self, x: Floats) -> Floats:
+        """Find the nearest point of the cone."""
+        return _into_cone(self.whole(x).reshape(3, -1), self.friction).ravel()[self.at]
+
+    def residual(self, x: Floats) -> float:
+        """Measure a step of projected gradient as a velocity, over the largest desired speed."""
+        step = x - self.project(x - (self.hessian @ x + self.load) / self.scale)
+        return float(np.abs(step * self.scale / self.span).max()) / self.speed
+
+    def minimum(self, tolerance: float) -> tuple[Floats, int]:
+        """Alternate directions until the residual is within the tolerance, MOST times at most."""
+        penalty = PENALTY * self.scale
+        factor = splu(sparse.csc_array(self.hessian + sparse.diags_array(penalty)))
+        x, y = np.zeros(len(self.at)), np.zeros(len(self.at))
+        iteration = 0
+        while iteration == 0 or (self.residual(x) > tolerance and iteration < MOST):
+            for _ in range(CHECK):
+                mixed = OVER * factor.solve(penalty * (x - y) - self.load) + (1 - OVER) * x
+                x = self.project(mixed + y)
+                y += mixed - x
+            iteration += CHECK
+        return x, iteration
 
 
 def _unknown(cells: Cells, friction: float) -> Flags:

@@ -144,16 +144,8 @@ def turbulence_step(
     it or not of triangles; ImportError, with what to install, where "conic" lacks Clarabel.
     """
     begin = time.perf_counter()
-    _positive("time_step", time_step)
-    _positive("tolerance", tolerance)
-    if method not in get_args(Method):
-        raise ValueError(f"method: unknown {method!r}; there are: {', '.join(get_args(Method))}")
-    if mesh.dim() != 2:
-        raise ValueError("mesh: friction needs the plane; triangles are needed")
-    cells, n = Cells(mesh), mesh.nvertices
-    people = read_only(np.full(n, density) if np.ndim(density) == 0 else density, (n,), "density")
-    if people.min() <= 0:
-        raise ValueError(f"density: {people.min():g}; a crowd needs a positive density everywhere")
+    _refuse(mesh, method, time_step, tolerance)
+    cells, people = Cells(mesh), _people(density, mesh.nvertices)
     rho = law.mass_per_person * people[mesh.t].mean(0)
     left = cells.mean_velocity(velocity, "velocity")
     p, closing, unsettled = _pressing(law, cells, people, left, time_step)
@@ -161,8 +153,9 @@ def turbulence_step(
     bound = law.friction * time_step * np.where(cells.open, 0.0, p)
     problem = friction_problem(cells, rho, pressed, bound)
     speed = float(max(np.abs(left).max(), np.abs(pressed).max())) or 1.0
-    conic = method == "conic"
-    y, iterations = problem.by_cone() if conic else problem.by_gradient(tolerance * speed)
+    y, iterations = (
+        problem.by_cone() if method == "conic" else problem.by_gradient(tolerance * speed)
+    )
     error_bound = problem.error_bound(y)
     slow = np.minimum(problem.shearing(y) / speed, error_bound)
     residual = float(np.maximum(slow, closing / speed))
@@ -182,13 +175,31 @@ def turbulence_step(
         method=method,
         iterations=iterations,
         seconds=time.perf_counter() - begin,
-        **_at_vertices(problem, y, time_step, n),
+        **_at_vertices(problem, y, time_step, mesh.nvertices),
     )
+
+
+def _refuse(mesh: Mesh, method: str, time_step: float, tolerance: float) -> None:
+    """Raise ValueError for what no step can be taken with."""
+    _positive("time_step", time_step)
+    _positive("tolerance", tolerance)
+    if method not in get_args(Method):
+        raise ValueError(f"method: unknown {method!r}; there are: {', '.join(get_args(Method))}")
+    if mesh.dim() != 2:
+        raise ValueError("mesh: friction needs the plane; triangles are needed")
 
 
 def _positive(name: str, value: float) -> None:
     if not (np.isfinite(value) and value > 0):
         raise ValueError(f"{name}: {value:g}; a positive number is needed")
+
+
+def _people(density: ArrayLike, n: int) -> Floats:
+    """(n,) people/m² at the vertices."""
+    people = read_only(np.full(n, density) if np.ndim(density) == 0 else density, (n,), "density")
+    if people.min() <= 0:
+        raise ValueError(f"density: {people.min():g}; a crowd needs a positive density everywhere")
+    return people
 
 
 def _pressing(
