@@ -20,16 +20,10 @@ from yade.wrapper import (
     Bo1_Box_Aabb,
     Bo1_Sphere_Aabb,
     ForceResetter,
-    Ig2_Box_Sphere_ScGeom,
-    Ig2_Sphere_Sphere_ScGeom,
     InsertionSortCollider,
-    InteractionLoop,
-    Ip2_ViscElMat_ViscElMat_ViscElPhys,
-    Law2_ScGeom_ViscElPhys_Basic,
     NewtonIntegrator,
     Omega,
     PyRunner,
-    ViscElMat,
 )
 
 HERE = Path(sys.argv[0]).resolve().parent
@@ -52,12 +46,20 @@ if not str(getattr(yade.remote, "__file__", "")).startswith(str(HERE)):
 
 atexit.register(remove_temporary_folder)
 sys.path.insert(0, str(HERE))
+from crowd_dumps import Dumps  # noqa: E402
 from crowd_guard import STOPPED, Guard  # noqa: E402
-from scene_file import SceneFileError, drive_force, penalty_of, read_disks, read_scene  # noqa: E402
+from crowd_law import interactions, law_of  # noqa: E402
+from scene_file import (  # noqa: E402
+    SceneFileError,
+    acceleration,
+    drive_force,
+    penalty_of,
+    read_disks,
+    read_scene,
+)
 
 O = Omega()  # noqa: E741  (YADE's name)
 WALL_HALF_HEIGHT_M = 1.0  # across the plane of the disks
-CONTACT_ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
 SKIN_M = 0.04  # changes the speed only
 
 
@@ -77,14 +79,14 @@ def main(words):
         raise SceneFileError(f"guard={guarded}: there are yes and no")
     scene = read_scene(path, given)
     disks = read_disks(path.parent / scene["disks"]["data"])
-    penalty = penalty_of(scene, disks.mass)
+    penalty = penalty_of(scene, disks)
     out.mkdir(parents=True, exist_ok=True)
     print(
-        f"contact: hooke, stiffness {penalty.stiffness:g} N/m, friction {penalty.friction:g}\n"
-        f"damping ratio {penalty.damping_ratio:.15g}, dashpots {penalty.damping:.15g} N s/m between disks, "
-        f"{penalty.wall_damping:.15g} N s/m at walls\n"
-        f"restitution: asked {scene['contact']['restitution']:g}, obtained {penalty.restitution[0]:.15g} to "
-        f"{penalty.restitution[1]:.15g} over the masses\n"
+        f"contact: {scene['contact']['law']}, stiffness {penalty.stiffness:g} N/m, friction {penalty.friction:g}\n"
+        f"damping ratio {penalty.damping_ratio:.15g}, dashpots {penalty.damping:.15g} N s/m "
+        f"between disks, {penalty.wall_damping:.15g} N s/m at walls (hooke)\n"
+        f"restitution: asked {scene['contact']['restitution']:g}, obtained "
+        f"{penalty.restitution[0]:.15g} to {penalty.restitution[1]:.15g} over the masses\n"
         f"time step: {penalty.time_step:.15g} s, safe up to {penalty.safe_time_step:.15g} s; "
         f"{penalty.steps} steps, a frame every {penalty.frame_interval}"
     )
@@ -117,19 +119,9 @@ class Crowd:
     def __init__(self, scene, disks, penalty, guarded):
         self.guarded, self.broken, self.seen = guarded, "", (-1, None)
         self.scene, self.disks, self.penalty = scene, disks, penalty
-        k, c, wall_c, kt = (
-            penalty.stiffness,
-            penalty.damping,
-            penalty.wall_damping,
-            penalty.tangential_stiffness,
-        )
-        # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and
-        # this give wall_c
-        wall_cn = 2 * c * wall_c / (2 * c - wall_c) if c else 0.0
-        angle = math.atan(penalty.friction)
-        common = {"kn": 2 * k, "ks": 2 * kt, "cs": 0.0, "frictionAngle": angle, "density": 1.0}
-        self.material = O.materials.append(ViscElMat(cn=2 * c, **common))
-        self.wall_material = O.materials.append(ViscElMat(cn=wall_cn, **common))
+        self.law = law_of(scene, penalty)
+        self.material = O.materials.append(self.law.disk)
+        self.wall_material = O.materials.append(self.law.wall)
         self.states = [
             self._add_disk(*row)
             for row in zip(
@@ -140,17 +132,14 @@ class Crowd:
         self.wall_numbers = {
             self._add_wall(wall): number for number, wall in enumerate(walls, start=1)
         }
+        self.weight = disks.mass[:, None] * acceleration(scene)
         self.held = np.zeros((len(disks.ids), 2))
         self.observer = PyRunner(command="crowd_after_step()", iterPeriod=1, dead=True)
         self.watch = PyRunner(command="crowd_guard()", iterPeriod=1, dead=True)
         O.engines = [
             ForceResetter(),
             InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M),
-            InteractionLoop(
-                [Ig2_Sphere_Sphere_ScGeom(), Ig2_Box_Sphere_ScGeom()],
-                [Ip2_ViscElMat_ViscElMat_ViscElPhys()],
-                [Law2_ScGeom_ViscElPhys_Basic()],
-            ),
+            interactions(self.law),
             NewtonIntegrator(damping=0.0),
             self.observer,
             self.watch,
@@ -182,9 +171,8 @@ class Crowd:
 
     def run(self, bodies, contacts):
         """Run all steps, writing frames to the two open files."""
-        self.bodies, self.contacts = bodies, contacts
-        if "drive" in self.scene:
-            self._push(self.disks.position, self.disks.velocity)
+        self.dumps = Dumps(bodies, contacts, self.disks, self.wall_numbers)
+        self._push(self.disks.position, self.disks.velocity)
         # step 0: forces at the start, with no time passing
         O.dt = 0.0
         O.step()
@@ -192,7 +180,8 @@ class Crowd:
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         if self.guarded:
-            self.guard = Guard(self.scene, self.disks, self.penalty, O.interactions)
+            stored = sum(self.law.energy(i) for i in O.interactions if i.isReal)
+            self.guard = Guard(self.scene, self.disks, self.penalty, stored)
             self.watch.iterPeriod = self.watch.firstIterRun = self.guard.interval
             self.watch.dead = False
         self._first_half_step(force)
@@ -257,76 +246,20 @@ class Crowd:
             self._push(position, velocity)
 
     def _push(self, position, velocity):
-        self.held = drive_force(self.scene["drive"], self.disks.mass, position, velocity)
-        set_force = O.forces.setPermF
-        for body, (x, y) in enumerate(self.held.tolist()):
-            set_force(body, (x, y, 0.0))
+        """Set the forces that act until the next call: the drive and the body force."""
+        if "drive" in self.scene:
+            self.held = drive_force(self.scene["drive"], self.disks.mass, position, velocity)
+        for body, (x, y) in enumerate((self.held + self.weight).tolist()):
+            O.forces.setPermF(body, (x, y, 0.0))
 
     def _write(self, step, position, velocity, spin, force):
-        disks = self.disks
-        columns = [
-            disks.ids,
-            np.ones(len(disks.ids)),
-            position,
-            np.zeros(len(disks.ids)),
-            disks.radius,
-            disks.mass,
-        ]
-        columns += [velocity, np.zeros(len(disks.ids)), spin, force]
-        names = "id type x y z radius mass vx vy vz omegaz fx fy"
-        if "drive" in self.scene:
-            columns, names = [*columns, self.held], names + " drive_x drive_y"
-        table = np.column_stack(columns)
-        row = "%d %d" + " %.17g" * (table.shape[1] - 2) + "\n"
-        self._head(self.bodies, step, len(table), "ATOMS", names)
-        self.bodies.writelines(row % tuple(values) for values in table.tolist())
-        rows = sorted(
-            filter(None, map(self._contact, O.interactions)),
-            key=lambda values: (values[2], *values[:2]),
-        )
-        self._head(
-            self.contacts, step, len(rows), "ENTRIES", "first second is_wall nx ny overlap fx fy"
-        )
-        self.contacts.writelines(CONTACT_ROW % values for values in rows)
+        drive = self.held if "drive" in self.scene else None
+        self.dumps.write_bodies(step, position, velocity, spin, force, drive)
+        self.dumps.write_contacts(step, O.interactions)
         self.last_written = step
-        energy = 0.5 * float(disks.mass @ (velocity**2).sum(1))
-        print(
-            f"{step:10d} {step * self.penalty.time_step:.6g} {len(table)} {energy:.8g}", flush=True
-        )
-
-    def _head(self, file, step, count, kind, names):
-        box = "".join(self.disks.box)
-        file.write(
-            f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{count}\nITEM: BOX BOUNDS ff ff pp\n{box}"
-        )
-        file.write(f"ITEM: {kind} {names}\n")
-
-    def _contact(self, interaction):
-        """A row of the contact dump: the first disk, the second disk or the wall, and what the
-        first does to it."""
-        overlap = interaction.geom.penetrationDepth
-        if not interaction.isReal or overlap <= 0:
-            return None
-        normal, force = (
-            interaction.geom.normal,
-            interaction.phys.normalForce + interaction.phys.shearForce,
-        )
-        first, second = interaction.id1, interaction.id2
-        wall = first in self.wall_numbers or second in self.wall_numbers
-        if first in self.wall_numbers or (not wall and first > second):
-            first, second, normal, force = second, first, -normal, -force
-        other = self.wall_numbers[second] if wall else self.disks.ids[second]
-        # + 0.0: no negative zeros
-        return (
-            self.disks.ids[first],
-            other,
-            wall,
-            normal[0] + 0.0,
-            normal[1] + 0.0,
-            overlap,
-            force[0] + 0.0,
-            force[1] + 0.0,
-        )
+        energy = 0.5 * float(self.disks.mass @ (velocity**2).sum(1))
+        time = step * self.penalty.time_step
+        print(f"{step:10d} {time:.6g} {len(self.states)} {energy:.8g}", flush=True)
 
 
 try:

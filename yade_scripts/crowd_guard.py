@@ -7,6 +7,7 @@ What it asks, why and with which limits: docs/results/guard.md.
 import math
 
 import numpy as np
+from scene_file import acceleration
 from yade import utils
 
 OVERLAP_SHARE = 0.5  # of the harmonic mean of the two radii
@@ -23,6 +24,8 @@ def interval_of(scene, disks, penalty):
     evaluated, if that is often enough."""
     drive = scene.get("drive")
     speed = max(float(np.hypot(*disks.velocity.T).max()), drive["speed_m_per_s"] if drive else 0.0)
+    lasts = drive["relaxation_time_s"] if drive else scene["run"]["duration_s"]
+    speed += float(np.hypot(*acceleration(scene))) * lasts
     span = min(
         2 * math.sqrt(disks.mass.min() / penalty.stiffness),
         0.5 * disks.radius.min() / (speed + 1e-300),
@@ -36,7 +39,8 @@ def interval_of(scene, disks, penalty):
 class Guard:
     """What a sound run keeps to. `look` gives the reason why it is not sound any more, or None."""
 
-    def __init__(self, scene, disks, penalty, interactions):
+    def __init__(self, scene, disks, penalty, stored):
+        """stored: the energy (J) of the overlaps at the start."""
         self.disks, self.penalty = disks, penalty
         self.interval = interval_of(scene, disks, penalty)
         drive = scene.get("drive")
@@ -44,11 +48,10 @@ class Guard:
         self.desired = 0.5 * float(disks.mass.sum()) * drive["speed_m_per_s"] ** 2 if drive else 0.0
         inertia = 0.5 * disks.mass * disks.radius**2
         kinetic = 0.5 * float(disks.mass @ (disks.velocity**2).sum(1) + inertia @ disks.spin**2)
-        overlap = np.array([max(0.0, i.geom.penetrationDepth) for i in interactions if i.isReal])
-        # the walls are as stiff as the disks
-        self.start = kinetic + 0.5 * penalty.stiffness * float(overlap @ overlap)
+        self.start = kinetic + stored
         self.given, self.power = 0.0, self._power(kinetic)
         self.margin = ENERGY_SHARE * (self.start + self.desired) + 1e-12
+        self.weight = disks.mass[:, None] * acceleration(scene)
         walls = np.array([(wall["start_m"], wall["end_m"]) for wall in scene.get("walls", [])])
         self.walls = walls.reshape(-1, 2, 2)
         along = self.walls[:, 1] - self.walls[:, 0]
@@ -57,7 +60,7 @@ class Guard:
         self.along = along / self.wall_length[:, None]
         self.across = self.along[:, ::-1] * (-1.0, 1.0)
         self.laid_over = self._inside(disks.position)
-        self.isolated = not drive and not len(self.walls)
+        self.isolated = not drive and not len(self.walls) and not self.weight.any()
         self.momentum = disks.mass @ disks.velocity
         self.low, self.high = np.array(
             [[float(word) for word in line.split()] for line in disks.box[:2]]
@@ -77,7 +80,7 @@ class Guard:
             or self._overlap(utils.maxOverlapRatio())
             or (self._in_walls(position()) if len(self.walls) else None)
             or self._stride(kinetic, velocity)
-            or self._energy(kinetic)
+            or self._energy(kinetic, position)
             or (self._momentum() if self.isolated else None)
         )
 
@@ -85,20 +88,22 @@ class Guard:
         """The most that the drive can give at this kinetic energy (W)."""
         return 2 * (math.sqrt(self.desired * kinetic) - kinetic) / self.relaxation_time
 
-    def _energy(self, kinetic):
-        most = self.start + self.given
-        if kinetic > most + self.margin:
-            return (
-                "energy",
-                f"kinetic energy {kinetic:.6g} J, the start and the drive can give {max(most, 0.0):.6g} J",
-            )
+    def _energy(self, kinetic, position):
+        most, margin = self.start + self.given, self.margin
+        if self.weight.any():
+            fallen = float((self.weight * (position() - self.disks.position)).sum())
+            most, margin = most + fallen, margin + ENERGY_SHARE * abs(fallen)
+        if kinetic > most + margin:
+            can = f"the start and what drives it can give {max(most, 0.0):.6g} J"
+            return "energy", f"kinetic energy {kinetic:.6g} J, {can}"
         return None
 
     def _overlap(self, share):
         if not share <= OVERLAP_SHARE:
             return (
                 "overlap",
-                f"two disks overlap by {share:.3g} of their mean radius, at most {OVERLAP_SHARE:g} are allowed",
+                f"two disks overlap by {share:.3g} of their mean radius, "
+                f"at most {OVERLAP_SHARE:g} are allowed",
             )
         return None
 
@@ -118,8 +123,8 @@ class Guard:
         if inside > self.laid_over:
             return (
                 "overlap",
-                f"{inside} disks are in a wall by more than half the smallest radius, {self.laid_over} were at "
-                "the start",
+                f"{inside} disks are in a wall by more than half the smallest radius, "
+                f"{self.laid_over} were at the start",
             )
         return None
 
@@ -140,7 +145,8 @@ class Guard:
         if not share <= STEP_SHARE:
             return (
                 "speed",
-                f"a disk moves {share:.3g} of its radius in a step, at most {STEP_SHARE:g} are allowed",
+                f"a disk moves {share:.3g} of its radius in a step, "
+                f"at most {STEP_SHARE:g} are allowed",
             )
         return None
 

@@ -58,11 +58,20 @@ def read_scene(path, given):
             scene[table][key] = type(scene[table].get(key, 0.0))(float(text))
         except ValueError:
             raise SceneFileError(f"{name}={text}: not a number") from None
-    if scene["contact"]["law"] != "hooke":
+    contact = scene["contact"]
+    if contact["law"] not in ("hooke", "hertz"):
+        raise SceneFileError(f"{path}: contact.law: {contact['law']}; there are hooke and hertz")
+    if contact["law"] == "hertz" and contact.get("friction", 0.0):
         raise SceneFileError(
-            f"{path}: contact.law: {scene['contact']['law']}; YADE runs hooke only here, LAMMPS runs both"
+            f"{path}: contact.friction: {contact['friction']:g}; YADE runs hertz without friction "
+            "here, LAMMPS runs both"
         )
     return scene
+
+
+def acceleration(scene):
+    """What the body force gives to everybody, (2,) m/s2."""
+    return np.array(scene.get("body_force", {}).get("acceleration_m_per_s2", (0.0, 0.0)), float)
 
 
 def read_disks(path):
@@ -135,7 +144,7 @@ def damping_ratio_for(restitution):
 @dataclass(frozen=True)
 class Penalty:
     """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the
-    heaviest disks."""
+    heaviest disks; hertz_stiffness: K of K sqrt(R) overlap^1.5."""
 
     stiffness: float
     friction: float
@@ -144,17 +153,19 @@ class Penalty:
     restitution: tuple
     damping: float
     wall_damping: float
+    hertz_stiffness: float
     safe_time_step: float
     time_step: float
     frame_interval: int
     steps: int
 
 
-def penalty_of(scene, mass):
+def penalty_of(scene, disks):
     """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
-    contact, run = scene["contact"], scene["run"]
+    contact, run, mass = scene["contact"], scene["run"], disks.mass
     k, ratio = contact["stiffness_N_per_m"], damping_ratio_for(contact["restitution"])
-    most = ratio * math.sqrt(mass.max() / mass.min())
+    # the dashpot of hertz grows with the masses: every contact has the same damping ratio
+    most = ratio * math.sqrt(mass.max() / mass.min()) if contact["law"] == "hooke" else ratio
     safe = STEP_FRACTION * math.sqrt(mass.min() / k) / max(1.0, 2 * most)
     between = run["duration_s"] / run["frames"]
     if run.get("time_step_s"):
@@ -172,6 +183,7 @@ def penalty_of(scene, mass):
         restitution=(restitution_of(most), restitution_of(ratio)),
         damping=2 * ratio * math.sqrt(k * mass.max() / 2),
         wall_damping=2 * ratio * math.sqrt(k * mass.max()),
+        hertz_stiffness=k / (1.5 * math.sqrt(0.5 * 0.01) * float(disks.radius.mean())),
         safe_time_step=safe,
         time_step=step,
         frame_interval=interval,

@@ -21,15 +21,17 @@ from nscd.arrays import Floats
 
 
 def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
-    """Read the whole body dump; return the kinetic energy of each frame (frames,) J, ½ Σ m u² + ½ Σ
-    I ω².
+    """Read the whole body dump; return (2, frames) J: the kinetic energy of each frame, ½ Σ m u² +
+    ½ Σ I ω², and the work of the body force until then, Σ m g·(x − x₀).
 
     Raises RunStoppedError naming the time of the first frame that cannot be right: disks that are
     missing, values that are not finite, frames that are missing, the last step included."""
-    kinetic = []
+    energies = []
+    weight = scene.snapshot.mass[:, None] * np.array(scene.acceleration())
     try:
         index = index_dump(path)
         where = [index.columns.index(name) for name in ("vx", "vy", "omegaz", "mass", "radius")]
+        place = [index.columns.index(name) for name in ("x", "y")]
         for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
             if count != record.disks:
                 lost = f"{record.disks - count} of {record.disks} disks are lost"
@@ -39,34 +41,43 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
                 bad = index.columns[int(np.argmin(np.isfinite(table).all(0)))]
                 raise garbage(record, f"not a finite number in column {bad}", step, "finite")
             vx, vy, spin, mass, radius = table[:, where].T
-            kinetic.append(0.5 * float(mass @ (vx * vx + vy * vy + 0.5 * (radius * spin) ** 2)))
+            kinetic = 0.5 * float(mass @ (vx * vx + vy * vy + 0.5 * (radius * spin) ** 2))
+            fallen = 0.0
+            if scene.body_force:
+                moved = table[:, place] - scene.snapshot.position[np.argsort(scene.snapshot.ids)]
+                fallen = float((weight[np.argsort(scene.snapshot.ids)] * moved).sum())
+            energies.append((kinetic, fallen))
     except (DumpError, ValueError) as error:
         raise damaged(record, error, path.parent) from None
     expected = tuple(range(0, record.steps + 1, record.frame_interval))
     if index.steps != expected:
         raise garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
-    return np.array(kinetic)
+    return np.array(energies).T
 
 
-def check_contacts(path: Path, kinetic: Floats, record: RunRecord, scene: Scene) -> None:
+def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene) -> None:
     """Read the whole contact dump and raise RunStoppedError naming the time of the first frame that
     cannot be right.
 
-    Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V with the kinetic energy K of each
-    frame (frames,) J and V = Σ ½ k δ² (hertz ⅖ K √R δ^2.5). Without drive E never grows; with drive
-    K stays below max(E at the start, ½ M U²) and the largest V so far (docs/results/guard.md)."""
+    Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V − W with the kinetic energy K and the
+    work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K √R
+    δ^2.5). Without drive E never grows; with drive K stays below max(E at the start, ½ M (U + g τ)²)
+    and the largest V so far (docs/results/guard.md)."""
     snapshot, drive = scene.snapshot, scene.drive
     start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
-    desired = 0.5 * float(snapshot.mass.sum()) * drive.speed_m_per_s**2 if drive else 0.0
+    desired = 0.0
+    if drive:
+        speed = drive.speed_m_per_s + np.hypot(*scene.acceleration()) * drive.relaxation_time_s
+        desired = 0.5 * float(snapshot.mass.sum() * speed**2)
     margin = ENERGY_SHARE * (start + desired) + 1e-12
     # a tangential spring holds energy that is not in V and comes back
     keeps_all = not drive and scene.contact.friction == 0
     most, stored = max(start, desired), 0.0
     try:
         index = index_contacts(path)
-        if len(index.steps) != len(kinetic):
+        if len(index.steps) != len(energies[0]):
             raise garbage(
-                record, f"{len(index.steps)} frames of contacts for {len(kinetic)} of bodies"
+                record, f"{len(index.steps)} frames of contacts for {len(energies[0])} of bodies"
             )
         for frame, step in enumerate(index.steps):
             rows = index.table(frame)
@@ -74,10 +85,11 @@ def check_contacts(path: Path, kinetic: Floats, record: RunRecord, scene: Scene)
             if not overlap <= OVERLAP_SHARE:
                 deep = f"overlap: {overlap:.3g} of the smaller radius"
                 raise garbage(record, deep, step, "overlap")
-            energy = float(kinetic[frame]) + (0.0 if drive else elastic)
+            kinetic, fallen = map(float, energies[:, frame])
+            energy = kinetic + (0.0 if drive else elastic - fallen)
             stored = max(stored, elastic)
             most_now = most + stored if drive else most
-            if energy > most_now + margin:
+            if energy > most_now + margin + ENERGY_SHARE * abs(fallen):
                 what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
                 grown = f"{what} {energy:.4g} J; there can be {most_now:.4g} J"
                 raise garbage(record, grown, step, "energy")

@@ -152,9 +152,12 @@ def garbage(
 
 
 def speed_most(scene: Scene) -> float:
-    """The fastest speed that a scene asks for (m/s): at the start, or of its drive."""
+    """Return the fastest speed that a scene asks for (m/s): at the start, or of its drive, and what
+    a body force adds: g τ with a drive, else g times the duration."""
     speed = float(np.hypot(*scene.snapshot.velocity.T).max())
-    return max(speed, scene.drive.speed_m_per_s) if scene.drive else speed
+    lasts = scene.drive.relaxation_time_s if scene.drive else scene.run.duration_s
+    added = float(np.hypot(*scene.acceleration())) * lasts
+    return (max(speed, scene.drive.speed_m_per_s) if scene.drive else speed) + added
 
 
 def energy_besides(scene: Scene) -> float:

@@ -109,6 +109,8 @@ def scene_deck(scene: Scene) -> str:
     }
     if scene.drive:
         values |= _drive_values(scene.drive)
+    if scene.body_force:
+        values |= dict(zip(("gravity_x", "gravity_y"), scene.acceleration(), strict=True))
     values["walls"] = len(scene.walls)
     lines = [f"variable {name} index {value}" for name, value in values.items()]
     if scene.walls:

@@ -166,12 +166,12 @@ def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> Non
     # as the engine read it
     scene = read_scene(staging / "scene.toml").model_copy(update={"name": name})
     try:
-        kinetic = check_bodies(staging / "bodies.dump", record, scene)
+        energies = check_bodies(staging / "bodies.dump", record, scene)
         try:
             engine(engine_name).collect(scene, staging)
         except DumpError as error:
             raise damaged(record, error, staging) from None
-        check_contacts(staging / "contacts.dump", kinetic, record, scene)
+        check_contacts(staging / "contacts.dump", energies, record, scene)
     except RunStoppedError:
         if full := full_disk(staging):
             raise EngineError(f"{engine_name}, {name}: {full}") from None

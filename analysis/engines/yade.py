@@ -42,11 +42,11 @@ def deck_digest() -> str:
 
 
 def check(scene: Scene) -> None:
-    """Raise EngineError for a contact law other than hooke."""
-    if scene.contact.law != "hooke":
+    """Raise EngineError for hertz with friction: YADE's tangential spring is another there."""
+    if scene.contact.law == "hertz" and scene.contact.friction:
         raise EngineError(
-            f"{scene.name}: contact.law: {scene.contact.law}; YADE runs hooke only here, "
-            "LAMMPS runs both"
+            f"{scene.name}: contact.friction: {scene.contact.friction:g}; YADE runs hertz without "
+            "friction here, LAMMPS runs both"
         )
 
 

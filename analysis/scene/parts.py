@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, model_validator
 
 from nscd import Walls
 from nscd.segments import nearest_on_segment
@@ -80,12 +80,37 @@ class Drive(Part):
         return np.asarray(self.speed_m_per_s * np.where(gone[:, None], outward, direction))
 
 
+class BodyForce(Part):
+    """Accelerate everybody alike, as gravity does on a slope.
+
+    acceleration_m_per_s2: (x, y) m/s², g; the force on a disk is m g
+    """
+
+    acceleration_m_per_s2: Point
+
+
+# The keys that may stand for the stiffness of hertz.
+YOUNG, POISSON = "young_modulus_Pa", "poisson_ratio"
+# The overlap, over the mean radius, at which hertz has the stiffness that is given.
+HERTZ_OVERLAP = 0.01
+
+
+def hertz_stiffness(young_modulus: float, poisson_ratio: float, mean_radius: float) -> float:
+    """Compute the tangent stiffness (N/m) of two disks of mean radius r̄ (m) at an overlap of 1 % of
+    it, for bodies of Young's modulus E (Pa) and Poisson's ratio ν.
+
+    F = K √R δ^1.5 with K = ⁴⁄₃ E* = ⅔ E/(1 − ν²) and R = r̄/2 (Hertz; Johnson, Contact Mechanics,
+    1985, 4.2), so k = ³⁄₂ K √(R δ)."""
+    k = 2 / 3 * young_modulus / (1 - poisson_ratio**2)
+    return 1.5 * k * float(np.sqrt(0.5 * HERTZ_OVERLAP)) * mean_radius
+
+
 class ContactModel(Part):
     """Repel by k·overlap (hooke) or K·overlap^1.5 (hertz), with a dashpot for the asked restitution
     and Coulomb friction.
 
     stiffness_N_per_m: N/m, k; of hertz the tangent stiffness at an overlap of 1 % of the mean
-        radius
+        radius; a file may give young_modulus_Pa and poisson_ratio instead
     restitution: 0 to 1, of two bodies
     friction: coefficient; 0 is none
     tangential_ratio: stiffness of the tangential spring over k
@@ -96,6 +121,33 @@ class ContactModel(Part):
     restitution: Annotated[Number, Field(ge=0, le=1)]
     friction: Annotated[Number, Field(ge=0)] = 0.0
     tangential_ratio: Positive = 2 / 7
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_material(cls, given: Any, info: ValidationInfo) -> Any:
+        """Put the stiffness in the place of Young's modulus and Poisson's ratio."""
+        if not isinstance(given, dict) or not {YOUNG, POISSON} & given.keys():
+            return given
+        rest = {key: value for key, value in given.items() if key not in (YOUNG, POISSON)}
+        if "stiffness_N_per_m" in rest or rest.get("law") != "hertz":
+            raise ValueError(f"{YOUNG}: only for law = hertz, and instead of stiffness_N_per_m")
+        material = Material.model_validate({key: given.get(key) for key in (YOUNG, POISSON)})
+        radius = (info.context or {}).get("mean_radius", lambda: None)()
+        if radius is None:
+            raise ValueError(f"{YOUNG}: only where the radius of the disks is known")
+        stiffness = hertz_stiffness(material.young_modulus_Pa, material.poisson_ratio, radius)
+        return rest | {"stiffness_N_per_m": stiffness}
+
+
+class Material(Part):
+    """What bodies are made of.
+
+    young_modulus_Pa: Pa, E
+    poisson_ratio: ν
+    """
+
+    young_modulus_Pa: Positive  # noqa: N815  (the unit is pascal)
+    poisson_ratio: Annotated[Number, Field(gt=-1, le=0.5)]
 
 
 class Run(Part):
@@ -138,6 +190,7 @@ class Room(Part):
     source: str
     walls: tuple[Wall, ...] = ()
     drive: Drive | None = None
+    body_force: BodyForce | None = None
     contact: ContactModel
     run: Run
     analysis: Analysis
@@ -148,6 +201,10 @@ class Room(Part):
             start=np.array([wall.start_m for wall in self.walls]).reshape(-1, 2),
             end=np.array([wall.end_m for wall in self.walls]).reshape(-1, 2),
         )
+
+    def acceleration(self) -> Point:
+        """Give the acceleration (x, y) m/s² of the body force; 0 where there is none."""
+        return self.body_force.acceleration_m_per_s2 if self.body_force else (0.0, 0.0)
 
     def door(self) -> Walls | None:
         """Give the door as a segment, where there is a drive."""

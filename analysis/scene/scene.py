@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -48,7 +49,7 @@ FileName = Annotated[str, AfterValidator(_file_name)]
 
 
 # Of a scene file, in their order.
-PARTS = ("drive", "contact", "run", "analysis", "reconciliation")
+PARTS = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
 
 class SceneError(ValueError):
@@ -163,7 +164,7 @@ def read_scene(name_or_path: str | Path) -> Scene:
     range or impossible to simulate (overlapping disks, a disk outside the walls)."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    parts = _validated(path, content, _SceneFile)
+    parts = _validated(path, content, _SceneFile, lambda: _mean_radius(path, content))
     try:
         snapshot = read_data(path.parent / parts.disks.data)
     except ValueError as error:
@@ -189,13 +190,23 @@ def _path_of(name_or_path: str | Path) -> Path:
     return path
 
 
-def read_room(name_or_path: str | Path) -> tuple[Room, str]:
-    """Read a room (a scene file with or without disks) and the comment at its head.
+def read_room(
+    name_or_path: str | Path, mean_radius: float | None = None
+) -> tuple[Room, str]:
+    """Read a room (a scene file with or without disks) and the comment at its head; mean_radius (m)
+    of the disks to come, where Young's modulus stands for a stiffness.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    return _validated(path, content, _SceneFile if "disks" in content else Room), notes
+    if "disks" in content:
+        return _validated(path, content, _SceneFile, lambda: _mean_radius(path, content)), notes
+    return _validated(path, content, Room, lambda: mean_radius), notes
+
+
+def _mean_radius(path: Path, content: dict[str, Any]) -> float:
+    data = _Disks.model_validate(content.get("disks"))
+    return float(read_data(path.parent / data.data).radius.mean())
 
 
 def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
@@ -209,14 +220,21 @@ def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise SceneError(f"{path}: {error}") from None
 
 
-def _validated(path: Path, content: dict[str, Any], kind: type[AnyRoom]) -> AnyRoom:
+AnyRoom = TypeVar("AnyRoom", bound=Room)
+
+
+def _validated(
+    path: Path,
+    kind: type[AnyRoom],
+    content: dict[str, Any],
+    mean_radius: Callable[[], float | None],
+) -> AnyRoom:
+    """Make the content of a file a room or a scene; mean_radius (m) is asked for only where
+    Young's modulus is given."""
     try:
-        return kind.model_validate(content)
+        return kind.model_validate(content, context={"mean_radius": mean_radius})
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
-
-
-AnyRoom = TypeVar("AnyRoom", bound=Room)
 
 
 def head_comment(text: str) -> str:

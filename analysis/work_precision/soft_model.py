@@ -18,7 +18,7 @@ HERTZ_OVERLAP = 0.01
 
 
 class SoftModel:
-    """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m.
+    """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m, and g.
 
     A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
     (hertz) while δ > 0. The dashpots are those of `penalty_of`, derived again from the law's
@@ -40,6 +40,7 @@ class SoftModel:
         second = np.where(near.is_wall, 0, near.second)
         self._contacts = (near.first.copy(), second, wall, walls.start, walls.end)
         self._law, self._drive = _law(scene), _drive(scene)
+        self._acceleration = np.array(scene.acceleration())
 
     def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
         """Write the acceleration (n,2) m/s² at positions (n,2) m and velocities (n,2) m/s into
@@ -49,6 +50,7 @@ class SoftModel:
             out, position, velocity, disks.radius, disks.mass, *self._contacts, *self._law
         )
         out /= disks.mass[:, None]
+        out += self._acceleration
         if self._drive is not None:
             _add_drive(out, position, velocity, *self._drive)
 

@@ -86,6 +86,7 @@ def kept_reference(scene: Scene, path: Path) -> SoftReference | str:
 def _speed(scene: Scene) -> float:
     """About how fast anybody gets (m/s)."""
     speed = float(np.abs(scene.snapshot.velocity).max(initial=0.0))
+    speed += float(np.hypot(*scene.acceleration())) * scene.run.duration_s
     if scene.drive is None:
         return speed
     share = scene.run.duration_s / scene.drive.relaxation_time_s

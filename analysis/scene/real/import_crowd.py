@@ -84,7 +84,7 @@ def import_crowd(
         )
     if not 0 < mass < 1000:
         raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
-    parts, comment = read_room(room)
+    parts, comment = read_room(room, radius)
     area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
     kept = _inside(heads, inside, room)

@@ -1,0 +1,150 @@
+"""The soft-contact law in three programs, LAMMPS, YADE and Python, which agree to rounding; and
+what follows from it by hand."""
+
+import numpy as np
+import pytest
+from at_hand import require
+
+from analysis.engines import EngineError
+from analysis.engines.run import simulate as simulate_into
+from analysis.scene.parts import BodyForce, hertz_stiffness
+from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
+from analysis.scene.shipped_scenes import make
+from analysis.work_precision.soft_reference import leapfrog, soft_reference
+from nscd import Snapshot
+
+ENGINES = ["lammps", "yade"]
+FALL = BodyForce(acceleration_m_per_s2=(1.5, -9.81))
+
+
+def few(law, body_force, **contact):
+    """Three unequal disks that meet each other, a level wall and a slanted one."""
+    snapshot = Snapshot(
+        position=[[0.0, 0.0], [0.55, 0.05], [0.3, 0.5]],
+        velocity=[[1.0, -0.5], [-1.0, 0.2], [0.1, -1.5]],
+        radius=[0.25, 0.3, 0.2],
+        mass=[60.0, 90.0, 45.0],
+    )
+    walls = (
+        Wall(name="floor", start_m=(-3.0, -0.3), end_m=(3.0, -0.3)),
+        Wall(name="slope", start_m=(0.9, -0.3), end_m=(1.4, 1.0)),
+    )
+    return Scene(
+        name="few",
+        title="a few disks",
+        source="by hand",
+        snapshot=snapshot,
+        walls=walls,
+        body_force=body_force,
+        contact=ContactModel(law=law, **({"stiffness_N_per_m": 2e5, "restitution": 0.4} | contact)),
+        run=Run(duration_s=0.2, frames=20, time_step_s=1e-4),
+        analysis=Analysis(kind="impact"),
+    )
+
+
+@pytest.mark.parametrize("restitution", [0.4, 1.0])
+@pytest.mark.parametrize("body_force", [None, FALL], ids=["free", "falling"])
+@pytest.mark.parametrize("law", ["hooke", "hertz"])
+def test_three_programs_give_the_same_motion(simulate, law, body_force, restitution):
+    scene = few(law, body_force, restitution=restitution)
+    motion = leapfrog(scene)
+    assert np.abs(motion.displacement[1]).max() > 0.1
+    for name in ENGINES:
+        simulation = simulate(name, scene)
+        moved = np.column_stack([simulation["x"][-1], simulation["y"][-1]])
+        moved -= scene.snapshot.position
+        np.testing.assert_allclose(moved, motion.displacement[1], rtol=0, atol=1e-11)
+        velocity = np.column_stack([simulation["vx"][-1], simulation["vy"][-1]])
+        np.testing.assert_allclose(velocity, motion.velocity[1], rtol=0, atol=1e-9)
+        walls = {n for contacts in simulation.contacts for n in contacts.second[contacts.is_wall]}
+        assert walls == {1, 2}
+        assert any((~contacts.is_wall).any() for contacts in simulation.contacts)
+
+
+@pytest.mark.parametrize("law", ["hooke", "hertz"])
+def test_a_crowd_pressed_by_drive_and_body_force(simulate, law):
+    """The desired velocity is then u_d + τ g."""
+    scene = make("arch", 60).model_copy(update={"body_force": FALL, "name": "pressed"})
+    scene = scene.with_contact(law=law, stiffness_N_per_m=3e5)
+    scene = scene.with_run(duration_s=0.4, frames=4, time_step_s=2e-4)
+    lammps, yade = (simulate(name, scene) for name in ENGINES)
+    for column in ("x", "y"):
+        np.testing.assert_allclose(lammps[column], yade[column], rtol=0, atol=1e-10)
+    for column in ("vx", "vy", "fx", "fy", "drive_x", "drive_y"):
+        size = np.abs(lammps[column]).max()
+        np.testing.assert_allclose(lammps[column], yade[column], rtol=0, atol=1e-8 * size)
+    assert len(lammps.contacts[-1]) > 10
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("law", ["hooke", "hertz"])
+def test_at_rest_the_floor_carries_the_weight(simulate, name, law):
+    """By hand: a column of three presses with m g, 2 m g and 3 m g; a Hertz contact is then deep by
+    (F / (K √R))^(2/3)."""
+    snapshot = Snapshot(
+        position=[[0.0, 0.25], [0.0, 0.75], [0.0, 1.25]],
+        velocity=np.zeros((3, 2)),
+        radius=[0.25] * 3,
+        mass=[75.0] * 3,
+    )
+    scene = few(law, BodyForce(acceleration_m_per_s2=(0.0, -2.0)), restitution=0.01)
+    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
+    scene = scene.model_copy(update={"snapshot": snapshot, "walls": (floor,)})
+    simulation = simulate(name, scene.with_run(duration_s=2.0, frames=4, time_step_s=None))
+    contacts = simulation.contacts[-1]
+    weight = 75.0 * 2.0 * np.array([2, 1, 3])
+    np.testing.assert_allclose(np.abs(contacts.force[:, 1]), weight, rtol=1e-3)
+    if law == "hertz":
+        stiffness = 2e5 / (1.5 * np.sqrt(0.5 * 0.01) * 0.25)
+        radius = np.array([0.125, 0.125, 0.25])
+        deep = (weight / (stiffness * np.sqrt(radius))) ** (2 / 3)
+    else:
+        deep = weight / 2e5
+    np.testing.assert_allclose(contacts.overlap, deep, rtol=1e-3)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_fall_without_contacts_is_the_parabola(simulate, name):
+    scene = few("hooke", FALL).model_copy(update={"walls": ()})
+    one = Snapshot(position=[[0.0, 0.0]], velocity=[[1.0, 2.0]], radius=[0.25], mass=[75.0])
+    simulation = simulate(name, scene.model_copy(update={"snapshot": one}))
+    t = 0.2
+    place = np.array([t * 1.0 + 0.5 * 1.5 * t**2, t * 2.0 - 0.5 * 9.81 * t**2])
+    found = [simulation["x"][-1, 0], simulation["y"][-1, 0]]
+    np.testing.assert_allclose(found, place, rtol=0, atol=1e-12)
+    assert simulation["fy"][-1, 0] == pytest.approx(-9.81 * 75.0, rel=1e-12)
+
+
+def test_the_python_model_is_what_small_steps_tend_to():
+    scene = few("hertz", FALL)
+    exact = soft_reference(scene).motion.displacement[1]
+    errors = []
+    for step in (1e-4, 5e-5):
+        moved = leapfrog(scene.with_run(time_step_s=step)).displacement[1]
+        errors.append(np.abs(moved - exact).max())
+    assert errors[1] < 0.6 * errors[0] < 1e-3
+
+
+def test_young_s_modulus_gives_the_stiffness(tmp_path):
+    """K = ⁴⁄₃ E*, E* = E/(2 (1 − ν²)); the file and the scene that it makes are the same run."""
+    path = make("pair").with_contact(law="hertz").write(tmp_path)
+    text = path.read_text()
+    assert "stiffness_N_per_m = 1000000.0" in text
+    material = "young_modulus_Pa = 1.5e7\npoisson_ratio = 0.3"
+    path.write_text(text.replace("stiffness_N_per_m = 1000000.0", material))
+    scene = read_scene(path)
+    effective = 1.5e7 / (2 * (1 - 0.3**2))
+    # the tangent of 4/3 E* √R δ^1.5 at δ = 1 % of 0.25 m, R = 0.125 m
+    tangent = 2.0 * effective * np.sqrt(0.125 * 0.0025)
+    assert scene.contact.stiffness_N_per_m == pytest.approx(tangent, rel=1e-12)
+    assert hertz_stiffness(1.5e7, 0.3, 0.25) == pytest.approx(tangent, rel=1e-12)
+    again = read_scene(scene.write(tmp_path / "again"))
+    assert again.digest() == scene.digest()
+
+
+def test_yade_refuses_hertz_with_friction(tmp_path):
+    require("yade")
+    scene = few("hertz", None, friction=0.3)
+    with pytest.raises(EngineError, match=r"few: contact\.friction: 0\.3; YADE runs hertz without"):
+        simulate_into(scene, "yade", tmp_path / "run")
+    assert not list(tmp_path.iterdir())

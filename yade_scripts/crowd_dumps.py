@@ -1,0 +1,57 @@
+"""The two dumps of a run, frame by frame, in the form of the LAMMPS decks."""
+
+import numpy as np
+
+CONTACT_ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
+CONTACT_NAMES = "first second is_wall nx ny overlap fx fy"
+
+
+class Dumps:
+    """Writes frames to two open files; `walls`: number of a wall, from 1, by its body."""
+
+    def __init__(self, bodies, contacts, disks, walls):
+        self.bodies, self.contacts, self.disks, self.walls = bodies, contacts, disks, walls
+
+    def write_bodies(self, step, position, velocity, spin, force, drive=None):
+        """One frame of bodies.dump: arrays (n,2) m, m/s, (n,) rad/s, (n,2) N, and the drive (n,2) N
+        where there is one."""
+        disks, zero = self.disks, np.zeros(len(self.disks.ids))
+        columns = [disks.ids, zero + 1, position, zero, disks.radius, disks.mass]
+        columns += [velocity, zero, spin, force]
+        names = "id type x y z radius mass vx vy vz omegaz fx fy"
+        if drive is not None:
+            columns, names = [*columns, drive], names + " drive_x drive_y"
+        table = np.column_stack(columns)
+        row = "%d %d" + " %.17g" * (table.shape[1] - 2) + "\n"
+        self._head(self.bodies, step, len(table), "ATOMS", names)
+        self.bodies.writelines(row % tuple(values) for values in table.tolist())
+
+    def write_contacts(self, step, interactions):
+        """One frame of contacts.dump: those that overlap, sorted."""
+        rows = sorted(
+            filter(None, map(self._contact, interactions)),
+            key=lambda values: (values[2], *values[:2]),
+        )
+        self._head(self.contacts, step, len(rows), "ENTRIES", CONTACT_NAMES)
+        self.contacts.writelines(CONTACT_ROW % values for values in rows)
+
+    def _head(self, file, step, count, kind, names):
+        box = "".join(self.disks.box)
+        file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{count}\n")
+        file.write(f"ITEM: BOX BOUNDS ff ff pp\n{box}ITEM: {kind} {names}\n")
+
+    def _contact(self, interaction):
+        """A row: the first disk, the second disk or the wall, and what the first does to it."""
+        overlap = interaction.geom.penetrationDepth
+        if not interaction.isReal or overlap <= 0:
+            return None
+        normal = interaction.geom.normal
+        force = interaction.phys.normalForce + interaction.phys.shearForce
+        first, second = interaction.id1, interaction.id2
+        wall = first in self.walls or second in self.walls
+        if first in self.walls or (not wall and first > second):
+            first, second, normal, force = second, first, -normal, -force
+        other = self.walls[second] if wall else self.disks.ids[second]
+        # + 0.0: no negative zeros
+        vectors = (normal[0] + 0.0, normal[1] + 0.0, overlap, force[0] + 0.0, force[1] + 0.0)
+        return (self.disks.ids[first], other, wall, *vectors)
