@@ -19,6 +19,7 @@ from nscd.arrays import (
     whole_numbers,
 )
 from nscd.bodies import Snapshot, Walls
+from nscd.segments import connect, own_nearest
 
 # Normals may be off unit length by this: files have few digits.
 UNIT = 1e-6
@@ -171,7 +172,8 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     tolerance: m; gaps that are zero but for the rounding of coordinates count at any tolerance
 
     The gap of a pair is |x_j − x_i| − r_i − r_j, that of a wall the distance to the nearest point of
-    its segment less r.
+    its segment less r. Walls that meet are one body: a disk has one contact for each nearest point
+    of it, one along walls in line and at a corner that points at it, two in a corner that it sits in.
 
     Raises ValueError naming the field for a tolerance that is negative or not finite; for coordinates
     beyond 10⁹ of the smallest radius, in whose rounding gaps are lost; for more pairs within reach
@@ -247,11 +249,13 @@ def _wall_neighbours(
     snapshot: Snapshot, walls: Walls | None, tolerance: float
 ) -> tuple[Indices, Indices, Floats, Floats]:
     disks, numbers, vectors = [], [], []
+    segments = connect(walls.start, walls.end) if walls is not None else None
     for row in range(len(walls) if walls is not None else 0):
         assert walls is not None
         every = np.full(len(snapshot), row)
         to_wall = walls.nearest_point(snapshot.position, every) - snapshot.position
         near = np.flatnonzero(np.hypot(*to_wall.T) - snapshot.radius <= tolerance)
+        near = near[own_nearest(segments, snapshot.position[near], every[near])]
         disks.append(near)
         numbers.append(every[near])
         vectors.append(to_wall[near])

@@ -1,10 +1,33 @@
-"""Nearest points on straight segments: walls, doors and exits."""
+"""Straight segments: their nearest points, and how walls that meet answer for one another."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any, NamedTuple
 
-from nscd.arrays import Floats
+import numpy as np
+from numba import njit
+
+from nscd.arrays import Flags, Floats, Indices
+
+# Ends of walls that are nearer to each other than this (m) are one point.
+SAME_POINT_M = 1e-9
+# A nearest point that is nearer to an end than this (m) is the end: over the joint of two walls in
+# line, rounding would put it into both.
+ROUNDING_M = 1e-12
+
+
+class Segments(NamedTuple):
+    """Connected walls as the kernels take them.
+
+    start, along: (w,2) m
+    vertex: (w,2) numbers of their two ends, the same where walls meet
+    inner: (w,2) whether the end lies within another wall
+    """
+
+    start: Any
+    along: Any
+    vertex: Any
+    inner: Any
 
 
 def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
@@ -23,3 +46,75 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
 
 def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(a @ b if b.ndim == 1 else (a * b).sum(1))
+
+
+def connect(start: Floats, end: Floats) -> Segments:
+    """Find where walls from start to end, both (w,2) m, meet: at their ends, or an end within
+    another wall."""
+    count = len(start)
+    ends = np.stack([start, end], axis=1).reshape(-1, 2)
+    vertex = np.arange(2 * count)
+    for number in range(2 * count):
+        apart = np.hypot(*(ends[:number] - ends[number]).T)
+        if number and apart.min() <= SAME_POINT_M:
+            vertex[number] = vertex[int(np.argmin(apart))]
+    inner = np.zeros(2 * count, dtype=bool)
+    for number in range(count):
+        distance = np.hypot(*(nearest_on_segment(ends, start[number], end[number]) - ends).T)
+        own = (vertex == vertex[2 * number]) | (vertex == vertex[2 * number + 1])
+        inner |= (distance <= SAME_POINT_M) & ~own
+    return Segments(
+        np.array(start, dtype=np.float64),
+        np.array(end - start, dtype=np.float64),
+        vertex.reshape(-1, 2).astype(np.int32),
+        inner.reshape(-1, 2),
+    )
+
+
+@njit(cache=True)
+def share_of(segments: Any, w: int, x: float, y: float) -> Any:
+    """Find where on wall w, 0 to 1, its nearest point to (x, y) is."""
+    ax, ay = segments.along[w, 0], segments.along[w, 1]
+    length = np.sqrt(ax * ax + ay * ay)
+    s = ((x - segments.start[w, 0]) * ax + (y - segments.start[w, 1]) * ay) / length
+    if s <= ROUNDING_M:
+        return 0.0
+    return 1.0 if s >= length - ROUNDING_M else s / length
+
+
+@njit(cache=True)
+def is_of_another(segments: Any, w: int, share: float, x: float, y: float) -> bool:
+    """Decide whether the nearest point of wall w to (x, y), at `share` of it, is one that another
+    wall answers for: one that it ends in, one that comes nearer beyond their common end, or the
+    first of those that all end there.
+
+    So a disk has one contact for each nearest point of connected walls: one along walls in line and
+    at a corner that points at it, two in a corner that it sits in."""
+    if 0.0 < share < 1.0:
+        return False
+    end = 0 if share == 0.0 else 1
+    if segments.inner[w, end]:
+        return True
+    vertex = segments.vertex[w, end]
+    for other in range(len(segments.start)):
+        if other == w:
+            continue
+        for far in range(2):
+            if segments.vertex[other, far] != vertex:
+                continue
+            s = share_of(segments, other, x, y)
+            if s != float(far) or other < w:
+                return True
+    return False
+
+
+@njit(cache=True)
+def own_nearest(segments: Any, points: Floats, wall: Indices) -> Flags:
+    """Tell for points (k,2) m and a wall (k,) each whether the wall answers for its nearest point
+    itself, (k,)."""
+    own = np.empty(len(wall), np.bool_)
+    for k in range(len(wall)):
+        x, y = points[k, 0], points[k, 1]
+        share = share_of(segments, wall[k], x, y)
+        own[k] = not is_of_another(segments, wall[k], share, x, y)
+    return own

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import yade.remote
-from yade import Quaternion, Vector3, utils
+from yade import Vector3, utils
 from yade.wrapper import (
     Bo1_Box_Aabb,
     Bo1_Sphere_Aabb,
@@ -49,6 +49,7 @@ sys.path.insert(0, str(HERE))
 from crowd_dumps import Dumps  # noqa: E402
 from crowd_guard import STOPPED, Guard  # noqa: E402
 from crowd_law import interactions, law_of  # noqa: E402
+from crowd_walls import Walls  # noqa: E402
 from scene_file import (  # noqa: E402
     SceneFileError,
     acceleration,
@@ -59,7 +60,6 @@ from scene_file import (  # noqa: E402
 )
 
 O = Omega()  # noqa: E741  (YADE's name)
-WALL_HALF_HEIGHT_M = 1.0  # across the plane of the disks
 SKIN_M = 0.04  # changes the speed only
 
 
@@ -82,7 +82,8 @@ def main(words):
     penalty = penalty_of(scene, disks)
     out.mkdir(parents=True, exist_ok=True)
     print(
-        f"contact: {scene['contact']['law']}, stiffness {penalty.stiffness:g} N/m, friction {penalty.friction:g}\n"
+        f"contact: {scene['contact']['law']}, stiffness {penalty.stiffness:g} N/m, "
+        f"friction {penalty.friction:g}\n"
         f"damping ratio {penalty.damping_ratio:.15g}, dashpots {penalty.damping:.15g} N s/m "
         f"between disks, {penalty.wall_damping:.15g} N s/m at walls (hooke)\n"
         f"restitution: asked {scene['contact']['restitution']:g}, obtained "
@@ -93,10 +94,10 @@ def main(words):
     if penalty.time_step > 1.000001 * penalty.safe_time_step:
         print("WARNING: the time step is longer than the safe one")
     crowd = Crowd(scene, disks, penalty, guarded == "yes")
-    sys.modules[
-        "__main__"
-    ].crowd_after_step = crowd.after_step  # where YADE looks for the observer's command
-    sys.modules["__main__"].crowd_guard = crowd.look
+    # where YADE looks for the commands of its observers
+    main_module = sys.modules["__main__"]
+    main_module.crowd_after_step, main_module.crowd_guard = crowd.after_step, crowd.look
+    main_module.crowd_joints = crowd.walls.take_back
     with (out / "bodies.dump").open("w") as bodies, (out / "contacts.dump").open("w") as contacts:
         crowd.run(bodies, contacts)
     if crowd.broken:
@@ -121,17 +122,13 @@ class Crowd:
         self.scene, self.disks, self.penalty = scene, disks, penalty
         self.law = law_of(scene, penalty)
         self.material = O.materials.append(self.law.disk)
-        self.wall_material = O.materials.append(self.law.wall)
         self.states = [
             self._add_disk(*row)
             for row in zip(
                 disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True
             )
         ]
-        walls = scene.get("walls", [])
-        self.wall_numbers = {
-            self._add_wall(wall): number for number, wall in enumerate(walls, start=1)
-        }
+        self.walls = Walls(scene.get("walls", []), self.law.wall, self.states)
         self.weight = disks.mass[:, None] * acceleration(scene)
         self.held = np.zeros((len(disks.ids), 2))
         self.observer = PyRunner(command="crowd_after_step()", iterPeriod=1, dead=True)
@@ -140,6 +137,9 @@ class Crowd:
             ForceResetter(),
             InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M),
             interactions(self.law),
+            PyRunner(
+                command="crowd_joints()", iterPeriod=1, initRun=True, dead=not self.walls.joints
+            ),
             NewtonIntegrator(damping=0.0),
             self.observer,
             self.watch,
@@ -155,32 +155,18 @@ class Crowd:
         state.angVel = Vector3(0.0, 0.0, float(spin))
         return O.bodies[O.bodies.append(body)].state
 
-    def _add_wall(self, wall):
-        (x0, y0), (x1, y1) = wall["start_m"], wall["end_m"]
-        half, turn = (0.5 * abs(x1 - x0), 0.5 * abs(y1 - y0)), 0.0
-        if half[0] and half[1]:  # slanted; the others need no turn and so no rounding
-            half, turn = (math.hypot(*half), 0.0), math.atan2(y1 - y0, x1 - x0)
-        box = utils.box(
-            (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
-            (*half, WALL_HALF_HEIGHT_M),
-            orientation=Quaternion(Vector3(0, 0, 1), turn),
-            fixed=True,
-            material=self.wall_material,
-        )
-        return O.bodies.append(box)
-
     def run(self, bodies, contacts):
         """Run all steps, writing frames to the two open files."""
-        self.dumps = Dumps(bodies, contacts, self.disks, self.wall_numbers)
+        self.dumps = Dumps(bodies, contacts, self.disks, self.walls.numbers)
         self._push(self.disks.position, self.disks.velocity)
         # step 0: forces at the start, with no time passing
-        O.dt = 0.0
+        O.dt = self.law.NO_TIME_S
         O.step()
         force = in_plane(map(O.forces.f, range(len(self.states))))
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         if self.guarded:
-            stored = sum(self.law.energy(i) for i in O.interactions if i.isReal)
+            stored = sum(self.law.energy(i) for i in self.walls.touching())
             self.guard = Guard(self.scene, self.disks, self.penalty, stored)
             self.watch.iterPeriod = self.watch.firstIterRun = self.guard.interval
             self.watch.dead = False
@@ -198,10 +184,10 @@ class Crowd:
     def _let_go_of_touching(self, force):
         """Take away the damping of disks that touch without overlap: a contact begins with an
         overlap, as in LAMMPS."""
-        for interaction in O.interactions:
-            if interaction.isReal and interaction.geom.penetrationDepth <= 0:
+        for interaction in self.walls.touching():
+            if interaction.geom.penetrationDepth <= 0:
                 for body, sign in ((interaction.id1, 1.0), (interaction.id2, -1.0)):
-                    if body not in self.wall_numbers:
+                    if body not in self.walls.numbers:
                         force[body] += sign * in_plane([interaction.phys.normalForce])[0]
 
     def _first_half_step(self, force):
@@ -255,7 +241,7 @@ class Crowd:
     def _write(self, step, position, velocity, spin, force):
         drive = self.held if "drive" in self.scene else None
         self.dumps.write_bodies(step, position, velocity, spin, force, drive)
-        self.dumps.write_contacts(step, O.interactions)
+        self.dumps.write_contacts(step, self.walls.touching())
         self.last_written = step
         energy = 0.5 * float(self.disks.mass @ (velocity**2).sum(1))
         time = step * self.penalty.time_step

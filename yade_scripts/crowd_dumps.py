@@ -43,7 +43,7 @@ class Dumps:
     def _contact(self, interaction):
         """A row: the first disk, the second disk or the wall, and what the first does to it."""
         overlap = interaction.geom.penetrationDepth
-        if not interaction.isReal or overlap <= 0:
+        if overlap <= 0:
             return None
         normal = interaction.geom.normal
         force = interaction.phys.normalForce + interaction.phys.shearForce

@@ -20,6 +20,8 @@ from yade.wrapper import (
 class Hooke:
     """max(0, k overlap + c approach), with a tangential spring where there is friction."""
 
+    NO_TIME_S = 0.0
+
     def __init__(self, penalty):
         k, c, wall_c = penalty.stiffness, penalty.damping, penalty.wall_damping
         # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and
@@ -50,6 +52,8 @@ class Hertz:
     YADE's K is 4/3 of E1 E2/(E1 + E2) at Poisson's ratio 0. At a wall it takes half the disk's
     radius for R, and the walls' modulus makes up for it. Its damping is 2 b sqrt(m kn) with the
     tangent stiffness kn = 1.5 K sqrt(R overlap), so b = sqrt(5/6) z."""
+
+    NO_TIME_S = 1e-300  # YADE divides by it here
 
     def __init__(self, penalty):
         young = 1.5 * penalty.hertz_stiffness

@@ -63,13 +63,15 @@ class Likeness:
 def likeness_of(scene: Scene) -> Likeness:
     """Compute the numbers of a scene.
 
-    Raises ValueError for a scene with friction, which nothing was measured with, and for an impact
-    or a real crowd in which nobody touches anybody."""
+    Raises ValueError for a scene with friction or a body force, which nothing was measured with, and
+    for an impact or a real crowd in which nobody touches anybody."""
     if scene.contact.friction:
         raise ValueError(
             f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
             "advice is for frictionless contacts"
         )
+    if scene.body_force:
+        raise ValueError(f"scene {scene.name}: body_force: advice is for scenes without")
     snapshot, drive, contact = scene.snapshot, scene.drive, scene.contact
     diameter = 2.0 * float(snapshot.radius.mean())
     mass = float(snapshot.mass.mean())

@@ -154,7 +154,8 @@ def compare_run(
     else:
         engine = contacts_at(index, number)
         check_contacts(index, number, engine, snapshot, scene)
-        balance = _driven_balance(snapshot, ts.data, engine)
+        weight = snapshot.mass.sum() * np.array(scene.acceleration())
+        balance = _driven_balance(snapshot, ts.data, engine, weight)
     if not len(found.contacts) and not len(engine):
         raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
     known = determinacy(found.contacts, len(snapshot))
@@ -190,7 +191,10 @@ def _impulses(
         here = snapshot_of(trajectory[number], index.path)
         check_contacts(index, number, contacts, here, scene)
 
-    whole = integrate_contacts(index, trajectory, found.contacts, found.snapshot, check)
+    acceleration = np.array(scene.acceleration())
+    whole = integrate_contacts(
+        index, trajectory, found.contacts, found.snapshot, check, acceleration
+    )
     if not whole.error <= LARGEST_CLOSURE_ERROR:
         raise DumpError(
             f"{index.path}: the impulses ∫f dt miss the momentum that disks gain by "
@@ -207,10 +211,12 @@ def _impulses(
     )
 
 
-def _driven_balance(snapshot: Snapshot, data: Any, engine: EngineContacts) -> Balance:
-    """Σ drive, Σ m a where the dump has it, and how far the balance is from closing (NaN without
-    it)."""
-    total = np.zeros(2) if snapshot.drive is None else snapshot.drive.sum(0)
+def _driven_balance(
+    snapshot: Snapshot, data: Any, engine: EngineContacts, weight: Floats
+) -> Balance:
+    """Σ drive with the body force on all disks, `weight` (2,) N; Σ m a where the dump has it; and
+    how far the balance is from closing (NaN without it)."""
+    total = weight if snapshot.drive is None else weight + snapshot.drive.sum(0)
     walls, net, error = engine.force[engine.is_wall].sum(0), np.zeros(2), float("nan")
     if "fx" in data:
         net = np.array([data["fx"].sum(), data["fy"].sum()])

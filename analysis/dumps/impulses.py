@@ -28,7 +28,7 @@ class Impulses:
     """What the contacts of an impact gave, all frames together.
 
     contacts: as the engine wrote them; their `force` is ∫f dt, (k,2) N·s
-    change: (n,2) N·s, m(u_end − u_start) of each disk
+    change: (n,2) N·s, m(u_end − u_start − g T) of each disk, T the whole time
     error: the largest distance of that change from what these impulses give, as a share of the
         largest change
     frames_needed: about so many would bring the error to 1 %, by the error of every second frame
@@ -46,12 +46,14 @@ def integrate_contacts(
     touching: Contacts,
     start: Snapshot,
     check: Callable[[int, EngineContacts], None],
+    acceleration: Floats,
 ) -> Impulses:
     """Integrate every contact's force over all frames by the trapezoidal rule: ∫f dt.
 
     touching: contacts at the start; they jump to their damping force at once. Where frame 0 shows
         no force yet, theirs at t = 0 is extrapolated from the next two frames
-    check: called with the number and the contacts of every frame"""
+    check: called with the number and the contacts of every frame
+    acceleration: (2,) m/s², g of a body force"""
     times = np.array(index.steps) * trajectory.dt
     sums = [_Sum(times), _Sum(times[::2])]
     numbers: dict[Key, int] = {}
@@ -74,8 +76,9 @@ def integrate_contacts(
             sums[1].add(frame // 2, places, contacts.force)
     at_start = _touching_at_start(numbers, touching, start)
     every, end = EngineContacts.joined(seen), snapshot_of(trajectory[-1])
+    gained = end.velocity - start.velocity - acceleration * (times[-1] - times[0])
     fine, coarse = (
-        _against_change(replace(every, force=one.total(len(numbers), at_start)), start, end)
+        _against_change(replace(every, force=one.total(len(numbers), at_start)), start, gained)
         for one in sums
     )
     return replace(fine, frames_needed=_frames_needed(len(times) - 1, fine.error, coarse.error))
@@ -126,15 +129,15 @@ def _touching_at_start(numbers: dict[Key, int], touching: Contacts, start: Snaps
     return [numbers[key] for key in keys if key in numbers]
 
 
-def _against_change(contacts: EngineContacts, start: Snapshot, end: Snapshot) -> Impulses:
-    """Impulses, in order of their first appearance, against the change of momentum."""
+def _against_change(contacts: EngineContacts, start: Snapshot, gained: Floats) -> Impulses:
+    """Impulses, in order of their first appearance, against the velocity (n,2) m/s that they gave."""
     wall = contacts.is_wall
     first = np.searchsorted(start.ids, contacts.first)
     second = np.searchsorted(start.ids, np.where(wall, start.ids[0], contacts.second))
     given = sum_at_disks(
         first, np.where(wall, -1, second), -contacts.force, contacts.force, len(start)
     )
-    change = start.mass[:, None] * (end.velocity - start.velocity)
+    change = start.mass[:, None] * gained
     error = float(np.abs(change - given).max()) / (float(np.abs(change).max()) or 1.0)
     return Impulses(contacts=contacts, change=change, error=error, frames_needed=0)
 

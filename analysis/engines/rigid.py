@@ -86,11 +86,15 @@ def tolerance_of(scene: Scene) -> float:
 
 
 def check(scene: Scene) -> None:
-    """Raise EngineError for friction, and for a step in which a disk could cross a wall."""
+    """Raise EngineError for friction, a body force, and for a step in which a disk could cross a wall."""
     if scene.contact.friction:
         raise EngineError(
             f"{scene.name}: contact.friction: {scene.contact.friction:g}; the rigid engine steps "
             "without friction, LAMMPS and YADE with it"
+        )
+    if scene.body_force:
+        raise EngineError(
+            f"{scene.name}: body_force: the rigid engine steps without, LAMMPS and YADE with it"
         )
     smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
     if step * _fastest(scene) > LARGEST_SHARE * smallest:

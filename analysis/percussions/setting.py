@@ -25,6 +25,7 @@ class Setting:
     walls
     wall_names: of the walls, in their order; their numbers from 1 where left out
     drive: who wants to go where
+    acceleration: (x, y) m/s², g of a body force
     contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
     largest_overlap: share of the smaller radius; deeper overlaps are refused
     left_velocity: see `left_velocity_of`; None: desired where there is a drive, else dump
@@ -35,6 +36,7 @@ class Setting:
     walls: Walls | None = None
     wall_names: tuple[str, ...] = ()
     drive: Drive | None = None
+    acceleration: tuple[float, float] = (0.0, 0.0)
     contact_tolerance: float = 1e-6
     largest_overlap: float = LARGEST_OVERLAP
     left_velocity: LeftVelocity | None = None
@@ -66,6 +68,7 @@ class Setting:
             "walls": room.wall_segments(),
             "wall_names": tuple(wall.name for wall in room.walls),
             "drive": room.drive,
+            "acceleration": room.acceleration(),
             "contact_tolerance": room.analysis.contact_tolerance_m,
         }
         return cls(**(parts | rest))
@@ -114,18 +117,25 @@ class Setting:
 
     def left(self, snapshot: Snapshot) -> tuple[Floats, float | None]:
         """Give u⁻ (n,2) m/s of a snapshot and the time that turns percussions into forces (s)."""
-        return left_velocity_of(snapshot, self.kind, self.drive, self.window)
+        return left_velocity_of(
+            snapshot, self.kind, self.drive, self.window, acceleration=self.acceleration
+        )
 
 
 def left_velocity_of(
-    snapshot: Snapshot, kind: LeftVelocity, drive: Drive | None = None, window: float | None = None
+    snapshot: Snapshot,
+    kind: LeftVelocity,
+    drive: Drive | None = None,
+    window: float | None = None,
+    *,
+    acceleration: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Floats, float | None]:
     """Choose the left velocity u⁻ (n,2) m/s, and the time (s) that turns its percussions into
     forces (None for an impact).
 
-    desired: the velocity u_d that people want, forces p/τ
-    dump: the velocity in the snapshot, an impact
-    free: u + Δt F_drive/m, what the drive makes of it in `window` Δt without contacts, forces p/Δt
+    desired: u_d + τ g, what drive and body force make of a crowd without contacts, forces p/τ
+    dump: the velocity in the snapshot, an impact, which takes no time and so knows no body force
+    free: u + Δt (F_drive/m + g), what both make of it in `window` Δt, forces p/Δt
 
     Raises ValueError where the drive or the window is missing."""
     if kind == "dump":
@@ -135,18 +145,21 @@ def left_velocity_of(
             raise ValueError(
                 "left velocity `desired` needs a scene with a [drive] (--room SCENE.toml)"
             )
-        return drive.desired_velocity(snapshot.position), drive.relaxation_time_s
+        wanted = drive.desired_velocity(snapshot.position)
+        return wanted + drive.relaxation_time_s * np.array(acceleration), drive.relaxation_time_s
     force = snapshot.drive
     if force is None and drive is not None:
         u_d = drive.desired_velocity(snapshot.position)
         force = snapshot.mass[:, None] * (u_d - snapshot.velocity) / drive.relaxation_time_s
-    if force is None:
+    if force is None and not any(acceleration):
         raise ValueError(
-            "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive]"
+            "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive] "
+            "or a [body_force]"
         )
     if window is None or not window > 0:
         raise ValueError("left velocity `free` needs a window > 0 s (--window)")
-    return snapshot.velocity + window * force / snapshot.mass[:, None], window
+    driven = 0.0 if force is None else force / snapshot.mass[:, None]
+    return snapshot.velocity + window * (driven + np.array(acceleration)), window
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

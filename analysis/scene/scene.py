@@ -190,9 +190,7 @@ def _path_of(name_or_path: str | Path) -> Path:
     return path
 
 
-def read_room(
-    name_or_path: str | Path, mean_radius: float | None = None
-) -> tuple[Room, str]:
+def read_room(name_or_path: str | Path, mean_radius: float | None = None) -> tuple[Room, str]:
     """Read a room (a scene file with or without disks) and the comment at its head; mean_radius (m)
     of the disks to come, where Young's modulus stands for a stiffness.
 
@@ -225,8 +223,8 @@ AnyRoom = TypeVar("AnyRoom", bound=Room)
 
 def _validated(
     path: Path,
-    kind: type[AnyRoom],
     content: dict[str, Any],
+    kind: type[AnyRoom],
     mean_radius: Callable[[], float | None],
 ) -> AnyRoom:
     """Make the content of a file a room or a scene; mean_radius (m) is asked for only where

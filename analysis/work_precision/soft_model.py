@@ -8,13 +8,11 @@ import numpy as np
 from numba import njit
 
 from analysis.engines.penalty import damping_ratio_for
+from analysis.scene.parts import HERTZ_OVERLAP
 from analysis.scene.scene import Scene
-from nscd import find_contacts
-from nscd.arrays import Floats
-
-# Hertz contacts have the tangent stiffness asked for at an overlap of this share of the mean
-# radius.
-HERTZ_OVERLAP = 0.01
+from nscd import Snapshot, Walls, find_contacts
+from nscd.arrays import Floats, Indices
+from nscd.segments import connect, is_of_another, share_of
 
 
 class SoftModel:
@@ -34,12 +32,19 @@ class SoftModel:
                 "charts and advice are for frictionless contacts"
             )
         self._disks, walls = scene.snapshot, scene.wall_segments()
-        near = find_contacts(scene.snapshot, walls, tolerance=reach)
+        pairs = find_contacts(scene.snapshot, tolerance=reach)
+        # not the walls of `find_contacts`: which of those that meet answers for a point changes
+        # with the motion
+        disk, wall = _near(scene.snapshot, walls, reach)
         # a wall's number in `wall`, −1 for a pair
-        wall = np.where(near.is_wall, near.second, -1)
-        second = np.where(near.is_wall, 0, near.second)
-        self._contacts = (near.first.copy(), second, wall, walls.start, walls.end)
-        self._law, self._drive = _law(scene), _drive(scene)
+        self._contacts = (
+            np.concatenate([pairs.first, disk]),
+            np.concatenate([pairs.second, np.zeros_like(disk)]),
+            np.concatenate([np.full(len(pairs), -1), wall]),
+            connect(walls.start, walls.end),
+        )
+        self._law: tuple[Any, ...] = _law(scene)
+        self._drive = _drive(scene)
         self._acceleration = np.array(scene.acceleration())
 
     def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
@@ -53,6 +58,14 @@ class SoftModel:
         out += self._acceleration
         if self._drive is not None:
             _add_drive(out, position, velocity, *self._drive)
+
+
+def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
+    """Disks and walls with gaps up to the reach (m), by (disk, wall): two arrays (k,)."""
+    disk, wall = (index.ravel() for index in np.indices((len(snapshot), len(walls))))
+    to_wall = walls.nearest_point(snapshot.position[disk], wall) - snapshot.position[disk]
+    near = np.hypot(*to_wall.T) - snapshot.radius[disk] <= reach
+    return disk[near], wall[near]
 
 
 def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] | None:
@@ -123,8 +136,7 @@ def _contact_forces(
     first: Any,
     second: Any,
     wall: Any,
-    start: Any,
-    end: Any,
+    segments: Any,
     hertz: bool,
     stiffness: float,
     ratio: float,
@@ -140,10 +152,11 @@ def _contact_forces(
             size = radius[i] * radius[j] / sum_of_radii
             m = mass[i] * mass[j] / (mass[i] + mass[j])
         else:
-            ax, ay = end[w, 0] - start[w, 0], end[w, 1] - start[w, 1]
-            s = ((x[i, 0] - start[w, 0]) * ax + (x[i, 1] - start[w, 1]) * ay) / (ax * ax + ay * ay)
-            s = min(1.0, max(0.0, s))
-            dx, dy = start[w, 0] + s * ax - x[i, 0], start[w, 1] + s * ay - x[i, 1]
+            s = share_of(segments, w, x[i, 0], x[i, 1])
+            if is_of_another(segments, w, s, x[i, 0], x[i, 1]):
+                continue
+            dx = segments.start[w, 0] + s * segments.along[w, 0] - x[i, 0]
+            dy = segments.start[w, 1] + s * segments.along[w, 1] - x[i, 1]
             sum_of_radii, size, m = radius[i], radius[i], mass[i]
         distance = np.sqrt(dx * dx + dy * dy)
         overlap = sum_of_radii - distance

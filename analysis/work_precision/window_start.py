@@ -25,8 +25,8 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
     An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
     run to the scene's instant of analysis by the first engine that there is; then disks that
     overlap are moved apart, as little as possible (see `reconcile`), since a stiffer contact would
-    make an explosion of the same overlap. Raises ValueError for a scene with friction, an impact of
-    restitution 1, or where nobody touches anybody; EngineError where no engine can run it."""
+    make an explosion of the same overlap. Raises ValueError as `check_chart` does, or where nobody
+    touches anybody; EngineError where no engine can run it."""
     check_chart(scene)
     if scene.drive is None:
         window = impact_window(scene)
@@ -42,13 +42,15 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
 
 
 def check_chart(scene: Scene) -> None:
-    """Raise ValueError naming the field of a scene that charts are not for: friction, or an impact of
-    restitution 1."""
+    """Raise ValueError naming the field of a scene that charts are not for: friction, a body force,
+    or an impact of restitution 1."""
     if scene.contact.friction:
         raise ValueError(
             f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
             "charts are for frictionless contacts"
         )
+    if scene.body_force:
+        raise ValueError(f"scene {scene.name}: body_force: charts are for scenes without")
     law_of(scene)
 
 

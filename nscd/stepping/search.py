@@ -9,18 +9,10 @@ from numba import njit
 
 from nscd.arrays import Floats, Index32
 from nscd.bodies import Walls
+from nscd.segments import Segments, connect, is_of_another, share_of
 
 # A grid never has more cells than this times the number of disks: who has left the room may be far.
 CELLS_PER_DISK = 8
-
-
-class Segments(NamedTuple):
-    """Walls as the kernel takes them: start, along (w,2) m; vertex (w,2): the numbers of their two
-    ends, the same where two walls meet."""
-
-    start: Any
-    along: Any
-    vertex: Any
 
 
 class Neighbours(NamedTuple):
@@ -35,16 +27,10 @@ class Neighbours(NamedTuple):
 
 
 def segments_of(walls: Walls | None) -> Segments:
-    """Number the ends of walls: ends at the same point are one vertex."""
+    """Give walls as the kernel takes them."""
     if walls is None or not len(walls):
-        return Segments(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2), np.int32))
-    ends = np.stack([walls.start, walls.end], axis=1)
-    vertex = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)[1]
-    return Segments(
-        np.array(walls.start),
-        np.array(walls.end - walls.start),
-        vertex.reshape(-1, 2).astype(np.int32),
-    )
+        return connect(np.empty((0, 2)), np.empty((0, 2)))
+    return connect(walls.start, walls.end)
 
 
 def neighbours(position: Floats, radius: Floats, segments: Segments, margin: float) -> Neighbours:
@@ -122,10 +108,10 @@ def _walls_of(
     x, y = position[a, 0], position[a, 1]
     near = radius[a] + margin
     for w in range(len(segments.start)):
-        share = _share(segments, w, x, y)
+        share = share_of(segments, w, x, y)
         dx = segments.start[w, 0] + share * segments.along[w, 0] - x
         dy = segments.start[w, 1] + share * segments.along[w, 1] - y
-        if dx * dx + dy * dy > near * near or _is_another(segments, w, share, x, y):
+        if dx * dx + dy * dy > near * near or is_of_another(segments, w, share, x, y):
             continue
         d = np.sqrt(dx * dx + dy * dy)
         if count < len(out.gap):
@@ -134,30 +120,3 @@ def _walls_of(
             out.gap[count] = d - radius[a]
         count += 1
     return count
-
-
-@njit(cache=True)
-def _share(segments: Any, w: int, x: float, y: float) -> Any:
-    """Where on wall w, 0 to 1, its nearest point to (x, y) is."""
-    ax, ay = segments.along[w, 0], segments.along[w, 1]
-    s = (x - segments.start[w, 0]) * ax + (y - segments.start[w, 1]) * ay
-    return min(max(s / (ax * ax + ay * ay), 0.0), 1.0)
-
-
-@njit(cache=True)
-def _is_another(segments: Any, w: int, share: float, x: float, y: float) -> bool:
-    """Whether the nearest point of wall w is a vertex that another wall answers for: one that comes
-    nearer beyond it, or the first of those that all end there."""
-    if 0.0 < share < 1.0:
-        return False
-    vertex = segments.vertex[w, 0 if share == 0.0 else 1]
-    for other in range(len(segments.start)):
-        if other == w:
-            continue
-        for end in range(2):
-            if segments.vertex[other, end] != vertex:
-                continue
-            s = _share(segments, other, x, y)
-            if s != float(end) or other < w:
-                return True
-    return False

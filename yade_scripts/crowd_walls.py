@@ -1,0 +1,125 @@
+"""Walls as YADE's boxes of no thickness. Walls that meet are one body: a disk has one contact for
+each nearest point of it, where boxes alone would give one each."""
+
+import math
+
+import numpy as np
+from yade import Quaternion, Vector3, utils
+from yade.wrapper import Omega
+
+O = Omega()  # noqa: E741  (YADE's name)
+HALF_HEIGHT_M = 1.0  # across the plane of the disks
+SAME_POINT_M = 1e-9  # ends of walls that are nearer to each other than this are one point
+ROUNDING_M = 1e-12  # over the joint of two walls in line, rounding would find both
+
+
+class Joint:
+    """An end of a wall where it meets others: the wall's own side and, where it is the first of
+    them, the sides of the others (else None)."""
+
+    def __init__(self, point, own, others):
+        self.x, self.y = map(float, point)
+        self.own = self._unit(own)
+        self.others = None if others is None else [self._unit(other) for other in others]
+
+    @staticmethod
+    def _unit(way):
+        return (float(way[0] / math.hypot(*way)), float(way[1] / math.hypot(*way)))
+
+    def is_mine(self, x, y):
+        """Whether the contact of a disk at a point (m) is the wall's own: its nearest point is
+        within the wall, or it is the end, of which all others lead away too."""
+        dx, dy = x - self.x, y - self.y
+        if dx * self.own[0] + dy * self.own[1] > ROUNDING_M:
+            return True
+        return self.others is not None and all(
+            dx * other[0] + dy * other[1] <= ROUNDING_M for other in self.others
+        )
+
+
+def joints_of(walls):
+    """The joints of each wall of a scene, by its number from 1: walls that meet are one body, and a
+    disk has one contact for each nearest point of it."""
+    ends = [[np.array(wall[key], float) for key in ("start_m", "end_m")] for wall in walls]
+    found = {}
+    for number, (start, end) in enumerate(ends):
+        for point, far in ((start, end), (end, start)):
+            others, first, inner = [], True, False
+            for other, (low, high) in enumerate(ends):
+                if other == number:
+                    continue
+                touching = [_apart(point, corner) <= SAME_POINT_M for corner in (low, high)]
+                if any(touching):
+                    others.append(high - low if touching[0] else low - high)
+                    first = first and number < other
+                elif _apart(point, _nearest(point, low, high)) <= SAME_POINT_M:
+                    inner = True
+            if others or inner:
+                mine = others if first and not inner else None
+                found.setdefault(number + 1, []).append(Joint(point, far - point, mine))
+    return found
+
+
+def _apart(one, other):
+    return math.hypot(*(one - other))
+
+
+def _nearest(point, low, high):
+    along = high - low
+    share = min(max((point - low) @ along / (along @ along), 0.0), 1.0)
+    return low + share * along
+
+
+class Walls:
+    """The boxes of a scene's walls, their numbers from 1 by body, and the contacts that count."""
+
+    def __init__(self, walls, material, states):
+        """states: of the disks, which are the first bodies."""
+        self.material, self.states = O.materials.append(material), states
+        self.numbers = {self._add(wall): number for number, wall in enumerate(walls, start=1)}
+        joints = joints_of(walls)
+        self.joints = {body: joints[n] for body, n in self.numbers.items() if n in joints}
+        self.double = set()
+
+    def _add(self, wall):
+        (x0, y0), (x1, y1) = wall["start_m"], wall["end_m"]
+        half, turn = (0.5 * abs(x1 - x0), 0.5 * abs(y1 - y0)), 0.0
+        if half[0] and half[1]:  # slanted; the others need no turn and so no rounding
+            half, turn = (math.hypot(*half), 0.0), math.atan2(y1 - y0, x1 - x0)
+        box = utils.box(
+            (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0),
+            (*half, HALF_HEIGHT_M),
+            orientation=Quaternion(Vector3(0, 0, 1), turn),
+            fixed=True,
+            material=self.material,
+        )
+        return O.bodies.append(box)
+
+    def take_back(self):
+        """Called when the forces of a step are summed: take those back that a wall gives at a point
+        which another wall answers for."""
+        self.double = set()
+        for wall, joints in self.joints.items():
+            for interaction in O.interactions.withBody(wall):
+                if not interaction.isReal:
+                    continue
+                disk = interaction.id1 if interaction.id2 == wall else interaction.id2
+                place = self.states[disk].pos
+                x, y = place[0], place[1]
+                if all(joint.is_mine(x, y) for joint in joints):
+                    continue
+                self.double.add(frozenset((disk, wall)))
+                # the law has given this to the second body, and the opposite to the first
+                force = interaction.phys.normalForce + interaction.phys.shearForce
+                force = -force if disk == interaction.id2 else force
+                O.forces.addF(disk, force)
+                O.forces.addT(disk, (interaction.geom.contactPoint - place).cross(force))
+
+    def touching(self):
+        """The contacts, each once."""
+        return [
+            interaction
+            for interaction in O.interactions
+            if interaction.isReal
+            and frozenset((interaction.id1, interaction.id2)) not in self.double
+        ]
