@@ -4,7 +4,7 @@ the answer."""
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,18 @@ from nscd.solvers.ladder import SOLVERS, climb
 from nscd.solvers.task import Answer, Task
 
 
+class Search(TypedDict, total=False):
+    """Say how the answer is searched for where it is not unique.
+
+    canonical: whether λ is to be the one of least elastic energy where contacts are redundant, which
+        is the default: least Σλ², the stiff limit of a packing of equal stiffness loaded from rest.
+        Any λ is cheaper; u⁺ is the same
+    starts: with friction, from how many percussions it is searched; 1 where left out"""
+
+    canonical: bool
+    starts: int
+
+
 def solve(
     snapshot: Snapshot,
     contacts: Contacts,
@@ -30,67 +42,76 @@ def solve(
     tolerance: float = 1e-8,
     solver: str = "auto",
     guess: Percussions | None = None,
-    canonical: bool = True,
-    starts: int = 1,
+    **search: Unpack[Search],
 ) -> Percussions:
-    """Percussions of the contacts for the left velocity u⁻ (n,2) m/s, the snapshot's own by
-    default.
+    """Compute the percussions of contacts for a left velocity, with their certificate.
+
+    left_velocity: (n,2) m/s, u⁻; the snapshot's own where left out. The desired velocity of a
+        blocked crowd gives its contact forces f = p/τ
+    law: inelastic and frictionless where left out
+    tolerance: dimensionless, of residual and momentum error, recomputed from the answer; beyond it
+        the status is `inaccurate`
+    solver: of `nscd.solvers.ladder.SOLVERS`; "auto" takes the cheapest that serves
+    guess: the answer of a similar problem with the same contacts, which makes this one cheaper
+    search: see `Search`
 
     M(u⁺ − u⁻) + Dᵀp = 0, p = k D(u⁺ + u⁻) + λ n, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected; C u⁺
-    = 0 where the law says `maintained`). The residual is recomputed from the answer; beyond
-    `tolerance` the status is `inaccurate`. For contact forces of a blocked crowd give the desired
-    velocity as u⁻: f = p/τ.
-
-    u⁺ is unique, λ is not where contacts are redundant: `canonical` takes the λ of least elastic
-    energy (least Σλ², the stiff limit of a packing of equal stiffness loaded from rest), and the
-    answer says whether it is. A `guess`, the answer of a similar problem with the same contacts,
-    makes the solution cheaper.
+    = 0 where the law says `maintained`). u⁺ is unique, λ is not where contacts are redundant.
 
     With friction u⁺ is not unique either: the search begins from the convex programme of the cones
     (from u⁻ where nothing presses), so that its answer is one of several where there are several;
     `starts` > 1 searches from random percussions too and gives how far apart the u⁺ are in
     `friction.spread`. Reactions are then not canonical, and there is no choice of solver or guess.
 
-    Raises ValueError for a left velocity of the wrong shape or not finite, contacts that name disks
-    which do not exist, a tolerance below 1e-14, an unknown solver, a solver by name where there is
-    friction, or fewer than one start."""
+    Raises ValueError naming the field for what is not of the kind that is asked, a left velocity of
+    the wrong shape or not finite, contacts that name disks which do not exist, a tolerance below
+    1e-14, an unknown solver, a solver by name where there is friction, or fewer than one start."""
     started = time.perf_counter()
-    law = ContactLaw() if law is None else law
-    instance(snapshot, Snapshot, "snapshot")
-    instance(contacts, Contacts, "contacts")
-    instance(law, ContactLaw, "law")
-    flag(canonical, "canonical")
-    need = "between 1e-14 (rounding) and 1"
-    if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
-        raise ValueError(f"tolerance: {tolerance}; {need} is needed")
-    if not isinstance(solver, str) or solver not in SOLVERS:
-        raise ValueError(f"solver: unknown {shown(solver)}; there are: {', '.join(SOLVERS)}")
-    contacts.check_disks(len(snapshot))
-    left = (
-        snapshot.velocity
-        if left_velocity is None
-        else read_only(left_velocity, (len(snapshot), 2), "left_velocity")
-    )
-    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
-        raise ValueError(f"starts: {shown(starts)}; 1 or more are needed")
+    law = instance(ContactLaw() if law is None else law, ContactLaw, "law")
+    canonical, starts = _read(search)
+    _check(snapshot, contacts, tolerance, solver)
+    n, k = len(snapshot), len(contacts)
+    left = snapshot.velocity
+    if left_velocity is not None:
+        left = read_only(left_velocity, (n, 2), "left_velocity")
     if law.frictional:
         if solver != "auto":
             raise ValueError(f"solver: {solver} is for contacts without friction")
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
     start = None if guess is None else instance(guess, Percussions, "guess").reaction
-    if start is not None and len(start) != len(contacts):
-        start = None
     # What overflows is not finite, and is said to be failed.
     with np.errstate(all="ignore"):
         problem = impact_problem(snapshot, contacts, left, law)
         try:
             problem = with_free_velocity(problem)
-            task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=start)
-            found = climb(task, solver)
+            known = start if start is not None and len(start) == k else None
+            found = climb(
+                Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=known), solver
+            )
         except ZeroDivisionError:  # of a kernel, by what underflowed
             nowhere = np.full_like(problem.free, np.nan)
-            found = Answer(np.full(len(contacts), np.nan), nowhere, 0, least=False, solver=solver)
+            found = Answer(np.full(k, np.nan), nowhere, 0, least=False, solver=solver)
         return certify(snapshot, contacts, problem, found, tolerance, started)
+
+
+def _read(search: Search) -> tuple[bool, int]:
+    for name in search:
+        if name not in Search.__annotations__:
+            raise TypeError(f"solve() got an unexpected keyword argument {name!r}")
+    starts = search.get("starts", 1)
+    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
+        raise ValueError(f"starts: {shown(starts)}; 1 or more are needed")
+    return flag(search.get("canonical", True), "canonical"), int(starts)
+
+
+def _check(snapshot: Snapshot, contacts: Contacts, tolerance: float, solver: str) -> None:
+    instance(snapshot, Snapshot, "snapshot")
+    instance(contacts, Contacts, "contacts").check_disks(len(snapshot))
+    need = "between 1e-14 (rounding) and 1"
+    if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
+        raise ValueError(f"tolerance: {tolerance}; {need} is needed")
+    if not isinstance(solver, str) or solver not in SOLVERS:
+        raise ValueError(f"solver: unknown {shown(solver)}; there are: {', '.join(SOLVERS)}")
 
 
 def certify(

@@ -13,9 +13,9 @@ from analysis.scene.scene import Scene
 from analysis.work_precision.soft_runs import soft_engines
 from analysis.work_precision.window import Window
 from analysis.work_precision.window_start import prepare_window
+from nscd.islands import find_islands
 from nscd.percussions import Status
 from nscd.problem import impact_problem
-from nscd.solvers.islands import find_islands
 
 # An impulse below this share of the largest is none.
 NOTHING = 1e-9

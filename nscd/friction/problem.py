@@ -10,8 +10,8 @@ from numba import njit
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
+from nscd.islands import components
 from nscd.laws import ContactLaw
-from nscd.solvers.islands import components
 
 TINY = float(np.finfo(float).tiny)
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nscd.arrays import Flags
-from nscd.solvers.islands import find_islands
+from nscd.islands import find_islands
 from nscd.solvers.task import Answer, Task
 
 

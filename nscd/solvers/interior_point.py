@@ -35,6 +35,33 @@ class State(NamedTuple):
     velocity: Any
 
 
+class Step(NamedTuple):
+    """A step of the three of a `State`."""
+
+    slack: Any
+    reaction: Any
+    velocity: Any
+
+
+class Rest(NamedTuple):
+    """What a point misses: primal C u + s − b − ελ/κ (k,), complementarity sλ less its target (k,), dual
+    Â(u − û) + Cᵀλ (n,d)."""
+
+    primal: Any
+    complementarity: Any
+    dual: Any
+
+
+class Work(NamedTuple):
+    """Storage: wanted, push, approach (k,); moved (n,d), size (n,)."""
+
+    wanted: Any
+    push: Any
+    approach: Any
+    moved: Any
+    size: Any
+
+
 def interior_point(task: Task) -> Answer:
     """Solve any problem: jammed, of unequal masses, dissipative.
 
@@ -146,28 +173,16 @@ def _follow(
     slack, reaction, u = at
     n, d = system.mass.shape
     k = len(system.first)
-    w, b, scale = system.inverse_mass, system.offset, system.scale
     best_reaction, best_u, best, best_at = reaction.copy(), u.copy(), np.inf, 0
-    v, wanted, push, theta = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
-    complementarity, slack_step, reaction_step, primal = (
-        np.empty(k),
-        np.empty(k),
-        np.empty(k),
-        np.empty(k),
-    )
-    plain_slack, plain_reaction, plain_step = np.empty(k), np.empty(k), np.empty((n, d))
-    dual, step, moved, size = np.empty((n, d)), np.empty((n, d)), np.empty((n, d)), np.empty(n)
+    step = Step(np.empty(k), np.empty(k), np.empty((n, d)))
+    plain = Step(np.empty(k), np.empty(k), np.empty((n, d)))
+    rest = Rest(np.empty(k), np.empty(k), np.empty((n, d)))
+    work = Work(np.empty(k), np.empty(k), np.empty(k), np.empty((n, d)), np.empty(n))
+    theta = np.empty(k)
     stalled = iteration = 0
     made = False
     while iteration < most:
-        approach(system, u, v)
-        error = _imbalance(system, u, reaction, moved, dual, size)
-        mu = 0.0
-        for c in range(k):
-            yielded = yields * soft[c] * reaction[c]
-            error = max(error, abs(min(w[c] * reaction[c], b[c] - v[c] + yielded)) / scale)
-            primal[c] = v[c] + slack[c] - b[c] - yielded
-            mu += slack[c] * reaction[c] / k
+        error, mu = _errors(system, soft, yields, at, rest, work)
         stalled = 0 if error < 0.9 * best else stalled + 1
         if error < best:
             best, best_at = error, iteration
@@ -177,61 +192,98 @@ def _follow(
         iteration += 1
         for c in range(k):
             theta[c] = 1.0 / (slack[c] / reaction[c] + soft[c])
-            complementarity[c] = slack[c] * reaction[c]
+            rest.complementarity[c] = slack[c] * reaction[c]
         made = factorise(system, factor, theta)
         if not made:
             break
-        target = length = plain = 0.0
+        target = length = before = 0.0
         for stage in range(3):  # predictor, corrector, and Gondzio's where the step is short
-            for c in range(k):
-                wanted[c] = primal[c] - complementarity[c] / reaction[c]
-                push[c] = theta[c] * wanted[c]
-            step[:] = -dual
-            add_reactions(system, push, -1.0, step)
-            solve_factorised(factor, step)
-            approach(system, step, v)
-            for c in range(k):
-                reaction_step[c] = theta[c] * (v[c] + wanted[c])
-                slack_step[c] = -(complementarity[c] + slack[c] * reaction_step[c]) / reaction[c]
-            length = _to_boundary(slack, slack_step, reaction, reaction_step)
+            _newton(system, factor, theta, at, rest, step, work)
+            length = _to_boundary(slack, step.slack, reaction, step.reaction)
             if stage == 0:
-                after = 0.0
-                for c in range(k):
-                    after += (
-                        (slack[c] + length * slack_step[c])
-                        * (reaction[c] + length * reaction_step[c])
-                        / k
-                    )
-                centring = (after / mu) ** 3
-                if length < 0.1:
-                    centring = max(centring, 0.3)
-                target = centring * mu
-                for c in range(k):
-                    complementarity[c] = (
-                        slack[c] * reaction[c] + slack_step[c] * reaction_step[c] - target
-                    )
+                target = _aim(at, rest, step, length, mu)
             elif stage == 1:
                 if length > 0.9:
                     break
-                plain = length
-                plain_step[:], plain_slack[:], plain_reaction[:] = step, slack_step, reaction_step
-                further = min(1.0, 1.08 * length + 0.08)
-                for c in range(k):
-                    product = (slack[c] + further * slack_step[c]) * (
-                        reaction[c] + further * reaction_step[c]
-                    )
-                    if product < 0.1 * target:
-                        complementarity[c] -= 0.1 * target - product
-                    elif product > 10.0 * target:
-                        complementarity[c] -= max(10.0 * target - product, -10.0 * target)
-            elif length < plain:  # the corrector can do harm far from the path
-                length = plain
-                step[:], slack_step[:], reaction_step[:] = plain_step, plain_slack, plain_reaction
+                before = length
+                _copy(step, plain)
+                _push_back(at, rest, step, min(1.0, 1.08 * length + 0.08), target)
+            elif length < before:  # the corrector can do harm far from the path
+                length = before
+                _copy(plain, step)
         length *= min(max(0.995, 1.0 - 10.0 * error), 0.99999)
         for i in range(n):
             for a in range(d):
-                u[i, a] += length * step[i, a]
+                u[i, a] += length * step.velocity[i, a]
         for c in range(k):
-            slack[c] = max(slack[c] + length * slack_step[c], TINY)
-            reaction[c] = max(reaction[c] + length * reaction_step[c], TINY)
+            slack[c] = max(slack[c] + length * step.slack[c], TINY)
+            reaction[c] = max(reaction[c] + length * step.reaction[c], TINY)
     return best_reaction, best_u, best_at, theta if made else np.empty(0)
+
+
+@njit(cache=True)
+def _copy(a: Any, b: Any) -> None:
+    b.slack[:], b.reaction[:], b.velocity[:] = a.slack, a.reaction, a.velocity
+
+
+@njit(cache=True)
+def _errors(system: Any, soft: Any, yields: float, at: Any, rest: Any, work: Any) -> Any:
+    """The error at a point, what it misses, and the mean of sλ."""
+    slack, reaction, u = at
+    w, b, v = system.inverse_mass, system.offset, work.approach
+    k = len(w)
+    approach(system, u, v)
+    error = _imbalance(system, u, reaction, work.moved, rest.dual, work.size)
+    mu = 0.0
+    for c in range(k):
+        yielded = yields * soft[c] * reaction[c]
+        error = max(error, abs(min(w[c] * reaction[c], b[c] - v[c] + yielded)) / system.scale)
+        rest.primal[c] = v[c] + slack[c] - b[c] - yielded
+        mu += slack[c] * reaction[c] / k
+    return error, mu
+
+
+@njit(cache=True)
+def _newton(system: Any, factor: Any, theta: Any, at: Any, rest: Any, step: Any, work: Any) -> None:
+    """The step that takes away what is missed, to first order."""
+    slack, reaction, _ = at
+    wanted, push, v = work.wanted, work.push, work.approach
+    for c in range(len(wanted)):
+        wanted[c] = rest.primal[c] - rest.complementarity[c] / reaction[c]
+        push[c] = theta[c] * wanted[c]
+    step.velocity[:] = -rest.dual
+    add_reactions(system, push, -1.0, step.velocity)
+    solve_factorised(factor, step.velocity)
+    approach(system, step.velocity, v)
+    for c in range(len(wanted)):
+        step.reaction[c] = theta[c] * (v[c] + wanted[c])
+        step.slack[c] = -(rest.complementarity[c] + slack[c] * step.reaction[c]) / reaction[c]
+
+
+@njit(cache=True)
+def _aim(at: Any, rest: Any, step: Any, length: float, mu: float) -> float:
+    """Mehrotra's corrector: the sλ to go for from how far the predictor gets, which is returned."""
+    slack, reaction, _ = at
+    k = len(slack)
+    after = 0.0
+    for c in range(k):
+        after += (slack[c] + length * step.slack[c]) * (reaction[c] + length * step.reaction[c]) / k
+    centring = (after / mu) ** 3
+    if length < 0.1:
+        centring = max(centring, 0.3)
+    target: float = centring * mu
+    for c in range(k):
+        rest.complementarity[c] = slack[c] * reaction[c] + step.slack[c] * step.reaction[c] - target
+    return target
+
+
+@njit(cache=True)
+def _push_back(at: Any, rest: Any, step: Any, further: float, target: float) -> None:
+    """Gondzio's corrector: the products sλ that a longer step would leave far from the target."""
+    slack, reaction, _ = at
+    for c in range(len(slack)):
+        product = (slack[c] + further * step.slack[c]) * (reaction[c] + further * step.reaction[c])
+        if product < 0.1 * target:
+            rest.complementarity[c] -= 0.1 * target - product
+        elif product > 10.0 * target:
+            rest.complementarity[c] -= max(10.0 * target - product, -10.0 * target)

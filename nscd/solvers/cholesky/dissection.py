@@ -103,18 +103,13 @@ def _at_cut(a: int, side: Any, other: int, start: Any, neighbour: Any) -> bool:
 @njit(cache=True)
 def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
     n = len(x)
-    nodes = np.arange(n).astype(np.int32)
-    side = np.zeros(n, np.int32)
+    nodes, side = np.arange(n).astype(np.int32), np.zeros(n, np.int32)
     part = np.empty(n, np.int32)
     most = 2 * n + 2
-    node_first, node_end, node_parent = (
-        np.empty(most, np.int32),
-        np.empty(most, np.int32),
-        np.empty(most, np.int32),
-    )
-    count = 0
+    node_first, node_end = np.empty(most, np.int32), np.empty(most, np.int32)
+    node_parent = np.empty(most, np.int32)
+    count = stamp = 0
     stack = [(0, n, -1)]
-    stamp = 0
     while len(stack) > 0:
         low, high, parent = stack.pop()
         me = count
@@ -123,51 +118,57 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
         if high - low <= leaf:
             continue
         some = nodes[low:high]
-        middle = (low + high) // 2
         wide = x[some].max() - x[some].min() > y[some].max() - y[some].min()
         across, along = (x, y) if wide else (y, x)
-        _divide(nodes, across, low, high, middle)
+        _divide(nodes, across, low, high, (low + high) // 2)
         stamp += 2
-        for q in range(low, high):
-            side[nodes[q]] = stamp if q < middle else stamp + 1
-        left_cut = right_cut = 0
-        for q in range(low, high):
-            other = stamp + 1 if q < middle else stamp
-            if _at_cut(nodes[q], side, other, start, neighbour):
-                if q < middle:
-                    left_cut += 1
-                else:
-                    right_cut += 1
-        # the separator is the shorter of the two rims
-        rim, rest = (stamp, stamp + 1) if left_cut <= right_cut else (stamp + 1, stamp)
-        size = 0
-        for q in range(low, high):
-            a = nodes[q]
-            if side[a] == rim and not _at_cut(a, side, rest, start, neighbour):
-                part[size] = a
-                size += 1
-        one = size
-        for q in range(low, high):
-            a = nodes[q]
-            if side[a] == rest:
-                part[size] = a
-                size += 1
-        two = size
-        for q in range(low, high):
-            a = nodes[q]
-            if side[a] == rim and _at_cut(a, side, rest, start, neighbour):
-                part[size] = a
-                size += 1
-        # in the order along the cut: what a part leaves to its separators are then whole runs of
-        # them
-        cut = part[two:size].copy()
-        part[two:size] = cut[np.argsort(along[cut])]
-        nodes[low:high] = part[:size]
-        for q in range(low, high):
-            side[nodes[q]] = 0
+        one, two = _separate(some, along, stamp, side, part, start, neighbour)
         node_first[me] = low + two
         if one > 0:
             stack.append((low, low + one, me))
         if two > one:
             stack.append((low + one, low + two, me))
     return nodes, node_first[:count].copy(), node_end[:count].copy(), node_parent[:count].copy()
+
+
+@njit(cache=True)
+def _separate(
+    nodes: Any, along: Any, stamp: int, side: Any, part: Any, start: Any, neighbour: Any
+) -> Any:
+    """Reorder disks that are divided in halves: the half of the shorter rim without it, the other
+    half, and the rim, which separates them; and where the second and the third begin."""
+    count = len(nodes)
+    middle = count // 2
+    for q in range(count):
+        side[nodes[q]] = stamp if q < middle else stamp + 1
+    left_cut = right_cut = 0
+    for q in range(count):
+        other = stamp + 1 if q < middle else stamp
+        if _at_cut(nodes[q], side, other, start, neighbour):
+            if q < middle:
+                left_cut += 1
+            else:
+                right_cut += 1
+    rim, rest = (stamp, stamp + 1) if left_cut <= right_cut else (stamp + 1, stamp)
+    size = 0
+    for a in nodes:
+        if side[a] == rim and not _at_cut(a, side, rest, start, neighbour):
+            part[size] = a
+            size += 1
+    one = size
+    for a in nodes:
+        if side[a] == rest:
+            part[size] = a
+            size += 1
+    two = size
+    for a in nodes:
+        if side[a] == rim and _at_cut(a, side, rest, start, neighbour):
+            part[size] = a
+            size += 1
+    # along the cut, so that what a part leaves to its separators are whole runs of them
+    cut = part[two:size].copy()
+    part[two:size] = cut[np.argsort(along[cut])]
+    nodes[:] = part[:size]
+    for a in nodes:
+        side[a] = 0
+    return one, two

@@ -36,18 +36,24 @@ def _ones(x: Any) -> Any:
 
 
 @njit(cache=True)
-def _eliminate(start: Any, neighbour: Any) -> Any:
+def _neighbours(start: Any, neighbour: Any) -> Any:
+    """The neighbours of each disk as bits (n, n/64), and how many there are (n,)."""
     n = len(start) - 1
-    words = (n + 63) // 64
-    one = np.uint64(1)
-    bits = np.zeros((n, words), np.uint64)
-    degree = np.zeros(n, np.int64)
+    bits, degree = np.zeros((n, (n + 63) // 64), np.uint64), np.zeros(n, np.int64)
     for a in range(n):
         for e in range(start[a], start[a + 1]):
             b = neighbour[e]
-            bits[a, b >> 6] |= one << np.uint64(b & 63)
-        for w in range(words):
+            bits[a, b >> 6] |= np.uint64(1) << np.uint64(b & 63)
+        for w in range(bits.shape[1]):
             degree[a] += _ones(bits[a, w])
+    return bits, degree
+
+
+@njit(cache=True)
+def _eliminate(start: Any, neighbour: Any) -> Any:
+    bits, degree = _neighbours(start, neighbour)
+    n, words = bits.shape
+    one = np.uint64(1)
     # disks of each degree, as doubly linked lists
     head = np.full(n + 1, -1, np.int32)
     after, before = np.full(n, -1, np.int32), np.full(n, -1, np.int32)

@@ -118,12 +118,11 @@ def _structure(start: Any, neighbour: Any, order: Any, place: Any) -> Any:
 
 
 @njit(cache=True, fastmath=True)
-def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
-    """Factorise M + Cᵀ(Θ + K)C for theta (k,) kg; False where rounding left it indefinite."""
-    n = len(system.mass)
-    L, D, x, A, B = rows.block, rows.diagonal, rows.work, rows.matrix, rows.matrix_diagonal
+def _assemble(system: Any, rows: Any, theta: Any) -> None:
+    """Put M + Cᵀ(Θ + K)C into `matrix` and `matrix_diagonal`."""
+    A, B = rows.matrix, rows.matrix_diagonal
     A[:] = 0.0
-    for i in range(n):
+    for i in range(len(B)):
         B[i, 0], B[i, 1], B[i, 3] = system.mass[i, 0], 0.0, system.mass[i, 1]
     for c in range(len(theta)):
         i, j = system.first[c], system.second[c]
@@ -142,6 +141,14 @@ def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
             A[p, 1] -= xy
             A[p, 2] -= xy
             A[p, 3] -= yy
+
+
+@njit(cache=True, fastmath=True)
+def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
+    """Factorise M + Cᵀ(Θ + K)C for theta (k,) kg; False where rounding left it indefinite."""
+    _assemble(system, rows, theta)
+    n = len(system.mass)
+    L, D, x, A, B = rows.block, rows.diagonal, rows.work, rows.matrix, rows.matrix_diagonal
     row, start = rows.row, rows.start
     for k in range(n):
         for p in range(rows.a_start[k], rows.a_start[k + 1]):
