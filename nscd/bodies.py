@@ -58,7 +58,7 @@ class Snapshot:
 
     @property
     def inertia(self) -> Floats:
-        """Moment of inertia of each disk about its centre, m r²/2 (kg m²), shape (n,)."""
+        """Compute (n,) kg m², the moment of inertia m r²/2 of each disk about its centre."""
         inertia: Floats = 0.5 * self.mass * self.radius**2
         return inertia
 

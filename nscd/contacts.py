@@ -135,8 +135,9 @@ class Contacts:
         return csr_array((values, (rows, columns)), shape=(k, 2 * n))
 
     def inverse_mass(self, mass: Floats) -> Floats:
-        """Compute w = 1/m_i + 1/m_j (k,) 1/kg of masses (n,) kg, a wall's being infinite: the diagonal
-        of the Delassus operator."""
+        """Compute w = 1/m_i + 1/m_j (k,) 1/kg of masses (n,) kg, a wall's being infinite.
+
+        It is the diagonal of the Delassus operator."""
         w: Floats = 1.0 / mass[self.first]
         pairs = ~self.is_wall
         w[pairs] += 1.0 / mass[self.second[pairs]]
@@ -150,9 +151,7 @@ def sum_at_disks(
     on_second: Floats,
     n: int,
 ) -> Floats:
-    """Sum at each of n disks what it has of its contacts: on_first, on_second (k,…) → (n,…).
-
-    first, second (k,): the disks of a contact, second −1 for a wall, which takes its part away."""
+    """Sum at each of n disks what it has of its contacts: on_first, on_second (k,…) → (n,…)."""
     pairs = second >= 0
     both = second[pairs]
     if on_first.ndim == 1:

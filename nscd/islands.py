@@ -15,9 +15,13 @@ from nscd.problem import ContactProblem
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Islands:
-    """label (n,) of each disk's island; contacts (m,), disks (m,): how many it has; pressed (m,):
-    one of its contacts would close; forest (m,): its contacts form a tree (the walls taken as one
-    body), so that its reactions are unique."""
+    """Hold the m islands of a contact graph.
+
+    label: (n,) island of each disk
+    contacts, disks: (m,) how many it has
+    pressed: (m,) whether one of its contacts would close
+    forest: (m,) whether its contacts form a tree (the walls taken as one body), so that its
+        reactions are unique"""
 
     label: Index32
     contacts: Indices
@@ -27,7 +31,7 @@ class Islands:
 
 
 def find_islands(problem: ContactProblem) -> Islands:
-    """The connected components of disks over disk–disk contacts; walls do not connect."""
+    """Find the connected components of disks over disk–disk contacts; walls do not connect."""
     pairs = problem.second >= 0
     label, count = components(len(problem.mass), problem.first, problem.second)
     island = label[problem.first]
@@ -46,8 +50,11 @@ def find_islands(problem: ContactProblem) -> Islands:
 
 @njit(cache=True)
 def components(n: int, first: Any, second: Any) -> Any:
-    """Label (n,) of each disk's component, and how many there are: union–find with path halving,
-    the earlier root wins."""
+    """Label (n,) each disk's component, and count them.
+
+    first, second: (k,) disks, second −1 for a wall
+
+    Union–find with path halving; the earlier root wins."""
     root = np.arange(n).astype(np.int32)
     for c in range(len(first)):
         i, j = first[c], second[c]

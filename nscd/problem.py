@@ -15,17 +15,22 @@ from nscd.laws import ContactLaw
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactProblem:
-    """min ½ (u − û)·Â (u − û) subject to C u ≤ b (or C u = b where `maintained`).
+    """State min ½ (u − û)·Â (u − û) subject to C u ≤ b (or C u = b where `maintained`).
+
+    first, second: (k,) disks, second −1 for a wall
+    normal_first, normal_second, tangent_first, tangent_second: (k,d), rows of C and of the
+        tangential part of D
+    normal_weight, tangent_weight: (k,) kg, k_n and k_t
+    mass: (n,d) kg, kg m²
+    left, free: (n,d) m/s, u⁻ and û
+    offset: (k,) m/s, b; 0 for an impact
+    inverse_mass: (k,) 1/kg, w
+    position: (n,2) m
+    least_scale: m/s, for problems whose u⁻ is 0 and whose offset is not
 
     With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) with u = u⁺. Each disk has
     d unknowns: its velocity, and its spin only where tangential dissipation needs it (d = 3). λ is
-    the multiplier: Â (u − û) + Cᵀλ = 0.
-
-    first, second (k,) disks, second −1 for a wall; normal_first, normal_second, tangent_first,
-    tangent_second (k,d): rows of C and of the tangential part of D; normal_weight, tangent_weight
-    (k,) kg: k_n, k_t; mass (n,d) kg, kg m²; left u⁻, free û (n,d); offset b (k,) m/s, 0 for an
-    impact; inverse_mass w (k,) 1/kg; position (n,2) m; least_scale m/s:
-    for problems whose u⁻ is 0 and whose offset is not."""
+    the multiplier: Â (u − û) + Cᵀλ = 0."""
 
     first: Index32
     second: Index32
@@ -46,32 +51,33 @@ class ContactProblem:
 
     @cached_property
     def scale(self) -> float:
-        """‖u⁻‖∞ (m/s), the velocity that residuals are measured in, at least `least_scale`; tiny
-        where nothing moves."""
+        """Compute ‖u⁻‖∞ (m/s), the velocity that residuals are measured in.
+
+        At least `least_scale`; tiny where nothing moves."""
         moving = float(np.abs(self.left[:, :2]).max(initial=0.0))
         return max(moving, self.least_scale, float(np.finfo(float).tiny))
 
     @cached_property
     def dissipative(self) -> bool:
-        """Whether any contact has k_n or k_t."""
+        """Tell whether any contact has k_n or k_t."""
         return bool(self.normal_weight.any() or self.tangent_weight.any())
 
     @cached_property
     def given(self) -> Floats:
-        """(M − DᵀKD) u⁻ = Â û, (n,d) kg m/s."""
+        """Compute (M − DᵀKD) u⁻ = Â û, (n,d) kg m/s."""
         momentum: Floats = 2 * self.mass * self.left - self.inertia(self.left)
         return momentum
 
     def approach(self, velocity: Floats) -> Floats:
-        """C u, (k,) m/s, of velocities (n,d)."""
+        """Compute C u, (k,) m/s, of velocities (n,d)."""
         return self._rows(self.normal_first, self.normal_second, velocity)
 
     def sliding(self, velocity: Floats) -> Floats:
-        """The tangential part of D u, (k,) m/s, spins included, of velocities (n,d)."""
+        """Compute the tangential part of D u, (k,) m/s, spins included, of velocities (n,d)."""
         return self._rows(self.tangent_first, self.tangent_second, velocity)
 
     def momentum(self, reaction: Floats, across: Floats | None = None) -> Floats:
-        """Cᵀλ (n,d) N·s of reactions (k,), plus the same of tangential ones."""
+        """Compute Cᵀλ (n,d) N·s of reactions (k,), plus the same of tangential ones."""
         first = self.normal_first * reaction[:, None]
         second = self.normal_second * reaction[:, None]
         if across is not None:
@@ -80,7 +86,7 @@ class ContactProblem:
         return sum_at_disks(self.first, self.second, first, second, len(self.mass))
 
     def inertia(self, velocity: Floats) -> Floats:
-        """Â u, (n,d)."""
+        """Compute Â u, (n,d), of velocities (n,d)."""
         momentum = self.mass * velocity
         if self.dissipative:
             along, across = (
@@ -91,21 +97,25 @@ class ContactProblem:
         return momentum
 
     def residual(self, reaction: Floats, velocity: Floats) -> float:
-        """max |min(wλ, b − Cu)| / ‖u⁻‖∞ (|Cu − b| where maintained): dimensionless, 0 for an exact
-        answer."""
+        """Measure max |min(wλ, b − Cu)| / ‖u⁻‖∞ (|Cu − b| where maintained) of an answer.
+
+        It is dimensionless, and 0 for an exact answer."""
         slack = self.offset - self.approach(velocity)
         error = slack if self.maintained else np.minimum(self.inverse_mass * reaction, slack)
         return float(np.abs(error).max(initial=0.0)) / self.scale
 
     def balance_error(self, reaction: Floats, velocity: Floats) -> float:
-        """max |M(u − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, p = kD(u + u⁻) + λ n, spins by
-        inertia over radius: how far the momentum of any disk is from balance, relative to what it
-        has and receives; rounding alone leaves about 1e-16, and k/m times that where contacts
+        """Measure how far the momentum of any disk is from balance, relative to what it has and
+        receives.
+
+        max |M(u − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks, p = kD(u + u⁻) + λ n, spins by
+        inertia over radius. Rounding alone leaves about 1e-16, and k/m times that where contacts
         dissipate."""
         return self.imbalance(velocity, *self.impulses(reaction, velocity))
 
     def impulses(self, reaction: Floats, velocity: Floats) -> tuple[Floats, Floats | None]:
-        """Normal and tangential part of p = k D(u + u⁻) + λ n, each (k,) N·s; None: no tangential."""
+        """Compute p = k D(u + u⁻) + λ n (k,) N·s, along the normal and across; None: nothing
+        across."""
         if not self.dissipative:
             return reaction, None
         total = velocity + self.left
@@ -113,7 +123,7 @@ class ContactProblem:
         return along, self.tangent_weight * self.sliding(total)
 
     def imbalance(self, velocity: Floats, along: Floats, across: Floats | None) -> float:
-        """The `balance_error` of velocities (n,d) with given `impulses` (k,)."""
+        """Measure the `balance_error` of velocities (n,d) with given `impulses` (k,)."""
         balance = self.mass * (velocity - self.left) + self.momentum(along, across)
         size = np.abs(along) + (0.0 if across is None else np.abs(across))
         received = sum_at_disks(self.first, self.second, size, size, len(self.mass))
@@ -121,7 +131,7 @@ class ContactProblem:
         return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
 
     def restricted(self, contacts: Flags, disks: Flags) -> ContactProblem:
-        """The problem of some contacts (k,) and of the disks (n,) that they are between."""
+        """Take the problem of some contacts (k,) and of the disks (n,) that they are between."""
         number = np.cumsum(disks, dtype=np.int32) - np.int32(1)
         second = self.second[contacts]
         by_contact = (
@@ -150,7 +160,10 @@ def impact_problem(
     law: ContactLaw,
     offset: Floats | None = None,
 ) -> ContactProblem:
-    """The collision problem of a snapshot with the given left velocity (n,2) m/s and law.
+    """State the collision problem of a snapshot.
+
+    left_velocity: (n,2) m/s, u⁻
+    offset: (k,) m/s, b; 0 where left out
 
     `free` is û = u⁻ without dissipation; with it the caller has to solve Â û = (M − DᵀKD) u⁻ (see
     `solve`)."""

@@ -19,11 +19,13 @@ from nscd.solve import solve
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FirstOrderAnswer:
-    """What the first-order model gives: multiplier λ (k,) m/s and right velocity u⁺ (n,2) m/s.
+    """Hold what the first-order model gives.
 
-    λ is a velocity (an impulse per unit mass of a crowd in which everybody has the same mass), not
-    a force and not a percussion: λ·m is the percussion in N·s where all masses are m, and nothing
-    where they differ. residual, status, reason: as of `Percussions`."""
+    multiplier: (k,) m/s, λ, a velocity (an impulse per unit mass of a crowd in which everybody
+        has the same mass), not a force and not a percussion: λ·m is the percussion in N·s where
+        all masses are m, and nothing where they differ
+    right_velocity: (n,2) m/s, u⁺
+    residual, status, reason: as of `Percussions`"""
 
     multiplier: Floats
     right_velocity: Floats
@@ -40,12 +42,15 @@ def first_order(
     maintained: bool = False,
     tolerance: float = 1e-10,
 ) -> FirstOrderAnswer:
-    """The model of Maury and Venel (paper eq. (4)): 0 ≤ λ ⟂ CCᵀλ − C u⁻ ≥ 0, u⁺ = u⁻ − Cᵀλ, masses
-    ignored.
+    """Solve the first-order model of Maury and Venel on a snapshot.
 
-    `maintained` is the printed equality CCᵀλ = C u⁻, whose λ may pull. u⁺ is the right velocity
-    nearest to u⁻ (n,2) m/s (the snapshot's own velocity by default) in the sum of squares; λ is the
-    one of least Σλ² where contacts are redundant. Raises ValueError as `solve` does."""
+    left_velocity: (n,2) m/s, u⁻; the snapshot's own where left out
+    maintained: the printed equality CCᵀλ = C u⁻, whose λ may pull
+    tolerance: dimensionless, as of `solve`
+
+    0 ≤ λ ⟂ CCᵀλ − C u⁻ ≥ 0, u⁺ = u⁻ − Cᵀλ, masses ignored (paper eq. (4)): u⁺ is the right velocity
+    nearest to u⁻ in the sum of squares; λ is the one of least Σλ² where contacts are redundant.
+    Raises ValueError as `solve` does."""
     unit = replace(snapshot, mass=np.ones(len(snapshot)))
     answer = solve(
         unit,
@@ -65,12 +70,16 @@ def first_order(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SocialForceLaw:
-    """Helbing, Farkas and Vicsek, Nature 407 (2000) 487–490 (paper eq. (9)), with g = d_ij − r_ij
-    the gap (m):
+    """Set the social force of Helbing, Farkas and Vicsek.
 
-    normal A exp(−g/B) + ϱ max(−g, 0), sliding friction ς max(−g, 0) times the tangential relative
-    velocity. strength A (N), decay B (m), body_stiffness ϱ (kg/s²), sliding_friction ς (kg/(m s)).
-    Raises ValueError for a coefficient that is negative or not finite, or a decay of 0."""
+    strength: N, A
+    decay: m, B
+    body_stiffness: kg/s², ϱ
+    sliding_friction: kg/(m s), ς
+
+    Normal A exp(−g/B) + ϱ max(−g, 0) with the gap g = d_ij − r_ij, sliding friction ς max(−g, 0)
+    times the tangential relative velocity. Nature 407 (2000) 487–490 (paper eq. (9)). Raises
+    ValueError for a coefficient that is negative or not finite, or a decay of 0."""
 
     strength: float = 2000.0
     decay: float = 0.08
@@ -86,15 +95,15 @@ class SocialForceLaw:
             raise ValueError("decay: 0 m; a length > 0 is needed")
 
     def repulsion(self, gap: Floats) -> Floats:
-        """A exp(−g/B) in N of gaps in m: acts at any distance."""
+        """Compute A exp(−g/B) in N of gaps in m: acts at any distance."""
         return np.asarray(self.strength * np.exp(-np.asarray(gap) / self.decay))
 
     def body(self, gap: Floats) -> Floats:
-        """ϱ max(−g, 0) in N of gaps in m: acts where disks overlap."""
+        """Compute ϱ max(−g, 0) in N of gaps in m: acts where disks overlap."""
         return np.asarray(self.body_stiffness * np.maximum(-np.asarray(gap), 0.0))
 
     def reach(self, left_out: float) -> float:
-        """The gap B ln(A/left_out) (m) beyond which one pair gives less than `left_out` N.
+        """Compute the gap B ln(A/left_out) (m) beyond which one pair gives less than `left_out` N.
 
         A search up to there leaves out less than (n − 1 + walls) · left_out of the sum at any of n
         disks. Raises ValueError unless 0 < left_out ≤ A."""
@@ -107,9 +116,12 @@ class SocialForceLaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SocialForces:
-    """Social forces of k pairs: repulsion and body (k,) N along the normal, both pushing; sliding
-    (k,2) N, what the first gives to the second across the normal; pairs: the contacts they belong
-    to; disks: how many there are."""
+    """Hold the social forces of k pairs.
+
+    pairs: the contacts they belong to
+    disks: how many there are
+    repulsion, body: (k,) N along the normal, both pushing
+    sliding: (k,2) N, what the first gives to the second across the normal"""
 
     pairs: Contacts
     disks: int
@@ -119,33 +131,35 @@ class SocialForces:
 
     @property
     def normal(self) -> Floats:
-        """Repulsion plus body force, (k,) N."""
+        """Compute (k,) N, repulsion plus body force."""
         return self.repulsion + self.body
 
     @property
     def force(self) -> Floats:
-        """The whole force that the first gives to the second, (k,2) N."""
+        """Compute (k,2) N, the whole force that the first gives to the second."""
         return self.normal[:, None] * self.pairs.normal + self.sliding
 
     def resultant(self) -> Floats:
-        """Vector sum of what each disk receives, (n,2) N."""
+        """Sum (n,2) N, what each disk receives, as vectors."""
         return self.pairs.momentum_change(self.force, self.disks)
 
     def magnitude_sum(self) -> Floats:
-        """Sum of the normal magnitudes at each disk, (n,) N."""
+        """Sum (n,) N, the normal magnitudes at each disk."""
         return self.pairs.sum_at_disks(self.normal, self.disks)
 
 
 def social_force(
     snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw | None = None
 ) -> SocialForces:
-    """Social forces (paper eq. (9)) of the given pairs of disks and of disks and walls.
+    """Compute the social forces of the given pairs of disks and of disks and walls.
 
-    Give the touching contacts only, or `find_contacts(snapshot, walls,
-    tolerance=law.reach(left_out))` for all pairs that matter. Friction is that of the original,
-    which opposes sliding: disk i receives ς max(−g, 0) ((v_j − v_i)·t) t (the paper prints Δv_ij
-    without saying whose velocity is subtracted); a wall is at rest and acts by its nearest point.
-    Raises ValueError for pairs that name disks beyond the snapshot's."""
+    pairs: the touching contacts only, or `find_contacts(snapshot, walls,
+        tolerance=law.reach(left_out))` for all that matter
+
+    Friction is that of the original, which opposes sliding: disk i receives
+    ς max(−g, 0) ((v_j − v_i)·t) t (the paper prints Δv_ij without saying whose velocity is
+    subtracted); a wall is at rest and acts by its nearest point (paper eq. (9)). Raises ValueError
+    for pairs that name disks beyond the snapshot's."""
     law = SocialForceLaw() if law is None else law
     pairs.check_disks(len(snapshot))
     tangent = np.column_stack([-pairs.normal[:, 1], pairs.normal[:, 0]])
@@ -161,9 +175,12 @@ def social_force(
 
 
 class LoehnerReading(enum.StrEnum):
-    """How eq. (10) is read. printed: f_max/(1 + d²) where d_ij ≤ r_ij, twice that beyond. text:
-    with the two cases exchanged, as a contact force would have it. Either way the force jumps by a
-    factor 2 at touch."""
+    """Choose how eq. (10) is read.
+
+    printed: f_max/(1 + d²) where d_ij ≤ r_ij, twice that beyond
+    text: with the two cases exchanged, as a contact force would have it
+
+    Either way the force jumps by a factor 2 at touch."""
 
     PRINTED = "printed"
     TEXT = "text"
@@ -171,9 +188,13 @@ class LoehnerReading(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoehnerForces:
-    """Löhner's forces of k pairs: on_first (k,) N pushes the first disk along −normal, on_second
-    (k,) N the second along +normal (0 where that is a wall); they differ in general. pairs, disks:
-    as of `SocialForces`."""
+    """Hold Löhner's forces of k pairs.
+
+    pairs: the contacts they belong to
+    disks: how many there are
+    on_first: (k,) N, pushes the first disk along −normal
+    on_second: (k,) N, pushes the second along +normal; 0 where that is a wall. They differ in
+        general"""
 
     pairs: Contacts
     disks: int
@@ -181,15 +202,16 @@ class LoehnerForces:
     on_second: Floats
 
     def resultant(self) -> Floats:
-        """Vector sum of what each disk receives, (n,2) N. Its sum over the disks of a crowd without
-        walls is not 0."""
+        """Sum (n,2) N, what each disk receives, as vectors.
+
+        The sum over the disks of a crowd without walls is not 0."""
         normal = self.pairs.normal
         return self.pairs.sum_at_disks(
             -self.on_first[:, None] * normal, self.disks, on_second=self.on_second[:, None] * normal
         )
 
     def magnitude_sum(self) -> Floats:
-        """Sum of the magnitudes at each disk, (n,) N."""
+        """Sum (n,) N, the magnitudes at each disk."""
         return self.pairs.sum_at_disks(self.on_first, self.disks, on_second=self.on_second)
 
 
@@ -201,20 +223,23 @@ def loehner_force(
     *,
     tolerance: float = 0.0,
 ) -> LoehnerForces:
-    """Löhner's force (Applied Mathematical Modelling 34 (2010) 366–382; paper eq. (10)), repulsive
-    along the normal:
+    """Compute Löhner's force of the given pairs, repulsive along the normal.
 
-    on i from j: c f_max,i / (1 + d_i²), d_i = d_ij / r_i, with c = 1 in contact and 2 beyond
-    (`printed`) or the reverse (`text`). The law has no direction of its own; the pairs' normals
-    supply it. d_i counts the distance between the centres in radii of the receiver, so that it is 2
-    at touch for equal radii (f_max/5 or 2 f_max/5, never f_max), and a large disk receives more
-    from a small one than it gives: f_ij ≠ −f_ji unless radii and f_max are equal.
+    maximum_force: N, f_max, one number or (n,), by receiver
+    reading: which of the two cases is in contact
+    tolerance: m; in contact means gap ≤ tolerance, so that rounding does not decide at touch
 
-    maximum_force f_max (N): one number or (n,), by receiver. In contact means gap ≤ tolerance (m),
-    so that rounding does not decide at touch. The law names no walls: one acts as a neighbour
-    without radius at its nearest point. Raises ValueError for a maximum force that is negative, not
-    finite or of another shape, a tolerance that is negative or not finite, pairs that name disks
-    beyond the snapshot's, or an unknown reading."""
+    On i from j: c f_max,i / (1 + d_i²), d_i = d_ij / r_i, with c = 1 in contact and 2 beyond
+    (`printed`) or the reverse (`text`): Applied Mathematical Modelling 34 (2010) 366–382; paper
+    eq. (10). The law has no direction of its own; the pairs' normals supply it. d_i counts the
+    distance between the centres in radii of the receiver, so that it is 2 at touch for equal radii
+    (f_max/5 or 2 f_max/5, never f_max), and a large disk receives more from a small one than it
+    gives: f_ij ≠ −f_ji unless radii and f_max are equal. The law names no walls: one acts as a
+    neighbour without radius at its nearest point.
+
+    Raises ValueError for a maximum force that is negative, not finite or of another shape, a
+    tolerance that is negative or not finite, pairs that name disks beyond the snapshot's, or an
+    unknown reading."""
     n = len(snapshot)
     pairs.check_disks(n)
     limit = np.asarray(maximum_force, dtype=np.float64)

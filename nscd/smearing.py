@@ -18,15 +18,14 @@ MOST_CELLS = 512
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kernel:
-    """An isotropic kernel φ of unit integral in the plane; width w (m): its standard deviation
-    along an axis.
+    """Set an isotropic kernel φ of unit integral in the plane.
 
-    Gaussian: φ = exp(−r²/2w²)/(2πw²), cut where r > cutoff·w; what is cut is below exp(−cutoff²/2)
-    of φ(0). compact: φ = 4/(πR²)·(1 − r²/R²)³ for r < R = √10 w, twice continuously differentiable,
-    nothing to cut.
+    width: m, w, its standard deviation along an axis
+    compact: φ = 4/(πR²)·(1 − r²/R²)³ for r < R = √10 w, twice continuously differentiable,
+        nothing to cut; otherwise the Gaussian φ = exp(−r²/2w²)/(2πw²)
+    cutoff: in widths, where the Gaussian is cut; what is cut is below exp(−cutoff²/2) of φ(0)
 
-    Raises ValueError for a width that is not positive and finite, or a cutoff below 1.
-    """
+    Raises ValueError for a width that is not positive and finite, or a cutoff below 1."""
 
     width: float
     compact: bool = False
@@ -40,24 +39,24 @@ class Kernel:
 
     @property
     def reach(self) -> float:
-        """Beyond this distance (m) the kernel counts as zero."""
+        """Compute the distance (m) beyond which the kernel counts as zero."""
         return math.sqrt(10.0) * self.width if self.compact else self.cutoff * self.width
 
     @property
     def weight(self) -> Weight:
-        """The kernel as the compiled loops take it."""
+        """Give the kernel as the compiled loops take it."""
         return Weight(self.width, self.reach, self.compact)
 
     @property
     def neglected(self) -> float:
-        """Largest value (1/m²) that the kernel has beyond its reach."""
+        """Compute the largest value (1/m²) that the kernel has beyond its reach."""
         return (
             0.0 if self.compact else math.exp(-0.5 * self.cutoff**2) / (2 * math.pi * self.width**2)
         )
 
 
 class Weight(NamedTuple):
-    """A kernel: width and reach (m), and which of the two it is."""
+    """Hold a kernel for compiled loops: width and reach (m), and which of the two it is."""
 
     width: float
     reach: float
@@ -65,8 +64,14 @@ class Weight(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """Points (m,2) m sorted into square cells: order (m,); begins, where each cell begins in it; nx,
-    ny cells along x and y; x0, y0 the corner and side of a cell (m)."""
+    """Hold points sorted into square cells.
+
+    points: (m,2) m
+    order: (m,)
+    begins: where each cell begins in it
+    nx, ny: cells along x and y
+    x0, y0: m, their corner
+    side: m, of a cell"""
 
     points: Any
     order: Any
@@ -81,8 +86,11 @@ class Cells(NamedTuple):
 def smear(
     position: ArrayLike, values: ArrayLike, kernel: Kernel, at: ArrayLike
 ) -> tuple[Floats, Floats]:
-    """Σ_i values_i φ(x − x_i) at the points (m,2), shape (m,d), and its gradient (m,d,2), of values
-    (n,d) at position (n,2) m.
+    """Compute Σ_i values_i φ(x − x_i), shape (m,d), and its gradient (m,d,2) at points.
+
+    position: (n,2) m, x_i
+    values: (n,d)
+    at: (m,2) m, x
 
     With a quadrature's points and weights × values it convolves a continuous field with the same
     kernel. Raises ValueError for wrong shapes and non-finite numbers."""
@@ -111,6 +119,7 @@ def cells_of(points: Floats, reach: float) -> Cells:
 
 @njit(cache=True)
 def value_at(d2: float, width: float, compact: bool) -> float:
+    """Compute φ (1/m²) at the squared distance d2 (m²) from its middle."""
     if compact:
         inside = 1.0 - d2 / (10.0 * width * width)
         return 4.0 / (math.pi * 10.0 * width * width) * inside**3 if inside > 0.0 else 0.0
@@ -128,8 +137,8 @@ def _slope(d2: float, width: float, compact: bool) -> float:
 
 @njit(cache=True)
 def window(low: float, high: float, side: float, count: int) -> tuple[int, int]:
-    """First and last of `count` cells that the interval meets (m from the first cell); first >
-    last: none."""
+    """Find the first and last of `count` cells that an interval (m from the first) meets; none:
+    first > last."""
     return max(math.floor(low / side), 0), min(math.floor(high / side), count - 1)
 
 

@@ -122,8 +122,12 @@ def certify(
     tolerance: float,
     started: float,
 ) -> Percussions:
-    """Make the answer of the reactions and velocities that a solver found, and recompute all that it
-    says of itself: residual, momentum, energy, and that every number is finite."""
+    """Judge what a solver found, and recompute all that an answer says of itself.
+
+    found: reactions, velocities and their proven bound
+    started: s, when the clock was started
+
+    Residual, momentum, energy, and that every number is finite."""
     reaction, right = found.reaction, found.velocity
     normal, tangential = problem.impulses(reaction, right)
     total = right + problem.left

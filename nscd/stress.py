@@ -31,12 +31,14 @@ SHORT = 1e-5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StressField:
-    """Coarse-grained contact stress at m points.
+    """Hold the coarse-grained contact stress at m points.
 
-    stress Σ (m,2,2) N·s/m, negative in compression, Σ[:, a, b] = −Σ_c p_a ℓ_b ∫φ; divergence div Σ
-    (m,2) N·s/m², from the closed form of the derivative; traction t (m,2) N·s/m², what walls give;
-    truncation (N·s/m): bound on the error of Σ by the cut of the kernel. All per second less (N/m,
-    N/m²) where forces were given."""
+    stress: (m,2,2) N·s/m, Σ[:, a, b] = −Σ_c p_a ℓ_b ∫φ, negative in compression
+    divergence: (m,2) N·s/m², div Σ, from the closed form of the derivative
+    traction: (m,2) N·s/m², t, what walls give
+    truncation: N·s/m, bound on the error of Σ by the cut of the kernel
+
+    All per second (N/m, N/m²) where forces were given."""
 
     stress: Floats
     divergence: Floats
@@ -45,16 +47,21 @@ class StressField:
 
     @property
     def pressure(self) -> Floats:
-        """−½ tr Σ (m,) N·s/m, positive in compression."""
+        """Compute −½ tr Σ (m,) N·s/m, positive in compression."""
         pressure: Floats = -0.5 * np.trace(self.stress, axis1=1, axis2=2)
         return pressure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlowField:
-    """Coarse-grained motion at m points: density Σmφ (m,) kg/m², momentum Σmuφ (m,2) kg/(m s),
-    their ratio velocity (m,2) m/s and its gradient (m,2,2) 1/s, gradient[:, a, b] = ∂u_a/∂x_b; both
-    are NaN where no disk is within reach."""
+    """Hold the coarse-grained motion at m points.
+
+    density: (m,) kg/m², Σmφ
+    momentum: (m,2) kg/(m s), Σmuφ
+    velocity: (m,2) m/s, their ratio
+    gradient: (m,2,2) 1/s, gradient[:, a, b] = ∂u_a/∂x_b
+
+    Velocity and gradient are NaN where no disk is within reach."""
 
     density: Floats
     momentum: Floats
@@ -65,8 +72,11 @@ class FlowField:
 def stress_field(
     snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike, kernel: Kernel, at: ArrayLike
 ) -> StressField:
-    """Stress, its divergence and wall traction at the points `at` (m,2) m, of impulses p (k,2) N·s
-    or forces (k,2) N that the first body of each contact gives to the second.
+    """Compute stress, its divergence and wall traction at points.
+
+    impulse: (k,2) N·s, p, or forces (k,2) N, that the first body of each contact gives to the
+        second
+    at: (m,2) m
 
     Σ(x) = −Σ_c p_c ⊗ ℓ_c ∫₀¹ φ(x − x_i − sℓ_c) ds, ℓ = x_j − x_i (wall: contact point − x_i), and
     t(x) = −Σ_wall p φ(x − x_contact). Exact for any kernel: Σ_i m_iΔu_iφ(x − x_i) = div Σ + t. The
@@ -92,8 +102,7 @@ def stress_field(
 
 
 def branches(snapshot: Snapshot, contacts: Contacts) -> Floats:
-    """ℓ of each contact (k,2) m: from the first centre to the second, or to the contact point of a
-    wall."""
+    """Compute ℓ (k,2) m from the first centre to the second, or to the contact point of a wall."""
     end = contacts.point.copy()
     pairs = ~contacts.is_wall
     end[pairs] = snapshot.position[contacts.second[pairs]]
@@ -102,8 +111,11 @@ def branches(snapshot: Snapshot, contacts: Contacts) -> Floats:
 
 
 def virial(snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike) -> Floats:
-    """∫Σ dx over the plane = −Σ_c p_c ⊗ ℓ_c, (2,2) N·s m (N m of forces). Raises ValueError as
-    `stress_field` does."""
+    """Compute ∫Σ dx over the plane = −Σ_c p_c ⊗ ℓ_c, (2,2) N·s m, or N m of forces.
+
+    impulse: (k,2) N·s or N
+
+    Raises ValueError as `stress_field` does."""
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
     total: Floats = -p.T @ branches(snapshot, contacts)
@@ -111,8 +123,10 @@ def virial(snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike) -> Floats
 
 
 def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: ArrayLike) -> FlowField:
-    """Density, momentum, velocity and its gradient at the points (m,2) m, of disks that move with
-    velocity (n,2) m/s.
+    """Compute density, momentum, velocity and its gradient at points, of disks that move.
+
+    velocity: (n,2) m/s
+    at: (m,2) m
 
     ρ = Σmφ, ρu = Σmu_iφ, ∂u_a/∂x_b = (∂(ρu_a)/∂x_b − u_a ∂ρ/∂x_b)/ρ. Raises ValueError as `smear`
     does."""
@@ -131,7 +145,7 @@ def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: Arra
 
 
 class Loads(NamedTuple):
-    """Branches: start (k,2) m, branch ℓ (k,2) m, impulse p (k,2) N·s, is_wall (k,)."""
+    """Hold branches: start (k,2) m, branch ℓ (k,2) m, impulse p (k,2) N·s, is_wall (k,)."""
 
     start: Any
     branch: Any
@@ -140,7 +154,7 @@ class Loads(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """What is added to: stress (m,2,2), divergence (m,2), traction (m,2)."""
+    """Hold what is added to: stress (m,2,2), divergence (m,2), traction (m,2)."""
 
     stress: Any
     divergence: Any

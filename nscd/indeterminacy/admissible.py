@@ -23,13 +23,14 @@ FEASIBILITY = 1e-10  # the sharpest that HiGHS takes; everything it returns is c
 
 
 class ProgramError(RuntimeError):
-    """A linear program without a finite optimum, or one that HiGHS did not solve; the message gives
-    its reason."""
+    """Say that a linear program has no finite optimum, or that HiGHS did not solve it, and why."""
 
 
 class Optimum(NamedTuple):
-    """The end of a linear program: x, where it is attained, and the multipliers y of its
-    equations."""
+    """Hold the end of a linear program.
+
+    point: where it is attained
+    multiplier: of its equations"""
 
     point: Floats
     multiplier: Floats
@@ -37,16 +38,20 @@ class Optimum(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Admissible:
-    """The set {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact opens} of an answer λ, u⁺; it is not
-    empty, λ is in it.
+    """Hold the set {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact opens} of an answer λ, u⁺, λ being
+    in it.
+
+    contacts: k of them
+    disks: how many there are
+    reaction: (k,) N·s, λ with 0 at contacts that open
+    closed: (k,) whether −v⁺ ≤ tolerance
+    core: (c,) indices of the closed contacts that balance alone leaves open, all others being known
+    factor, core_factor: of C on the closed contacts and on the core
+    balance: (2n,c), Cᵀ on the core
+    scale: N·s, the largest reaction
 
     The right velocity u⁺ is the same for all of them, whatever the (dissipative) law: only λ is
-    open.
-
-    contacts (k of them); disks n; reaction λ (k,) N·s, with 0 at contacts that open; closed (k,):
-    −v⁺ ≤ tolerance; core (c,): indices of the closed contacts that balance alone leaves open, all
-    others being known; factor and core_factor: those of C on the closed contacts and on the core;
-    balance (2n, c): Cᵀ on the core; scale N·s: the largest reaction."""
+    open."""
 
     contacts: Contacts
     disks: int
@@ -60,9 +65,11 @@ class Admissible:
 
     @classmethod
     def of(cls, contacts: Contacts, answer: Percussions, opening: float = OPENING) -> Admissible:
-        """The set of the given answer. A contact opens if −v⁺ exceeds the share `opening` (or ten
-        times the answer's residual, if that is more) of the larger of max |u⁺| and 2 |ΔE| / Σλ, the
-        mean approach before the impact.
+        """Make the set of the given answer.
+
+        opening: dimensionless; a contact opens if −v⁺ exceeds this share (or ten times the
+            answer's residual, if that is more) of the larger of max |u⁺| and 2 |ΔE| / Σλ, the
+            mean approach before the impact
 
         Raises ValueError if contacts and answer do not belong together, the answer has failed, or
         reactions pull (those of maintained contacts have no such set)."""
@@ -107,7 +114,7 @@ class Admissible:
         )
 
     def carrying(self) -> Flags:
-        """(k,): contacts whose reaction is more than 0 in some admissible percussion.
+        """Find the contacts (k,) whose reaction is more than 0 in some admissible percussion.
 
         Rounds of max Σ min(λ'_c, δ) over the contacts c that carry nothing so far; the optimum 0 is
         the proof that the rest never carry. The mean of the optima is positive at all others.
@@ -135,8 +142,9 @@ class Admissible:
 def maximise(
     weights: Floats, matrix: csc_array, right: Floats, upper: Floats | float = np.inf
 ) -> Optimum:
-    """max weights·x subject to matrix x = right and 0 ≤ x ≤ upper. Raises ProgramError naming the
-    reason."""
+    """Maximise weights·x subject to matrix x = right and 0 ≤ x ≤ upper.
+
+    Raises ProgramError naming the reason where that has no end or no solution."""
     bounds = np.column_stack([np.zeros(len(weights)), np.broadcast_to(upper, len(weights))])
     options = {
         "primal_feasibility_tolerance": FEASIBILITY,

@@ -16,9 +16,11 @@ from nscd.percussions import Percussions
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Determinacy:
-    """rank of C (contacts × velocities), redundant = contacts − rank: the dimension of the set of
-    reactions that agree with the balance, and determined (k,): whether a contact's reaction is the
-    same in all of them."""
+    """Hold what is known of reactions.
+
+    rank: of C (contacts × velocities)
+    redundant: contacts − rank, the dimension of the set of reactions that agree with the balance
+    determined: (k,) whether a contact's reaction is the same in all of them"""
 
     rank: int
     redundant: int
@@ -26,7 +28,7 @@ class Determinacy:
 
 
 def determinacy(contacts: Contacts, n: int) -> Determinacy:
-    """What the balance of n disks alone, Cᵀλ given, says of the reactions λ (k,), whatever their
+    """Tell what the balance of n disks alone, Cᵀλ given, says of the reactions λ, whatever their
     sign.
 
     λ is known up to a self-stress: a vector of the null space of Cᵀ. A contact is determined if it
@@ -42,14 +44,14 @@ def determinacy(contacts: Contacts, n: int) -> Determinacy:
 
 
 def admissible_determinacy(contacts: Contacts, answer: Percussions) -> Determinacy:
-    """What balance and λ ≥ 0 together say: over {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact
-    opens}, a polytope.
+    """Tell what balance and λ ≥ 0 together say of the reactions of an answer.
 
-    determined (k,): the contact's interval [λ_min, λ_max] is a point. This is more than
+    They leave the polytope {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact opens}. `determined`
+    (k,) is whether the contact's interval [λ_min, λ_max] is a point. This is more than
     `determinacy` finds: contacts that open carry nothing, and some self-stresses would make a
-    contact pull that carries nothing in any admissible percussion. redundant: the dimension of the
-    polytope; rank: contacts that can carry something, less that dimension. Raises ValueError as
-    `Admissible.of` does."""
+    contact pull that carries nothing in any admissible percussion. `redundant` is the dimension
+    of the polytope, `rank` the number of contacts that can carry something, less that dimension.
+    Raises ValueError as `Admissible.of` does."""
     admissible = Admissible.of(contacts, answer)
     carrying = admissible.carrying()
     determined = np.ones(len(contacts), dtype=bool)

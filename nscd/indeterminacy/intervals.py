@@ -25,9 +25,12 @@ WEDGE_MULTIPLE = 1e3
 
 
 class IntervalStatus(enum.StrEnum):
-    """proven: both ends, to rounding; unbounded: an end is infinite, shown by a self-stress that
-    only pushes, and a finite one is proven; unproven: the interval holds, but may be wider than the
-    true one by `gap`."""
+    """Say what an interval is worth.
+
+    proven: both ends, to rounding
+    unbounded: an end is infinite, shown by a self-stress that only pushes, and a finite one is
+        proven
+    unproven: the interval holds, but may be wider than the true one by `gap`"""
 
     PROVEN = "proven"
     UNBOUNDED = "unbounded"
@@ -36,16 +39,16 @@ class IntervalStatus(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Interval:
-    """[lower, upper] of Σ w_c λ'_c over all admissible percussions λ' (N·s if the weights have no
-    unit).
+    """Hold [lower, upper] of Σ w_c λ'_c over all admissible percussions λ'.
 
-    lower and upper are certificates of weak duality: nothing admissible lies beyond them. gap: how
-    far at most they are from values that an admissible percussion attains.
+    lower, upper: N·s (if the weights have no unit), certificates of weak duality: nothing
+        admissible lies beyond them
+    gap: N·s, how far at most they are from values that an admissible percussion attains
+    lower_velocity, upper_velocity: (n,2), the certificates; zero where the end is infinite
 
-    lower_velocity, upper_velocity (n,2): the certificates. They also say how the ends move with the
-    impulses on the disks: every λ' ≥ 0 on the closed contacts whose impulses Cᵀλ' differ from the
-    answer's by Δ (n,2) N·s has lower + Σ lower_velocity·Δ ≤ Σ w λ' ≤ upper + Σ upper_velocity·Δ.
-    Zero where the end is infinite."""
+    They also say how the ends move with the impulses on the disks: every λ' ≥ 0 on the closed
+    contacts whose impulses Cᵀλ' differ from the answer's by Δ (n,2) N·s has
+    lower + Σ lower_velocity·Δ ≤ Σ w λ' ≤ upper + Σ upper_velocity·Δ."""
 
     lower: float
     upper: float
@@ -56,22 +59,24 @@ class Interval:
 
     @property
     def width(self) -> float:
-        """upper − lower: 0 but for rounding where the mechanics determines the quantity."""
+        """Compute upper − lower: 0 but for rounding where the mechanics determines the quantity."""
         return self.upper - self.lower
 
 
 def interval(contacts: Contacts, answer: Percussions, weights: ArrayLike) -> Interval:
-    """The interval of Σ w_c λ_c, weights w (k,), for the answer of one problem; of many quantities:
+    """Find the interval of Σ w_c λ_c for the answer of one problem; of many quantities:
     `Intervals`.
 
-    `weights_of_contacts`, `weights_of_disk` and `weights_of_wall` make the usual weights. Raises
-    ValueError for weights of the wrong shape and whatever `Admissible.of` does, ProgramError if a
-    linear program has no usable answer."""
+    weights: (k,), w; `weights_of_contacts`, `weights_of_disk`, `weights_of_wall` make the usual
+        ones
+
+    Raises ValueError for weights of the wrong shape and whatever `Admissible.of` does, ProgramError
+    if a linear program has no usable answer."""
     return Intervals(Admissible.of(contacts, answer)).of(weights)
 
 
 def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
-    """Weights (k,) of the sum of the reactions of the contacts with these indices."""
+    """Weigh (k,) the sum of the reactions of the contacts with these indices."""
     for index in indices:
         if not 0 <= index < len(contacts):
             raise ValueError(f"indices: contact {index} where there are {len(contacts)}")
@@ -81,13 +86,13 @@ def weights_of_contacts(contacts: Contacts, *indices: int) -> Floats:
 
 
 def weights_of_disk(contacts: Contacts, disk: int) -> Floats:
-    """Weights (k,) of a disk's total: the sum of the reactions of all its contacts."""
+    """Weigh (k,) a disk's total: the sum of the reactions of all its contacts."""
     touching = (contacts.first == disk) | (~contacts.is_wall & (contacts.second == disk))
     return np.asarray(touching, dtype=np.float64)
 
 
 def weights_of_wall(contacts: Contacts, wall: int) -> Floats:
-    """Weights (k,) of a wall's load: the sum of the reactions of all its contacts."""
+    """Weigh (k,) a wall's load: the sum of the reactions of all its contacts."""
     return np.asarray(contacts.is_wall & (contacts.second == wall), dtype=np.float64)
 
 
@@ -106,7 +111,7 @@ class _Part:
 
 
 class Intervals:
-    """Intervals of any number of quantities for one admissible set."""
+    """Find the intervals of any number of quantities for one admissible set."""
 
     def __init__(self, admissible: Admissible) -> None:
         self.admissible = admissible
@@ -121,7 +126,7 @@ class Intervals:
         self._parts: dict[int, _Part] = {}
 
     def of(self, weights: ArrayLike) -> Interval:
-        """The interval of Σ w_c λ_c for weights (k,). Raises as `interval` does."""
+        """Find the interval of Σ w_c λ_c for weights (k,). Raises as `interval` does."""
         held = self.admissible
         weights = read_only(weights, (len(held.contacts),), "weights")
         upper, gap_above, above = self._largest(weights)

@@ -27,21 +27,21 @@ _log = logging.getLogger(__name__)
 
 
 class LeastEnergyError(RuntimeError):
-    """An energy minimum that was not reached to the accuracy asked; the message says how near it
-    came."""
+    """Say that an energy minimum was not reached to the accuracy asked, and how near it came."""
 
 
 def least_energy(
     contacts: Contacts, answer: Percussions, stiffness: ArrayLike | None = None
 ) -> Floats:
-    """The λ* (k,) N·s with the least λᵀK⁻¹λ of all admissible percussions of the answer; K =
-    diag(stiffness) (k,), N/m up to a common factor, equal if left out: the least norm then. It is
-    unique.
+    """Find λ* (k,) N·s, of the least λᵀK⁻¹λ of all admissible percussions of the answer.
 
-    By duality λ*_c = k_c max(0, (C y)_c), where the displacements y of the disks maximise y·Cᵀλ − ½
-    Σ k_c max(0, (C y)_c)²: the equilibrium of elastic contacts that only push. Newton's method with
-    exact line search on y finds who touches; then λ* is the least-norm solution of the balance on
-    those contacts, by the orthogonal factor.
+    stiffness: (k,) N/m up to a common factor, K = diag(stiffness); equal where left out: the
+        least norm
+
+    It is unique. By duality λ*_c = k_c max(0, (C y)_c), where the displacements y of the disks
+    maximise y·Cᵀλ − ½ Σ k_c max(0, (C y)_c)²: the equilibrium of elastic contacts that only
+    push. Newton's method with exact line search on y finds who touches; then λ* is the
+    least-norm solution of the balance on those contacts, by the orthogonal factor.
 
     The error satisfies ‖λ − λ*‖² ≤ Σ (λ_c − k_c max(0, (C y)_c))² + 2 k_c λ_c max(0, −(C y)_c)
     (norm weighted by k_max/k_c), a sum without cancellation, computed for the result. Raises

@@ -51,11 +51,12 @@ class _Front:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OrthogonalFactor:
-    """S C = Q R for k contacts with weights S = diag(s): a multifrontal QR on nested dissection of
-    the contact graph.
+    """Hold S C = Q R for k contacts with weights S = diag(s): a multifrontal QR on nested
+    dissection of the contact graph.
 
-    rank of S C; null (k,): the rows of QᵀS C that vanish, k − rank of them: Q's columns there span
-    the self-stresses."""
+    rank: of S C
+    null: (k,) the rows of QᵀS C that vanish, k − rank of them: Q's columns there span the
+        self-stresses"""
 
     rank: int
     null: Flags
@@ -63,8 +64,8 @@ class OrthogonalFactor:
     width: int
 
     def self_stress(self, reaction: Floats) -> Floats:
-        """The part of reactions (k,) or (k,v) that loads no disk: the orthogonal projection onto
-        the null space of (S C)ᵀ, by reflections only and so exact to rounding."""
+        """Project reactions (k,) or (k,v) orthogonally onto those that load no disk, the null space
+        of (S C)ᵀ, by reflections only and so exactly to rounding."""
         values = np.array(reaction if reaction.ndim == 2 else reaction[:, None], dtype=np.float64)
         for front in self.fronts:
             front.turn(values, transpose=True)
@@ -74,7 +75,7 @@ class OrthogonalFactor:
         return values.reshape(reaction.shape)
 
     def least_norm(self, momentum: Floats) -> Floats:
-        """The μ (k,) of least norm with (S C)ᵀ μ = momentum (2n,), which has to be in the range."""
+        """Find μ (k,) of least norm with (S C)ᵀ μ = momentum (2n,), which is in the range."""
         values = np.zeros((len(self.null), 1))
         left = momentum.copy()
         for front in self.fronts:
@@ -86,7 +87,7 @@ class OrthogonalFactor:
         return np.asarray(values[:, 0])
 
     def least_squares(self, rows: Floats) -> Floats:
-        """A velocity u (2n,) with |S C u − rows| least, 0 in the columns that have no pivot."""
+        """Find u (2n,) with |S C u − rows| least, 0 in the columns that have no pivot."""
         values = rows.reshape(-1, 1).astype(np.float64)
         for front in self.fronts:
             front.turn(values, transpose=True)
@@ -98,7 +99,7 @@ class OrthogonalFactor:
 
 
 def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> OrthogonalFactor:
-    """The factor of diag(weight) C for n disks; weight (k,), positive, is 1 if left out."""
+    """Factorise diag(weight) C for n disks; weight (k,), positive, is 1 where left out."""
     k = len(contacts)
     weight = np.ones(k) if weight is None else weight
     matrix = contacts.normal_matrix(n)
@@ -148,7 +149,7 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
 
 
 def undetermined_rows(factor: OrthogonalFactor) -> Flags:
-    """(k,): contacts that some self-stress loads.
+    """Find the contacts (k,) that some self-stress loads.
 
     Eight random self-stresses tell them: where all eight vanish, so do all (the chance that they do
     so at a contact which an orthonormal basis of the null space loads by 10⁻³ is below 10⁻³⁰)."""

@@ -73,7 +73,7 @@ def pressing(system: System, reaction: Floats, velocity: Floats, soft: float = 0
 
 
 def gap(system: System, velocity: Floats) -> Floats:
-    """b − C u (k,) m/s: how fast the contacts open."""
+    """Compute b − C u (k,) m/s: how fast the contacts open."""
     v = np.empty(len(system.first))
     approach(system, velocity, v)
     opening: Floats = system.offset - v
@@ -83,17 +83,22 @@ def gap(system: System, velocity: Floats) -> Floats:
 def close_set(
     task: Task, closed: Flags, before: int, thorough: bool = False
 ) -> tuple[Answer, float]:
-    """Percussions from a set of contacts (k,) that is nearly the set of closed ones, in elimination
-    order; `before` iterations were made already. Also the error max|min(wλ, b − Cu)| / ‖u⁻‖∞ with
-    the pulls that had to be cut.
+    """Find percussions from a set of contacts that is nearly the set of closed ones.
 
-    A round closes the set from rest: λ is then the least-norm reaction on it (the first step is the
-    penalty model of stiffness PENALTY, the others its stiff limit), and Σ θ(Cu − b) on the open
-    ones says whether they would be pressed in that limit. Contacts that pull open, those that would
-    be pressed close: the primal–dual active set method on the penalty model, one factorisation a
-    round; a `thorough` one goes to the stiff limit every time. Once it settles, the reactions are
-    those of least energy if the stiffness is the same for all contacts (see `stiffness`). It ends
-    unsettled after ROUNDS, or when more contacts change than before."""
+    closed: (k,) the set, in elimination order
+    before: iterations that were made already
+    thorough: go to the stiff limit in every round
+
+    Returns the answer, and the error max|min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had to be
+    cut.
+
+    A round closes the set from rest: λ is then the least-norm reaction on it (the first step is
+    the penalty model of stiffness PENALTY, the others its stiff limit), and Σ θ(Cu − b) on the
+    open ones says whether they would be pressed in that limit. Contacts that pull open, those
+    that would be pressed close: the primal–dual active set method on the penalty model, one
+    factorisation a round. Once it settles, the reactions are those of least energy if the
+    stiffness is the same for all contacts (see `stiffness`). It ends unsettled after ROUNDS, or
+    when more contacts change than before."""
     system = task.system
     theta = PENALTY * stiffness(system)
     closed = closed.copy()

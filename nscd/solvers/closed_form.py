@@ -12,7 +12,11 @@ from nscd.solvers.task import Answer, Task
 
 
 class Rest(NamedTuple):
-    """What is left for a solver: contacts (k,), disks (n,); forest: these contacts form trees."""
+    """Hold what is left for a solver.
+
+    contacts: (k,) which of them
+    disks: (n,) which of them
+    forest: whether these contacts form trees"""
 
     contacts: Flags
     disks: Flags
@@ -20,8 +24,9 @@ class Rest(NamedTuple):
 
 
 def closed_form(task: Task) -> tuple[Answer, Rest]:
-    """Answer what needs no solver: 0 where nothing presses, λ = (Cû − b)/w of a contact that is alone
-    in its island; and tell what is left."""
+    """Answer what needs no solver, and tell what is left.
+
+    λ = 0 where nothing presses, (Cû − b)/w of a contact that is alone in its island."""
     problem = task.problem
     islands = find_islands(problem)
     island = islands.label[problem.first]

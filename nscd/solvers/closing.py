@@ -20,12 +20,15 @@ EXACT = 1e-14
 def close_contacts(
     system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: int
 ) -> int:
-    """Method of multipliers on the closed contacts, with the factor of Â + CᵀΘC: λ ← λ + θ(Cu − b),
-    and the steps taken.
+    """Close contacts by the method of multipliers, λ ← λ + θ(Cu − b); return the steps taken.
 
-    λ (k,) is kept for the open contacts as well (it presses nothing there); λ, u (n,d) and v = C u
-    are changed in place. u is corrected by the momentum that is still out of balance, so that
-    rounding does not grow with θ."""
+    factor: of Â + CᵀΘC
+    closed: (k,) the contacts
+    reaction, u, v: (k,) λ, (n,d), (k,) C u, changed in place
+    most: steps
+
+    λ is kept for the open contacts as well (it presses nothing there). u is corrected by the
+    momentum that is still out of balance, so that rounding does not grow with θ."""
     k = len(closed)
     push, change = np.empty(k), np.empty(k)
     moved, rest = np.empty_like(u), np.empty_like(u)

@@ -28,7 +28,7 @@ AWAY = 10.0
 
 
 class State(NamedTuple):
-    """A point of the iteration: slack s (k,) m/s, reaction λ (k,) N·s, velocity u (n,d) m/s."""
+    """Hold a point of the path: slack s (k,) m/s, reaction λ (k,) N·s, velocity u (n,d) m/s."""
 
     slack: Any
     reaction: Any
@@ -36,7 +36,7 @@ class State(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step of the three of a `State`."""
+    """Hold a step of the three of a `State`."""
 
     slack: Any
     reaction: Any
@@ -44,8 +44,11 @@ class Step(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """What a point misses: primal C u + s − b − ελ/κ (k,), complementarity sλ less its target (k,), dual
-    Â(u − û) + Cᵀλ (n,d)."""
+    """Hold what a point misses.
+
+    primal: (k,) m/s, C u + s − b − ελ/κ
+    complementarity: (k,) J, sλ less its target
+    dual: (n,d) N·s, Â(u − û) + Cᵀλ"""
 
     primal: Any
     complementarity: Any
@@ -53,7 +56,7 @@ class Rest(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Storage: wanted, push, approach (k,); moved (n,d), size (n,)."""
+    """Hold storage: wanted, push, approach (k,); moved (n,d); size (n,)."""
 
     wanted: Any
     push: Any
@@ -96,17 +99,21 @@ def interior_point(task: Task) -> Answer:
 def follow_path(
     task: Task, tolerance: float, soft: float, start: tuple[Floats, Floats] | None
 ) -> tuple[Floats, Floats, int]:
-    """Reactions λ > 0 (k,) N·s, velocities u (n,d) m/s in elimination order, and iterations.
+    """Follow the central path to reactions λ > 0, velocities u and their iterations.
 
-    Follows the central path of min ½(u−û)·Â(u−û) + ½ε Σλ²/κ, C u + s = b + ελ/κ, s ≥ 0 with one
-    factorisation of Â + CᵀΘC an iteration, Θ = 1/(s/λ + ε/κ), until the natural map max|min(wλ, b −
-    Cu + ελ/κ)| and the imbalance are below tolerance · ‖u⁻‖∞, or rounding stops it; κ is the
-    `stiffness`, ε = `soft`, or 0 for RIGID. Mehrotra, SIAM J. Optim. 2 (1992) 575, with one of
-    Gondzio's correctors, Comput. Optim. Appl. 6 (1996) 137.
+    tolerance: of the natural map max|min(wλ, b − Cu + ελ/κ)| and the imbalance, times ‖u⁻‖∞
+    soft: ε, or 0 for RIGID
+    start: (k,) N·s and (n,d) m/s that are nearly right
+
+    Returns (k,) N·s, (n,d) m/s, all in elimination order. The path is that of min ½(u−û)·Â(u−û)
+    + ½ε Σλ²/κ, C u + s = b + ελ/κ, s ≥ 0, with κ the `stiffness` and one factorisation of Â +
+    CᵀΘC an iteration, Θ = 1/(s/λ + ε/κ); it ends within the tolerance, or where rounding stops
+    it. Mehrotra, SIAM J. Optim. 2 (1992) 575, with one of Gondzio's correctors, Comput. Optim.
+    Appl. 6 (1996) 137.
 
     Without a `start` from s = √w, λ = 1/√w (times one constant), which makes unequal masses
-    harmless; from reactions and velocities that are nearly right, from the point of the path that
-    is as far from the end as they are: wλ − s is kept, √(wλ·s) = AWAY · error."""
+    harmless; from one, from the point of the path that is as far from the end as it is: wλ − s is
+    kept, √(wλ·s) = AWAY · error."""
     system = task.system
     w, scale = system.inverse_mass, system.scale
     task.workspace.held = UNKNOWN

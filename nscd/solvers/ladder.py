@@ -25,10 +25,12 @@ from nscd.solvers.velocity_error import rounding_bound, velocity_bound
 
 
 class Rung(NamedTuple):
-    """A line of the ladder.
+    """Hold a line of the ladder.
 
-    name: of the solver; serves: on which tasks it is tried; solve: the solver; why: what its answer
-    says of the choice, {n} being the number of disks."""
+    name: of the solver
+    serves: on which tasks it is tried
+    solve: the solver
+    why: what its answer says of the choice, {n} being the number of disks"""
 
     name: str
     serves: Callable[[Task], bool]

@@ -20,8 +20,13 @@ EARLY = 100
 
 
 class Scaled(NamedTuple):
-    """The problem in the variables λ√w: first, second (k,) disks, n for a wall; normal (x, y) (k,)
-    over √w; inverse mass (n+1,) 1/kg; pull (Cû − b)/√w (k,); root √w (k,)."""
+    """Hold the problem in the variables λ√w, where the Delassus operator has unit diagonal.
+
+    first, second: (k,) disks, n for a wall
+    x, y: (k,) the normal over √w
+    inverse: (n+1,) 1/kg
+    pull: (k,) (Cû − b)/√w
+    root: (k,) √w"""
 
     first: Any
     second: Any
@@ -48,12 +53,16 @@ def projected_gradient(task: Task) -> Answer:
 def descend(
     system: System, tolerance: float, most: int, steady: int, redundant: float = np.inf
 ) -> tuple[Any, Any, int, bool]:
-    """Descend to the tolerance, or `most` sweeps: reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s in
-    elimination order, sweeps, and whether it ended because it had found the closed contacts.
+    """Descend to the tolerance, or for a number of sweeps.
 
-    It ends early once no more than `steady` contacts (negative: never) close or open within 25
-    sweeps, or, after 100, where there are more of them than `redundant` times the number of
-    unknowns: they then cannot all be told from the reactions, which are not unique."""
+    most: sweeps
+    steady: end once no more than so many contacts (negative: never) close or open within 25
+        sweeps
+    redundant: end after 100 sweeps where more contacts change than this times the number of
+        unknowns: they then cannot all be told from the reactions, which are not unique
+
+    Returns reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s in elimination order, sweeps, and whether
+    it ended because it had found the closed contacts. Spins and dissipation are left out."""
     n = len(system.mass)
     root = np.sqrt(system.inverse_mass)
     x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root

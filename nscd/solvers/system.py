@@ -17,12 +17,16 @@ EVEN = 100.0
 
 
 class System(NamedTuple):
-    """A ContactProblem with its disks in elimination order, as the kernels take it (d = 2, or 3
-    with spins).
+    """Hold a ContactProblem with its disks in elimination order, as the kernels take it.
 
-    first, second (k,) places of the disks, −1 for a wall; normal_first, normal_second,
-    tangent_first, tangent_second (k,d): rows of C and T; normal_weight k_n, tangent_weight k_t (k,)
-    kg; mass (n,d); free û (n,d); offset b (k,); inverse_mass w (k,); scale ‖u⁻‖∞ (m/s)."""
+    first, second: (k,) places of the disks, −1 for a wall
+    normal_first, normal_second, tangent_first, tangent_second: (k,d), rows of C and T
+    normal_weight, tangent_weight: (k,) kg, k_n and k_t
+    mass: (n,d) kg, kg m²; d = 2, or 3 with spins
+    free: (n,d) m/s, û
+    offset: (k,) m/s, b
+    inverse_mass: (k,) 1/kg, w
+    scale: m/s, ‖u⁻‖∞"""
 
     first: Any
     second: Any
@@ -40,7 +44,7 @@ class System(NamedTuple):
 
 
 def system_of(problem: ContactProblem) -> tuple[System, Factor]:
-    """The kernels' form of a problem, and storage for its factors in a good order."""
+    """Put a problem into the kernels' form, and reserve storage for its factors in a good order."""
     factor = factor_of(problem)
     order, place, contact = factor.order, factor.place, factor.contact
     first, second = problem.first[contact], problem.second[contact]
@@ -82,8 +86,10 @@ def in_given_order(problem: ContactProblem) -> System:
 
 
 def stiffness(system: System) -> Any:
-    """Relative stiffness (k,) kg of the contacts as a penalty model: the same for all, 1/max w, so
-    that its stiff limit has the least Σλ²; 1/w where masses differ too much for that."""
+    """Choose the relative stiffness (k,) kg of the contacts as a penalty model.
+
+    The same for all, 1/max w, so that its stiff limit has the least Σλ²; 1/w where masses differ
+    too much for that."""
     w = system.inverse_mass
     return np.full(len(w), 1.0 / w.max()) if even(w) else 1.0 / w
 
@@ -96,7 +102,7 @@ def even(inverse_mass: Floats) -> bool:
 
 @njit(cache=True, fastmath=True)
 def approach(system: Any, u: Any, out: Any) -> None:
-    """out = C u, (k,). C has no entries at the spins."""
+    """Compute out = C u, (k,). C has no entries at the spins."""
     for c in range(len(out)):
         i, j = system.first[c], system.second[c]
         x, y = u[i, 0], u[i, 1]
@@ -108,7 +114,7 @@ def approach(system: Any, u: Any, out: Any) -> None:
 
 @njit(cache=True, fastmath=True)
 def add_reactions(system: Any, reaction: Any, factor: float, out: Any) -> None:
-    """out += factor · Cᵀ reaction, (n,d)."""
+    """Add factor · Cᵀ reaction to out, (n,d)."""
     for c in range(len(reaction)):
         i, j = system.first[c], system.second[c]
         push = factor * reaction[c]
@@ -122,7 +128,7 @@ def add_reactions(system: Any, reaction: Any, factor: float, out: Any) -> None:
 
 @njit(cache=True, fastmath=True)
 def inertia(system: Any, u: Any, out: Any) -> None:
-    """out = Â u = (M + DᵀKD) u, (n,d)."""
+    """Compute out = Â u = (M + DᵀKD) u, (n,d)."""
     n, d = u.shape
     for i in range(n):
         for a in range(d):

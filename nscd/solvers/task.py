@@ -18,12 +18,16 @@ from nscd.solvers.system import System, system_of
 class Answer(NamedTuple):
     """Give what a solver found, in the order of the problem.
 
-    reaction λ (k,) N·s; velocity u⁺ (n,d) m/s, spins in rad/s; iterations: sweeps, rounds,
-    factorisations; least: whether λ is known to be the one of least energy (which a unique λ is);
+    reaction: (k,) N·s, λ
+    velocity: (n,d) m/s, u⁺, spins in rad/s
+    iterations: sweeps, rounds, factorisations
+    least: whether λ is known to be the one of least energy (which a unique λ is)
     settled: True if the solver has checked that this is the answer, False if the next rung is to
-    start from it, None if the ladder is to measure it.
-    distance: a bound of √(Σ m |u − u⁺|²), √kg m/s, u⁺ the exact velocities, see `velocity_bound`;
-    solver and why: the rung of the ladder that gave it. The last three are filled in there."""
+        start from it, None if the ladder is to measure it
+    distance: √kg m/s, a bound of √(Σ m |u − u⁺|²), u⁺ the exact velocities, see `velocity_bound`
+    solver, why: the rung of the ladder that gave it
+
+    The last three are filled in by the ladder."""
 
     reaction: Floats
     velocity: Floats
@@ -36,8 +40,10 @@ class Answer(NamedTuple):
 
 
 class Held(NamedTuple):
-    """A factor of Â + CᵀΘC: theta (k,) kg; closed (k,), the contacts that it holds closed. Empty where
-    that is not known."""
+    """Name what a factor of Â + CᵀΘC is of. Empty where that is not known.
+
+    theta: (k,) kg
+    closed: (k,) the contacts that it holds closed"""
 
     theta: Floats
     closed: Flags
@@ -47,10 +53,10 @@ UNKNOWN = Held(np.empty(0), np.empty(0, dtype=np.bool_))
 
 
 class Workspace:
-    """The problem in elimination order and storage for its factors, made when first asked for.
+    """Make the problem in elimination order and storage for its factors when first asked for.
 
-    held: what the factor in storage is of; branches: of contacts that form trees, where the solver
-    found them."""
+    held: what the factor in storage is of
+    branches: of contacts that form trees, where the solver found them"""
 
     def __init__(self, problem: ContactProblem) -> None:
         self._problem = problem
@@ -59,17 +65,20 @@ class Workspace:
 
     @cached_property
     def both(self) -> tuple[System, Factor]:
+        """Make the problem in elimination order, and storage for its factors."""
         return system_of(self._problem)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Task:
-    """One problem, and what is asked of its answer.
+    """State one problem, and what is asked of its answer.
 
-    problem: k ≥ 1 contacts between n disks; tolerance: of the residual and the momentum error;
-    canonical: whether λ is to be the one of least energy where it is not unique; guess (k,) N·s: the
-    reactions of a similar problem; start: where an unsettled rung ended; forest: whether the
-    contacts are known to form trees."""
+    problem: k ≥ 1 contacts between n disks
+    tolerance: dimensionless, of the residual and the momentum error
+    canonical: whether λ is to be the one of least energy where it is not unique
+    guess: (k,) N·s, the reactions of a similar problem
+    start: where an unsettled rung ended
+    forest: whether the contacts are known to form trees"""
 
     problem: ContactProblem
     tolerance: float
@@ -84,12 +93,12 @@ class Task:
 
     @property
     def system(self) -> System:
-        """The problem as the compiled kernels take it, in elimination order."""
+        """Give the problem as the compiled kernels take it, in elimination order."""
         return self.workspace.both[0]
 
     @property
     def factor(self) -> Factor:
-        """The order of elimination, and storage for the factors."""
+        """Give the order of elimination, and storage for the factors."""
         return self.workspace.both[1]
 
     def part(self, contacts: Flags, disks: Flags, *, forest: bool) -> Task:

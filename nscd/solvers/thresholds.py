@@ -7,20 +7,18 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Thresholds:
-    """Hold the numbers that the rungs choose by, all found by measuring.
+    """Hold the numbers that the rungs choose by, all found by measuring (docs/results/solvers.md).
 
-    The measurements: docs/results/solvers.md.
-
-    sweeps: so many sweeps of a descent at most, before its closed contacts are tried.
-    few_sweeps: so many in a small crowd, where a factorisation is cheap.
-    large: from this many disks on a crowd is large.
-    steady, steady_share: a descent has found the closed contacts once no more than this number and
-    this share of all contacts change within 25 sweeps.
-    isostatic, redundant: between these numbers of closed contacts per unknown a packing is marginal:
-    it has soft modes, and active sets cycle.
-    soft_accuracy: to this residual soft contacts are solved before their active set is closed.
-    pressed: a reaction above this share of the largest is one of a closed contact.
-    unique: reactions that differ by less than this share of the largest are the same."""
+    sweeps: of a descent, at most, before its closed contacts are tried
+    few_sweeps: the same in a small crowd, where a factorisation is cheap
+    large: from this many disks on a crowd is large
+    steady, steady_share: a descent has found the closed contacts once no more than this number
+        and this share of all contacts change within 25 sweeps
+    isostatic, redundant: between these numbers of closed contacts per unknown a packing is
+        marginal: it has soft modes, and active sets cycle
+    soft_accuracy: to this residual soft contacts are solved before their active set is closed
+    pressed: a reaction above this share of the largest is one of a closed contact
+    unique: reactions that differ by less than this share of the largest are the same"""
 
     sweeps: int = 1600
     few_sweeps: int = 200

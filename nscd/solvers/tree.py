@@ -14,8 +14,13 @@ ROUNDS = 50
 
 
 class Given(NamedTuple):
-    """What a pass needs of the problem: first (k,), normal (k,2), mass (n,) kg, free (n,2) m/s,
-    offset (k,) m/s."""
+    """Hold what a pass needs of the problem.
+
+    first: (k,) disk
+    normal: (k,2) unit vector
+    mass: (n,) kg
+    free: (n,2) m/s
+    offset: (k,) m/s"""
 
     first: Any
     normal: Any
@@ -55,8 +60,10 @@ def tree(task: Task) -> Answer:
 
 @njit(cache=True)
 def branches_of(n: int, first: Any, second: Any) -> Any:
-    """Disks from the roots outward, the parent of each (−1: a root, or the wall) and the contact
-    that links them (−1: none)."""
+    """Order disks from the roots outward.
+
+    Returns the order (n,), the parent of each disk (−1: a root, or the wall) and the contact that
+    links them (−1: none)."""
     start = np.zeros(n + 1, np.int64)
     for c in range(len(first)):
         if second[c] >= 0:
@@ -101,8 +108,9 @@ def branches_of(n: int, first: Any, second: Any) -> Any:
 
 @njit(cache=True)
 def close_tree(branches: Any, closed: Any, given: Any) -> Any:
-    """Reactions (k,) and velocities (n,2) with the `closed` contacts at C u = b and the others
-    without reaction."""
+    """Compute reactions (k,) and velocities (n,2) with the `closed` contacts (k,) at C u = b.
+
+    The others have no reaction."""
     order, parent, link = branches
     first, normal, mass, free, offset = given
     n = len(order)

@@ -44,7 +44,7 @@ FIRM = 1e9
 
 
 def velocity_bound(task: Task, answer: Answer) -> float:
-    """Bound √(Σ m |ũ − u⁺|²) (√kg m/s, spins included) of an answer with its exact velocities u⁺.
+    """Bound √(Σ m |ũ − u⁺|²) (√kg m/s, spins included) of an answer ũ, u⁺ being exact.
 
     Reuses the factor that the solver left in the task's workspace, where it is of use."""
     problem, workspace = task.problem, task.workspace

@@ -26,17 +26,19 @@ TOUCHING = 1e-12
 
 
 class StepError(RuntimeError):
-    """A step that has no answer within the tolerance; the message gives the time and the residual."""
+    """Say that a step has no answer within the tolerance, at what time, with what residual."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StepReport:
-    """What a step did.
+    """Say what a step did.
 
-    neighbours: the k candidates for contact; reaction (k,) N·s: their percussions; residual
-    (dimensionless): recomputed; iterations: of the solver; repeats: how often the margin was too
-    small; solver: its name.
-    """
+    neighbours: the k candidates for contact
+    reaction: (k,) N·s, their percussions
+    residual: dimensionless, recomputed
+    iterations: of the solver
+    repeats: how often the margin was too small
+    solver: its name"""
 
     neighbours: Neighbours
     reaction: Floats
@@ -91,7 +93,7 @@ class Motion:
 
     @property
     def overlap(self) -> float:
-        """The deepest overlap of two disks, or of a disk and a wall (m); 0 where none overlap."""
+        """Find the deepest overlap (m) of two disks, or of disk and wall; 0 where none overlap."""
         near = neighbours(self.position, self.radius, self._walls, 0.0)
         return max(0.0, -float(near.gap.min(initial=0.0)))
 

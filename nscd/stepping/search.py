@@ -16,8 +16,13 @@ CELLS_PER_DISK = 8
 
 
 class Neighbours(NamedTuple):
-    """Candidates for contact: first (k,), second (k,; −1 for a wall), wall (k,; −1 for a pair),
-    normal (k,2) first→second, gap (k,) m."""
+    """Hold candidates for contact.
+
+    first: (k,) disk
+    second: (k,) disk; −1 for a wall
+    wall: (k,) wall; −1 for a pair
+    normal: (k,2) unit vector, first → second
+    gap: (k,) m"""
 
     first: Index32
     second: Index32

@@ -12,11 +12,14 @@ from nscd.stepping.search import Neighbours
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WindowImpulses:
-    """Impulses of one window, of all that were pressed in it; f = impulse/duration.
+    """Hold the impulses of one window, of all that were pressed in it; f = impulse/duration.
 
-    first (m,) disk; second (m,) disk, or wall where is_wall (m,); normal (m,2) unit and gap (m,) m:
-    of the last step in which the contact was pressed; impulse (m,2) N·s of the first on the second;
-    steps (m,): in how many steps it was pressed; duration s; end s."""
+    first: (m,) disk
+    second: (m,) disk, or wall where is_wall (m,)
+    normal, gap: (m,2) unit vector and (m,) m, of the last step in which the contact was pressed
+    impulse: (m,2) N·s, of the first on the second
+    steps: (m,) in how many steps it was pressed
+    duration, end: s"""
 
     first: Indices
     second: Indices
@@ -48,7 +51,8 @@ class WindowSums:
         self._parts.append((first, other.astype(np.int64), numbers))
 
     def close(self, end: float) -> WindowImpulses:
-        """The impulses since the last window was closed (or the start); the next window begins."""
+        """Give the impulses since the last window was closed (or the start); the next window
+        begins."""
         first = np.concatenate([part[0] for part in self._parts] or [np.empty(0, np.int64)])
         other = np.concatenate([part[1] for part in self._parts] or [np.empty(0, np.int64)])
         numbers = np.concatenate([part[2] for part in self._parts] or [np.empty((0, 4))])

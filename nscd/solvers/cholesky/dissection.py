@@ -15,9 +15,13 @@ from nscd.arrays import Floats, Index32, Indices
 
 
 class Ordering(NamedTuple):
-    """order (n,): disk eliminated at each place; place (n,): its inverse. start (n+1,), neighbour:
-    the contact graph. node_first, node_end, node_parent (m,): the places that each node of the
-    separator tree eliminates, children before parents, parent −1 at the root."""
+    """Hold an order of elimination and its separator tree.
+
+    order: (n,) disk eliminated at each place
+    place: (n,) its inverse
+    start, neighbour: (n+1,) and the contact graph: see `contact_graph`
+    node_first, node_end, node_parent: (m,) the places that each node of the separator tree
+        eliminates, children before parents, and its parent, −1 at the root"""
 
     order: Index32
     place: Index32
@@ -29,8 +33,11 @@ class Ordering(NamedTuple):
 
 
 def dissect(position: Floats, first: Index32, second: Index32, leaf: int) -> Ordering:
-    """Order disks at position (n,2) m that touch: contacts first (k,), second (k,), −1 for a wall.
-    Parts of up to `leaf` disks are not cut further."""
+    """Order disks that touch by nested dissection.
+
+    position: (n,2) m
+    first, second: (k,) contacts, second −1 for a wall
+    leaf: parts of up to so many disks are not cut further"""
     n = len(position)
     start, neighbour = contact_graph(n, first, second)
     x, y = np.ascontiguousarray(position[:, 0]), np.ascontiguousarray(position[:, 1])
@@ -48,7 +55,7 @@ def dissect(position: Floats, first: Index32, second: Index32, leaf: int) -> Ord
 
 @njit(cache=True)
 def contact_graph(n: int, first: Any, second: Any) -> Any:
-    """Neighbours of disk a: neighbour[start[a] : start[a + 1]]."""
+    """List the neighbours of each disk a: neighbour[start[a] : start[a + 1]]."""
     start = np.zeros(n + 1, np.int64)
     for c in range(len(first)):
         if second[c] >= 0:

@@ -18,7 +18,9 @@ COLUMNS = PANEL + CHUNK
 @njit(cache=True, fastmath=True)
 def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
     """Eliminate the rows P (pivots, size) of a symmetric matrix whose other rows are S (upper
-    halves): Lᵀ is left in P, the Schur complement in S. work (COLUMNS · size) is overwritten. False
+    halves).
+
+    Lᵀ is left in P, the Schur complement in S; work (COLUMNS · size) is overwritten. Returns False
     where a pivot is not positive."""
     if size < LARGE:
         return bool(_eliminate_rows(P, S, size, 0, pivots, pivots, size))

@@ -23,11 +23,13 @@ LEAF = 8
 
 
 class Factor(NamedTuple):
-    """Structure and storage of the factor of one problem.
+    """Hold structure and storage of the factor of one problem.
 
-    order (n,): the disk at each place; place (n,): its inverse; contact (k,): the contact at each
-    row, neighbours in memory as in the crowd; many: by fronts, otherwise by rows (the other one is
-    empty)."""
+    order: (n,) the disk at each place
+    place: (n,) its inverse
+    contact: (k,) the contact at each row, neighbours in memory as in the crowd
+    many: by fronts, otherwise by rows
+    rows, fronts: the one that is not used is empty"""
 
     order: Index32
     place: Index32
@@ -69,7 +71,7 @@ def factorise(system: Any, factor: Any, theta: Any) -> bool:
 
 @njit(cache=True)
 def solve_factorised(factor: Any, b: Any) -> None:
-    """Solve in place: b ← (L Lᵀ)⁻¹ b, (n,d)."""
+    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
     if factor.many:
         solve_fronts(factor.fronts, b)
     else:

@@ -18,14 +18,19 @@ from nscd.solvers.cholesky.elimination import COLUMNS, LARGE
 
 
 class Fronts(NamedTuple):
-    """Structure and storage; d unknowns per disk.
+    """Hold structure and storage of fronts, with d unknowns per disk.
 
-    first, end (m,): places that node s eliminates; border_start (m+1,), border: later places in its
-    front, increasing; inner: their places in the parent's front; child, sibling (m,): the tree, −1
-    ends. element_start (m+1,), element: contacts that are added to node s, at local places left,
-    right (−1 for a wall). store: from panel_start (m+1,) on the rows of Lᵀ, from update_start (m,)
-    on two stacks of Schur complements, for even and odd depths, so that a node's is not where its
-    children's are. work, run: overwritten."""
+    first, end: (m,) places that node s eliminates
+    border_start, border: (m+1,) and later places in its front, increasing
+    inner: their places in the parent's front
+    child, sibling: (m,) the tree, −1 ends
+    element_start, element: (m+1,) and contacts that are added to node s
+    left, right: their local places, −1 for a wall
+    panel_start: (m+1,) where the rows of Lᵀ begin in store
+    update_start: (m,) where Schur complements do: two stacks, for even and odd depths, so that a
+        node's is not where its children's are
+    store: the numbers
+    work, run: overwritten"""
 
     first: Index32
     end: Index32
@@ -46,8 +51,9 @@ class Fronts(NamedTuple):
 
 
 def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fronts:
-    """The structure for contacts first (k,), second (k,; −1 for a wall), as disks, with d unknowns
-    a disk."""
+    """Plan the fronts of contacts between disks, with d unknowns per disk.
+
+    first, second: (k,) disks, second −1 for a wall"""
     n = len(ordering.order)
     node_first, node_end, parent = ordering.node_first, ordering.node_end, ordering.node_parent
     child, sibling = _children(parent)

@@ -12,12 +12,13 @@ from nscd.solvers.cholesky.dissection import Ordering, contact_graph
 
 
 def minimum_degree(n: int, first: Index32, second: Index32) -> Ordering:
-    """Eliminate, again and again, a disk with the fewest neighbours, whose neighbours then become
-    neighbours of each other.
+    """Eliminate a disk with the fewest neighbours, which become neighbours of each other, and so
+    on.
 
-    n disks, contacts first (k,), second (k,), −1 for a wall. Neighbours are kept as bits, n²/8
-    bytes: for crowds of up to some thousands. George & Liu, SIAM Review 31 (1989) 1. The separator
-    tree is left empty."""
+    first, second: (k,) contacts of n disks, second −1 for a wall
+
+    Neighbours are kept as bits, n²/8 bytes: for crowds of up to some thousands. George & Liu, SIAM
+    Review 31 (1989) 1. The separator tree is left empty."""
     start, neighbour = contact_graph(n, first, second)
     order = _eliminate(start, neighbour)
     place = np.empty_like(order)

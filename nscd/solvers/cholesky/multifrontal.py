@@ -15,8 +15,9 @@ from nscd.solvers.cholesky.elimination import eliminate
 
 @njit(cache=True, fastmath=True)
 def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
-    """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns per disk; False where rounding left it
-    indefinite."""
+    """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns per disk.
+
+    Returns False where rounding left it indefinite."""
     d = system.mass.shape[1]
     F = fronts.store
     for s in range(len(fronts.first)):
@@ -151,7 +152,7 @@ def _add_child(
 
 @njit(cache=True, fastmath=True)
 def solve_fronts(fronts: Any, b: Any) -> None:
-    """b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
+    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
     d = b.shape[1]
     flat = b.reshape(-1)
     work = fronts.work

@@ -16,12 +16,15 @@ from nscd.solvers.cholesky.dissection import Ordering
 
 
 class Rows(NamedTuple):
-    """Structure of A = L Lᵀ in blocks, and their storage.
+    """Hold the structure of A = L Lᵀ in blocks of 2 × 2, and their storage.
 
-    Lower blocks of A by rows: a_start (n+1,), a_column; contact c adds to block pair_block (k,), −1
-    for a wall. L by columns: start (n+1,), row; by rows: row_start (n+1,), column, slot (where each
-    block lies by columns). matrix, matrix_diagonal: A; block (nnz,4), diagonal (n,4): L, its
-    diagonal inverted; work (n,4), zero between calls."""
+    a_start, a_column: (n+1,) and lower blocks of A by rows
+    pair_block: (k,) the block that contact c adds to, −1 for a wall
+    start, row: (n+1,) and L by columns
+    row_start, column, slot: L by rows; slot is where each block lies by columns
+    matrix, matrix_diagonal: A
+    block, diagonal: (nnz,4) and (n,4), L, its diagonal inverted
+    work: (n,4), zero between calls"""
 
     a_start: Indices
     a_column: Index32
@@ -39,7 +42,9 @@ class Rows(NamedTuple):
 
 
 def rows_of(ordering: Ordering, first: Index32, second: Index32) -> Rows:
-    """The structure for contacts first (k,), second (k,; −1 for a wall), as disks."""
+    """Plan the rows of contacts between disks.
+
+    first, second: (k,) disks, second −1 for a wall"""
     n = len(ordering.order)
     place = ordering.place
     start, row, row_start, column, slot = _structure(
@@ -192,7 +197,7 @@ def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
 
 @njit(cache=True, fastmath=True)
 def solve_rows(rows: Any, b: Any) -> None:
-    """b ← (L Lᵀ)⁻¹ b in place, (n,2)."""
+    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,2)."""
     n = len(b)
     L, D, start, row = rows.block, rows.diagonal, rows.start, rows.row
     for k in range(n):
