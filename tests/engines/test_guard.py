@@ -346,21 +346,21 @@ def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
     """Frames that are cut off, a contact too deep, energy that comes back after it was lost: each
     is found."""
     folder, record, scene = pair_run
-    kinetic = check_bodies(folder / "bodies.dump", record, scene)
-    assert kinetic[0] == pytest.approx(0.5 * 75 * 2**2)
-    check_contacts(folder / "contacts.dump", kinetic, record, scene)
+    energies = check_bodies(folder / "bodies.dump", record, scene)
+    assert energies[0, 0] == pytest.approx(0.5 * 75 * 2**2)
+    check_contacts(folder / "contacts.dump", energies, record, scene)
     text = (folder / "bodies.dump").read_text()
     cut = tmp_path / "bodies.dump"
     cut.write_text(text[: text.rindex("ITEM: TIMESTEP")])
     with pytest.raises(EngineError, match="20 frames where 21 are due"):
         check_bodies(cut, record, scene)
-    again = kinetic.copy()
-    again[-1] = kinetic[0]
+    again = energies.copy()
+    again[:, -1] = energies[:, 0]
     with pytest.raises(EngineError, match=r"t = 0\.1 s .*energy .* 150 J; there can be 7[56]"):
         check_contacts(folder / "contacts.dump", again, record, scene)
     small = disks(scene, radius=np.full(2, 1e-3))
     with pytest.raises(EngineError, match=r"overlap: .* of the smaller radius"):
-        check_contacts(folder / "contacts.dump", kinetic, record, small)
+        check_contacts(folder / "contacts.dump", energies, record, small)
     with pytest.raises(EngineError, match="1 of 3 disks are lost"):
         check_bodies(folder / "bodies.dump", dataclasses.replace(record, disks=3), scene)
 
