@@ -46,5 +46,8 @@ def import_(
 
     heads = read_heads(file, frame, unit=unit, frame_rate=frame_rate, window_s=window)
     imported = import_crowd(heads, radius=radius, room=room, mass=mass, name=name)
+    beside = out / f"{imported.scene.name}.toml"
+    if beside.exists() and beside.samefile(room):
+        raise ValueError(f"{beside}: the scene would replace its room; give --name or --out")
     print(imported.write(out))
     print(imported.statement)

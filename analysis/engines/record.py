@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
@@ -34,7 +35,9 @@ class EngineError(RuntimeError):
 class RunRecord:
     """One run of an engine on a scene (SI; restitutions of two bodies: see Timing).
 
-    deck_digest: of the decks or scripts that make it. resumed_at_s: s, where the run went on from
+    deck_digest: of the decks or scripts that make it. dump_digests: SHA-256 of each dump that it
+    left, by the name of the file. record_digest: that of all the rest of a finished run's record.
+    resumed_at_s: s, where the run went on from
     an interrupted one; its seconds are then those of the rest. exit_state: prepared, finished,
     stopped (by its guard) or failed (the engine died, or its dumps cannot be right); reason and
     stopped_at_s say why and when one of the last two ended."""
@@ -53,6 +56,8 @@ class RunRecord:
     wall_seconds: NotNegative = 0.0
     cpu_seconds: NotNegative = 0.0
     deck_digest: str = ""
+    dump_digests: dict[str, str] = field(default_factory=dict)
+    record_digest: str = ""
     exit_state: str = PREPARED
     reason: str = ""
     stopped_at_s: Number | None = None
@@ -83,6 +88,36 @@ class RunRecord:
             restitution_most=timing.restitution_most,
         )
 
+    def finished(self, folder: Path) -> RunRecord:
+        """The record of a run that has ended well and left its dumps in the folder."""
+        digests = {path.name: _digest_of(path) for path in sorted(folder.glob("*.dump"))}
+        ended = dataclasses.replace(self, exit_state=FINISHED, dump_digests=digests)
+        return dataclasses.replace(ended, record_digest=ended._digest())
+
+    def check_finished(self, folder: Path, scene: Scene) -> None:
+        """Raise EngineError naming the file where the run has not ended, is not of this scene, or
+        its folder is not as it left it."""
+        path = folder / FILE
+        if self.exit_state != FINISHED:
+            raise EngineError(f"{path}: exit_state: {self.exit_state}; the run has not finished")
+        found = {
+            path: (self.record_digest, self._digest()),
+            folder / "scene.toml": (self.scene_digest, scene.digest()),
+        }
+        for name in ("bodies.dump", "contacts.dump"):
+            found[folder / name] = (self.dump_digests.get(name, ""), _digest_of(folder / name))
+        for file, (recorded, digest) in found.items():
+            if recorded != digest:
+                raise EngineError(
+                    f"{file}: not as the run left it, by its digest in {FILE}; run it again"
+                )
+
+    def _digest(self) -> str:
+        """SHA-256 of the content but for this digest; whole numbers as floats where floats are."""
+        content = dataclasses.asdict(dataclasses.replace(self, record_digest=""))
+        same = dataclasses.asdict(_READER.validate_python(content))
+        return hashlib.sha256(json.dumps(same, sort_keys=True).encode()).hexdigest()
+
     def write(self, folder: Path) -> None:
         """Write run.json into the folder, whole."""
         content = dataclasses.asdict(self) | {"particle_steps": self.particle_steps}
@@ -107,6 +142,14 @@ class RunRecord:
                 + f": {record.reason}"
             )
         return record
+
+
+def _digest_of(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise EngineError(f"{path}: {error.strerror}; the folder holds no whole run") from None
 
 
 _READER = TypeAdapter(RunRecord)

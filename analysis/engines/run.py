@@ -17,7 +17,7 @@ from analysis.engines import engine, installed
 from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
 from analysis.engines.guard import RunStoppedError, died, full_disk
 from analysis.engines.process import run_command
-from analysis.engines.record import FINISHED, EngineError, RunRecord
+from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.staging import locked, staged
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Task, do_all, workers
@@ -49,11 +49,9 @@ def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | No
     chosen = engine(engine_name)
     try:
         record = RunRecord.read(folder)
-        same = (
-            record.exit_state == FINISHED
-            and record.scene_digest == scene.digest()
-            and record.deck_digest == chosen.deck_digest()
-            and record.version == installed(engine_name)
+        record.check_finished(folder, scene)
+        same = record.deck_digest == chosen.deck_digest() and record.version == installed(
+            engine_name
         )
     except EngineError:
         return None
@@ -156,7 +154,7 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
             raise died(record, ended.status, step, ended.last, staging)
         _check(scene.name, engine_name, staging, record)
         shutil.rmtree(staging / DECKS)
-        record = dataclasses.replace(record, exit_state=FINISHED)
+        record = record.finished(staging)
         record.write(staging)
     return record
 

@@ -11,8 +11,9 @@ from analysis import engines
 from analysis.compare.comparison import compare_run
 from analysis.compare.remarks import remarks
 from analysis.dumps import DumpError
-from analysis.engines.record import EngineError
-from analysis.engines.run import simulate
+from analysis.engines.record import EngineError, RunRecord
+from analysis.engines.run import finished_run, simulate
+from analysis.scene.scene import SceneError
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw
 
@@ -107,56 +108,68 @@ def test_an_impact_has_no_instant(runs):
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("time_step_s", 1.0), ("time_step_s", float("nan")), ("time_step_s", -1e-5),
-        ("steps", 3), ("disks", 7), ("frame_interval", 1), ("exit_state", "prepared"),
+        ("time_step_s", 1.0), ("time_step_s", float("nan")), ("time_step_s", -1e-5), ("steps", 3),
+        ("steps", True), ("disks", 7), ("disks", "20"), ("frame_interval", 1),
+        ("restitution_least", 0.7), ("scene", "other"), ("scene", "../evil"),
+        ("scene_digest", "0"), ("dump_digests", {}), ("exit_state", "prepared"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("name", ["pair", "jam"])
-def test_a_record_of_another_run(copy_of, name, key, value):
-    folder = copy_of(name)
+def test_a_record_of_another_run(copy_of, key, value):
+    folder = copy_of("jam")
     record = json.loads((folder / "run.json").read_text())
     (folder / "run.json").write_text(json.dumps(record | {key: value}))
-    with pytest.raises((EngineError, DumpError), match=r"run.json"):
+    with pytest.raises(EngineError, match=r"run.json"):
         compare_run(folder)
 
 
-def test_dumps_of_another_scene(copy_of, tmp_path):
-    folder = copy_of("jam")
-    other = ran(make("jam", 20, 2).with_run(duration_s=2.0, frames=8), tmp_path / "other")
-    for file, message in [
-        ("bodies.dump", r"position of disk \d+ at the start is not that of scene.data"),
-        ("contacts.dump", "a contact of|overlap and normal are not those of disk"),
-        ("scene.data", r"run.json: scene_digest: scene.toml and scene.data beside it are not"),
-    ]:
-        mine = (folder / file).read_bytes()
-        shutil.copy(other / file, folder / file)
-        with pytest.raises((DumpError, EngineError), match=message):
-            compare_run(folder)
-        (folder / file).write_bytes(mine)
+@pytest.mark.parametrize("name", ["bodies.dump", "contacts.dump", "scene.data", "scene.toml"])
+@pytest.mark.parametrize("name_of_run", ["pair", "jam"])
+def test_a_file_that_is_not_of_the_run(copy_of, name_of_run, name):
+    """A digit, a file of another run, none at all: all the same."""
+    folder = copy_of(name_of_run)
+    path = folder / name
+    text = path.read_text()
+    digit = text.rindex("5")
+    path.write_text(text[:digit] + "7" + text[digit + 1 :])
+    named = r"scene\." if name.startswith("scene") else name
+    with pytest.raises((EngineError, SceneError), match=named):
+        compare_run(folder)
+    path.unlink()
+    with pytest.raises((EngineError, SceneError), match=rf"{name}: no such file|No such file"):
+        compare_run(folder)
+    path.write_text(text)
     compare_run(folder)
 
 
-def test_walls_that_moved(copy_of):
+def test_dumps_of_another_run(copy_of, runs, tmp_path):
     folder = copy_of("jam")
-    text = (folder / "scene.toml").read_text()
-    moved = text.replace("[0.0, -0.5]", "[-0.01, -0.5]", 1)
-    assert moved != text
-    (folder / "scene.toml").write_text(moved)
-    with pytest.raises(EngineError, match="scene_digest"):
+    other = ran(make("jam", 20, 2).with_run(duration_s=2.0, frames=8), tmp_path / "other")
+    shutil.copy(other / "contacts.dump", folder / "contacts.dump")
+    with pytest.raises(EngineError, match=r"contacts.dump: not as the run left it"):
         compare_run(folder)
 
 
-def test_contacts_that_cannot_be(copy_of):
+def test_a_damaged_run_is_run_again(copy_of):
+    folder = copy_of("pair")
+    scene = make("pair").with_contact(restitution=0.5)
+    scene = scene.with_run(duration_s=0.05, frames=1000, time_step_s=5e-6)
+    assert finished_run(scene, "lammps", folder)
+    (folder / "contacts.dump").write_text("")
+    assert finished_run(scene, "lammps", folder) is None
+
+
+def test_contacts_of_nobody(copy_of):
+    """An engine that names disks or walls which the scene has not."""
     folder = copy_of("jam")
     path = folder / "contacts.dump"
     text = path.read_text()
     row = re.search(r"^\d+ \d+ 0 .*\n(?!.*^ITEM)", text.rpartition("ITEM: ENTRIES")[2], re.M)[0]
     words = row.split()
     for changed, message in [
-        (" ".join(["1", "999", *words[2:]]), "a contact of 1 and 999, which the scene has not"),
-        (" ".join([*words[:5], "0.1", *words[6:]]), "overlap and normal are not those of disk"),
-        (" ".join([words[0], "77", "1", *words[3:]]), "and wall 77, which the scene has not"),
+        (["1", "999", *words[2:]], "a contact of 1 and 999, which the scene has not"),
+        ([words[0], "77", "1", *words[3:]], "and wall 77, which the scene has not"),
     ]:
-        path.write_text(text.replace(row, changed + "\n"))
+        path.write_text(text.replace(row, " ".join(changed) + "\n"))
+        RunRecord.read(folder).finished(folder).write(folder)
         with pytest.raises(DumpError, match=rf"contacts.dump, line \d+: .*{message}"):
             compare_run(folder)

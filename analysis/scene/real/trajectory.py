@@ -15,6 +15,7 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
+from analysis.support.reading import NUMBER, UnreadableError, lines_of, open_file
 from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
@@ -28,6 +29,11 @@ IN_METRES = {
     "pp": pedpy.load_trajectory_from_viswalk,
     "fzp": pedpy.load_trajectory_from_viswalk,
 }
+# Files that are no rows of text.
+BINARY = ("sqlite", "h5", "hdf5", "json")
+# Columns of whole numbers; a row of a table has at least so many numbers.
+WHOLE = ("id", "frame", "pedID", "NO")
+LEAST_NUMBERS = 3
 CSV_COLUMNS = {
     frozenset({"pedID", "time", "posX", "posY"}): pedpy.load_trajectory_from_crowdit,
     frozenset({"id", "t", "x", "y"}): pedpy.load_trajectory_from_pathfinder_csv,
@@ -164,23 +170,56 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
         )
 
 
+def _check_rows(file: Path, end: str) -> None:
+    """Raise TrajectoryError naming the first row of a text file that is not as the first one: as
+    many cells, numbers in the same places, ids and frames whole. PedPy would take one cell for
+    another."""
+    whole: list[int] = []
+    like: list[bool] = []
+    with open_file(file) as content:
+        for number, line in enumerate(lines_of(content, file), start=1):
+            text = line.decode("utf-8", "replace").strip()
+            mark = next((mark for mark in ";," if mark in text), None)
+            cells = [cell.strip() for cell in text.split(mark)]
+            numbers = [bool(NUMBER.fullmatch(cell)) for cell in cells]
+            if not like:
+                names = [cell.rpartition(":")[2] for cell in cells]
+                whole = [k for k, name in enumerate(names) if name in WHOLE] or whole
+                if text.startswith("#") or sum(numbers) < LEAST_NUMBERS:
+                    continue
+                like = numbers
+                if end == "txt":
+                    whole = [0, 1]
+            if text and text[0] not in "#$*":
+                broken = any(not float(cells[k]).is_integer() for k in whole if numbers[k : k + 1])
+                if numbers != like or broken:
+                    raise TrajectoryError(
+                        f"{file}, line {number}: {text[:60]!r} is not a row as the first one, with "
+                        f"{len(like)} cells, ids and frames whole numbers"
+                    )
+
+
 def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
     if not file.is_file():
         raise TrajectoryError(f"{file}: no such file")
+    end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
     try:
-        return _loader(file, unit, frame_rate)()
+        if end not in BINARY:
+            _check_rows(file, end)
+        return _loader(file, end, unit, frame_rate)()
     except TrajectoryError:
         raise
+    except UnreadableError as error:
+        raise TrajectoryError(str(error)) from None
     except Exception as error:  # PedPy lets the errors of pandas, h5py, sqlite3 and json through
         raise TrajectoryError(f"{file}: PedPy cannot read it: {_first_line(error)}") from None
 
 
 def _loader(
-    file: Path, unit: Unit | None, frame_rate: float | None
+    file: Path, end: str, unit: Unit | None, frame_rate: float | None
 ) -> Callable[[], pedpy.TrajectoryData]:
     """Which of PedPy's loaders reads the file: by its ending, and a .csv by the names of its
     columns."""
-    end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
     columns = _columns(file) if end == "csv" else set()
     if columns >= {"id", "frame", "x", "y"}:
         return lambda: _table(file, unit, frame_rate)

@@ -1,0 +1,44 @@
+"""Damaged input by hand, as long as wanted.
+
+    python -m tests.fuzz --cases 10000 [--seed 1] [--first 0] [--keep FOLDER]
+
+The root of the project is the current folder. Each case has a number and is the same in each run;
+`--first N --cases 1 --keep FOLDER` leaves the files of one case in FOLDER/here."""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.fuzz.law import sweep
+from tests.fuzz.material import Workshop
+
+
+def say(line):
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def run():
+    options = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    options.add_argument("--cases", type=int, default=1000)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--first", type=int, default=0)
+    options.add_argument("--keep", type=Path)
+    given = options.parse_args()
+
+    def told(number, case, fault):
+        say(f"{number}: {case.as_typed} [{case.material.target}]\n    {fault}")
+
+    with tempfile.TemporaryDirectory() as folder:
+        workshop = Workshop(Path(folder) / "runs")
+        case_folder = given.keep or Path(folder) / "case"
+        numbers = range(given.first, given.first + given.cases)
+        ends, faults = sweep(workshop, given.seed, numbers, case_folder, told=told)
+    for end, count in sorted(ends.items()):
+        say(f"{count:6d} {end}")
+    say(f"{given.cases} cases, {len(faults)} faults")
+    raise SystemExit(bool(faults))
+
+
+run()

@@ -1,0 +1,209 @@
+"""What works: crowds, rooms, scenes, finished runs and trajectories, each with its command."""
+
+from __future__ import annotations
+
+import gzip
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from analysis import engines
+from analysis.compare.comparison import compare_run
+from analysis.compare.contacts_csv import write_contacts
+from analysis.engines.run import simulate
+from analysis.scene.shipped_scenes import make
+from nscd import Snapshot
+
+ROOT = Path(__file__).resolve().parents[2]
+ROOM = """title = "A room"
+source = "none"
+
+[[walls]]
+name = "left"
+start_m = [-3.0, 0.0]
+end_m = [-0.5, 0.0]
+
+[[walls]]
+name = "right"
+start_m = [0.5, 0.0]
+end_m = [3.0, 0.0]
+
+[drive]
+speed_m_per_s = 1.0
+relaxation_time_s = 0.5
+door_start_m = [-0.5, 0.0]
+door_end_m = [0.5, 0.0]
+outward = [0.0, -1.0]
+
+[contact]
+stiffness_N_per_m = 1e6
+restitution = 0.1
+
+[run]
+duration_s = 0.01
+frames = 2
+
+[analysis]
+kind = "driven"
+time_s = 0.01
+"""
+# name → unit and frame rate on the command line, where the file does not say
+TRAJECTORIES = {
+    "metres.txt": (), "centimetres.txt": (), "bare.txt": ("--unit", "m", "--frame-rate", "10"),
+    "table.csv": ("--unit", "m"), "crowdit.csv": (), "pathfinder.csv": (), "pathfinder.json": (),
+    "viswalk.pp": (),
+}  # fmt: skip
+PLACES = ("out", "out/deep/er", "some.dump", "/dev/null", "/dev/full", "/proc/none", "n" * 300)
+OPTIONS = {
+    "solve": {
+        "--time-step": ("1e-3",), "--left-velocity": ("dump", "desired", "free"),
+        "--window": ("0.1",), "--contact-tolerance": ("1e-6", "1e-3"), "--largest-overlap": ("0.1",),
+        "--tolerance": ("1e-6",), "--openness": ("none", "ranges"), "--workers": ("1",),
+        "--restitution": ("0.5", "1"), "--room": ("room.toml",), "--out": ("table.csv", *PLACES),
+    },
+    "run": {
+        "--engine": ("lammps", "rigid"), "--stiffness": ("1e5",), "--restitution": ("0.5", "0"),
+        "--law": ("hertz", "hooke"), "--time-step": ("1e-5",), "--duration": ("0.01",),
+        "--out": PLACES,
+    },
+    "compare": {"--time": ("0", "0.01"), "--rigid-law": ("inelastic", "0.5", "scene")},
+    "import": {
+        "--frame": ("1", "3"), "--room": ("room.toml",), "--radius": ("0.2",), "--mass": ("60",),
+        "--name": ("mine", "..", "a/b", "n" * 200), "--unit": ("m", "cm"), "--frame-rate": ("10",),
+        "--window": ("0.2",), "--out": PLACES,
+    },
+    "scenes": {
+        "--make": ("arch", "pair", "jam"), "--disks": ("12",), "--seed": ("2",), "--out": PLACES,
+    },
+}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """A command that works.
+
+    kind: what the law checks
+    files: name → content, in the folder where it runs
+    words: of the command line
+    target: the file that is to be damaged
+    reference: what comes out of the undamaged files
+    """
+
+    kind: str
+    files: dict[str, bytes]
+    words: tuple[str, ...]
+    target: str
+    reference: dict[str, bytes] = field(default_factory=dict)
+
+
+def crowd(random):
+    """Two to nine disks, some touching, some not, with some velocity."""
+    n = random.randrange(2, 10)
+    numbers = np.random.default_rng(random.randrange(2**32))
+    radius = numbers.choice([0.2, 0.25], n)
+    x = np.cumsum(radius) + np.concatenate([[0], np.cumsum(radius)[:-1]])
+    x += np.cumsum(numbers.choice([0.0, 0.0, 0.3, -0.001], n))
+    return Snapshot(
+        position=np.column_stack([x - x.mean(), radius + 0.0]),
+        velocity=numbers.normal(0, 1, (n, 2)).round(3),
+        radius=radius,
+        mass=numbers.integers(50, 100, n).astype(float),
+        ids=numbers.permutation(n) + 1,
+    )
+
+
+def dump_of(random, disks):
+    """The text of a dump of one to three frames, in one of the forms that LAMMPS writes."""
+    place = random.choice(("x y", "x y", "xu yu", "xs ys", "x y z"))
+    size = random.choice(("radius", "radius", "diameter"))
+    columns = f"id type {place} {size} mass vx vy".split()
+    if random.random() < 0.3:
+        columns.append("omegaz")
+    lines = []
+    for number in range(random.choice((1, 2, 3))):
+        keep = range(len(disks)) if random.random() < 0.8 else range(max(1, len(disks) - number))
+        lines += ["ITEM: TIMESTEP", str(100 * number), "ITEM: NUMBER OF ATOMS", str(len(keep))]
+        lines += ["ITEM: BOX BOUNDS ff ff pp", "-10 10", "-10 10", "-0.5 0.5"]
+        lines.append("ITEM: ATOMS " + " ".join(columns))
+        for i in keep:
+            (x, y), (vx, vy) = disks.position[i].tolist(), disks.velocity[i].tolist()
+            values = {
+                "id": int(disks.ids[i]), "type": 1, "x": x, "y": y, "z": 0.0, "xu": x, "yu": y,
+                "xs": (x + 10) / 20, "ys": (y + 10) / 20, "radius": float(disks.radius[i]),
+                "diameter": float(2 * disks.radius[i]), "mass": float(disks.mass[i]), "vx": vx,
+                "vy": vy, "omegaz": 0.0,
+            }  # fmt: skip
+            lines.append(" ".join(repr(values[name]) for name in columns))
+    return ("\n".join(lines) + "\n").encode()
+
+
+class Workshop:
+    """Makes the materials; the runs of an engine once."""
+
+    def __init__(self, folder: Path) -> None:
+        self.runs = {}
+        if engines.engine("lammps").find() is None:
+            return
+        pair = make("pair").with_contact(restitution=0.5)
+        pair = pair.with_run(duration_s=0.02, frames=60, time_step_s=None)
+        jam = make("jam", 12).with_run(duration_s=0.2, frames=2)
+        for scene in (pair, jam):
+            simulate(scene, "lammps", folder / scene.name)
+            write_contacts(folder / scene.name / "comparison.csv", compare_run(folder / scene.name))
+            self.runs[scene.name] = {
+                path.name: path.read_bytes() for path in (folder / scene.name).iterdir()
+            }
+
+    @property
+    def kinds(self):
+        """The kinds of material, those with an engine only where it is there, often the first."""
+        with_engine = ("run", "compare", "compare", "compare") if self.runs else ()
+        return ("dump", "dump", "dump", "dump", "room", "import", "import", *with_engine)
+
+    def make(self, random):
+        """A material of some kind."""
+        return getattr(self, f"_{random.choice(self.kinds)}")(random)
+
+    def _dump(self, random):
+        content = dump_of(random, crowd(random))
+        name = "some.dump"
+        if random.random() < 0.05:
+            name, content = "some.dump.gz", gzip.compress(content)
+        words = ["solve", name, "--left-velocity", "dump", "--out", "table.csv"]
+        if random.random() < 0.3:
+            words += ["--time-step", "1e-3"]
+        return Material(kind="solve", files={name: content}, words=tuple(words), target=name)
+
+    def _room(self, random):
+        files = {"some.dump": dump_of(random, crowd(random)), "room.toml": ROOM.encode()}
+        words = ("solve", "some.dump", "--room", "room.toml", "--out", "table.csv")
+        target = random.choice(("room.toml", "room.toml", "some.dump"))
+        return Material(kind="solve", files=files, words=words, target=target)
+
+    def _run(self, random):
+        name = random.choice(("pair", "jam"))
+        scene = self.runs[name]
+        files = {"mine.toml": scene["scene.toml"], "scene.data": scene["scene.data"]}
+        target = random.choice(tuple(files))
+        return Material(kind="run", files=files, words=("run", "mine.toml"), target=target)
+
+    def _compare(self, random):
+        files = self.runs[random.choice(tuple(self.runs))]
+        names = ("run.json", "scene.toml", "scene.data", "bodies.dump", "contacts.dump")
+        return Material(
+            kind="compare",
+            files={f"run/{name}": files[name] for name in names},
+            words=("compare", "run"),
+            target=f"run/{random.choice(names)}",
+            reference=files,
+        )
+
+    def _import(self, random):
+        name = random.choice(tuple(TRAJECTORIES))
+        free = (ROOT / "tests/data/rooms/free.toml").read_bytes()
+        files = {name: (ROOT / "tests/data/trajectories" / name).read_bytes(), "room.toml": free}
+        given = TRAJECTORIES[name]
+        words = ("import", name, "--frame", "2", "--room", "room.toml", "--out", "out", *given)
+        target = random.choice((name, name, name, "room.toml"))
+        return Material(kind="import", files=files, words=words, target=target)

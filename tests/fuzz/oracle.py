@@ -1,0 +1,254 @@
+"""What may come out of damaged files: readers and checks that share no code with the product."""
+
+from __future__ import annotations
+
+import bz2
+import csv
+import gzip
+import io
+import itertools
+import json
+import math
+import re
+
+import numpy as np
+
+PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+# Cells that may be empty: what no program proves, and what has no bound.
+MAY_BE_EMPTY = {"determined", "lower_Ns", "upper_Ns", "wall", "velocity_error_m_per_s"}
+# Answers without a meaning, such as correlations of two numbers, and bounds that do not exist.
+MAY_BE_NULL = re.compile(
+    r"correlation|relative_difference|closure_error|unbalanced|reason|stopped|resumed"
+)
+
+
+class FaultError(AssertionError):
+    """The law does not hold."""
+
+
+def need(good, what):
+    if not good:
+        raise FaultError(what)
+
+
+def number(word, what):
+    need(PLAIN.fullmatch(word), f"{what}: {word[:40]!r} was taken for a number")
+    value = float(word)
+    need(math.isfinite(value), f"{what}: {word[:40]!r} is not finite")
+    return value
+
+
+def unpacked(content):
+    for head, unpack in ((b"\x1f\x8b", gzip.decompress), (b"BZh", bz2.decompress)):
+        if content.startswith(head):
+            try:
+                return unpack(content)
+            except (EOFError, OSError) as error:
+                raise FaultError(f"a damaged archive was taken: {error}") from None
+    return content
+
+
+def frames_of(content):
+    """Columns and rows, by name, of every frame of a body dump: strictly, one word after the
+    other."""
+    try:
+        text = unpacked(content).decode("ascii")
+    except UnicodeDecodeError:
+        raise FaultError("a dump that is not ASCII was taken") from None
+    lines = iter([line for line in text.splitlines()])
+    frames = []
+    for line in lines:
+        need(line.split() == ["ITEM:", "TIMESTEP"], f"a frame began with {line[:40]!r}")
+        step, box, count = next(lines).strip(), [], None
+        need(step.isdigit(), f"step {step!r}")
+        for line in lines:
+            words = line.split()
+            if words[:2] == ["ITEM:", "NUMBER"]:
+                count = next(lines).strip()
+                need(count.isdigit(), f"count {count!r}")
+            elif words[:2] == ["ITEM:", "BOX"]:
+                need("p" not in "".join(words[3:5]), "a periodic box was taken")
+                bounds = [next(lines).split() for _ in range(3)]
+                need(all(len(pair) == 2 for pair in bounds), "a box of other than two numbers")
+                box = [[number(word, "box") for word in pair] for pair in bounds[:2]]
+            elif words[:2] == ["ITEM:", "ATOMS"]:
+                columns = words[2:]
+                break
+            else:
+                need(words[:1] == ["ITEM:"] and len(words) == 2, f"a head with {line[:40]!r}")
+                next(lines)
+        need(len(set(columns)) == len(columns), "a column that occurs twice was taken")
+        rows = [line.split() for line in itertools.islice(lines, int(count))]
+        need(len(rows) == int(count), "fewer rows than counted")
+        need(all(len(row) == len(columns) for row in rows), "a ragged row was taken")
+        table = np.array([[number(word, "row") for word in row] for row in rows])
+        data = dict(zip(columns, table.reshape(len(rows), len(columns)).T, strict=True))
+        ids = data["id"]
+        need((ids == np.floor(ids)).all() and len(set(ids)) == len(ids), "ids that are none")
+        for axis, (low, high) in zip("xy", box, strict=True):
+            if axis not in data and f"{axis}u" in data:
+                data[axis] = data[f"{axis}u"]
+            elif axis not in data:
+                data[axis] = low + data[f"{axis}s"] * (high - low)
+        data.setdefault("radius", data.get("diameter", np.zeros(0)) / 2)
+        frames.append((int(step), data))
+    need(len({step for step, _ in frames}) == len(frames), "a step that occurs twice was taken")
+    return frames
+
+
+def table_of(content):
+    """The rows of a CSV file, all of whose cells say something."""
+    rows = list(csv.DictReader(io.StringIO(content.decode("utf-8"))))
+    need(rows, "a table without rows")
+    for row in rows:
+        for name, cell in row.items():
+            need(name is not None and cell is not None, "a ragged table")
+            if name == "status":
+                need(cell == "solved", f"status {cell} in a table of exit status 0")
+            elif name != "wall" and not (cell == "" and name in MAY_BE_EMPTY):
+                number(cell, f"column {name}")
+    return rows
+
+
+def check_solution(content, table, tolerance=1e-8, reach=1e-6, impact=True):
+    """The table has the contacts of every frame, and percussions after which nothing approaches.
+
+    content: of the dump; reach: m, the largest gap of a contact; impact: whether the velocities of
+    the dump are those before it"""
+    rows = table_of(table)
+    key = "step" if "step" in rows[0] else "time_s"
+    when = sorted({float(row[key]) for row in rows})
+    frames = frames_of(content)
+    if key == "step":
+        need(set(when) <= {float(step) for step, _ in frames}, "a step that the dump has not")
+    places = {step: [row for row in rows if float(row[key]) == step] for step in when}
+    with_contacts = 0
+    for step, data in frames:
+        touching = _touching(data, reach)
+        if not touching:
+            continue
+        with_contacts += 1
+        if key == "time_s":
+            need(with_contacts <= len(when), "a frame is missing in the table")
+            step = when[with_contacts - 1]
+        mine = [row for row in places.get(step, []) if row["is_wall"] == "0"]
+        found = {(int(row["first"]), int(row["second"])) for row in mine}
+        need(len(found) == len(mine), "a contact is listed twice")
+        sure = {pair for pair, gap in touching.items() if gap < reach - 1e-9 * (1 + reach)}
+        need(sure <= found, f"contacts are missing: {sorted(sure - found)[:3]}")
+        need(found <= set(touching), f"contacts that are none: {sorted(found - set(touching))[:3]}")
+        if impact:
+            _check_impact(data, mine, tolerance)
+
+
+def _touching(data, reach):
+    """Gap (m) of each pair of ids that touch, or might."""
+    touching = {}
+    n = len(data["id"])
+    size = 1e-9 * (1 + reach) + 4e-16 * max(np.abs([data["x"], data["y"]]).max(initial=0), 1)
+    for i in range(n):
+        for j in range(i + 1, n):
+            apart = math.hypot(data["x"][j] - data["x"][i], data["y"][j] - data["y"][i])
+            gap = apart - data["radius"][i] - data["radius"][j]
+            if gap <= reach + size:
+                pair = sorted((int(data["id"][i]), int(data["id"][j])))
+                touching[tuple(pair)] = gap
+    return touching
+
+
+def _check_impact(data, rows, tolerance):
+    """Inelastic: what touches does not approach afterwards, and is pushed only where it closes."""
+    place = {int(name): row for row, name in enumerate(data["id"])}
+    velocity = np.column_stack([data["vx"], data["vy"]])
+    size = max(np.abs(velocity).max(), 1e-300)
+    if "mass" not in data:
+        return
+    for row in rows:
+        p = np.array([float(row["impulse_x_Ns"]), float(row["impulse_y_Ns"])])
+        i, j = place[int(row["first"])], place[int(row["second"])]
+        velocity[i] -= p / data["mass"][i]
+        velocity[j] += p / data["mass"][j]
+    for row in rows:
+        i, j = place[int(row["first"])], place[int(row["second"])]
+        normal = np.array([float(row["nx"]), float(row["ny"])])
+        approach = normal @ (velocity[i] - velocity[j])
+        push = float(row["reaction_Ns"]) * (1 / data["mass"][i] + 1 / data["mass"][j])
+        off = abs(min(push, -approach))
+        need(off <= (10 * tolerance + 1e-6) * size, f"complementarity is off by {off:g} m/s")
+
+
+def check_json(content, may_be_null=MAY_BE_NULL):
+    """Every number in it is one."""
+
+    def strict(word):
+        raise FaultError(f"{word} in a JSON file")
+
+    def check(value, key):
+        if isinstance(value, dict):
+            for name, inner in value.items():
+                check(inner, name)
+        elif isinstance(value, list):
+            for inner in value:
+                check(inner, key)
+        else:
+            need(value is not None or may_be_null.search(key), f"{key}: null")
+
+    content = json.loads(content, parse_constant=strict)
+    check(content, "")
+    return content
+
+
+def data_rows(content):
+    """Rows of the section Atoms of a data file, by id: strictly."""
+    rows, section = {}, ""
+    for line in unpacked(content).decode("utf-8").splitlines()[1:]:
+        words = line.split("#")[0].split()
+        if words and words[0].isalpha():
+            section = words[0]
+        elif words and section == "Atoms":
+            need(words[0] not in rows, "an atom that occurs twice was taken")
+            rows[words[0]] = [number(word, "Atoms") for word in words[1:7]]
+    return rows
+
+
+def check_run(files, data):
+    """The first frame of a run is what its data file says, and nothing is missing."""
+    record = check_json(files["run.json"])
+    need(record["exit_state"] == "finished", record["exit_state"])
+    frames, rows = frames_of(files["bodies.dump"]), data_rows(data)
+    need(len(frames) == record["steps"] // record["frame_interval"] + 1, "frames are missing")
+    for _, found in frames:
+        need(len(found["id"]) == len(rows) == record["disks"], "disks are missing")
+    start = frames[0][1]
+    for place, name in enumerate(start["id"]):
+        _, diameter, density, x, y, _ = rows[str(int(name))]
+        mass = density * math.pi / 6 * diameter**3
+        expected = (x, y, diameter / 2, mass)
+        seen = [start[column][place] for column in ("x", "y", "radius", "mass")]
+        need(np.allclose(seen, expected, rtol=1e-9, atol=1e-12), f"disk {name:g} is another")
+
+
+def people_in(content, name, frame):
+    """How many people a trajectory has in a frame, None where this cannot tell; rows must not be
+    ragged."""
+    if not name.endswith((".txt", ".csv", ".pp")):
+        return None
+    text = unpacked(content).decode("utf-8-sig")
+    separator = {"p": ";", "v": ","}.get(name[-1])
+    rows, head = [], None
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.split(separator)]
+        if not line.strip() or line.lstrip().startswith(("#", "$", "*")):
+            continue
+        if not any(PLAIN.fullmatch(cell) for cell in cells):
+            head = head or cells
+            continue
+        rows.append(cells)
+    need(rows, "a trajectory without rows was taken")
+    need(len({len(row) for row in rows}) == 1, "a ragged trajectory was taken")
+    if name in ("metres.txt", "centimetres.txt", "bare.txt"):
+        return len({row[0] for row in rows if row[1] == str(frame)})
+    if name == "table.csv" and head:
+        at = {column: place for place, column in enumerate(head)}
+        return len({row[at["id"]] for row in rows if row[at["frame"]] == str(frame)})
+    return None
