@@ -14,7 +14,7 @@ from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
 from analysis.dumps.columns import FLAT, BodyColumns
-from analysis.dumps.table import DumpError, index_dump
+from analysis.dumps.table import LARGEST_LENGTH, DumpError, index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
 from nscd.arrays import Floats
@@ -62,6 +62,13 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
                 f"id {ids[order[twice[0]]]} occurs twice at step {frame.step}"
             )
         ts, data = self.ts, self._columns.quantities(table[order], frame)
+        for name in ("x", "y", "z"):
+            if not (far := np.abs(data[name]) <= LARGEST_LENGTH).all():
+                row = int(np.argmin(far))
+                raise DumpError(
+                    f"{self.filename}, line {frame.line + order[row]}: {name}: {data[name][row]:g} m: "
+                    "a finite place is needed"
+                )
         z, smallest = data["z"], float(np.abs(data["radius"]).min(initial=math.inf))
         height = float(np.ptp(z)) if len(z) else 0.0
         if height != 0 and not height <= FLAT * smallest:

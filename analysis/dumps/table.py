@@ -25,6 +25,8 @@ from analysis.support.reading import (
 from nscd.arrays import Floats, Indices
 
 LARGEST_STEP = 2**62
+# Lengths (m) and times (s) beyond this are damage, and no places for MDAnalysis' float32.
+LARGEST_LENGTH = 1e30
 # Columns of words, which LAMMPS writes on request; nothing here reads them.
 WORDS = frozenset({"element", "typelabel"})
 
@@ -230,7 +232,7 @@ class _Heads:
                 count = self._whole("rows", LARGEST_WHOLE)
             elif item.startswith("BOX BOUNDS") and count >= 0 and not box:
                 box = self._box(words[3:], where)
-            elif words[1:2] == [self.kind] and box:
+            elif item.split()[:1] == [self.kind] and box:
                 break
             else:
                 raise DumpError(
@@ -268,7 +270,7 @@ class _Heads:
         return whole_number(word, f"{self.path}, line {self.line}: {what}", least=0, most=most)
 
     def _number(self, word: str, what: str) -> float:
-        if not NUMBER.fullmatch(word) or not math.isfinite(float(word)):
+        if not NUMBER.fullmatch(word) or not abs(float(word)) <= LARGEST_LENGTH:
             raise DumpError(f"{self.path}, line {self.line}: {what}: {word[:40]!r} is not a number")
         return float(word)
 

@@ -14,7 +14,9 @@ from nscd.segments import nearest_on_segment
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 Count = Annotated[int, Strict(), Field(ge=1)]
-Point = tuple[Number, Number]
+# beyond this, distances leave double precision
+Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
+Point = tuple[Length, Length]
 
 
 class Part(BaseModel):

@@ -90,13 +90,21 @@ class Scene(Room):
             raise SceneError(first_problem(error)) from None
 
     def with_contact(self, **changes: object) -> Scene:
-        """The same scene with some keys of its contact model changed, validated."""
-        contact = ContactModel.model_validate(self.contact.model_dump() | changes)
-        return self.model_copy(update={"contact": contact})
+        """The same scene with some keys of its contact model changed. Raises SceneError naming the
+        key."""
+        return self._with("contact", changes)
 
     def with_run(self, **changes: object) -> Scene:
-        """The same scene with some keys of its run changed, validated."""
-        return self.model_copy(update={"run": Run.model_validate(self.run.model_dump() | changes)})
+        """The same scene with some keys of its run changed. Raises SceneError naming the key."""
+        return self._with("run", changes)
+
+    def _with(self, name: str, changes: dict[str, object]) -> Scene:
+        old: Part = getattr(self, name)
+        try:
+            new = type(old).model_validate(old.model_dump() | changes)
+        except ValidationError as error:
+            raise SceneError(f"{self.name}: {name}.{first_problem(error)}") from None
+        return self.model_copy(update={name: new})
 
     def check(self, origin: str) -> list[str]:
         """Raise SceneError for a scene that cannot be simulated; return warnings (a door narrower

@@ -1,5 +1,8 @@
 """What the command refuses, and how it ends: one line that names the option, nothing written."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from analysis.cli import main
@@ -96,3 +99,10 @@ def test_more_than_fits_on_the_disk(refused, tmp_path):
     path = make("arch", 100).with_run(frames=10**9, time_step_s=1.0).write(tmp_path)
     said = refused("run", path)
     assert "run.frames: 1000000000 frames of 100 disks need about 5e+04 GB" in said
+
+
+def test_a_scene_does_not_replace_its_room(refused, tmp_path):
+    data = Path(__file__).resolve().parents[1] / "data"
+    room = shutil.copy(data / "rooms/free.toml", tmp_path / "free.toml")
+    words = ("import", data / "trajectories/metres.txt", "--frame", 2, "--room", room)
+    assert "free.toml: the scene would replace its room; give --name or --out" in refused(*words)

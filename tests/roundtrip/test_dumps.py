@@ -175,8 +175,9 @@ def test_zero_radius_and_nan_are_named_with_their_step(tmp_path):
     path = tmp_path / "bad.dump"
     for row, message in [
         ([1, 0.0, 0.0, 0.0, 1.0], r"step 7: radius: 0 in row 0"),
-        ([1, "nan", 0.0, 0.1, 1.0], r"step 7: position: not a finite number"),
-        ([1, "inf", 0.0, 0.1, 1.0], r"step 7: position: not a finite number"),
+        ([1, "nan", 0.0, 0.1, 1.0], r"line 10: x: nan m: a finite place is needed"),
+        ([1, "1e99", 0.0, 0.1, 1.0], r"line 10: x: 1e\+99 m: a finite place is needed"),
+        ([1, 0.0, 0.0, 0.1, "nan"], r"step 7: mass: not a finite number"),
     ]:
         path.write_text(frame(7, [row], FEW))
         with pytest.raises(DumpError, match=message):
