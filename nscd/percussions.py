@@ -68,6 +68,11 @@ class FrictionPart:
     starts: int = 1
     spread: float = float("nan")
 
+    def columns(self) -> dict[str, list[Any]]:
+        """Name the columns that friction adds to a table, each a list of k."""
+        states = [ContactState(state).name.lower() for state in self.state]
+        return {"friction_Ns": self.tangential.tolist(), "state": states}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Percussions:
@@ -151,9 +156,8 @@ class Percussions:
         """Make a pandas data frame with one row per contact and units in its column names."""
         import pandas as pd
 
-        return pd.DataFrame(
-            columns(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
-        )
+        cells = columns(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
+        return pd.DataFrame(cells | (self.friction.columns() if self.friction else {}))
 
     def plot(self, axes: Any = None) -> Any:
         """Draw disks and what contacts carry into matplotlib axes; return them."""

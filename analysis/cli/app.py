@@ -39,6 +39,14 @@ def positive(text: str) -> float:
     return number
 
 
+def not_negative(text: str) -> float:
+    """Read the number of an option, which must be finite and at least 0."""
+    number = _number(text)
+    if not 0 <= number < math.inf:
+        raise typer.BadParameter(f"{text}: a finite number of at least 0 is needed")
+    return number
+
+
 def share(text: str) -> float:
     """Read the number of an option, which must be from 0 to 1."""
     number = _number(text)

@@ -10,7 +10,16 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from analysis.cli.app import Scheduler, count, positive, progress, say_expected, share, show
+from analysis.cli.app import (
+    Scheduler,
+    count,
+    not_negative,
+    positive,
+    progress,
+    say_expected,
+    share,
+    show,
+)
 
 
 def solve(
@@ -36,6 +45,17 @@ def solve(
             help="desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired "
             "where there is a drive."
         ),
+    ] = None,
+    friction: Annotated[
+        float | None,
+        typer.Option(
+            parser=not_negative,
+            help="Coulomb's μ of people with each other; the scene's own if left out, 0 in a room.",
+        ),
+    ] = None,
+    wall_friction: Annotated[
+        float | None,
+        typer.Option(parser=not_negative, help="μ of people with walls; --friction if left out."),
     ] = None,
     window: Annotated[
         float | None, typer.Option(parser=positive, help="Δt of --left-velocity free, in s.")
@@ -98,6 +118,10 @@ def solve(
         "window": window,
         "largest_overlap": largest_overlap,
     }
+    if friction is not None:
+        given["friction"] = friction
+    if wall_friction is not None:
+        given["wall_friction"] = wall_friction
     if contact_tolerance is not None:
         given["contact_tolerance"] = contact_tolerance
     job = DumpToSolve(

@@ -23,9 +23,10 @@ from analysis.dumps import (
 from analysis.dumps.impulses import integrate_contacts
 from analysis.engines.record import RunRecord
 from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, percussions_of
+from analysis.percussions.table import openness_of
 from analysis.scene.scene import Scene, read_scene
 from nscd import ContactLaw, Percussions, Snapshot
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats
 from nscd.indeterminacy.determinacy import Determinacy, admissible_determinacy, determinacy
 
 __all__ = ["FORCE", "Balance", "Comparison", "compare_run", "rigid_law_of"]
@@ -158,9 +159,7 @@ def compare_run(
     if not len(found.contacts) and not len(engine):
         raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
     known = determinacy(found.contacts, len(snapshot))
-    failed = found.answer.status == "failed"
-    sharper = known if failed else admissible_determinacy(found.contacts, found.answer)
-    match = match_contacts(found, engine, sharper.determined)
+    match = match_contacts(found, engine, _determined(found, known))
     rigid_walls = match.rigid[match.is_wall].sum(0)
     return Comparison(
         scene=scene,
@@ -173,11 +172,23 @@ def compare_run(
     )
 
 
+def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:
+    """(k,): whether every admissible percussion is the same at a contact, friction included; with
+    friction False where that was not found."""
+    answer = found.answer
+    if answer.friction is not None:
+        return np.array([value == 1 for value in openness_of(found, False).determined], dtype=bool)
+    if answer.status == "failed":
+        return known.determined
+    return admissible_determinacy(found.contacts, answer).determined
+
+
 def rigid_law_of(scene: Scene) -> ContactLaw:
     """Give the law of the scene's rigid contacts (see `law_of`); of elastic ones that nearest to
     it which a finite dissipation gives."""
     elastic = scene.contact.restitution > NEARLY_ELASTIC and scene.analysis.kind == "impact"
-    return ContactLaw(restitution=NEARLY_ELASTIC) if elastic else law_of(scene)
+    nearest = ContactLaw(restitution=NEARLY_ELASTIC, friction=scene.contact.friction)
+    return nearest if elastic else law_of(scene)
 
 
 def _impulses(

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from analysis.scene.scene import Drive, Room, Scene
-from nscd import Contacts, Percussions, Snapshot, Walls, find_contacts
+from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 
 LeftVelocity = Literal["desired", "dump", "free"]
@@ -26,6 +26,7 @@ class Setting:
     wall_names: of the walls, in their order; their numbers from 1 where left out
     drive: who wants to go where
     acceleration: (x, y) m/s², g of a body force
+    friction, wall_friction: μ of people with each other and with walls (None: the same)
     contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
     largest_overlap: share of the smaller radius; deeper overlaps are refused
     left_velocity: see `left_velocity_of`; None: desired where there is a drive, else dump
@@ -37,12 +38,15 @@ class Setting:
     wall_names: tuple[str, ...] = ()
     drive: Drive | None = None
     acceleration: tuple[float, float] = (0.0, 0.0)
+    friction: float = 0.0
+    wall_friction: float | None = None
     contact_tolerance: float = 1e-6
     largest_overlap: float = LARGEST_OVERLAP
     left_velocity: LeftVelocity | None = None
     window: float | None = None
 
     def __post_init__(self) -> None:
+        self.law  # noqa: B018  (refuses what is no coefficient)
         if not 0 <= self.contact_tolerance < math.inf:
             raise ValueError(
                 f"contact_tolerance: {self.contact_tolerance} m; a finite length ≥ 0 is needed"
@@ -63,7 +67,8 @@ class Setting:
 
     @classmethod
     def in_room(cls, room: Room, **rest: Any) -> Setting:
-        """Take walls, drive and contact tolerance from a room (or scene); `rest`: other fields."""
+        """Take walls, drive, contact tolerance and a scene's friction from a room (or scene); `rest`:
+        other fields."""
         parts: dict[str, Any] = {
             "walls": room.wall_segments(),
             "wall_names": tuple(wall.name for wall in room.walls),
@@ -71,12 +76,19 @@ class Setting:
             "acceleration": room.acceleration(),
             "contact_tolerance": room.analysis.contact_tolerance_m,
         }
+        if isinstance(room, Scene):
+            parts["friction"] = room.contact.friction
         return cls(**(parts | rest))
 
     @property
     def kind(self) -> LeftVelocity:
         """The left velocity that is taken."""
         return self.left_velocity or ("desired" if self.drive else "dump")
+
+    @property
+    def law(self) -> ContactLaw:
+        """The law of contacts that are inelastic and have this friction."""
+        return ContactLaw(friction=self.friction, wall_friction=self.wall_friction)
 
     @property
     def moves(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,7 +90,7 @@ def percussions_of(
 ) -> SnapshotPercussions:
     """Compute the percussions of a snapshot in a scene: contacts, left velocity, solution, window.
 
-    law: inelastic and frictionless where left out
+    law: where left out inelastic, with the friction of the scene or setting
     tolerance, solver, canonical: of `nscd.solve`
     before: the answer of the frame before; where the same disks touch and are pressed alike, it
         makes the solution cheaper and does not change it
@@ -100,8 +100,11 @@ def percussions_of(
     setting = Setting.of(scene) if isinstance(scene, Scene) else scene
     contacts = setting.contacts(snapshot)
     left, window = setting.left(snapshot)
+    law = setting.law if law is None else law
+    # who wants to go somewhere does not want to turn: a blocked crowd is at rest in its spins too
+    still = law.frictional and setting.kind == "desired"
     answer = solve(
-        snapshot,
+        replace(snapshot, spin=np.zeros(len(snapshot))) if still else snapshot,
         contacts,
         left_velocity=left,
         law=law,
@@ -121,18 +124,19 @@ def percussions_of(
 
 
 def law_of(scene: Scene) -> ContactLaw:
-    """Give the rigid law of a scene's own contacts: an impact has the scene's restitution, which is
-    part of the model. A crowd that a drive presses rests, and its forces do not depend on it.
+    """Give the rigid law of a scene's own contacts: its friction, and in an impact its restitution,
+    which is part of the model. A crowd that a drive presses rests, and its forces do not depend on
+    restitution.
 
     Raises ValueError for an impact of restitution 1, which no finite dissipation gives."""
     restitution = scene.contact.restitution
     if scene.drive is not None or not restitution:
-        return ContactLaw()
+        return ContactLaw(friction=scene.contact.friction)
     if restitution == 1:
         raise ValueError(
             f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution below 1"
         )
-    return ContactLaw(restitution=restitution)
+    return ContactLaw(restitution=restitution, friction=scene.contact.friction)
 
 
 def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> bool:

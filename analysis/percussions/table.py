@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.percussions.setting import Solved
 from nscd.indeterminacy.admissible import Admissible, ProgramError
+from nscd.indeterminacy.cones import Cones
 from nscd.indeterminacy.determinacy import admissible_determinacy
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
@@ -22,8 +23,9 @@ Openness = Literal["none", "determined", "ranges"]
 # Every column that a row can have, in order.
 COLUMNS = (
     "time_s", "step", "first", "second", "is_wall", "nx", "ny", "gap_m",
-    "reaction_Ns", "impulse_x_Ns", "impulse_y_Ns", "force_x_N", "force_y_N",
-    "wall", "determined", "lower_Ns", "upper_Ns", "status", "residual", "velocity_error_m_per_s",
+    "reaction_Ns", "friction_Ns", "state", "impulse_x_Ns", "impulse_y_Ns", "force_x_N", "force_y_N",
+    "wall", "determined", "lower_Ns", "upper_Ns", "friction_lower_Ns", "friction_upper_Ns",
+    "status", "residual", "velocity_error_m_per_s",
 )  # fmt: skip
 Cells = dict[str, list[Any]]
 
@@ -32,14 +34,18 @@ Cells = dict[str, list[Any]]
 class Open:
     """What the mechanics leaves open of k reactions.
 
-    determined: (k,) 1 where every admissible percussion has the same reaction, else 0
+    determined: (k,) 1 where every admissible percussion has the same reaction (and friction), else
+        0
     lower, upper: (k,) N·s, least and largest reaction of all admissible percussions; None where
         there is no end, or none was proven
+    friction_lower, friction_upper: (k,) N·s, the same of τ; None without friction
     """
 
     determined: list[int | None]
     lower: list[float | None]
     upper: list[float | None]
+    friction_lower: list[float | None] | None = None
+    friction_upper: list[float | None] | None = None
 
 
 def openness_of(found: Solved, ranges: bool) -> Open:
@@ -50,6 +56,11 @@ def openness_of(found: Solved, ranges: bool) -> Open:
     nothing = Open(determined=[None] * k, lower=[None] * k, upper=[None] * k)
     if found.answer.status != Status.SOLVED or not k:
         return nothing
+    if found.answer.friction is not None:
+        try:
+            return _with_friction(found, ranges)
+        except (ProgramError, ValueError):
+            return nothing
     try:
         determined = admissible_determinacy(found.contacts, found.answer).determined
         lower: list[float | None] = found.answer.reaction.tolist()
@@ -62,6 +73,24 @@ def openness_of(found: Solved, ranges: bool) -> Open:
     except (ProgramError, ValueError):
         return nothing
     return Open(determined=determined.astype(int).tolist(), lower=lower, upper=upper)
+
+
+def _with_friction(found: Solved, ranges: bool) -> Open:
+    cones = Cones.of(found.snapshot, found.contacts, found.answer)
+    normal_known, friction_known = cones.determined()
+    determined = (normal_known & friction_known).astype(int).tolist()
+    if not ranges:
+        return Open(determined=determined, lower=[], upper=[])
+    rows = range(len(found.contacts))
+    normal = [cones.interval(row) for row in rows]
+    across = [cones.interval(row, tangential=True) for row in rows]
+    return Open(
+        determined=determined,
+        lower=[_finite(low) for low, _ in normal],
+        upper=[_finite(high) for _, high in normal],
+        friction_lower=[_finite(low) for low, _ in across],
+        friction_upper=[_finite(high) for _, high in across],
+    )
 
 
 def cells_of(
@@ -80,6 +109,8 @@ def cells_of(
     elif step is not None:
         cells["step"] = [step] * k
     cells |= columns(found.snapshot, contacts, answer.reaction, answer.impulse, found.window)
+    if answer.friction is not None:
+        cells |= answer.friction.columns()
     names = found.setting.wall_names
     if names:
         cells["wall"] = [
@@ -91,6 +122,9 @@ def cells_of(
         cells["determined"] = list(known.determined)
         if openness == "ranges":
             cells |= {"lower_Ns": list(known.lower), "upper_Ns": list(known.upper)}
+            if answer.friction is not None:
+                ends = known.friction_lower or [None] * k, known.friction_upper or [None] * k
+                cells |= {"friction_lower_Ns": list(ends[0]), "friction_upper_Ns": list(ends[1])}
     cells |= {"status": [str(answer.status)] * k, "residual": [answer.residual] * k}
     cells["velocity_error_m_per_s"] = [_finite(answer.velocity_error)] * k
     return cells

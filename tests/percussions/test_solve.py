@@ -2,6 +2,7 @@
 
 import gzip
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from analysis.percussions import PercussionAnalysis, Setting, percussions_of
 from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
 from analysis.percussions.table import cells_of
 from analysis.scene.shipped_scenes import make
-from nscd import Snapshot, Walls
+from nscd import ContactLaw, Snapshot, Walls
 
 FEW = "id x y radius mass vx vy"
 PAIR = [[1, 0, 0, 0.25, 75, 2, 0], [2, 0.5, 0, 0.25, 75, 0, 0]]
@@ -119,6 +120,8 @@ def test_coinciding_disks_name_the_file(tmp_path):
         ({"left_velocity": "free", "window": math.inf}, "window: inf s; a finite time above 0"),
         ({"left_velocity": "free", "window": -1.0}, "window: -1.0 s; a finite time above 0"),
         ({"left_velocity": "wished"}, "left_velocity: 'wished'; there are: desired, dump, free"),
+        ({"friction": -0.1}, "friction: -0.1; a finite number ≥ 0"),
+        ({"wall_friction": math.nan}, "wall_friction: nan; a finite number ≥ 0"),
         ({"largest_overlap": math.nan}, "largest_overlap: nan; a share"),
         ({"time_step": math.nan}, "time_step: nan s; a finite time above 0"),
     ],
@@ -175,6 +178,42 @@ def test_results_have_times_frames_and_tables(tmp_path):
     assert "N·s" in axes.figure.axes[1].get_ylabel()
     with pytest.raises(ValueError, match="force: an impact has impulses"):
         _ = found.force
+
+
+@pytest.mark.parametrize(
+    ("mu", "across", "state"), [(0.1, 7.5, "forward"), (0.5, 12.5, "stick"), (0.0, 0.0, None)]
+)
+def test_friction_has_columns_of_its_own(tmp_path, mu, across, state):
+    oblique = [[1, 0, 0, 0.25, 75, 2, 1], [2, 0.5, 0, 0.25, 75, 0, 0]]
+    path = dump_of(tmp_path, frame(0, oblique))
+    (row,) = solved(path, tmp_path, friction=mu, openness="ranges")
+    assert float(row["reaction_Ns"]) == pytest.approx(75)
+    assert float(row["impulse_y_Ns"]) == pytest.approx(across)
+    assert row["determined"] == "1"
+    if state is None:
+        assert "friction_Ns" not in row
+        return
+    names = ("friction_Ns", "friction_lower_Ns", "friction_upper_Ns")
+    assert [float(row[name]) for name in names] == pytest.approx([across] * 3)
+    assert row["state"] == state
+
+
+def test_a_scene_has_its_own_friction_and_a_blocked_crowd_no_spin(pressed):
+    rough = pressed.with_contact(friction=0.3)
+    disks = pressed.snapshot
+    touching = Snapshot(
+        position=disks.position,
+        velocity=disks.velocity,
+        radius=1.3 * disks.radius,
+        mass=disks.mass,
+        spin=np.ones(len(disks)),
+    )
+    found = percussions_of(rough, touching)
+    at_rest = replace(touching, spin=np.zeros(len(disks)))
+    again = percussions_of(pressed, at_rest, ContactLaw(friction=0.3))
+    assert found.answer.status == "solved"
+    assert np.abs(found.answer.friction.tangential).max() > 1.0
+    np.testing.assert_array_equal(found.answer.impulse, again.answer.impulse)
 
 
 def test_a_universe_of_another_reader_says_what_to_do(tmp_path):
