@@ -39,9 +39,9 @@ STORED = Path(__file__).resolve().parent.parent / "analysis" / "advice" / FILE
 ASKED = (0.01, 0.05, 0.2)
 SHOWN = 0.05
 TIGHT = 0.02
-# Finer time steps of a driven crowd cost more than any asked error is worth, coarser ones fail. YADE
-# has the errors of LAMMPS with the same law (tests compare them), so that fewer of its runs tell its
-# cost. Of an impact more is measured than advice chooses from.
+# Finer time steps of a driven crowd cost more than any asked error is worth, coarser ones fail.
+# YADE has the errors of LAMMPS with the same law (tests compare them), so that fewer of its runs
+# tell its cost. Of an impact more is measured than advice chooses from.
 DRIVEN = Grid(shares=(0.25, 1.0, 4.0, 8.0), of_engine={"yade": (1.0, 4.0)})
 IMPACT = Grid(stiffer=(1.0,), shares=(*SHARES, 8.0), of_engine={"yade": (1.0, 4.0)})
 SOFT = ("lammps", "yade")
@@ -148,7 +148,8 @@ def is_setting(point: Point, candidate: Candidate) -> bool:
 
 def summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """Lines of a Markdown table: each question at each asked error."""
-    yield "| question | asked | promised | held | refused | rightly | cost over the cheapest found, median and most |"
+    head = "| question | asked | promised | held | refused | rightly "
+    yield head + "| cost over the cheapest found, median and most |"
     yield "|---|---|---|---|---|---|---|"
     for words in QUESTIONS:
         for asked in ASKED:
@@ -157,14 +158,15 @@ def summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
             times = [o.times_best for o in made if o.times_best is not None]
             cost = f"{np.median(times):.2f}, {max(times):.2f}" if times else "–"
             yield (
-                f"| {words} | {percent(asked, 2)} | {len(made)} | {sum(o.held for o in made)} | {len(refused)} "
-                f"| {sum(o.held for o in refused)} | {cost} |"
+                f"| {words} | {percent(asked, 2)} | {len(made)} | {sum(o.held for o in made)} "
+                f"| {len(refused)} | {sum(o.held for o in refused)} | {cost} |"
             )
 
 
 def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """Lines of a Markdown table: every scene and question at one asked error."""
-    yield f"| scene | question | choice for {percent(SHOWN, 2)} | promised | measured | cost over the cheapest found |"
+    head = f"| scene | question | choice for {percent(SHOWN, 2)} | promised | measured "
+    yield head + "| cost over the cheapest found |"
     yield "|---|---|---|---|---|---|"
     for o in outcomes:
         if o.asked != SHOWN:
@@ -176,7 +178,8 @@ def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
         measured = "did not end well" if o.measured is None else percent(o.measured, 2)
         times = "–" if o.times_best is None else f"{o.times_best:.2f}"
         yield (
-            f"| {o.scene} | {o.words} | {setting(o.choice)} | {percent(o.choice.promised_error, 2)} "
+            f"| {o.scene} | {o.words} | {setting(o.choice)} "
+            f"| {percent(o.choice.promised_error, 2)} "
             f"| {measured if o.held else f'**{measured}**'} | {times} |"
         )
 
@@ -201,13 +204,16 @@ def test(runs: Path, processes: int | None) -> None:
         if o.measured is not None and o.choice and o.measured <= o.choice.promised_error
     ]
     print(
-        f"{len(made)} promises, {sum(o.held for o in made)} within the asked error; every promise held on {len(kept)} of"
+        f"{len(made)} promises, {sum(o.held for o in made)} within the asked error; every promise "
+        f"held on {len(kept)} of"
     )
     print(
-        f"{len(scenes)} unseen scenes. {len(closer)} are also within the smaller error that the choice itself promised."
+        f"{len(scenes)} unseen scenes. {len(closer)} are also within the smaller error that the "
+        "choice itself promised."
     )
     print(
-        f"{len(dear)} choices cost more than twice the cheapest found. {len(refused)} refusals, of which"
+        f"{len(dear)} choices cost more than twice the cheapest found. {len(refused)} refusals, of "
+        "which"
     )
     print(f"{sum(o.held for o in refused)} rightly: no setting measured reaches the asked error.\n")
     for line in (*summary(outcomes), "", *details(outcomes)):

@@ -1,9 +1,9 @@
-"""A contact problem of the benchmarks: as a file, so that every solver gets the same bits in a process
-of its own; in scaled variables, as solvers want it; and how exact an answer to it is.
+"""A contact problem of the benchmarks: as a file, so that every solver gets the same bits in a
+process of its own; in scaled variables, as solvers want it; and how exact an answer to it is.
 
-Scaled, without dissipation. Primal: min ½|y|² − y⁻·y subject to G y ≤ 0, with y = √m u / (√m̄ ‖u⁻‖∞),
-G = C M^(−1/2) with rows divided by √w, and multipliers z = √w λ / (√m̄ ‖u⁻‖∞). Dual: min ½ z·GGᵀz −
-z·Gy⁻ subject to z ≥ 0."""
+Scaled, without dissipation. Primal: min ½|y|² − y⁻·y subject to G y ≤ 0, with y = √m u / (√m̄
+‖u⁻‖∞), G = C M^(−1/2) with rows divided by √w, and multipliers z = √w λ / (√m̄ ‖u⁻‖∞). Dual: min ½
+z·GGᵀz − z·Gy⁻ subject to z ≥ 0."""
 
 from __future__ import annotations
 

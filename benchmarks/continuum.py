@@ -80,7 +80,8 @@ def growth(name: str, rows: list[Row]) -> str:
     upper = (t[-1] - t[-2]) / (n[-1] - n[-2])
     worst = np.exp(np.abs(t - slope * n - start).max()) - 1
     return (
-        f"{name}: CPU seconds grow as N^{slope:.2f} over all sizes (farthest from the line: {worst:.0%}), "
+        f"{name}: CPU seconds grow as N^{slope:.2f} over all sizes (farthest from the line: "
+        f"{worst:.0%}), "
         f"as N^{upper:.2f} between the two largest."
     )
 
@@ -97,7 +98,8 @@ def main() -> None:
         n for n in (3_125, 6_250, 12_500, 25_000, 50_000, 100_000, 200_000, 400_000) if n <= largest
     ]
     print(
-        "| elements | u⁻ | unknowns | mesh CPU s | collision s | CPU s | sets | residual | energy error | status |"
+        "| elements | u⁻ | unknowns | mesh CPU s | collision s | CPU s | sets | residual "
+        "| energy error | status |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
     fits = []
@@ -106,14 +108,16 @@ def main() -> None:
             rows = [measure(order, left, size) for size in sizes]
             for r in rows:
                 print(
-                    f"| P{r.order} | {r.left} | {r.unknowns} | {r.mesh_s:.2f} | {r.seconds:.2f} | {r.cpu_s:.2f} "
+                    f"| P{r.order} | {r.left} | {r.unknowns} | {r.mesh_s:.2f} | {r.seconds:.2f} "
+                    f"| {r.cpu_s:.2f} "
                     f"| {r.iterations} | {r.residual:.1e} | {r.energy_error:.1e} | {r.status} |",
                     flush=True,
                 )
             fits.append(growth(f"P{order}, {left}", rows))
     print("", *fits, "", sep="\n")
     print(
-        "| mesh | side m | unknowns | largest p in a triangle N·s/m | over a body (0.2 m) |\n|---|---|---|---|---|"
+        "| mesh | side m | unknowns | largest p in a triangle N·s/m | over a body (0.2 m) |\n"
+        "|---|---|---|---|---|"
     )
     for name, grading in (("uniform", 1.0), ("graded", 0.4)):
         for p in largest_pressures(

@@ -30,10 +30,12 @@ def main() -> None:
     arguments = parser.parse_args()
     scene = make("arch", arguments.disks).with_run(duration_s=arguments.duration)
     print(
-        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, {arguments.disks} disks"
+        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, "
+        f"{arguments.disks} disks"
     )
     print(
-        f"{'what':<34}{'CPU s':>10}{'wall s':>10}{'steps':>9}{'particle-steps per CPU s':>27}{'worst residual':>16}"
+        f"{'what':<34}{'CPU s':>10}{'wall s':>10}{'steps':>9}{'particle-steps per CPU s':>27}"
+        f"{'worst residual':>16}"
     )
     with tempfile.TemporaryDirectory() as folder:
         for name in (known.NAME for known in PENALTY):
@@ -71,7 +73,8 @@ def percussions(place: Path, scene, time_step: float, name: str) -> None:
         worst = f"{max(residuals):.1e}" if what == "percussions" else "–"
         label = f"  {name} dump: {what}, a snapshot"
         print(
-            f"{label:<34}{total / len(residuals):>10.5f}{'–':>10}{len(residuals):>9}{'–':>27}{worst:>16}"
+            f"{label:<34}{total / len(residuals):>10.5f}{'–':>10}{len(residuals):>9}{'–':>27}"
+            f"{worst:>16}"
         )
 
 

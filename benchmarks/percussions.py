@@ -29,7 +29,7 @@ from nscd import find_contacts
 from nscd.solve import SOLVERS
 
 PEER_NAMES = tuple(peer.name for peer in PEERS)
-# least bytes a contact and sweep: each row, its λ and its two disks once (and what momentum and
+# least bytes per contact and sweep: each row, its λ and its two disks once (and what momentum and
 # restart add)
 SWEEP_BYTES = {"gauss_seidel": 68, "projected_gradient": 132}
 # above, a peer runs only the variant that was fastest at the next smaller size
@@ -71,8 +71,9 @@ def main() -> None:
         write_case(small, FAMILIES["heap"](594))
         cold = first_solve(small)
         lines.append(
-            f"A new process: import nscd {cold['import_wall_s']:.2f} s, first solve of a heap of 594 "
-            f"{cold['solve_wall_s']:.2f} s, the whole process {cold['process_wall_s']:.2f} s (wall)."
+            f"A new process: import nscd {cold['import_wall_s']:.2f} s, first solve of a heap of "
+            f"594 {cold['solve_wall_s']:.2f} s, the whole process {cold['process_wall_s']:.2f} s "
+            "(wall)."
         )
         for family in given.families:
             before: dict[str, Outcome] = {}
@@ -176,7 +177,8 @@ def detection(case: Case) -> str:
         best = min(best, time.process_time() - started)
         if best > 2:
             break
-    return f"{case.name}, {len(case.snapshot)} disks: {len(case.contacts)} contacts found in {best:.4f} s CPU."
+    sizes = f"{len(case.snapshot)} disks: {len(case.contacts)} contacts"
+    return f"{case.name}, {sizes} found in {best:.4f} s CPU."
 
 
 def sweeps(case: Case, outcomes: dict[str, Outcome], bytes_per_second: float) -> list[str]:
@@ -188,7 +190,8 @@ def sweeps(case: Case, outcomes: dict[str, Outcome], bytes_per_second: float) ->
         if best and best.iterations:
             each = best.seconds / best.iterations / len(case.contacts)
             lines.append(
-                f"{case.name}, {len(case.snapshot)} disks, {solver}: {best.iterations} sweeps, {each * 1e9:.1f} ns per contact "
+                f"{case.name}, {len(case.snapshot)} disks, {solver}: {best.iterations} sweeps, "
+                f"{each * 1e9:.1f} ns per contact "
                 f"and sweep, all of the solve counted; {least} B at the measured bandwidth take "
                 f"{least / bytes_per_second * 1e9:.1f} ns."
             )
@@ -199,7 +202,8 @@ def save(out: Path, words: Sequence[str], rows: Sequence[Row], lines: Sequence[s
     """Write percussions.md and percussions.csv; return the text."""
     notes = [
         "* with the solver's own u, its momentum error counted; else u = u⁻ − M⁻¹Cᵀλ.",
-        "† against the best peer at 1e-8, since none reached 1e-10. × best peer: its CPU seconds over this solver's.",
+        "† against the best peer at 1e-8, since none reached 1e-10. × best peer: its CPU seconds "
+        "over this solver's.",
     ]
     text = "\n".join(
         [

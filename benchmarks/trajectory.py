@@ -2,7 +2,8 @@
 found and solved, and written.
 
 A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the
-frames that could be corrected from the frame before, beside those of the same frames solved from scratch.
+frames that could be corrected from the frame before, beside those of the same frames solved from
+scratch.
 
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
@@ -59,10 +60,12 @@ def main() -> None:
             )
             size = dump.stat().st_size / 1e6
             print(
-                f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}"
+                f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, "
+                f"to {TOLERANCE:g}"
             )
             print(
-                f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms per frame':>14}{'contacts':>11}{'not solved':>12}"
+                f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms per frame':>14}{'contacts':>11}"
+                f"{'not solved':>12}"
             )
             for workers in given.workers:
                 whole(dump, workers, given.frames, folder / "contacts.csv")
@@ -114,7 +117,8 @@ def frame_by_frame(dump: Path) -> None:
     if warm:
         ratio = np.median(np.array(anew) / warm)
         print(
-            f": {1e3 * np.median(warm):.2f} ms each, {1e3 * np.median(anew):.2f} ms from scratch ({ratio:.1f} times; medians); "
+            f": {1e3 * np.median(warm):.2f} ms each, {1e3 * np.median(anew):.2f} ms from scratch "
+            f"({ratio:.1f} times; medians); "
             f"largest difference of a percussion {changed:.1e} N s",
             end="",
         )

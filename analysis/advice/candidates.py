@@ -1,4 +1,5 @@
-"""Candidates: methods with their settings on a scene, what each promises and what it should cost."""
+"""Candidates: methods with their settings on a scene, what each promises and what it should
+cost."""
 
 from __future__ import annotations
 

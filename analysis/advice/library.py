@@ -19,7 +19,8 @@ FORMAT = 2
 FILE = "library.json"
 # What the points of one run have in common, in this order, then the errors of each quantity.
 RUN = (
-    "method", "law", "solver", "time_step_s", "time_step_share", "stiffness_N_per_m", "tolerance", "cpu_seconds",
+    "method", "law", "solver", "time_step_s", "time_step_share", "stiffness_N_per_m", "tolerance",
+    "cpu_seconds",
 )  # fmt: skip
 ERRORS = ("numerical_error", "model_error", "total_error", "status")
 # Digits that are kept: a timing has no more.
@@ -52,15 +53,15 @@ class Entry:
         )
 
     def hardness(self, point: Point) -> float:
-        """The hardness (see `Likeness`) of a point's contacts."""
+        """Compute the hardness (see `Likeness`) of a point's contacts."""
         assert point.stiffness_N_per_m is not None
         return self.likeness.hardness * float(
             (point.stiffness_N_per_m / self.stiffness_N_per_m) ** 0.5
         )
 
     def particle_steps(self, point: Point) -> float:
-        """Disks times steps of a point's run over the window, which for an impact shortens as √k
-        grows."""
+        """Count disks times steps of a point's run over the window, which for an impact shortens as
+        √k grows."""
         assert point.time_step_s is not None
         assert point.stiffness_N_per_m is not None
         window = self.window_s
@@ -79,8 +80,8 @@ class Library:
 
 
 def library_text(library: Library) -> str:
-    """The library as JSON, one line per run: what its points have in common (`RUN`), then `ERRORS` of
-    each quantity."""
+    """Write the library as JSON, one line per run: what its points have in common (`RUN`), then
+    `ERRORS` of each quantity."""
     scenes = []
     for entry in library.entries:
         first = entry.points[0]
@@ -112,7 +113,7 @@ def library_text(library: Library) -> str:
 
 
 def library_of(text: str) -> Library:
-    """The library of what `library_text` gave. Raises ValueError for another format."""
+    """Read the library that `library_text` wrote. Raises ValueError for another format."""
     content = json.loads(text)
     if (
         content.get("format") != FORMAT
@@ -128,7 +129,7 @@ def library_of(text: str) -> Library:
 
 @functools.cache
 def stored_library() -> Library:
-    """The library that the product brings along."""
+    """Read the library that the product brings along."""
     return library_of((files("analysis.advice") / FILE).read_text(encoding="utf-8"))
 
 

@@ -56,7 +56,7 @@ class Likeness:
         return np.array([self.depth, self.links, self.door, self.mass_ratio, damping])
 
     def to_json(self) -> list[float]:
-        """The fields in order."""
+        """Give the fields in order."""
         return [float(value) for value in astuple(self)]
 
 

@@ -23,7 +23,7 @@ class Price:
     disk_step_s: float
 
     def of(self, disk_steps: float) -> float:
-        """CPU seconds of so many disks times steps."""
+        """Give CPU seconds of so many disks times steps."""
         return self.start_s + self.disk_step_s * disk_steps
 
 
@@ -46,7 +46,8 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
 
 
-# Not in the library, whose entries are penalty runs: fitted to `arch` and `jam` (benchmarks/rigid.py).
+# Not in the library, whose entries are penalty runs: fitted to `arch` and `jam`
+# (benchmarks/rigid.py).
 RIGID_PRICE = Price(start_s=1.5, disk_step_s=6e-6)
 
 

@@ -1,5 +1,5 @@
-"""Safety factors: how far expected errors were off when each scene of the library was predicted from
-the others."""
+"""Safety factors: how far expected errors were off when each scene of the library was predicted
+from the others."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ NO_MATTER, NO_USE = 1e-4, 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Safety:
-    """What expected errors are multiplied with before they are promised: the numerical and the model
-    error of engines, and the numerical error of a solver (rigid)."""
+    """What expected errors are multiplied with before they are promised: the numerical and the
+    model error of engines, and the numerical error of a solver (rigid)."""
 
     numerical: float = 1.0
     model: float = 1.0
@@ -35,8 +35,8 @@ TRIED = Safety(numerical=1.5, model=1.1)
 
 
 def safety_of(rates: Rates, curves: Curves) -> Safety:
-    """Compute the factors of curves that are read from other scenes: exp(rate · unlikeness), at least
-    1; infinite where there is no rate."""
+    """Compute the factors of curves that are read from other scenes: exp(rate · unlikeness), at
+    least 1; infinite where there is no rate."""
 
     def factor(what: str) -> float:
         rate = rates.get((curves.load, what))

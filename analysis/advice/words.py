@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from analysis.advice.candidates import Candidate
@@ -12,6 +14,7 @@ from analysis.advice.pilot import MOST_DISKS
 from analysis.advice.question import LOADS
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import percent, seconds
+from analysis.support.files import write_text
 
 
 def setting(candidate: Candidate) -> str:
@@ -104,13 +107,13 @@ def _curve(advice: Advice) -> Iterator[str]:
         yield f"read from the scenes most like it: {scenes}" if scenes else _nothing_like(advice)
 
 
-def to_json(advice: Advice, left: Sequence[str]) -> dict[str, Any]:
-    """Give the advice as what `json` writes."""
+def write_advice(advice: Advice, left: Sequence[str], folder: Path) -> Path:
+    """Write advice.json into the folder, whole or not at all; return its path."""
 
     def one(candidate: Candidate | None) -> dict[str, Any] | None:
         return None if candidate is None else dataclasses.asdict(candidate)
 
-    return {
+    content = {
         "scene": advice.scene.name,
         "quantity": advice.question.quantity,
         "against": advice.question.against,
@@ -127,3 +130,6 @@ def to_json(advice: Advice, left: Sequence[str]) -> dict[str, Any]:
         "measured": list(advice.measured),
         "left_out": list(left),
     }
+    text = json.dumps(content, indent=1, ensure_ascii=False)
+    write_text(folder / "advice.json", text + "\n")
+    return folder / "advice.json"

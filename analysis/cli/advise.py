@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -53,29 +52,21 @@ def advise(
     from analysis.advice.library import stored_library
     from analysis.advice.question import Question, asked_error
     from analysis.advice.unneeded import left_out
-    from analysis.advice.words import report as words
-    from analysis.advice.words import to_json
+    from analysis.advice.words import report, write_advice
     from analysis.scene.scene import read_scene
-    from analysis.support.files import write_text
     from analysis.work_precision.point import read_points
 
     chosen = read_scene(scene)
     points = None if chart is None else read_points(chart / "points.json")
+    methods = methods_here(method)
     question = Question(
-        error=asked_error(error),
-        quantity=quantity,
-        against=against,
-        methods=methods_here(method),
+        error=asked_error(error), quantity=quantity, against=against, methods=methods
     )
     advice = choose(chosen, question, library=stored_library(), chart=points)
     with progress() as bars:
         bars(f"{chosen.name}: what it can do without", 0.0)
         left = left_out(chosen, runs / "work_precision" / chosen.name)
         bars(f"{chosen.name}: what it can do without", 1.0)
-    for line in words(advice, left):
-        print(line)
-    content = to_json(advice, left)
-    write_text(out / "advice.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
-    print(out / "advice.json")
+    print(*report(advice, left), write_advice(advice, left, out), sep="\n")
     if advice.choice is None:
         raise typer.Exit(1)

@@ -59,7 +59,8 @@ def undriven_cell(trial: Trial, frames: Frames) -> Cell:
         reason = f"energy at most {frames.gain:.4g} of the start's"
         return engine_cell(trial, frames, Outcome.STABLE, reason)
     when = frames.time[int(np.argmax(frames.energy > (1 + GAIN) * frames.energy[0]))]
-    reason = f"{frames.gain:.3g} times the energy of the start; beyond {1 + GAIN:g} from t = {when:.3g} s"
+    gained = f"{frames.gain:.3g} times the energy of the start"
+    reason = f"{gained}; beyond {1 + GAIN:g} from t = {when:.3g} s"
     return engine_cell(trial, frames, Outcome.ENERGY_GAIN, reason)
 
 

@@ -97,8 +97,8 @@ def end_walls(low: float, high: float) -> tuple[Wall, Wall]:
 
 
 def rhombus(across: int, spacing: float = 2 * RADIUS_M) -> Floats:
-    """Place across² disks on the triangular lattice with the basis spacing·(1, 0), spacing·(½, √3/2),
-    (n,2) m: touching unless spaced otherwise, and then each inner one has six contacts."""
+    """Place across² disks on the triangular lattice with the basis spacing·(1, 0), spacing·(½,
+    √3/2), (n,2) m: touching unless spaced otherwise, and then each inner one has six contacts."""
     i, j = np.meshgrid(np.arange(across), np.arange(across), indexing="ij")
     x = spacing * (i + 0.5 * j).ravel()
     return np.column_stack([x, spacing * (np.sqrt(0.75) * j).ravel()])
@@ -187,8 +187,8 @@ def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
 
 
 def critical_time_step(scene: Scene) -> float:
-    """Compute the largest time step (s) for which leapfrog is stable on the scene's contacts, all of them
-    kept closed.
+    """Compute the largest time step (s) for which leapfrog is stable on the scene's contacts, all
+    of them kept closed.
 
     x(t+Δ) − 2x + x(t−Δ) = −Δ²M⁻¹K x − ΔM⁻¹C (x − x(t−Δ)), K = Σ k nnᵀ, C = Σ c nnᵀ: the eigenvalue
     −1 of the map appears when Δ²K + 2ΔC − 4M is first singular, which is Δ = 2/ω_max for c = 0 and

@@ -20,9 +20,10 @@ LITTLE = 1e-10
 def dense_percussions(
     snapshot: Snapshot, contacts: Contacts, left_velocity: ArrayLike, *, least: bool = False
 ) -> tuple[Floats, Floats]:
-    """λ (k,) N·s and u⁺ (n,2) m/s of the inelastic, frictionless law: λ minimises |M^(−½) Cᵀλ −
-    M^(½) u⁻| over λ ≥ 0, and u⁺ = u⁻ − M⁻¹Cᵀλ (Lawson and Hanson's active set, dense). `least` adds
-    LITTLE·|λ|², which leads to the reactions of least Σλ² where they are not unique."""
+    """Compute λ (k,) N·s and u⁺ (n,2) m/s of the inelastic, frictionless law: λ minimises |M^(−½)
+    Cᵀλ − M^(½) u⁻| over λ ≥ 0, and u⁺ = u⁻ − M⁻¹Cᵀλ (Lawson and Hanson's active set, dense).
+    `least` adds LITTLE·|λ|², which leads to the reactions of least Σλ² where they are not
+    unique."""
     root = np.sqrt(np.repeat(snapshot.mass, 2))
     left = np.asarray(left_velocity, dtype=np.float64).ravel()
     closing = contacts.normal_matrix(len(snapshot)).toarray()
@@ -38,11 +39,11 @@ def dense_percussions(
 def exact_line(
     mass: Sequence[int], velocity: Sequence[Fraction], dissipation: Sequence[Fraction]
 ) -> tuple[list[Fraction], Fraction]:
-    """u⁺ (n) and the change of the kinetic energy ½Σm(u⁺² − u⁻²) of n touching disks in a line, in
-    exact arithmetic.
+    """Compute u⁺ (n) and the change of the kinetic energy ½Σm(u⁺² − u⁻²) of n touching disks in a
+    line, in exact arithmetic.
 
     M(u⁺ − u⁻) + Cᵀp = 0, p = k C(u⁺ + u⁻) + λ, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected) with
-    one k (kg) a contact. Every set of closed contacts is tried until one gives λ ≥ 0 and C u⁺ ≤ 0:
+    one k (kg) per contact. Every set of closed contacts is tried until one gives λ ≥ 0 and C u⁺ ≤ 0:
     for short lines only. Raises ValueError where none does, which the convexity of the problem
     excludes."""
     n = len(mass)

@@ -124,11 +124,11 @@ def _points(
     models = {pair: _converged(window, pair[1], found) for pair, found in references.items()}
     for run in done["runs"]:
         model = models[run.setting.law, run.setting.stiffness_N_per_m]
-        yield from judge.points(run.answer(window), model)
+        yield from judge.points(run.on(window), model)
     for answers in done["solved"]:
         for answer in answers:
             yield from judge.points(answer)
-    for answer, model in continuum.judged(window):
+    for answer, model in continuum.judged():
         yield from judge.points(answer, model)
 
 

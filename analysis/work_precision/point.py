@@ -113,8 +113,8 @@ class Point(Method):
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Self:
-        """Make the point that `to_json` gave. Raises ValueError naming a key that is missing, unknown
-        or has a wrong value."""
+        """Make the point that `to_json` gave. Raises ValueError naming a key that is missing,
+        unknown or has a wrong value."""
         if missing := sorted({*COLUMNS} - content.keys()):
             raise ValueError(f"{missing[0]}: missing in a point")
         if unknown := sorted(content.keys() - {*COLUMNS}):
@@ -143,8 +143,8 @@ def write_points(folder: Path, points: Sequence[Point], name: str = "points") ->
 
 
 def read_points(path: Path) -> list[Point]:
-    """The points of a `points.json`. Raises ValueError naming the file for one that is missing,
-    broken or of another format."""
+    """Read the points of a `points.json`. Raises ValueError naming the file for one that is
+    missing, broken or of another format."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != FORMAT:

@@ -9,7 +9,7 @@ import logging
 import resource
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -56,36 +56,19 @@ class SoftSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SoftRun:
-    """What a run gave: its motion (None where it failed), time step, CPU seconds of the engine (its
-    start included), and whether it ended, where and when."""
+    """What a run with a setting gave: its motion (None where it failed), and the answer without
+    values; its CPU seconds are the engine's, start included."""
 
     setting: SoftSetting
-    time_step_s: float
     motion: Motion | None
-    cpu_seconds: float | None
-    status: PointStatus
-    reason: str
-    machine: str
-    date: str
+    answer: Answer
 
-    def answer(self, window: Window) -> Answer:
+    def on(self, window: Window) -> Answer:
         """Give the answer on the window."""
-        setting, values = self.setting, None
-        if self.motion is not None:
-            values = window.quantities(self.motion, setting.stiffness_N_per_m)
-        return Answer(
-            method=setting.engine,
-            law=setting.law,
-            time_step_s=self.time_step_s,
-            time_step_share=setting.share,
-            stiffness_N_per_m=setting.stiffness_N_per_m,
-            cpu_seconds=self.cpu_seconds,
-            values=values,
-            status=self.status,
-            reason=self.reason,
-            machine=self.machine,
-            date=self.date,
-        )
+        if self.motion is None:
+            return self.answer
+        values = window.quantities(self.motion, self.setting.stiffness_N_per_m)
+        return replace(self.answer, values=values)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,8 +101,8 @@ def settings_of(window: Window, engines: Sequence[str], grid: Grid = FULL) -> It
 
 
 def scene_of(window: Window, setting: SoftSetting) -> Scene:
-    """The scene to run: two frames, and a time step at most `share` of the safe one that divides
-    the window."""
+    """Make the scene to run: two frames, and a time step at most `share` of the safe one that
+    divides the window."""
     variant = window.variant(setting.law, setting.stiffness_N_per_m)
     half = 0.5 * variant.run.duration_s
     steps = ceil(half / (setting.share * penalty_of(variant).safe_time_step) - 1e-9)
@@ -127,7 +110,7 @@ def scene_of(window: Window, setting: SoftSetting) -> Scene:
 
 
 def run_folder(folder: Path, setting: SoftSetting) -> Path:
-    """Where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
+    """Name where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
     return (
         folder
         / f"{setting.engine}_{setting.law}_k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
@@ -152,16 +135,20 @@ def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
             motion = _motion(scene, folder)
         except (DumpError, EngineError) as error:
             status, reason = PointStatus.FAILED, str(error)
-    return SoftRun(
-        setting=setting,
+    answer = Answer(
+        method=setting.engine,
+        law=setting.law,
         time_step_s=penalty_of(scene).time_step,
-        motion=motion,
+        time_step_share=setting.share,
+        stiffness_N_per_m=setting.stiffness_N_per_m,
         cpu_seconds=known["cpu_seconds"],
+        values=None,
         status=status,
         reason=reason,
         machine=known["machine"],
         date=known["date"],
     )
+    return SoftRun(setting=setting, motion=motion, answer=answer)
 
 
 @functools.cache

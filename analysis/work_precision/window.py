@@ -70,7 +70,7 @@ class Window:
         return self.scene.drive is not None
 
     def duration(self, stiffness: float) -> float:
-        """Its length (s) for soft contacts of that stiffness (N/m)."""
+        """Give its length (s) for soft contacts of that stiffness (N/m)."""
         if self.scene.drive is not None:
             return DRIVEN_SHARE * self.scene.drive.relaxation_time_s
         return self.scene.run.duration_s * float(
@@ -78,8 +78,8 @@ class Window:
         )
 
     def variant(self, law: str, stiffness: float) -> Scene:
-        """The scene of the window with that contact law and stiffness (N/m), written halfway and at
-        the end."""
+        """Make the scene of the window with that contact law and stiffness (N/m), written halfway
+        and at the end."""
         scene = self.scene.with_contact(law=law, stiffness_N_per_m=stiffness)
         return scene.with_run(duration_s=self.duration(stiffness), frames=2, time_step_s=None)
 
@@ -110,7 +110,8 @@ class Window:
         return self.setting.left(self.scene.snapshot)[0]
 
     def rigid_motion(self, right_velocity: Floats) -> Motion:
-        """The motion of rigid disks from u⁺ (n,2) m/s, the contacts kept as they are at the start.
+        """Give the motion of rigid disks from u⁺ (n,2) m/s, the contacts kept as they are at the
+        start.
 
         Driven: m du/dt = m (u_d − u)/τ − Cᵀf from rest gives u = u⁺ (1 − e^(−t/τ)) and constant
         forces p/τ."""
@@ -132,7 +133,7 @@ class Window:
         return self.quantities(motion, self.scene.contact.stiffness_N_per_m)
 
     def quantities(self, motion: Motion, stiffness: float) -> Values:
-        """What the motion says of the contacts, as flat arrays in the unit of each quantity.
+        """Give what the motion says of the contacts, as flat arrays in the unit of each quantity.
 
         The impulse that a disk received is m Δu − ∫F_drive dt, with the drive's own time integral
         m/τ (∫u_d dt − Δq) and u_d linear in time: exact balance, no sampling of forces. An impact
@@ -167,8 +168,8 @@ class Window:
         return found
 
     def bounds(self, error: float) -> dict[Quantity, float]:
-        """How far the rms of each quantity of the rigid model can be off for an error |Δu⁺|_M (kg^½
-        m/s) of u⁺."""
+        """Bound how far the rms of each quantity of the rigid model can be off for an error |Δu⁺|_M
+        (kg^½ m/s) of u⁺."""
         snapshot, drive = self.scene.snapshot, self.scene.drive
         n = len(snapshot)
         # |M Δu| ≤ √m |Δu|_M; the impulses on n disks have 2n components, those on all walls
@@ -202,18 +203,18 @@ class Window:
 
 
 def relative_error(value: Floats, reference: Floats, scale: Floats) -> float:
-    """rms(value − reference) / rms(scale); infinite where the scale is nothing."""
+    """Compute rms(value − reference) / rms(scale); infinite where the scale is nothing."""
     size = float(np.sqrt((scale**2).mean()))
     return float(np.sqrt(((value - reference) ** 2).mean())) / size if size else float("inf")
 
 
 def impact_window(scene: Scene) -> Window:
-    """The window of an impact: the scene as it stands."""
+    """Make the window of an impact: the scene as it stands."""
     return Window(scene=scene)
 
 
 def driven_window(scene: Scene, position: Floats) -> Window:
-    """The window of a driven crowd that stands at position (n,2) m, without overlaps; who has
+    """Make the window of a driven crowd that stands at position (n,2) m, without overlaps; who has
     passed the door is left out."""
     assert scene.drive is not None
     inside = (position - np.array(scene.drive.door_start_m)) @ np.array(scene.drive.outward) < 0

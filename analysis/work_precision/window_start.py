@@ -20,7 +20,7 @@ from nscd.arrays import Floats
 
 
 def prepare_window(scene: Scene, folder: Path) -> Window:
-    """The window of a scene; what it takes to find its start is kept in the folder.
+    """Make the window of a scene; what it takes to find its start is kept in the folder.
 
     An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
     run to the scene's instant of analysis by the first engine that there is; then disks that

@@ -105,9 +105,14 @@ def test_what_is_there_is_not_run_again(window, tmp_path, monkeypatch):
     monkeypatch.setattr(soft_runs, "run_engine", never)
     again = run_soft(scene, setting(4.0), folder)
     assert (again.motion.velocity == first.motion.velocity).all()
-    assert (again.cpu_seconds, again.date) == (first.cpu_seconds, first.date)
+    assert (again.answer.cpu_seconds, again.answer.date) == (
+        first.answer.cpu_seconds,
+        first.answer.date,
+    )
     # a failure is a result too
-    assert run_soft(unstable, setting(64.0), tmp_path / "broken").status == broken.status
+    assert (
+        run_soft(unstable, setting(64.0), tmp_path / "broken").answer.status == broken.answer.status
+    )
     # another time step is another run
     with pytest.raises(AssertionError, match="run again"):
         run_soft(scene_of(window, setting(2.0)), setting(2.0), folder)
@@ -214,9 +219,9 @@ def test_on_a_dask_cluster_of_two_processes(window, tmp_path):
         )
     here = run_soft(scene, setting(4.0), tmp_path / "here")
     for there in (one, two):
-        assert there.status == PointStatus.OK
+        assert there.answer.status == PointStatus.OK
         assert (there.motion.velocity == here.motion.velocity).all()
-        assert there.cpu_seconds > 0
+        assert there.answer.cpu_seconds > 0
     assert {cell.outcome for cell in maps[0].cells.values()} == {
         Outcome.STABLE,
         Outcome.ENERGY_GAIN,

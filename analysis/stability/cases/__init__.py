@@ -1,1 +1,2 @@
-"""The cases of the atlas, one file each: what penalty engines fail at, and solvers of percussions."""
+"""The cases of the atlas, one file each: what penalty engines fail at, and solvers of
+percussions."""

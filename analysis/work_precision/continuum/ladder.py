@@ -9,8 +9,9 @@ from pathlib import Path
 
 from analysis.support.cache import keep, kept
 from analysis.work_precision.continuum.solves import (
-    ContinuumAnswer,
+    COMPARED,
     ContinuumModel,
+    answer_of,
     solve_both,
     solve_continuum,
 )
@@ -25,31 +26,34 @@ COARSE = (4.0, 2.0)
 # its error bar.
 FINER = (0.5, 0.25)
 # Counts up whenever the reference comes to have other numbers.
-EDITION = 1
+EDITION = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContinuumLadder:
-    """The answers of both models on each mesh; of each model its reference, on meshes twice and
-    four times as fine as the finest of them; reason: why there is none of all this, in words."""
+    """The continuum on a window.
 
-    answers: tuple[ContinuumAnswer, ...] = ()
-    references: tuple[tuple[ContinuumAnswer, ContinuumAnswer], ...] = ()
+    answers: of both models on each mesh.
+    references: of each model, on meshes twice and four times as fine as the finest of them.
+    reason: why there is none of all this, in words."""
+
+    answers: tuple[Answer, ...] = ()
+    references: tuple[tuple[Answer, Answer], ...] = ()
     reason: str = ""
 
-    def judged(self, window: Window) -> Iterator[tuple[Answer, Converged]]:
+    def judged(self) -> Iterator[tuple[Answer, Converged]]:
         """Yield each answer with its model, converged."""
         models = {}
         for coarse, fine in self.references:
             sure = coarse.status == fine.status == PointStatus.OK
-            models[coarse.model] = Converged(
-                own=fine.values(window) if sure else None,
-                looser=coarse.values(window) if sure else None,
+            models[coarse.law] = Converged(
+                own=fine.values if sure else None,
+                looser=coarse.values if sure else None,
                 why=f"the reference is {fine.status}: {fine.reason or coarse.reason}",
                 wrong="the mesh is too coarse: wrong",
             )
         for answer in self.answers:
-            yield answer.answer(window), models[answer.model]
+            yield answer, models[answer.law]
 
 
 def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> ContinuumLadder:
@@ -70,29 +74,15 @@ def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> Cont
     return ContinuumLadder(answers=tuple(answers), references=tuple(zip(coarse, fine, strict=True)))
 
 
-def _kept(window: Window, side_m: float, path: Path) -> tuple[ContinuumAnswer, ...]:
+def _kept(window: Window, side_m: float, path: Path) -> tuple[Answer, ...]:
     """Both models from the file, or made and, if both are `ok`, kept there."""
     file = path.with_name(f"{path.name}_{side_m:.6g}m.npz")
     key = f"{window.scene.digest()} {EDITION}"
     if found := kept(file, key):
-        return tuple(
-            ContinuumAnswer(
-                model=model,
-                side_m=side_m,
-                change=found[f"{model}_change"],
-                wall_impulse=found[f"{model}_wall_impulse"],
-                cpu_seconds=None,
-                status=PointStatus.OK,
-                reason="",
-            )
-            for model in ContinuumModel
-        )
+        values = {m: {q: found[f"{m}_{q.name}"] for q in COMPARED} for m in ContinuumModel}
+        return tuple(answer_of(model, side_m, values[model]) for model in ContinuumModel)
     made = solve_both(window, side_m)
     if all(answer.status == PointStatus.OK for answer in made):
-        arrays = {
-            f"{answer.model}_{name}": getattr(answer, name)
-            for answer in made
-            for name in ("change", "wall_impulse")
-        }
+        arrays = {f"{a.law}_{q.name}": v for a in made for q, v in (a.values or {}).items()}
         keep(file, key, arrays)
     return made

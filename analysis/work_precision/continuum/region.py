@@ -19,9 +19,9 @@ ROUNDING = 1e-9
 
 
 def crowd_room(scene: Scene) -> Room:
-    """The hall, less every place where one more disk of mean radius would fit: the disks and what
-    is beyond the walls, closed (in the sense of morphology) by a mean radius. Holes in the crowd
-    are filled; pillars are not.
+    """Draw the region: the hall, less every place where one more disk of mean radius would fit: the
+    disks and what is beyond the walls, closed (in the sense of morphology) by a mean radius. Holes
+    in the crowd are filled; pillars are not.
 
     Its edges are "exit" on the door, "wall" on a wall, and "free" elsewhere, drawn to 0.15 mean
     radii. Raises ValueError for a scene without a drive, whose walls and door enclose no hall,

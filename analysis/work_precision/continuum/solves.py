@@ -3,8 +3,7 @@ field, and its cost."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -43,6 +42,7 @@ from nscd.segments import nearest_on_segment
 RING = np.arange(6) * np.pi / 3
 PLACES = np.vstack([[[0.0, 0.0]], np.sqrt(2 / 3) * np.column_stack([np.cos(RING), np.sin(RING)])])
 WEIGHTS = np.array([0.25, *[0.125] * 6])
+COMPARED = (DISK_FORCE, WALL_FORCE, DISPLACEMENT)
 # Nearer to the door than this (m) nobody has a direction.
 AT_THE_DOOR = 1e-9
 
@@ -55,84 +55,45 @@ class ContinuumModel(StrEnum):
     FIRST_ORDER = "first_order"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ContinuumAnswer:
-    """A model on a mesh with triangles of side_m: change (n,2) m/s, the mean of u⁺ − u⁻ over each
-    disk, and wall_impulse (2,) N·s, what all walls get; None where there is no answer. CPU seconds
-    from the disks on, where they were taken."""
-
-    model: ContinuumModel
-    side_m: float
-    change: Floats | None
-    wall_impulse: Floats | None
-    cpu_seconds: float | None
-    status: PointStatus
-    reason: str
-
-    def values(self, window: Window) -> Values | None:
-        """Give what the window compares: as for the rigid model impulses over τ are constant
-        forces. None without an answer."""
-        if self.change is None or self.wall_impulse is None or window.scene.drive is None:
-            return None
-        received = window.scene.snapshot.mass[:, None] * self.change
-        tau = window.scene.drive.relaxation_time_s
-        motion = window.rigid_motion(window.left_velocity + self.change)
-        return {
-            DISK_FORCE: received.ravel() / tau,
-            WALL_FORCE: self.wall_impulse / tau,
-            DISPLACEMENT: motion.displacement[1].ravel(),
-        }
-
-    def answer(self, window: Window) -> Answer:
-        """Give the answer on the window. There are no contacts in a continuum, and so no contact
-        forces."""
-        return Answer(
-            method="continuum",
-            law=str(self.model),
-            mesh_side_m=self.side_m,
-            cpu_seconds=self.cpu_seconds,
-            values=self.values(window),
-            lacks=(CONTACT_FORCE,),
-            status=self.status,
-            reason=self.reason,
-        )
-
-
-def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> ContinuumAnswer:
+def solve_continuum(window: Window, model: ContinuumModel, side_m: float) -> Answer:
     """Solve a model on the crowd's region (see `crowd_room`) with P1 elements and a mesh graded to
     the jambs.
 
     The density is uniform, Σm/area; u⁻ is what the drive wants. A disk receives m times the mean of
     u⁺ − u⁻ over what of it is in the region; the walls get what the whole crowd loses, −∫ρ(u⁺ −
-    u⁻), which is ∫(μn + k_s w) for (11) and ∫ρpn for (20). Raises ValueError as `crowd_room` does;
-    a mesh that cannot be made is a failed answer with its reason."""
+    u⁻), which is ∫(μn + k_s w) for (11) and ∫ρpn for (20). There are no contacts, and so no contact
+    forces. Raises ValueError as `crowd_room` does; a mesh that cannot be made is a failed answer
+    with its reason."""
     crowd_room(window.scene)
 
-    def call() -> ContinuumAnswer:
+    def call() -> Answer:
         room = crowd_room(window.scene)
         return _solve(window, model, room, mesh_of(room, side_m), side_m)
 
     try:
         answer, seconds = timed(call)
     except ValueError as error:
-        return _failed(model, side_m, str(error))
-    return dataclasses.replace(answer, cpu_seconds=seconds)
+        return answer_of(model, side_m, None, PointStatus.FAILED, str(error))
+    return replace(answer, cpu_seconds=seconds)
 
 
-def solve_both(window: Window, side_m: float) -> tuple[ContinuumAnswer, ...]:
-    """Each model on the same mesh, once and without its time. Raises ValueError as `crowd_room`
-    does."""
+def solve_both(window: Window, side_m: float) -> tuple[Answer, ...]:
+    """Solve each model on the same mesh, once and without its time. Raises ValueError as
+    `crowd_room` does."""
     room = crowd_room(window.scene)
     try:
         mesh = mesh_of(room, side_m)
     except ValueError as error:
-        return tuple(_failed(model, side_m, str(error)) for model in ContinuumModel)
+        return tuple(
+            answer_of(model, side_m, None, PointStatus.FAILED, str(error))
+            for model in ContinuumModel
+        )
     return tuple(_solve(window, model, room, mesh, side_m) for model in ContinuumModel)
 
 
 def _solve(
     window: Window, model: ContinuumModel, room: Room, mesh: MeshTri1, side_m: float
-) -> ContinuumAnswer:
+) -> Answer:
     disks, drive = window.scene.snapshot, window.scene.drive
     assert drive is not None
     left, at = _walking(drive), _samples(disks, room, mesh)
@@ -153,26 +114,34 @@ def _solve(
         momentum = answer.density_field * (answer.right_field - answer.left_field)
         impulse = -(momentum * space.basis.dx).sum((1, 2))
     if status == Status.FAILED:
-        return _failed(model, side_m, reason)
-    return ContinuumAnswer(
-        model=model,
-        side_m=side_m,
-        change=change,
-        wall_impulse=impulse,
-        cpu_seconds=None,
-        status=STATUS[status],
-        reason=reason,
-    )
+        return answer_of(model, side_m, None, PointStatus.FAILED, reason)
+    # as for the rigid model impulses over τ are constant forces
+    tau = drive.relaxation_time_s
+    values = {
+        DISK_FORCE: (disks.mass[:, None] * change).ravel() / tau,
+        WALL_FORCE: impulse / tau,
+        DISPLACEMENT: window.rigid_motion(window.left_velocity + change).displacement[1].ravel(),
+    }
+    return answer_of(model, side_m, values, STATUS[status], reason)
 
 
-def _failed(model: ContinuumModel, side_m: float, reason: str) -> ContinuumAnswer:
-    return ContinuumAnswer(
-        model=model,
-        side_m=side_m,
-        change=None,
-        wall_impulse=None,
+def answer_of(
+    model: ContinuumModel,
+    side_m: float,
+    values: Values | None,
+    status: PointStatus = PointStatus.OK,
+    reason: str = "",
+) -> Answer:
+    """Make the answer of a model on a mesh with triangles of side_m; values of COMPARED, None where
+    there are none."""
+    return Answer(
+        method="continuum",
+        law=str(model),
+        mesh_side_m=side_m,
         cpu_seconds=None,
-        status=PointStatus.FAILED,
+        values=values,
+        lacks=(CONTACT_FORCE,),
+        status=status,
         reason=reason,
     )
 
@@ -205,7 +174,7 @@ class _Samples(NamedTuple):
     share: Floats
 
     def means(self, values: Floats) -> Floats:
-        """The mean over each disk (n,2) of values (q,2)."""
+        """Average values (q,2) over each disk (n,2)."""
         whole = np.bincount(self.disk, self.weight)
         return np.column_stack([np.bincount(self.disk, self.weight * v) / whole for v in values.T])
 
