@@ -29,10 +29,11 @@ WRONG = 1e-5
 SOLVER_QUANTITIES = ("error of u⁺ / |u⁻|", "residual", "iterations")
 
 
-def engine_cell(trial: Trial, frames: Frames, outcome: Outcome, reason: str) -> Cell:
+def engine_cell(frames: Frames, outcome: Outcome, reason: str) -> Cell:
     """Make a cell with the ENGINE_QUANTITIES. Disks that are lost and a run that ended early
     override the outcome."""
-    if why := _lost(trial, frames):
+    trial = frames.trial
+    if why := _lost(frames):
         outcome, reason = Outcome.LOST, why
     elif frames.trouble and frames.gain > 1 + GAIN:
         outcome = Outcome.ENERGY_GAIN
@@ -52,16 +53,16 @@ def engine_cell(trial: Trial, frames: Frames, outcome: Outcome, reason: str) -> 
     )
 
 
-def undriven_cell(trial: Trial, frames: Frames) -> Cell:
+def undriven_cell(frames: Frames) -> Cell:
     """Make a cell of a crowd that nothing drives: stable as long as its energy does not grow by
     more than GAIN."""
     if not frames.gain > 1 + GAIN:
         reason = f"energy at most {frames.gain:.4g} of the start's"
-        return engine_cell(trial, frames, Outcome.STABLE, reason)
+        return engine_cell(frames, Outcome.STABLE, reason)
     when = frames.time[int(np.argmax(frames.energy > (1 + GAIN) * frames.energy[0]))]
     gained = f"{frames.gain:.3g} times the energy of the start"
     reason = f"{gained}; beyond {1 + GAIN:g} from t = {when:.3g} s"
-    return engine_cell(trial, frames, Outcome.ENERGY_GAIN, reason)
+    return engine_cell(frames, Outcome.ENERGY_GAIN, reason)
 
 
 def rigid_cell(outcome: Outcome, reason: str, said: str) -> Cell:
@@ -95,12 +96,12 @@ def solver_cell(answer: Percussions, reference: Floats, scale: float) -> Cell:
     )
 
 
-def _lost(trial: Trial, frames: Frames) -> str:
+def _lost(frames: Frames) -> str:
     """Why disks count as lost: gone from the dump, nowhere, or lost by the engine's own words; ""
     where none is."""
     if frames.lost:
         return frames.trouble
-    return _last_error(trial) if "ost atoms" in trial.last_words else ""
+    return _last_error(frames.trial) if "ost atoms" in frames.trial.last_words else ""
 
 
 def _last_error(trial: Trial) -> str:

@@ -3,14 +3,16 @@ disks."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from analysis.dumps import DumpError, index_dump
 from analysis.scene.scene import Scene
-from analysis.stability.trial import Trial
+from analysis.stability.trial import Edit, Trial, try_engine
 from nscd import Snapshot, find_contacts
 from nscd.arrays import Floats
 
@@ -21,6 +23,7 @@ COLUMNS = ("id", "x", "y", "vx", "vy", "omegaz")
 class Frames:
     """Frames of a trial that can be read (f of them).
 
+    trial: the run.
     time: (f,) s.
     position, velocity: (f,n,2) m, m/s.
     spin: (f,n) rad/s.
@@ -31,6 +34,7 @@ class Frames:
     lost: whether disks are gone from the dump, or nowhere.
     trouble: why later frames are not here, "" if all are."""
 
+    trial: Trial
     time: Floats
     position: Floats
     velocity: Floats
@@ -65,8 +69,10 @@ class _Frame(NamedTuple):
     overlap: float
 
 
-def read_frames(trial: Trial, scene: Scene) -> Frames:
-    """Read what bodies.dump of a trial holds, as far as it can be read and is finite."""
+def run_frames(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = ()) -> Frames:
+    """Run a scene as `try_engine` does, and read what bodies.dump holds, as far as it can be read
+    and is finite."""
+    trial = try_engine(scene, engine, folder, edits)
     n = len(scene.snapshot)
     found: list[_Frame] = []
     disks, lost, trouble = n, False, ""
@@ -92,6 +98,7 @@ def read_frames(trial: Trial, scene: Scene) -> Frames:
     tables = np.array([frame.table for frame in found]).reshape(-1, n, len(COLUMNS))
     velocity = tables[:, :, 3:5]
     return Frames(
+        trial=trial,
         time=np.array([frame.time for frame in found]),
         position=tables[:, :, 1:3],
         velocity=velocity,

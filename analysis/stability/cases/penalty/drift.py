@@ -10,8 +10,8 @@ from analysis.scene.scene import Run
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.cells import ENGINE_QUANTITIES, GAIN, engine_cell
 from analysis.stability.crowds import PERIOD_S, RADIUS_M, disks, rhombus, rhombus_walls, scene_of
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import ENGINES, try_engine
+from analysis.stability.frames import run_frames
+from analysis.stability.trial import ENGINES
 from nscd.arrays import Floats
 
 STEPS = 100_000
@@ -28,8 +28,7 @@ def attempt(step: float, engine: str, folder: Path) -> Cell:
         Run(duration_s=STEPS * dt, frames=50, time_step_s=dt),
         walls=rhombus_walls(ACROSS, SPACING_M, MARGIN_M),
     )
-    trial = try_engine(scene, engine, folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, engine, folder)
     drift = float(frames.energy[-1] / frames.energy[0] - 1) if len(frames.time) else float("nan")
     outside = 0
     if len(frames.time):
@@ -40,7 +39,7 @@ def attempt(step: float, engine: str, folder: Path) -> Cell:
     elif not abs(drift) <= SLIGHT:
         outcome = Outcome.ENERGY_GAIN if drift > GAIN else Outcome.INACCURATE
         reason = f"energy {drift:+.3g} of the start after {STEPS} steps"
-    return engine_cell(trial, frames, outcome, reason)
+    return engine_cell(frames, outcome, reason)
 
 
 def _outside(corner: tuple[float, float], position: Floats) -> int:

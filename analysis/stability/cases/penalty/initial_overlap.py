@@ -18,8 +18,7 @@ from analysis.stability.crowds import (
     line,
     scene_of,
 )
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 from nscd import solve
 
 PRODUCT, RIGID = "percussions run", "percussions solve"
@@ -44,11 +43,10 @@ def attempt(overlap: float, row: By | str, folder: Path) -> Cell:
         return _by_the_product(overlap, row)
     scene = overlapping_pair(overlap, row.value)
     try:
-        trial = try_engine(scene, row.engine, folder)
+        frames = run_frames(scene, row.engine, folder)
     except ValueError as error:
         # centres that coincide: LAMMPS' deck needs the energy at the start
         return refused_cell(error)
-    frames = read_frames(trial, scene)
     released = float(frames.kinetic.max()) if len(frames.kinetic) else float("nan")
     share = released / (MASS_KG * WALKING_M_PER_S**2)
     outcome, reason = Outcome.STABLE, f"{released:.2g} J from rest"
@@ -61,7 +59,7 @@ def attempt(overlap: float, row: By | str, folder: Path) -> Cell:
     elif overlap >= 2 and share < SLIGHT:
         outcome = Outcome.INACCURATE
         reason = "one disk inside the other, and nothing pushes them apart"
-    return engine_cell(trial, frames, outcome, reason)
+    return engine_cell(frames, outcome, reason)
 
 
 def _by_the_product(overlap: float, row: str) -> Cell:

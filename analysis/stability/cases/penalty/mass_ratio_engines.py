@@ -21,8 +21,7 @@ from analysis.stability.crowds import (
     line,
     scene_of,
 )
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 
 # How far the restitution may be from the one asked.
 OFF = 0.01
@@ -57,8 +56,7 @@ def attempt(ratio: float, row: Collision, folder: Path) -> Cell:
     safe = FRACTION * penalty_of(scene).safe_time_step
     step = HEAVY_STEP * PERIOD_S if row.heavy_step else safe
     scene = scene.with_run(time_step_s=step, duration_s=max(lasts, 20 * step))
-    trial = try_engine(scene, row.engine, folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, row.engine, folder)
     along = frames.velocity[-1, :, 0]
     obtained = float(along[1] - along[0])
     outcome, reason = Outcome.STABLE, f"restitution {obtained:.3g}"
@@ -66,7 +64,7 @@ def attempt(ratio: float, row: Collision, folder: Path) -> Cell:
         outcome, reason = Outcome.ENERGY_GAIN, f"{frames.gain:.3g} times the energy of the start"
     elif abs(obtained - row.restitution) > OFF:
         outcome, reason = Outcome.INACCURATE, f"{reason} instead of {row.restitution:g}"
-    return engine_cell(trial, frames, outcome, reason)
+    return engine_cell(frames, outcome, reason)
 
 
 def theory(row: Collision) -> float:

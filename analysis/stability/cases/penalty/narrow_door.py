@@ -18,8 +18,7 @@ from analysis.stability.crowds import (
     scene_of,
     walking_drive,
 )
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 from nscd import find_contacts, solve
 
 RIGID = "percussions solve"
@@ -55,13 +54,12 @@ def attempt(width: float, row: By | str, folder: Path) -> Cell:
     if not isinstance(row, By):
         return _rigid(width)
     scene = door_scene(width, row.value)
-    trial = try_engine(scene, row.engine, folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, row.engine, folder)
     through = bool(len(frames.position)) and float(frames.position[-1, 0, 0]) > RADIUS_M
     if through and width < 1:
         reason = "squeezed through a door narrower than itself"
-        return engine_cell(trial, frames, Outcome.LOST, reason)
-    return engine_cell(trial, frames, Outcome.STABLE, "walks through" if through else "is held")
+        return engine_cell(frames, Outcome.LOST, reason)
+    return engine_cell(frames, Outcome.STABLE, "walks through" if through else "is held")
 
 
 def _rigid(width: float) -> Cell:

@@ -18,8 +18,8 @@ from analysis.stability.crowds import (
     rhombus_walls,
     scene_of,
 )
-from analysis.stability.frames import Frames, read_frames
-from analysis.stability.trial import ENGINES, try_engine
+from analysis.stability.frames import Frames, run_frames
+from analysis.stability.trial import ENGINES
 from nscd import Snapshot
 
 ACROSS, HALF_S, STEPS = 3, 0.2, 1000
@@ -41,14 +41,13 @@ def attempt(friction: float, engine: str, folder: Path) -> Cell:
         walls=rhombus_walls(ACROSS),
     )
     whole = first.with_run(duration_s=2 * HALF_S, frames=10)
-    in_one = read_frames(try_engine(whole, engine, folder / "whole"), whole)
-    half = read_frames(try_engine(first, engine, folder / "first"), first)
+    in_one = run_frames(whole, engine, folder / "whole")
+    half = run_frames(first, engine, folder / "first")
     second = first.model_copy(update={"snapshot": _last(half, first.snapshot)})
-    rest = try_engine(second, engine, folder / "second")
-    in_two = read_frames(rest, second)
+    in_two = run_frames(second, engine, folder / "second")
     apart = _apart(in_one, in_two)
     outcome = Outcome.STABLE if apart <= SAME else Outcome.INACCURATE
-    cell = engine_cell(rest, in_two, outcome, f"positions differ by {apart:.2g} r")
+    cell = engine_cell(in_two, outcome, f"positions differ by {apart:.2g} r")
     return dataclasses.replace(cell, numbers=(apart,))
 
 

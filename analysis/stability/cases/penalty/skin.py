@@ -20,8 +20,8 @@ from analysis.stability.crowds import (
     line,
     scene_of,
 )
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import Edit, try_engine
+from analysis.stability.frames import run_frames
+from analysis.stability.trial import Edit
 
 SPEED_M_PER_S = 1.0
 STEP_S = 0.1 * PERIOD_S
@@ -61,13 +61,12 @@ def attempt(skin: float, row: Search, folder: Path) -> Cell:
         disks(line(2, 2 * RADIUS_M + gap), [[SPEED_M_PER_S, 0.0], [-SPEED_M_PER_S, 0.0]]),
         Run(duration_s=duration, frames=100, time_step_s=STEP_S),
     )
-    trial = try_engine(scene, row.engine, folder, row.edits(skin))
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, row.engine, folder, row.edits(skin))
     passed = len(frames.position) and frames.position[-1, 1, 0] < frames.position[-1, 0, 0]
     if passed and not frames.gain > 1 + GAIN:
         reason = "the disks passed through each other"
-        return engine_cell(trial, frames, Outcome.INACCURATE, reason)
-    return undriven_cell(trial, frames)
+        return engine_cell(frames, Outcome.INACCURATE, reason)
+    return undriven_cell(frames)
 
 
 def theory(row: Search) -> float:

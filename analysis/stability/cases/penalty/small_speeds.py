@@ -22,8 +22,7 @@ from analysis.stability.crowds import (
     scene_of,
 )
 from analysis.stability.dense_reference import dense_percussions
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 from nscd import solve
 
 # How far the velocities of two elastic disks after their impact may be off, over the speed. Above
@@ -42,15 +41,14 @@ def attempt(speed: float, row: By | str, folder: Path) -> Cell:
 def _engine(speed: float, row: By, folder: Path) -> Cell:
     run = Run(duration_s=8 * PERIOD_S, frames=FRAMES, time_step_s=row.value * PERIOD_S)
     scene = scene_of(disks(line(2), [[speed, 0.0], [0.0, 0.0]]), run)
-    trial = try_engine(scene, row.engine, folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, row.engine, folder)
     after = frames.velocity[-1, :, 0] if len(frames.velocity) else np.full(2, np.nan)
     error = float(np.abs(after - [0.0, speed]).max()) / (speed or 1.0)
     good = error <= OFF
     outcome = Outcome.STABLE if good else Outcome.INACCURATE
     word = "right" if good else "wrong"
     reason = f"velocities after the impact are {word} by {error:.2g} of the speed"
-    cell = engine_cell(trial, frames, outcome, reason)
+    cell = engine_cell(frames, outcome, reason)
     return dataclasses.replace(cell, numbers=(error, np.nan, np.nan))
 
 

@@ -22,8 +22,7 @@ from analysis.stability.crowds import (
     scene_of,
     walking_drive,
 )
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 
 LINE, SHARE = 5, 0.01
 RESTITUTION = 0.5
@@ -50,8 +49,7 @@ def attempt(ratio: float, step: float, folder: Path) -> Cell:
         walls=end_walls(-4.0, far)[1:],
         drive=walking_drive(((far, -1e-3), (far, 1e-3))),
     )
-    trial = try_engine(scene, "lammps", folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, "lammps", folder)
     static = 0.5 * FORCE_N**2 / stiffness * sum(j * j for j in range(1, LINE + 1))
     more = float(frames.energy[-5:].max() / static - 1) if len(frames.time) else float("nan")
     # soft contacts still swing slowly; energy in stiff ones beyond that of rest is made by the time
@@ -62,7 +60,7 @@ def attempt(ratio: float, step: float, folder: Path) -> Cell:
         outcome, reason = Outcome.ENERGY_GAIN, f"{1 + more:.3g} times the energy of rest under load"
     else:
         outcome, reason = Outcome.STABLE, "at rest"
-    return engine_cell(trial, frames, outcome, reason)
+    return engine_cell(frames, outcome, reason)
 
 
 def theory(step: float) -> float:

@@ -18,8 +18,7 @@ from analysis.stability.crowds import (
     pressed_line,
     pressed_rhombus,
 )
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 
 # Kinetic over elastic energy at the start: dashpots that only push limit what grows, long after
 # this.
@@ -58,8 +57,7 @@ def swing(scene: Scene, engine: str, step: float, steps: int, folder: Path) -> C
     """Kick a packing that rests and see whether the time step (in √(m/k)) makes it swing."""
     dt = step * PERIOD_S
     scene = kicked(scene, KICK).with_run(time_step_s=dt, duration_s=steps * dt, frames=FRAMES)
-    trial = try_engine(scene, engine, folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, engine, folder)
     # an unstable mode alternates from step to step: at a frame its velocity may be 0, its
     # displacement is not
     kick = PERIOD_S * float(np.sqrt((scene.snapshot.velocity**2).mean()))
@@ -67,7 +65,7 @@ def swing(scene: Scene, engine: str, step: float, steps: int, folder: Path) -> C
     grown = float(away.max()) / kick if len(frames.time) else float("nan")
     outcome = Outcome.ENERGY_GAIN if grown > GROWN else Outcome.STABLE
     reason = f"swings {grown:.3g} times the kick, {frames.gain:.4g} times the energy of the start"
-    return engine_cell(trial, frames, outcome, reason)
+    return engine_cell(frames, outcome, reason)
 
 
 def theory(row: Packed) -> float:

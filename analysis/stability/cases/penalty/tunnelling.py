@@ -10,8 +10,7 @@ from analysis.scene.scene import Run
 from analysis.stability.case import Axis, By, Case, Cell, Outcome
 from analysis.stability.cells import ENGINE_QUANTITIES, GAIN, engine_cell
 from analysis.stability.crowds import PERIOD_S, RADIUS_M, disks, end_walls, scene_of
-from analysis.stability.frames import read_frames
-from analysis.stability.trial import try_engine
+from analysis.stability.frames import run_frames
 
 
 def attempt(speed: float, row: By, folder: Path) -> Cell:
@@ -24,14 +23,13 @@ def attempt(speed: float, row: By, folder: Path) -> Cell:
         Run(duration_s=steps * dt, frames=min(steps, 40), time_step_s=dt),
         walls=end_walls(-RADIUS_M - 20 * velocity * PERIOD_S, RADIUS_M)[1:],
     )
-    trial = try_engine(scene, row.engine, folder)
-    frames = read_frames(trial, scene)
+    frames = run_frames(scene, row.engine, folder)
     if len(frames.position) and float(frames.position[:, 0, 0].max()) > RADIUS_M:
-        return engine_cell(trial, frames, Outcome.LOST, "the disk is behind the wall")
+        return engine_cell(frames, Outcome.LOST, "the disk is behind the wall")
     # in mid-contact a long step's energy swings by Δ²/4 without growing: the end counts
     left = float(frames.energy[-1] / frames.energy[0]) if len(frames.time) else float("nan")
     outcome = Outcome.ENERGY_GAIN if left > 1 + GAIN else Outcome.STABLE
-    return engine_cell(trial, frames, outcome, f"bounces with {left:.4g} times its energy")
+    return engine_cell(frames, outcome, f"bounces with {left:.4g} times its energy")
 
 
 def theory(row: By) -> float:
