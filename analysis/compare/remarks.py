@@ -15,9 +15,16 @@ def remarks(comparison: Comparison) -> list[str]:
     """Say where the two models are not alike, and which numbers are not sharp."""
     record, law = comparison.record, comparison.law
     contact, words = comparison.scene.contact, []
-    if contact.friction:
+    if contact.friction != law.friction:
         words.append(
-            f"the engine's contacts have friction ({contact.friction:g}), the percussions have none"
+            f"the engine's contacts have friction {contact.friction:g}, the percussions "
+            f"{law.friction:g}: the difference of the laws is in every number"
+        )
+    elif law.frictional:
+        match = comparison.match
+        words.append(
+            f"both models have friction {law.friction:g}: the balance leaves forces open where "
+            f"contacts stick, {int(match.determined.sum())} of {len(match.determined)} are determined"
         )
     if comparison.percussions.window is None:
         rigid = law.restitution or 0.0

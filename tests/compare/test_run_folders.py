@@ -77,8 +77,18 @@ def test_elastic_contacts_have_percussions_too(tmp_path):
 
 def test_friction_is_a_sentence(tmp_path):
     scene = make("jam", 12).with_contact(friction=0.3).with_run(duration_s=0.5, frames=2)
-    said = remarks(compare_run(ran(scene, tmp_path / "rough")))
-    assert said == ["the engine's contacts have friction (0.3), the percussions have none"]
+    folder = ran(scene, tmp_path / "rough")
+    found = compare_run(folder)
+    known, k = int(found.match.determined.sum()), len(found.match.determined)
+    assert found.answer.friction.coefficient.tolist() == [0.3] * len(found.answer.reaction)
+    assert remarks(found) == [
+        "both models have friction 0.3: the balance leaves forces open where contacts stick, "
+        f"{known} of {k} are determined"
+    ]
+    assert remarks(compare_run(folder, law=ContactLaw())) == [
+        "the engine's contacts have friction 0.3, the percussions 0: the difference of the laws is "
+        "in every number"
+    ]
 
 
 def test_few_frames_are_said_and_fewer_refused(tmp_path):

@@ -1,0 +1,207 @@
+"""Percussions with Coulomb friction: `solve`, plain non-smooth Gauss–Seidel from zero, and Siconos, on
+the same contact problems; CPU seconds and the natural map recomputed here for everyone.
+
+Usage: python benchmarks/friction.py [--families heap jammed …] [--sizes 594 5000] [--mu 0.1 0.3 …]
+[--runs FOLDER …] [--every 10] [--siconos NSGS LEMKE CPG] [--limit SECONDS] [--out FILE.csv]
+
+--runs: finished runs of an engine; every so many frames of each, pressed as their scene says."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sparse
+from cases import Case
+from families import FAMILIES
+from machine import describe
+
+from analysis.dumps import open_bodies, snapshot_of
+from analysis.percussions import Setting
+from analysis.scene.scene import read_scene
+from nscd import ContactLaw, solve
+from nscd.friction.problem import FrictionProblem, friction_problem
+from nscd.friction.sweeps import gauss_seidel
+
+TARGET = 1e-10
+SYSTEM_PYTHON = "/usr/bin/python3"  # python3-siconos lives with the system's own interpreter
+SICONOS = Path(__file__).parent / "processes" / "siconos_friction.py"
+# Pairs of sweeps between two looks at the clock.
+BLOCK = 200
+# CPU seconds that Siconos' interpreter and matrices may take before its solver begins.
+STARTING = 5
+
+
+class Result(NamedTuple):
+    """CPU seconds, natural map (recomputed) and what is to be said of it."""
+
+    seconds: float
+    residual: float
+    note: str
+
+
+class Rows(NamedTuple):
+    """N and T (k,3n), sparse, M (3n,) and u⁻ (3n,): the problem written out."""
+
+    normal: Any
+    tangent: Any
+    mass: Any
+    left: Any
+
+    @classmethod
+    def of(cls, problem: FrictionProblem) -> Rows:
+        """Write out a problem."""
+        n, k = len(problem.mass), len(problem.first)
+        pair = np.flatnonzero(problem.second >= 0)
+        i, j = 3 * problem.first.astype(int), 3 * problem.second[pair].astype(int)
+        x, y = problem.normal.T
+        every, shape = np.arange(k), (k, 3 * n)
+        at = np.concatenate([every, every, pair, pair])
+        normal = sparse.csr_matrix(
+            (np.concatenate([x, y, -x[pair], -y[pair]]),
+             (at, np.concatenate([i, i + 1, j, j + 1]))), shape=shape,
+        )  # fmt: skip
+        tangent = sparse.csr_matrix(
+            (np.concatenate([-y, x, y[pair], -x[pair], problem.lever[:, 0], problem.lever[pair, 1]]),
+             (np.concatenate([at, every, pair]),
+              np.concatenate([i, i + 1, j, j + 1, i + 2, j + 2]))), shape=shape,
+        )  # fmt: skip
+        return cls(normal, tangent, problem.mass.ravel(), problem.left.ravel())
+
+    def residual(self, problem: FrictionProblem, lam: Any, tau: Any) -> float:
+        """The natural map of λ, τ (k,) over ‖u⁻‖∞, with the velocities that balance them."""
+        u = self.left - (self.normal.T @ lam + self.tangent.T @ tau) / self.mass
+        w, wt, most = problem.normal_inverse, problem.tangent_inverse, problem.friction * lam
+        one = np.minimum(w * lam, -(self.normal @ u))
+        two = wt * (tau - np.clip(tau + (self.tangent @ u) / wt, -most, np.maximum(most, 0)))
+        return float(max(np.abs(one).max(), np.abs(two).max())) / problem.scale
+
+
+def own(case: Case, problem: FrictionProblem, rows: Rows, mu: float) -> Result:
+    """`solve`, from the snapshot on."""
+    started = time.process_time()
+    law, left = ContactLaw(friction=mu), case.left_velocity
+    found = solve(case.snapshot, case.contacts, left_velocity=left, law=law, tolerance=TARGET)
+    seconds = time.process_time() - started
+    assert found.friction is not None
+    residual = rows.residual(problem, found.reaction, found.friction.tangential)
+    return Result(seconds, residual, f"{found.status}, {found.solver}")
+
+
+def plain(problem: FrictionProblem, rows: Rows, limit: float) -> Result:
+    """Non-smooth Gauss–Seidel, forward and back, from zero, up to the limit."""
+    k = len(problem.first)
+    along, across, u = np.zeros(k), np.zeros(k), problem.left.copy()
+    started, pairs, error = time.process_time(), 0, np.inf
+    while error > TARGET and time.process_time() - started < limit:
+        error, made = gauss_seidel(problem, along, across, u, BLOCK, TARGET)
+        pairs += made
+    seconds = time.process_time() - started
+    return Result(seconds, rows.residual(problem, along, across), f"{2 * pairs} sweeps")
+
+
+def siconos(problem: FrictionProblem, rows: Rows, solver: str, limit: float) -> Result:
+    """One of Siconos' solvers in the system's Python, asked for ever less until 1e-10 is met."""
+    both = sparse.vstack([rows.normal, rows.tangent]).tocsr()
+    k = len(problem.first)
+    both = -both[np.arange(2 * k).reshape(2, k).T.ravel()]
+    best, spent = Result(np.inf, np.inf, "no answer"), 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        given, found = Path(folder) / "given.npz", Path(folder) / "found.npy"
+        np.savez(
+            given, data=both.data, indices=both.indices, indptr=both.indptr,
+            inverse=1.0 / rows.mass, velocity=both @ rows.left, friction=problem.friction,
+        )  # fmt: skip
+        for asked in (1e-8, 1e-10, 1e-12):
+            most = int(max(limit - spent, 1.0)) + STARTING
+            words = [SYSTEM_PYTHON, SICONOS, given, solver, asked, 10_000_000, found]
+            try:
+                said = subprocess.run(
+                    [str(word) for word in words], capture_output=True, text=True, check=True,
+                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (most, most)),  # noqa: B023
+                )  # fmt: skip
+            except subprocess.CalledProcessError as error:
+                if error.returncode == -signal.SIGXCPU:
+                    return best if best.residual < np.inf else Result(limit, np.inf, "too long")
+                return best._replace(note="no python3-siconos, or it failed")
+            except OSError:
+                return best._replace(note="no python3-siconos")
+            seconds = float(json.loads(said.stdout.splitlines()[-1])["seconds"])
+            spent += seconds
+            reaction = np.load(found)
+            residual = rows.residual(problem, reaction[::2], reaction[1::2])
+            if residual < best.residual:
+                best = Result(seconds, residual, f"asked {asked:.0e}")
+            if residual <= TARGET:
+                break
+    return best
+
+
+def cases(arguments: argparse.Namespace) -> Iterator[Case]:
+    """The families and the frames of runs that were asked for."""
+    for family in arguments.families:
+        for size in arguments.sizes:
+            yield FAMILIES[family](size)._replace(name=f"{family} {size}")
+    for folder in arguments.runs:
+        scene = read_scene(folder / "scene.toml")
+        setting = Setting.of(scene)
+        trajectory = open_bodies(folder / "bodies.dump").trajectory
+        for number in range(arguments.every, len(trajectory), arguments.every):
+            snapshot = snapshot_of(trajectory[number], folder / "bodies.dump")
+            contacts, walls = setting.contacts(snapshot), scene.wall_segments()
+            name = f"{scene.name} frame {number}"
+            yield Case(name, snapshot, walls, contacts, setting.left(snapshot)[0])
+
+
+def main() -> None:
+    """Measure and print a table, one line per case, coefficient and solver."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("--families", nargs="*", choices=list(FAMILIES), default=["heap", "jammed"])
+    parser.add_argument("--sizes", nargs="*", type=int, default=[594])
+    parser.add_argument("--mu", nargs="*", type=float, default=[0.05, 0.1, 0.2, 0.3, 0.5, 1.0])
+    parser.add_argument("--runs", nargs="*", type=Path, default=[])
+    parser.add_argument("--every", type=int, default=10)
+    parser.add_argument("--siconos", nargs="*", default=["NSGS"])
+    parser.add_argument("--limit", type=float, default=60.0)
+    parser.add_argument("--plain", action=argparse.BooleanOptionalAction, default=True)
+    parser.add_argument("--out", type=Path, default=Path("out/benchmark/friction.csv"))
+    arguments = parser.parse_args()
+    print(describe(), file=sys.stderr)
+    warm = FAMILIES["heap"](40)
+    for mu in (0.1, 0.3):
+        solve(warm.snapshot, warm.contacts, law=ContactLaw(friction=mu))
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    with arguments.out.open("w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["case", "contacts", "mu", "solver", "cpu_s", "residual", "note"])
+        for case in cases(arguments):
+            for mu in arguments.mu:
+                law = ContactLaw(friction=mu)
+                problem = friction_problem(case.snapshot, case.contacts, case.left_velocity, law)
+                rows = Rows.of(problem)
+                results = {"solve": own(case, problem, rows, mu)}
+                if arguments.plain:
+                    results["Gauss–Seidel"] = plain(problem, rows, arguments.limit)
+                for name in arguments.siconos:
+                    results[f"Siconos {name}"] = siconos(problem, rows, name, arguments.limit)
+                for solver, (seconds, residual, note) in results.items():
+                    line = [case.name, len(case.contacts), mu, solver]
+                    line += [f"{seconds:.4g}", f"{residual:.1e}", note]
+                    table.writerow(line)
+                    print(" | ".join(map(str, line)), flush=True)
+                file.flush()
+
+
+if __name__ == "__main__":
+    main()
