@@ -12,6 +12,7 @@ from analysis.compare.statistics import statistics
 from analysis.engines import lammps, yade
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
+from analysis.paper.discrete.engine_runs import end_of
 from analysis.paper.discrete.fig1_four_disks import section as four_disks
 from analysis.paper.discrete.fig2_corridor import final
 from analysis.paper.discrete.fig2_corridor import section as corridor
@@ -21,7 +22,7 @@ from analysis.paper.discrete.fig2_corridor.push import (
     push_scene,
     run_push,
 )
-from analysis.paper.discrete.line_of_disks import cradle_scene, velocities_after
+from analysis.paper.discrete.line_of_disks import cradle_scene
 from analysis.scene.scene import read_scene
 from nscd import find_contacts
 
@@ -49,7 +50,7 @@ def springs(disks, mass, stiffness, speed, power):
 def test_the_cradle_of_soft_disks(engine, disks, tmp_path):
     require(engine)
     run = EngineRun.of(cradle_scene(read_scene("four_disks"), disks), engine, tmp_path)
-    found = velocities_after(run)[:, 0]
+    found = end_of(run).velocity[:, 0]
     np.testing.assert_allclose(found, springs(disks, 75.0, 1e6, 2.0, 1.0), atol=2e-4)
     assert found[-1] > 1.9
 

@@ -7,10 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from analysis.dumps import open_bodies
-from analysis.engines.run import EngineRun
 from analysis.scene.scene import Scene
-from analysis.support.progress import Progress
 from nscd import Contacts, Snapshot
 from nscd.arrays import Floats
 
@@ -77,12 +74,3 @@ def cradle_scene(
     period = impact_time(variant)
     step = period / STEPS_PER_PERIOD if restitution == 1 else None
     return variant.with_run(duration_s=periods * period, frames=20, time_step_s=step)
-
-
-def velocities_after(run: EngineRun, progress: Progress | None = None) -> Floats:
-    """Velocities (n,2) m/s at the end of an engine's run. Raises EngineError for an engine that is
-    missing or fails."""
-    record = run.record(progress)
-    data = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory[-1].data
-    velocity: Floats = np.column_stack([data["vx"], data["vy"]])
-    return velocity

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import bisect
 
-from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell
+from analysis.paper.discrete.engine_runs import each, end_of
 from analysis.paper.discrete.line_of_disks import (
     aligned,
     cradle_scene,
     newton_impact,
-    velocities_after,
 )
 from analysis.scene.scene import read_scene
 from analysis.support.progress import Progress
@@ -174,16 +173,13 @@ def impacts_of(
     for e in (0.5, 1.0):
         after = newton_impact(snapshot, contacts, e)[:, 0]
         impacts.append(Impact(law=f"Newton, e = {e:g}", mass=mass, before=left, after=after))
-    for run in cradle_runs(disks, runs):
-        contact = run.scene.contact
-        try:
-            after = velocities_after(run, progress)[:, 0]
-        except EngineError as error:
-            warnings.append(f"{run.scene.name}, {run.engine}: {error}")
-            continue
+
+    def soft(run: EngineRun) -> Impact:
+        contact, end = run.scene.contact, end_of(run, progress)
         label = f"{ENGINE_NAMES[run.engine]}, e = {contact.restitution:g}, {contact.law}"
-        impacts.append(Impact(law=label, mass=mass, before=left, after=after))
-    return impacts
+        return Impact(law=label, mass=mass, before=left, after=end.velocity[:, 0])
+
+    return impacts + each(cradle_runs(disks, runs), soft, warnings)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

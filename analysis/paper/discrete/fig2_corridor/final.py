@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.run import EngineRun
+from analysis.pages.names import ENGINE_NAMES
+from analysis.paper.discrete.engine_runs import end_of
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 from nscd.arrays import Flags, Floats
@@ -59,12 +60,9 @@ def final_run(scene: Scene, engine: str, runs: Path) -> EngineRun:
     return EngineRun.of(variant, engine, runs)
 
 
-def soft_final(run: EngineRun, name: str, progress: Progress | None) -> Final:
-    """Read where an engine's run ends. Raises EngineError."""
-    record = run.record(progress)
-    bodies = run.folder / "bodies.dump"
-    last = snapshot_of(open_bodies(bodies, record.time_step_s).trajectory[-1], bodies)
-    return _final(name, run.scene, last.position)
+def soft_final(run: EngineRun, progress: Progress | None) -> Final:
+    """Read where an engine's run ends. Raises EngineError, DumpError."""
+    return _final(ENGINE_NAMES[run.engine], run.scene, end_of(run, progress).position)
 
 
 def _final(model: str, scene: Scene, position: Floats) -> Final:

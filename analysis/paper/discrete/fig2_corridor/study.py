@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 
-from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
+from analysis.paper.discrete.engine_runs import each
 from analysis.paper.discrete.fig2_corridor.columns import (
     Gaps,
     flux,
@@ -98,19 +98,12 @@ class Corridor:
         """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
         scene = read_scene("corridor")
         found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
-        answer, warnings, pushes, finals = found.answer, [], [], [rigid_final(scene)]
+        answer, warnings = found.answer, list[str]()
         if answer.status != "solved":
             warnings.append(f"percussions: {answer.status}: {answer.reason}")
-        for run in push_runs(runs):
-            try:
-                pushes.append(run_push(run, progress))
-            except EngineError as error:
-                warnings.append(f"{run.scene.name}, {run.engine}: {error}")
-        for run in final_runs(runs):
-            try:
-                finals.append(soft_final(run, ENGINE_NAMES[run.engine], progress))
-            except EngineError as error:
-                warnings.append(f"{run.scene.name}, {run.engine}: {error}")
+        pushes = each(push_runs(runs), partial(run_push, progress=progress), warnings)
+        soft = each(final_runs(runs), partial(soft_final, progress=progress), warnings)
+        finals = [rigid_final(scene), *soft]
         return cls(scene=scene, found=found, pushes=pushes, finals=finals, warnings=warnings)
 
     @cached_property

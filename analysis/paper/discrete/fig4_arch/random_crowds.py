@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.engines.run import EngineRun
+from analysis.paper.discrete.engine_runs import SeededRun, each, installed_engine
 from analysis.paper.discrete.pressed_crowd.arch import NEIGHBOURHOOD_M, Arch, carried_interval
-from analysis.paper.discrete.pressed_crowd.crowds import gathered, grown, installed_engine
+from analysis.paper.discrete.pressed_crowd.crowds import gathered, grown
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.progress import Progress
@@ -116,32 +116,37 @@ def seeded_scene(people: int, seed: int) -> Scene:
     return scene.with_contact(stiffness_N_per_m=stiffness).with_run(duration_s=seconds, frames=1)
 
 
-def survey_runs(runs: Path) -> dict[tuple[int, int], EngineRun]:
-    """List the runs of `survey` by people and seed: SEEDS with the people of the scene, and SIZES.
-    Raises EngineError."""
+def survey_runs(runs: Path) -> list[SeededRun]:
+    """List the runs of `survey`: SEEDS with the people of the scene, and SIZES; none without an
+    engine."""
     wanted = [(PEOPLE, seed) for seed in SEEDS]
     wanted += [(people, seed) for people, count in SIZES.items() for seed in range(1, count + 1)]
     engine, folder = installed_engine(), runs / "arch_seeds"
-    return {
-        (people, seed): EngineRun(
+    return [
+        SeededRun(
             scene=seeded_scene(people, seed),
             engine=engine,
             folder=folder / f"{engine}_n{people}_seed{seed}",
+            seed=seed,
         )
         for people, seed in wanted
-    }
+        if engine is not None
+    ]
 
 
-def survey(runs: Path, progress: Progress | None = None) -> list[Sample]:
-    """Compute the random arches. Raises EngineError."""
-    found, samples, done = survey_runs(runs), [], 0
-    total = sum(people for people, _ in found)
-    for (people, seed), run in found.items():
-        samples.append(Sample.of(gathered(run), seed))
-        done += people
+def survey(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Sample]:
+    """Compute the random arches; one whose run fails is a warning."""
+    wanted = survey_runs(runs)
+    done, total = 0, sum(len(run.scene.snapshot) for run in wanted)
+
+    def read(run: SeededRun) -> Sample:
+        nonlocal done
+        done += len(run.scene.snapshot)
         if progress:
             progress("random arches", done / total)
-    return samples
+        return Sample.of(gathered(run), run.seed)
+
+    return each(wanted, read, warnings)
 
 
 def heaps(progress: Progress | None = None) -> list[Sample]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -45,10 +44,7 @@ from nscd.arrays import Floats
 
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowd by every engine, and the random ones; without an engine none of the latter."""
-    found = arch_runs(read_scene("arch"), runs)
-    with contextlib.suppress(EngineError):
-        found += [*survey_runs(runs).values(), *blocked_runs(runs)]
-    return found
+    return [*arch_runs(read_scene("arch"), runs), *survey_runs(runs), *blocked_runs(runs)]
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
@@ -57,14 +53,9 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         found = arch_study(read_scene("arch"), runs, progress)
     except EngineError as error:
         return without_crowd("4", Words(__package__).text("title"), str(error))
-    samples: list[Sample] = []
-    jams: list[Blocked] = []
     missing: list[str] = []
-    try:
-        samples = survey(runs, progress)
-        jams = blocked(runs, progress)
-    except EngineError as error:
-        missing.append(f"random arches: {error}")
+    samples = survey(runs, missing, progress)
+    jams = [jam for jam in blocked(runs, missing, progress) if jam.at_rest]
     section = _section(found, samples, jams, heaps(progress))
     return replace(section, warnings=[*missing, *section.warnings])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,8 +64,3 @@ def _with_masses(arch: Arch, mass: np.ndarray) -> np.ndarray:
 def _fastest(arch: Arch, velocity: np.ndarray) -> float:
     """The largest speed (m/s) of those inside."""
     return float(np.hypot(*velocity[arch.inside()].T).max())
-
-
-def congestion(crowds: Sequence[Blocked]) -> list[Congestion]:
-    """Solve each blocked crowd by both models, and with other masses."""
-    return [Congestion.of(crowd) for crowd in crowds]

@@ -13,9 +13,10 @@ from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Cell, Claim, Section, Table
 from analysis.pages.words import Words
+from analysis.paper.discrete.engine_runs import installed_engine
 from analysis.paper.discrete.fig6_rivals import charts, claims, evacuation
 from analysis.paper.discrete.fig6_rivals.chains import ChainForces, chain_forces, chain_rows
-from analysis.paper.discrete.fig6_rivals.congestion import Congestion, congestion
+from analysis.paper.discrete.fig6_rivals.congestion import Congestion
 from analysis.paper.discrete.fig6_rivals.crowds import (
     FIRST_ORDER,
     PERCUSSIONS,
@@ -48,7 +49,7 @@ OVERLAP_M, RADII_M = 0.01, (0.18, 0.3)
 
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowds of equal and of unequal masses by the first engine that is there."""
-    engine = next((known.NAME for known in PENALTY if known.find() is not None), None)
+    engine = installed_engine()
     if engine is None:
         return []
     return [*(EngineRun.of(read_scene(name), engine, runs) for name in CROWDS), *blocked_runs(runs)]
@@ -69,7 +70,9 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     warnings = [*equal.warnings, *unequal.warnings]
     limit = MASS_KG * drive.speed_m_per_s / drive.relaxation_time_s
     jump = jump_at_touch(limit)
-    words = Words(__package__, drive=drive, limit=limit, radius=RADIUS_M, jump=jump)
+    words = Words(
+        __package__, drive=drive, limit=limit, radius=RADIUS_M, jump=jump, evacuation=evacuation
+    )
     arches = _arches(scenes, runs, tell, warnings)
     pictures = [
         words.picture("fig_6_laws", charts.laws(limit)),
@@ -89,17 +92,14 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         pictures.append(words.picture("fig_6_arch", charts.arches(*arches)))
         tables.append(words.table("table_arch", arch_rows(arches)))
         tell("rivals", 0.7)
-        if stopped := _stopped(runs, tell, warnings):
+        crowds = blocked(runs, warnings, tell)
+        if stopped := [Congestion.of(crowd) for crowd in crowds if crowd.still]:
             tables.append(words.table("table_congestion", _congestion_rows(stopped)))
             judged.insert(2, claims.complete_congestion(words, stopped))
         judged += _crowd_claims(words, arches, _apart(arches[0], warnings), jump)
     evacuated = evacuations(tell)
-    pictures.append(
-        words.picture("fig_6_evacuation", charts.evacuations(evacuated), evacuation=evacuation)
-    )
-    tables.append(
-        words.table("table_evacuation", _evacuation_rows(evacuated), evacuation=evacuation)
-    )
+    pictures.append(words.picture("fig_6_evacuation", charts.evacuations(evacuated)))
+    tables.append(words.table("table_evacuation", _evacuation_rows(evacuated)))
     judged.append(claims.no_overlap(words, evacuated))
     tables.append(_misjudged(words, (equal, unequal), arches))
     tell("rivals", 1.0)
@@ -124,14 +124,6 @@ def _arches(
         return found
     warnings.append("no engine made a pressed crowd: the laws are compared on chains only")
     return []
-
-
-def _stopped(runs: Path, tell: Progress, warnings: list[str]) -> list[Congestion]:
-    try:
-        return congestion(blocked(runs, tell))
-    except EngineError as error:
-        warnings.append(f"blocked exits: {error}")
-        return []
 
 
 def _apart(arch: ArchForces, warnings: list[str]) -> WithoutOverlap | None:

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.compare.comparison import Comparison, compare_run
-from analysis.dumps import open_bodies, snapshot_of
-from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
+from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, installed_engine
 from analysis.paper.discrete.pressed_crowd.arch import Arch
 from analysis.scene.packing import heap
 from analysis.scene.shipped_scenes import MASS_KG, make
@@ -36,25 +35,25 @@ class Blocked:
     comparison: Comparison
 
     @property
+    def at_rest(self) -> bool:
+        """Whether an arch stopped it, and it has come to rest."""
+        fastest = np.hypot(*self.arch.answer.right_velocity[self.arch.inside()].T).max()
+        return bool(fastest < AT_REST_M_PER_S and self.still)
+
+    @property
+    def still(self) -> bool:
+        """Whether it has come to rest in the engine, whatever the percussions say."""
+        return self.comparison.balance.unbalanced < AT_REST_SHARE
+
+    @property
     def stiffness(self) -> float:
         """k of the engine's contacts (N/m)."""
         return self.comparison.scene.contact.stiffness_N_per_m
 
 
-def installed_engine() -> str:
-    """Name the first engine that is there. Raises EngineError if none is."""
-    name = next((engine.NAME for engine in PENALTY if engine.find() is not None), None)
-    if name is None:
-        raise EngineError("no engine is installed to gather a crowd")
-    return name
-
-
 def gathered(run: EngineRun) -> Arch:
-    """Solve the last frame of a run. Raises EngineError."""
-    record = run.record()
-    bodies = run.folder / "bodies.dump"
-    last = open_bodies(bodies, record.time_step_s).trajectory[-1]
-    return Arch.of(run.scene, snapshot_of(last, bodies))
+    """Solve the last frame of a run. Raises EngineError, DumpError."""
+    return Arch.of(run.scene, end_of(run))
 
 
 def grown(people: int, seed: int) -> Arch:
@@ -71,33 +70,33 @@ def grown(people: int, seed: int) -> Arch:
     return Arch.of(scene, Snapshot(position=position, velocity=still, radius=radius, mass=mass))
 
 
-def blocked_runs(runs: Path) -> list[EngineRun]:
-    """List the runs of `blocked`. Raises EngineError."""
+def blocked_runs(runs: Path) -> list[SeededRun]:
+    """List the runs of `blocked`; none without an engine."""
     engine, folder = installed_engine(), runs / "jam_seeds"
     return [
-        EngineRun(
+        SeededRun(
             scene=make("jam", None, seed)
             .with_contact(stiffness_N_per_m=stiffness)
             .with_run(frames=1),
             engine=engine,
             folder=folder / f"{engine}_seed{seed}_k{stiffness:.0e}",
+            seed=seed,
         )
         for stiffness in STIFFNESSES
         for seed in BLOCKED_SEEDS
+        if engine is not None
     ]
 
 
-def blocked(runs: Path, progress: Progress | None = None) -> list[Blocked]:
-    """Find the crowds of BLOCKED_SEEDS that an arch stopped, and that have come to rest.
+def blocked(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Blocked]:
+    """Solve the crowds of BLOCKED_SEEDS, at rest or not; one whose run fails is a warning."""
+    wanted, done = blocked_runs(runs), 0
 
-    Raises EngineError."""
-    found, wanted = [], blocked_runs(runs)
-    seeds = [*BLOCKED_SEEDS] * len(STIFFNESSES)
-    for done, (seed, run) in enumerate(zip(seeds, wanted, strict=True), start=1):
-        arch, comparison = gathered(run), compare_run(run.folder)
-        stopped = np.hypot(*arch.answer.right_velocity[arch.inside()].T).max() < AT_REST_M_PER_S
-        if stopped and comparison.balance.unbalanced < AT_REST_SHARE:
-            found.append(Blocked(seed=seed, arch=arch, comparison=comparison))
+    def read(run: SeededRun) -> Blocked:
+        nonlocal done
+        done += 1
         if progress:
             progress("blocked exits", done / len(wanted))
-    return found
+        return Blocked(seed=run.seed, arch=gathered(run), comparison=compare_run(run.folder))
+
+    return each(wanted, read, warnings)
