@@ -36,11 +36,13 @@ def tried(scene: Scene, question: Question) -> list[Point]:
     """Compute the points of an impact for a question's methods: the rigid model by each solver, and
     engines at SHARES of the safe time step with the scene's stiffness, their CPU seconds left out.
 
-    Error bars are added to the errors. Nothing is found for an impact too large to try, and of
-    engines nothing where they have too many steps, or no reference."""
+    Error bars are added to the errors. Raises ValueError as `Window.check`. Nothing is found for an
+    impact too large to try, and of engines nothing where they have too many steps, or no
+    reference."""
     snapshot, window = scene.snapshot, impact_window(scene)
     if len(snapshot) > MOST_DISKS:
         return []
+    window.check()
     rigid = rigid_reference(snapshot, window.contacts, window.left_velocity, window.law)
     judge = Judge(window=window, name=scene.name, rigid=rigid)
     found: list[Point] = []

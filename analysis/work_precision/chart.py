@@ -81,6 +81,7 @@ def build_chart(
         scaling=sizes,
         warnings=(
             *(f"{name} is not found: it is not on the chart" for name in missing),
+            *window.warnings(),
             *measured.warnings,
         ),
         quick=quick,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,8 @@ from nscd.arrays import Floats
 # The window of a driven crowd, in relaxation times: so short that the rigid disks keep their
 # neighbours.
 DRIVEN_SHARE = 0.04
+# Relative to the fastest: what counts as no velocity.
+ROUNDING = 1e-12
 # An ill-conditioned C would make contact values of rounding errors.
 LARGEST_CONDITION = 1e6
 
@@ -108,6 +111,32 @@ class Window:
     def left_velocity(self) -> Floats:
         """u⁻ (n,2) m/s of the rigid model."""
         return self.setting.left(self.scene.snapshot)[0]
+
+    @cached_property
+    def closing(self) -> Floats:
+        """C u⁻ (k,) m/s: how fast each contact would close; negative where it opens."""
+        matrix = self.contacts.normal_matrix(len(self.scene.snapshot))
+        speed: Floats = matrix @ self.left_velocity.ravel()
+        return speed
+
+    def warnings(self) -> Iterator[str]:
+        """Say where the rigid model's law does what no soft contact does: dissipation acts on every
+        contact (paper eq. (1)), so with a restitution those that open are pulled at."""
+        opening = int((self.closing < -ROUNDING * np.abs(self.left_velocity).max()).sum())
+        if opening and self.law.restitution:
+            yield (
+                f"the rigid model's law of restitution pulls at {opening} of {len(self.contacts)} "
+                "contacts that already open; soft contacts do not"
+            )
+
+    def check(self) -> None:
+        """Raise ValueError where nobody touches anybody at the start, or all move apart."""
+        missing = "touches" if not len(self.contacts) else "presses"
+        if not (self.closing > 0).any():
+            raise ValueError(
+                f"scene {self.scene.name}: nobody {missing} anybody at the start: "
+                "nothing to compare"
+            )
 
     def rigid_motion(self, right_velocity: Floats) -> Motion:
         """Give the motion of rigid disks from u⁺ (n,2) m/s, the contacts kept as they are at the

@@ -25,8 +25,8 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
     An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
     run to the scene's instant of analysis by the first engine that there is; then disks that
     overlap are moved apart, as little as possible (see `reconcile`), since a stiffer contact would
-    make an explosion of the same overlap. Raises ValueError as `check_chart` does, or where nobody
-    touches anybody; EngineError where no engine can run it."""
+    make an explosion of the same overlap. Raises ValueError as `check_chart` and `Window.check` do;
+    EngineError where no engine can run it."""
     check_chart(scene)
     if scene.drive is None:
         window = impact_window(scene)
@@ -34,16 +34,13 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
         window = driven_window(scene, scene.snapshot.position)
     else:
         window = driven_window(scene, _pressed(scene, folder))
-    if not len(window.contacts):
-        raise ValueError(
-            f"scene {scene.name}: nobody touches anybody at the start: nothing to compare"
-        )
+    window.check()
     return window
 
 
 def check_chart(scene: Scene) -> None:
     """Raise ValueError naming the field of a scene that charts are not for: friction, a body force,
-    or an impact of restitution 1."""
+    an impact of restitution 1, or one in which nobody presses anybody."""
     if scene.contact.friction:
         raise ValueError(
             f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
@@ -52,6 +49,8 @@ def check_chart(scene: Scene) -> None:
     if scene.body_force:
         raise ValueError(f"scene {scene.name}: body_force: charts are for scenes without")
     law_of(scene)
+    if scene.drive is None:
+        impact_window(scene).check()
 
 
 def _pressed(scene: Scene, folder: Path) -> Floats:

@@ -169,10 +169,15 @@ def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
         (("chart", "pair.toml"), "contact.friction", 1),
         (("chart", "four_disks", "--jobs", "0"), "--jobs", 2),
         (("chart", "nowhere"), "unknown scene", 1),
+        (("chart", "apart.toml"), "nobody presses anybody", 1),
+        (("advise", "apart.toml", "--error", "5%"), "nobody presses anybody", 1),
     ],
 )
 def test_bad_input_is_one_line(words, says, status, tmp_path, monkeypatch, capsys):
-    make("pair").with_contact(friction=0.3).write(tmp_path)
+    pair = make("pair")
+    pair.with_contact(friction=0.3).write(tmp_path)
+    away = dataclasses.replace(pair.snapshot, velocity=-pair.snapshot.velocity)
+    pair.model_copy(update={"snapshot": away, "name": "apart"}).write(tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["percussions", *words])
     with pytest.raises(SystemExit) as end:

@@ -216,6 +216,17 @@ def test_a_kept_reference_is_taken_only_for_the_same_scene(tmp_path):
     assert np.array_equal(first.motion.velocity, healed.motion.velocity)
 
 
+def test_a_law_that_pulls_at_opening_contacts_is_said():
+    """Three in a row: the first runs into the second, the third walks away from it."""
+    row = make("chain", 3)
+    start = dataclasses.replace(row.snapshot, velocity=[[1.0, 0], [0, 0], [2.0, 0]])
+    apart = row.model_copy(update={"snapshot": start})
+    (said,) = impact_window(apart.with_contact(restitution=0.5)).warnings()
+    assert "pulls at 1 of 2 contacts" in said
+    assert not list(impact_window(apart.with_contact(restitution=0.0)).warnings())
+    assert not list(impact_window(row.with_contact(restitution=0.5)).warnings())
+
+
 def test_points_go_through_their_file(tmp_path):
     failed = dataclasses.replace(
         POINT, status=PointStatus.FAILED, numerical_error=None, total_error=None, reason="lost"
