@@ -28,7 +28,16 @@ class Snapshot:
 
     Raises ValueError naming the field for a wrong shape, what is not a finite number, a magnitude
     beyond 10¹⁰⁰ (or masses and radii below its inverse), a radius or mass that is not positive, and
-    ids that are not whole numbers or occur twice."""
+    ids that are not whole numbers or occur twice.
+
+    >>> Snapshot(
+    ...     position=[[0, 0], [0.5, 0]],
+    ...     velocity=[[1, 0], [0, 0]],
+    ...     radius=[0.25, 0.25],
+    ...     mass=[75, 75],
+    ... )
+    <Snapshot: 2 disks at 0 s>
+    """
 
     position: Floats
     velocity: Floats
@@ -87,7 +96,11 @@ class Walls:
     start, end: (w,2) m
 
     Raises ValueError naming the field for a wrong shape, what is not a finite number, a magnitude
-    beyond 10¹⁰⁰, or a wall of no length."""
+    beyond 10¹⁰⁰, or a wall of no length.
+
+    >>> Walls(start=[[0, 0.5], [0, -3]], end=[[0, 3], [0, -0.5]])  # with a door of 1 m
+    <Walls: 2>
+    """
 
     start: Floats
     end: Floats

@@ -177,7 +177,13 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     Raises ValueError naming the field for a tolerance that is negative or not finite; for coordinates
     beyond 10⁹ of the smallest radius, in whose rounding gaps are lost; for more pairs within reach
     than memory should hold; and where two centres, or a centre and a wall, coincide, since such a
-    contact has no normal."""
+    contact has no normal.
+
+    >>> one = Snapshot(position=[[-0.25, 0]], velocity=[[1, 0]], radius=[0.25], mass=[75])
+    >>> contacts = find_contacts(one, Walls(start=[[0, -1]], end=[[0, 1]]), tolerance=1e-6)
+    >>> contacts.is_wall.tolist(), contacts.normal.tolist(), contacts.gap.tolist()
+    ([True], [[1.0, 0.0]], [0.0])
+    """
     instance(snapshot, Snapshot, "snapshot")
     if walls is not None:
         instance(walls, Walls, "walls")

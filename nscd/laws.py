@@ -27,7 +27,12 @@ class ContactLaw:
     paper eq. (1).
 
     Raises ValueError naming the field for negative or non-finite coefficients, e outside [0, 1),
-    both k_n and e given, and friction of maintained contacts, which may pull."""
+    both k_n and e given, and friction of maintained contacts, which may pull.
+
+    >>> ContactLaw(restitution=1.5)
+    Traceback (most recent call last):
+    ValueError: restitution: 1.5; 0 ≤ e < 1 is needed
+    """
 
     dissipation: float = 0.0
     restitution: float | None = None

@@ -65,7 +65,21 @@ def solve(
 
     Raises ValueError naming the field for what is not of the kind that is asked, a left velocity of
     the wrong shape or not finite, contacts that name disks which do not exist, a tolerance below
-    1e-14, an unknown solver, a solver by name where there is friction, or fewer than one start."""
+    1e-14, an unknown solver, a solver by name where there is friction, or fewer than one start.
+
+    >>> from nscd import find_contacts
+    >>> pair = Snapshot(
+    ...     position=[[0, 0], [0.5, 0]],
+    ...     velocity=[[1, 0], [0, 0]],
+    ...     radius=[0.25, 0.25],
+    ...     mass=[75, 75],
+    ... )
+    >>> answer = solve(pair, find_contacts(pair, tolerance=1e-9), law=ContactLaw(restitution=0.5))
+    >>> answer.status.value, answer.impulse.round(9).tolist()  # N·s
+    ('solved', [[56.25, 0.0]])
+    >>> answer.right_velocity[:, 0].round(9).tolist()  # m/s
+    [0.25, 0.75]
+    """
     started = time.perf_counter()
     law = instance(ContactLaw() if law is None else law, ContactLaw, "law")
     canonical, starts = _read(search)

@@ -103,7 +103,12 @@ def open_bodies(path: str | Path, time_step: float | None = None) -> MDAnalysis.
     time_step: s, of the simulation; that of run.json beside the dump where left out. Without
         either, and without ITEM: TIME in the dump, times are NaN
 
-    Raises DumpError naming the file and the line, step, column or key."""
+    Raises DumpError naming the file and the line, step, column or key.
+
+    >>> universe = open_bodies("out/gate/lammps_hooke_k1e+06/bodies.dump")
+    >>> universe.atoms.n_atoms, round(universe.trajectory[-1].time, 6)  # s
+    (55, 2.0)
+    """
     path = Path(path)
     if time_step is None:
         time_step = _recorded_time_step(path)

@@ -40,7 +40,15 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     steps: of the simulation
 
     Raises DumpError naming file and step for a frame that cannot be solved, and for a universe that
-    `open_bodies` did not open; ValueError naming the field."""
+    `open_bodies` did not open; ValueError naming the field.
+
+    >>> from analysis.dumps import open_bodies
+    >>> from analysis.scene import read_scene
+    >>> universe = open_bodies("out/gate/lammps_hooke_k1e+06/bodies.dump")
+    >>> results = PercussionAnalysis(universe, read_scene("gate")).run(start=-1).results
+    >>> results.percussions[0].status.value, len(results.contacts[0])
+    ('solved', 71)
+    """
 
     _analysis_algorithm_is_parallelizable = True
 

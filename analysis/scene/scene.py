@@ -169,7 +169,12 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """Read a scene by its name (`arch`) or the path of its TOML file.
 
     Raises SceneError naming the file and the key for anything that is unknown, missing, out of
-    range or impossible to simulate (overlapping disks, a disk outside the walls)."""
+    range or impossible to simulate (overlapping disks, a disk outside the walls).
+
+    >>> scene = read_scene("pair")
+    >>> scene.title, len(scene.snapshot), scene.analysis.kind
+    ('Two disks, head-on', 2, 'impact')
+    """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
     parts = _validated(path, content, _SceneFile, lambda: _mean_radius(path, content))

@@ -1,6 +1,7 @@
 """What README and docs show is run as it stands: Python, commands, and the form of every command."""
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -54,7 +55,7 @@ def called(command, folder):
 
 
 def test_commands_of_readme_leave_what_it_says(folder):
-    run = folder / "out/arch/lammps_hooke_k1e+07"
+    run = folder / "out/gate/lammps_hooke_k1e+06"
     assert (run / "bodies.dump").exists()
     assert (folder / "contacts.csv").read_text().startswith("time_s,")
     assert (run / "comparison.csv").exists()
@@ -65,6 +66,29 @@ def test_python_of_readme(folder):
     made = called([sys.executable, *words], folder)
     assert made.returncode == 0, made.stdout + made.stderr
     assert (ROOT / "README.md").read_text(encoding="utf-8").count(">>>") > 10
+
+
+def test_docstrings_of_what_readme_shows(folder):
+    """The examples in the docstrings of what README imports, in the folder of its commands."""
+    shown = re.findall(
+        r">>> from (nscd|analysis\.\w+) import (.*)", (ROOT / "README.md").read_text()
+    )
+    names = [(module, name) for module, names in shown for name in names.split(", ")]
+    assert len(names) > 5
+    program = """
+import doctest, importlib, sys
+runner = doctest.DocTestRunner()
+for module, name in zip(sys.argv[1::2], sys.argv[2::2]):
+    shown = getattr(importlib.import_module(module), name)
+    home = sys.modules[shown.__module__]
+    (example,) = doctest.DocTestFinder(recurse=False).find(shown, name, globs=dict(vars(home)))
+    assert example.examples, name
+    runner.run(example)
+sys.exit(runner.failures)
+"""
+    words = [word for pair in names for word in pair]
+    made = called([sys.executable, "-c", program, *words], folder)
+    assert made.returncode == 0, made.stdout + made.stderr
 
 
 @pytest.mark.parametrize("page", PAGES)
