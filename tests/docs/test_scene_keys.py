@@ -8,6 +8,7 @@ import pytest
 from documented import ROOT
 from pydantic import BaseModel
 
+from analysis.scene.parts import Material
 from analysis.scene.scene import _SceneFile
 
 PAGE = ROOT / "docs/scenes.md"
@@ -30,7 +31,8 @@ def parts():
             found[f"`[[{key}]]`" if "tuple" in text else f"`[{key}]`"] = model.model_fields, model
         else:
             plain[key] = field
-    return {"The scene": (plain, _SceneFile), **found}
+    material = {"`[contact]` of a material": (Material.model_fields, Material)}
+    return {"The scene": (plain, _SceneFile), **found, **material}
 
 
 def subclasses(model):
@@ -59,9 +61,12 @@ def accepted(schema):
     if schema["type"] == "string":
         return "text"
     low, high = schema.get("minimum"), schema.get("maximum")
-    least = f"> {schema['exclusiveMinimum']:g}" if "exclusiveMinimum" in schema else None
-    least = least or (f"≥ {low:g}" if low is not None else "")
-    ends = f"{low:g} to {high:g}" if high is not None else least
+    if "exclusiveMinimum" in schema:
+        ends = f"> {schema['exclusiveMinimum']:g}" + (f", ≤ {high:g}" if high is not None else "")
+    elif high is not None:
+        ends = f"{low:g} to {high:g}"
+    else:
+        ends = "" if low is None else f"≥ {low:g}"
     whole = "whole" if schema["type"] == "integer" else ""
     return ", ".join(word for word in (whole, ends) if word) or "any"
 
