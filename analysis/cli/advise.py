@@ -9,35 +9,38 @@ import typer
 
 from analysis.cli.app import Out, Runs, SceneName, progress
 
+Quantity = Annotated[
+    str,
+    typer.Option(help="disk-load, contact-load, wall-load or displacement (of a driven crowd)."),
+]
+Against = Annotated[
+    Literal["rigid", "model"],
+    typer.Option(
+        help="rigid: numerical and model error; model: the numerical error of the scene's own "
+        "contacts."
+    ),
+]
+Methods = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="rigid, lammps or yade; give it several times. Left out: all that are installed."
+    ),
+]
+ChartFolder = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of a chart of this very scene, to read instead of the stored library."
+    ),
+]
+
 
 def advise(
     scene: SceneName,
     error: Annotated[str, typer.Option(help="Error that is allowed, such as 5% or 0.05.")],
-    quantity: Annotated[
-        str,
-        typer.Option(
-            help="disk-load, contact-load, wall-load or displacement (of a driven crowd)."
-        ),
-    ] = "disk-load",
-    against: Annotated[
-        Literal["rigid", "model"],
-        typer.Option(
-            help="rigid: numerical and model error; model: the numerical error of the scene's own "
-            "contacts."
-        ),
-    ] = "rigid",
-    method: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="rigid, lammps or yade; give it several times. Left out: all that are installed."
-        ),
-    ] = None,
-    chart: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder of a chart of this very scene, to read instead of the stored library."
-        ),
-    ] = None,
+    quantity: Quantity = "disk-load",
+    against: Against = "rigid",
+    method: Methods = None,
+    chart: ChartFolder = None,
     runs: Runs = Path("out"),
     out: Out = Path("advice"),
 ) -> None:

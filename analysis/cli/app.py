@@ -10,13 +10,16 @@ import shlex
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from analysis.support.progress import Progress
+
+if TYPE_CHECKING:
+    from analysis.engines.run import EngineRun
 
 # Where there is no terminal, a line of progress every so many seconds.
 BETWEEN_LINES_S = 5.0
@@ -172,6 +175,20 @@ def say_expected(cpu_seconds: float, what: str, jobs: int | None = 1) -> None:
     seconds = cpu_seconds / (jobs or os.cpu_count() or 1)
     if seconds > BETWEEN_LINES_S:
         print(f"{what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
+
+
+def given(**options: object) -> dict[str, Any]:
+    """Keep the options that are given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def say_runs(runs: Iterable[EngineRun], what: str = "") -> None:
+    """Say before runs of engines about how long those take that are not there yet."""
+    from analysis.advice.price import expected_seconds
+
+    missing = [run for run in runs if not run.is_finished()]
+    seconds = sum(expected_seconds(run.scene, run.engine) for run in missing)
+    say_expected(seconds, what or f"{len(missing)} runs of engines")
 
 
 def warn(words: str) -> None:

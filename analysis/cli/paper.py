@@ -52,7 +52,6 @@ def paper(
 
 def _say_expected(names: list[str], runs: Path, figures: list[str] | None) -> None:
     from analysis.advice.price import expected_seconds
-    from analysis.engines.run import finished_run
     from analysis.paper.build import folder_of, kept
     from analysis.paper.page import PAGES
 
@@ -63,6 +62,6 @@ def _say_expected(names: list[str], runs: Path, figures: list[str] | None) -> No
         if part.engine_runs or not kept(folder_of(runs, part)):
             seconds += part.seconds
         for run in part.engine_runs(runs) if part.engine_runs else []:
-            if not finished_run(run.scene, run.engine, run.folder):
+            if not run.is_finished():
                 seconds += expected_seconds(run.scene, run.engine)
     say_expected(seconds, "what is not there yet", None)

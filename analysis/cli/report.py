@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, Runs, command_line, positive, progress, say_expected, warn
+from analysis.cli.app import Out, Runs, command_line, positive, progress, say_runs, warn
 from analysis.cli.rigid_law import RigidLaw
 
 
@@ -36,11 +36,10 @@ def report(
 
     Example: percussions report arch gate --out report
     """
-    from analysis.advice.price import expected_seconds
     from analysis.compare.study import study
     from analysis.engines import PENALTY
     from analysis.engines import engine as find_engine
-    from analysis.engines.run import EngineRun, finished_run
+    from analysis.engines.run import EngineRun
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene
 
@@ -53,20 +52,11 @@ def report(
         # the stiffness changes nothing in an impact, the damping does
         default = [k] if scene.analysis.kind == "impact" else [k, 10 * k]
         chosen.append((scene, stiffness or default))
-    missing = [
-        run
+    say_runs(
+        EngineRun.of(scene.with_contact(stiffness_N_per_m=k), name, runs)
         for scene, stiffnesses in chosen
         for k in stiffnesses
         for name in names
-        if not finished_run(
-            (run := EngineRun.of(scene.with_contact(stiffness_N_per_m=k), name, runs)).scene,
-            name,
-            run.folder,
-        )
-    ]
-    say_expected(
-        sum(expected_seconds(run.scene, run.engine) for run in missing),
-        f"{len(missing)} runs of engines",
     )
     with progress() as bars:
         studies = [study(scene, names, k, runs, bars, rigid_law) for scene, k in chosen]

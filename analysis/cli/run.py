@@ -7,7 +7,12 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, SceneName, positive, progress, say_expected, share, warn
+from analysis.cli.app import Out, SceneName, given, positive, progress, say_runs, share, warn
+
+AdvisedError = Annotated[
+    str | None,
+    typer.Option(help="Let law, stiffness and time step be advised for this error, such as 5%."),
+]
 
 
 def run(
@@ -16,12 +21,7 @@ def run(
         str | None,
         typer.Option(help="lammps or yade; lammps if left out, or what --error chooses."),
     ] = None,
-    error: Annotated[
-        str | None,
-        typer.Option(
-            help="Let law, stiffness and time step be advised for this error, such as 5%."
-        ),
-    ] = None,
+    error: AdvisedError = None,
     stiffness: Annotated[
         float | None,
         typer.Option(parser=positive, help="Contact stiffness in N/m, instead of the scene's."),
@@ -43,8 +43,7 @@ def run(
 
     Example: percussions run arch --engine yade --stiffness 1e7
     """
-    from analysis.advice.price import expected_seconds
-    from analysis.engines.run import check_before, finished_run, run_engine, run_folder
+    from analysis.engines.run import EngineRun, check_before
     from analysis.scene.scene import read_scene
 
     chosen = read_scene(scene)
@@ -55,24 +54,21 @@ def run(
         )
     for warning in chosen.check(scene):
         warn(warning)
-    contact = {"stiffness_N_per_m": stiffness, "restitution": restitution, "law": law}
-    timing = {"time_step_s": time_step, "duration_s": duration}
-    chosen = chosen.with_contact(
-        **{key: value for key, value in contact.items() if value is not None}
-    ).with_run(**{key: value for key, value in timing.items() if value is not None})
+    contact = given(stiffness_N_per_m=stiffness, restitution=restitution, law=law)
+    timing = given(time_step_s=time_step, duration_s=duration)
+    chosen = chosen.with_contact(**contact).with_run(**timing)
     if error is not None:
         from analysis.advice.advised_run import scene_within
 
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")
-    engine = engine or "lammps"
-    folder = run_folder(out, chosen, engine)
-    if not finished_run(chosen, engine, folder):
-        check_before(chosen, engine, folder)
-        say_expected(expected_seconds(chosen, engine), f"{chosen.name} with {engine}")
+    wanted = EngineRun.of(chosen, engine or "lammps", out)
+    if not wanted.is_finished():
+        check_before(wanted.scene, wanted.engine, wanted.folder)
+        say_runs([wanted], f"{chosen.name} with {wanted.engine}")
     with progress() as report:
-        record = run_engine(chosen, engine, folder, report)
+        record = wanted.record(report)
     print(
-        f"{folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution obtained "
-        f"{record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
+        f"{wanted.folder}: {record.steps} steps of {record.time_step_s:.3g} s, restitution "
+        f"obtained {record.restitution_most:.3g}, {record.cpu_seconds:.2f} CPU s"
     )

@@ -6,13 +6,14 @@ import contextlib
 import functools
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from analysis.cli.app import (
     Scheduler,
     count,
+    given,
     not_negative,
     positive,
     progress,
@@ -21,87 +22,99 @@ from analysis.cli.app import (
     show,
 )
 
+Dump = Annotated[
+    Path,
+    typer.Argument(
+        help="LAMMPS text dump, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
+        "xu yu or xs ys), radius and mass or density."
+    ),
+]
+RoomFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--room",
+        "--walls",
+        help="Room or scene file (.toml) with the walls and the drive; scene.toml beside the "
+        "dump if there.",
+    ),
+]
+LeftVelocity = Annotated[
+    Literal["desired", "dump", "free"] | None,
+    typer.Option(
+        help="desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired "
+        "where there is a drive."
+    ),
+]
+Friction = Annotated[
+    float | None,
+    typer.Option(
+        parser=not_negative,
+        help="Coulomb's μ of people with each other; the scene's own if left out, 0 in a room.",
+    ),
+]
+WallFriction = Annotated[
+    float | None,
+    typer.Option(parser=not_negative, help="μ of people with walls; --friction if left out."),
+]
+Window = Annotated[
+    float | None, typer.Option(parser=positive, help="Δt of --left-velocity free, in s.")
+]
+TimeStep = Annotated[
+    float | None,
+    typer.Option(
+        parser=positive,
+        help="Time step of the simulation in s (from run.json beside the dump if there; "
+        "without either the table has steps in place of times).",
+    ),
+]
+ContactTolerance = Annotated[
+    float | None,
+    typer.Option(
+        parser=positive,
+        help="Gap in m up to which disks are in contact; the room's or 1e-6 if left out.",
+    ),
+]
+LargestOverlap = Annotated[
+    float,
+    typer.Option(
+        parser=positive, help="Deepest overlap that is taken, as a share of the smaller radius."
+    ),
+]
+Restitution = Annotated[
+    float | None,
+    typer.Option(parser=share, help="Restitution of the contacts; inelastic if left out."),
+]
+Tolerance = Annotated[
+    float,
+    typer.Option(parser=positive, help="Residual up to which a frame counts as solved."),
+]
+Openness = Annotated[
+    Literal["none", "determined", "ranges"],
+    typer.Option(
+        help="What is said of reactions that the mechanics may leave open: nothing, whether "
+        "each is determined, or also its least and largest value. The first is about 20 times "
+        "faster than the second, the last slow."
+    ),
+]
+Table = Annotated[Path, typer.Option(help="CSV file, one row per contact.")]
+
 
 def solve(
-    dump: Annotated[
-        Path,
-        typer.Argument(
-            help="LAMMPS text dump, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
-            "xu yu or xs ys), radius and mass or density."
-        ),
-    ],
-    room: Annotated[
-        Path | None,
-        typer.Option(
-            "--room",
-            "--walls",
-            help="Room or scene file (.toml) with the walls and the drive; scene.toml beside the "
-            "dump if there.",
-        ),
-    ] = None,
-    left_velocity: Annotated[
-        Literal["desired", "dump", "free"] | None,
-        typer.Option(
-            help="desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired "
-            "where there is a drive."
-        ),
-    ] = None,
-    friction: Annotated[
-        float | None,
-        typer.Option(
-            parser=not_negative,
-            help="Coulomb's μ of people with each other; the scene's own if left out, 0 in a room.",
-        ),
-    ] = None,
-    wall_friction: Annotated[
-        float | None,
-        typer.Option(parser=not_negative, help="μ of people with walls; --friction if left out."),
-    ] = None,
-    window: Annotated[
-        float | None, typer.Option(parser=positive, help="Δt of --left-velocity free, in s.")
-    ] = None,
-    time_step: Annotated[
-        float | None,
-        typer.Option(
-            parser=positive,
-            help="Time step of the simulation in s (from run.json beside the dump if there; "
-            "without either the table has steps in place of times).",
-        ),
-    ] = None,
-    contact_tolerance: Annotated[
-        float | None,
-        typer.Option(
-            parser=positive,
-            help="Gap in m up to which disks are in contact; the room's or 1e-6 if left out.",
-        ),
-    ] = None,
-    largest_overlap: Annotated[
-        float,
-        typer.Option(
-            parser=positive, help="Deepest overlap that is taken, as a share of the smaller radius."
-        ),
-    ] = 0.5,
-    restitution: Annotated[
-        float | None,
-        typer.Option(parser=share, help="Restitution of the contacts; inelastic if left out."),
-    ] = None,
-    tolerance: Annotated[
-        float,
-        typer.Option(parser=positive, help="Residual up to which a frame counts as solved."),
-    ] = 1e-8,
-    openness: Annotated[
-        Literal["none", "determined", "ranges"],
-        typer.Option(
-            help="What is said of reactions that the mechanics may leave open: nothing, whether "
-            "each is determined, or also its least and largest value. The first is about 20 times "
-            "faster than the second, the last slow."
-        ),
-    ] = "determined",
+    dump: Dump,
+    room: RoomFile = None,
+    left_velocity: LeftVelocity = None,
+    friction: Friction = None,
+    wall_friction: WallFriction = None,
+    window: Window = None,
+    time_step: TimeStep = None,
+    contact_tolerance: ContactTolerance = None,
+    largest_overlap: LargestOverlap = 0.5,
+    restitution: Restitution = None,
+    tolerance: Tolerance = 1e-8,
+    openness: Openness = "determined",
     workers: Annotated[int, typer.Option(parser=count, help="Processes.")] = 1,
     scheduler: Scheduler = None,
-    out: Annotated[Path, typer.Option(help="CSV file, one row per contact.")] = Path(
-        "contacts.csv"
-    ),
+    out: Table = Path("contacts.csv"),
 ) -> None:
     """Compute the percussions at every contact of every frame of a dump.
 
@@ -113,21 +126,18 @@ def solve(
     from analysis.support.parallel import workers as pool
     from nscd import ContactLaw
 
-    given: dict[str, Any] = {
-        "left_velocity": left_velocity,
-        "window": window,
-        "largest_overlap": largest_overlap,
-    }
-    if friction is not None:
-        given["friction"] = friction
-    if wall_friction is not None:
-        given["wall_friction"] = wall_friction
-    if contact_tolerance is not None:
-        given["contact_tolerance"] = contact_tolerance
+    options = given(
+        left_velocity=left_velocity,
+        window=window,
+        largest_overlap=largest_overlap,
+        friction=friction,
+        wall_friction=wall_friction,
+        contact_tolerance=contact_tolerance,
+    )
     job = DumpToSolve(
         path=dump,
         time_step=time_step,
-        setting=setting_beside(dump, room, **given),
+        setting=setting_beside(dump, room, **options),
         law=ContactLaw(restitution=restitution),
         tolerance=tolerance,
         openness=openness,

@@ -17,6 +17,7 @@ import numpy as np
 
 from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
+from analysis.scene.parts import hertz_constant
 from analysis.scene.scene import Scene
 from nscd import find_contacts
 from nscd.arrays import Floats
@@ -181,7 +182,6 @@ def elastic_energy(scene: Scene, overlap: Floats, effective_radius: Floats) -> F
     if scene.contact.law == "hooke":
         hooke: Floats = 0.5 * k * overlap**2
         return hooke
-    # the stiffness of LAMMPS' hertz, whose force is K √(R δ) δ
-    stiffness = k / (1.5 * np.sqrt(0.5 * 0.01) * float(scene.snapshot.radius.mean()))
-    hertz: Floats = 0.4 * stiffness * np.sqrt(effective_radius) * overlap**2.5
+    constant = hertz_constant(k, float(scene.snapshot.radius.mean()))
+    hertz: Floats = 0.4 * constant * np.sqrt(effective_radius) * overlap**2.5
     return hertz

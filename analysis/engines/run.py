@@ -41,14 +41,10 @@ def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
 
 
 def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
-    """The finished run that is in the folder if scene, decks, engine and version are the same, else
-    None.
-
-    Raises EngineError for an unknown engine.
-    """
-    chosen = engine(engine_name)
+    """Return the finished run that is in the folder if scene, decks, engine and version are the
+    same, else None."""
     try:
-        record = RunRecord.read(folder)
+        chosen, record = engine(engine_name), RunRecord.read(folder)
         record.check_finished(folder, scene)
         same = record.deck_digest == chosen.deck_digest() and record.version == installed(
             engine_name
@@ -192,6 +188,10 @@ class EngineRun:
         """Name the run in the folder that `run_folder` gives it."""
         return cls(scene=scene, engine=engine, folder=run_folder(runs, scene, engine))
 
+    def is_finished(self) -> bool:
+        """Tell whether it is there, unchanged."""
+        return finished_run(self.scene, self.engine, self.folder) is not None
+
     def record(self, progress: Progress | None = None) -> RunRecord:
         """Run it, or take the finished run where it is unchanged. Raises EngineError."""
         return run_engine(self.scene, self.engine, self.folder, progress)
@@ -236,7 +236,7 @@ def run_ahead(
     A run that fails is left to who needs it, who says so. In processes of their own, since the CPU
     time of an engine is measured as that of the children of its process."""
     asked = list({run.folder: run for run in runs}.values())
-    wanted = [run for run in asked if not _is_there(run)]
+    wanted = [run for run in asked if not run.is_finished()]
     costs = {run.folder: Cost(reused=1) for run in asked if run not in wanted}
     if not wanted:
         return costs
@@ -244,13 +244,6 @@ def run_ahead(
     with workers(min(processes or os.cpu_count() or 1, len(wanted))) as executor:
         made = do_all(tasks, executor, "engine runs", progress)
     return costs | {run.folder: cost for run, cost in zip(wanted, made, strict=True)}
-
-
-def _is_there(run: EngineRun) -> bool:
-    try:
-        return finished_run(run.scene, run.engine, run.folder) is not None
-    except EngineError:
-        return False
 
 
 def _cost_of(run: EngineRun) -> Cost:

@@ -104,7 +104,13 @@ def hertz_stiffness(young_modulus: float, poisson_ratio: float, mean_radius: flo
     F = K √R δ^1.5 with K = ⁴⁄₃ E* = ⅔ E/(1 − ν²) and R = r̄/2 (Hertz; Johnson, Contact Mechanics,
     1985, 4.2), so k = ³⁄₂ K √(R δ)."""
     k = 2 / 3 * young_modulus / (1 - poisson_ratio**2)
-    return 1.5 * k * float(np.sqrt(0.5 * HERTZ_OVERLAP)) * mean_radius
+    return k / hertz_constant(1.0, mean_radius)
+
+
+def hertz_constant(stiffness: float, mean_radius: float) -> float:
+    """Compute K (Pa) of a Hertz contact F = K √R δ^1.5 from the tangent stiffness k (N/m) of two
+    disks of mean radius r̄ (m) at an overlap of 1 % of it: k = ³⁄₂ K √(½ r̄ 0.01 r̄)."""
+    return stiffness / (1.5 * float(np.sqrt(0.5 * HERTZ_OVERLAP)) * mean_radius)
 
 
 class ContactModel(Part):

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from analysis.engines.penalty import damping_ratio_for
-from analysis.scene.parts import HERTZ_OVERLAP
+from analysis.scene.parts import hertz_constant
 from analysis.scene.scene import Scene
 from nscd import Snapshot, Walls, find_contacts
 from nscd.arrays import Floats, Indices
@@ -91,10 +91,8 @@ def _law(scene: Scene) -> tuple[bool, float, float, float, float]:
     k = contact.stiffness_N_per_m
     heaviest = float(mass.max())
     if contact.law == "hertz":
-        # two disks of mean radius r̄: R = r̄/2 and d(K √R δ^1.5)/dδ = k at δ = 0.01 r̄
-        mean = float(scene.snapshot.radius.mean())
-        stiffness = k / (1.5 * np.sqrt(0.5 * mean * HERTZ_OVERLAP * mean))
-        return True, float(stiffness), ratio, 0.0, 0.0
+        constant = hertz_constant(k, float(scene.snapshot.radius.mean()))
+        return True, constant, ratio, 0.0, 0.0
     pair, wall = (2 * ratio * float(np.sqrt(k * m)) for m in (heaviest / 2, heaviest))
     return False, k, ratio, pair, wall
 
