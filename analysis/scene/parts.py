@@ -167,6 +167,8 @@ class Run(Part):
     drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
     rigid_step_s: s, of the rigid engine; follows from radius and speed where left out
     rigid_tolerance: of the contact problem of a step; 1e-8 where left out
+    impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time; the
+        rigid engine always does
     """
 
     duration_s: Positive
@@ -175,6 +177,7 @@ class Run(Part):
     drive_interval_steps: Count = 10
     rigid_step_s: Positive | None = None
     rigid_tolerance: Annotated[Number, Field(ge=1e-12, le=0.1)] | None = None
+    impulses: Annotated[bool, Strict()] = False
 
 
 class Analysis(Part):

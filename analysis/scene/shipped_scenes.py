@@ -255,6 +255,8 @@ MAKERS: dict[str, Callable[[int, int], Scene]] = {
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
 OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
+# Their disks are random.
+SEEDED = ("arch", "arch_masses", "jam")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:

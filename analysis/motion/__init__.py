@@ -1,0 +1,1 @@
+"""Crowds in motion: one scene, several engines and crowds, as intervals over crowds and instants."""

@@ -1,0 +1,121 @@
+"""Intervals over crowds and instants, and whether two models differ by more than they vary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.motion.series import Series
+from nscd.arrays import Floats
+
+LEVEL = 0.90
+RESAMPLES = 2000
+# Below this an autocorrelation is noise.
+UNCORRELATED = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """Hold a median with a 90 % interval over crowds and instants.
+
+    median, low, high: in the unit of the measure
+    crowds, windows: of each, how many there are
+    independent: how many of all windows count as independent, by their correlation time
+    """
+
+    median: float
+    low: float
+    high: float
+    crowds: int
+    windows: int
+    independent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """Hold by how much the median of a model is above that of another, relative to the other.
+
+    low, high: 90 % interval, crowds drawn again
+    """
+
+    share: float
+    low: float
+    high: float
+
+    @property
+    def distinguishable(self) -> bool:
+        """Whether the interval leaves out zero."""
+        return self.low > 0 or self.high < 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ensemble:
+    """Hold the series of one model over its crowds.
+
+    title: of the model, as a page names it
+    series: one per crowd
+    last_s: s, how much of the end of each run counts
+    """
+
+    title: str
+    series: Sequence[Series]
+    last_s: float
+
+    def samples(self, measure: str) -> list[Floats]:
+        """Give the windows (w,) of each crowd that count. The flow of a crowd is one number: people
+        pass one by one, and in a window there are none or one."""
+        chosen = [series.values[measure][series.last(self.last_s)] for series in self.series]
+        return [values.mean(keepdims=True) for values in chosen] if measure == "flow" else chosen
+
+    def interval(self, measure: str) -> Interval:
+        """Give the median and the 90 % interval of all windows of all crowds."""
+        samples = self.samples(measure)
+        pooled = np.concatenate(samples)
+        low, high = np.quantile(pooled, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+        return Interval(
+            median=float(np.median(pooled)),
+            low=float(low),
+            high=float(high),
+            crowds=len(samples),
+            windows=len(samples[0]),
+            independent=len(pooled) / _correlated(samples),
+        )
+
+    def above(self, other: Ensemble, measure: str) -> Difference | None:
+        """Compare the medians with those of another model, by drawing crowds again (bootstrap); None
+        where the other's is zero or either has fewer than three crowds."""
+        mine, theirs = self.samples(measure), other.samples(measure)
+        reference = float(np.median(np.concatenate(theirs)))
+        if min(len(mine), len(theirs)) < 3 or reference == 0:
+            return None
+        random = np.random.default_rng(0)
+        shares = [
+            _drawn(mine, random) / (_drawn(theirs, random) or np.nan) - 1 for _ in range(RESAMPLES)
+        ]
+        low, high = np.nanquantile(shares, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+        median = float(np.median(np.concatenate(mine)))
+        return Difference(share=median / reference - 1, low=float(low), high=float(high))
+
+
+def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> float:
+    """The median of as many crowds, drawn with replacement."""
+    chosen = random.integers(0, len(samples), len(samples))
+    return float(np.median(np.concatenate([samples[number] for number in chosen])))
+
+
+def _correlated(samples: Sequence[Floats]) -> float:
+    """How many windows make one independent one: 1 + 2 Σ ρ of the windows of a crowd about the mean
+    of all, until the correlation is lost; at most all windows of a crowd."""
+    every = np.stack(samples) - np.concatenate(samples).mean()
+    windows = every.shape[1]
+    variance = float((every**2).mean())
+    total = 1.0
+    for lag in range(1, windows):
+        rho = float((every[:, lag:] * every[:, :-lag]).mean()) / variance if variance else 0.0
+        if rho < UNCORRELATED:
+            break
+        total += 2 * rho
+    return min(total, float(windows))
+

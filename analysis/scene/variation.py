@@ -1,0 +1,55 @@
+"""Other crowds that the same words describe: by seed where a scene is made, by jitter where it is given."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import SEEDED, make
+from nscd.stepping import Motion
+
+# How well the place (m) and the radius (share) of a person in a given scene are taken to be known.
+PLACE_M, RADIUS_SHARE = 0.02, 0.02
+
+
+def variant(scene: Scene, number: int) -> Scene:
+    """Return crowd `number` of a scene; 0 is the scene itself.
+
+    A shipped scene of random disks is made with another seed. Any other has its places moved at
+    random, by 2 cm in the mean square along each axis, and its radii multiplied by 1 ± 2 %; disks
+    that then overlap are pushed apart as little as possible.
+
+    Raises StepError where they cannot be."""
+    if number == 0:
+        return scene
+    if scene.name in SEEDED and _is_shipped(scene):
+        crowd = make(scene.name, seed=1 + number).snapshot
+        return scene.model_copy(update={"snapshot": crowd})
+    random = np.random.default_rng([2, number])
+    given = scene.snapshot
+    moved = dataclasses.replace(
+        given,
+        position=given.position + random.normal(0.0, PLACE_M, given.position.shape),
+        radius=given.radius * random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, len(given)),
+    )
+    motion = Motion(moved, scene.wall_segments(), step=1.0)
+    motion.separate()
+    apart = dataclasses.replace(moved, position=motion.position)
+    return scene.model_copy(update={"snapshot": apart, "reconciliation": None})
+
+
+def how_varied(scene: Scene) -> str:
+    """Say in words what the crowds of a scene differ in."""
+    if scene.name in SEEDED and _is_shipped(scene):
+        return "the seed of their places and radii"
+    return f"places (σ = {100 * PLACE_M:g} cm along each axis) and radii (± {100 * RADIUS_SHARE:g} %)"
+
+
+def _is_shipped(scene: Scene) -> bool:
+    """Whether its crowd is the one that its name makes."""
+    shipped = make(scene.name).snapshot
+    return len(shipped) == len(scene.snapshot) and bool(
+        np.array_equal(shipped.radius, scene.snapshot.radius)
+    )
