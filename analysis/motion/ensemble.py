@@ -118,4 +118,3 @@ def _correlated(samples: Sequence[Floats]) -> float:
             break
         total += 2 * rho
     return min(total, float(windows))
-

@@ -177,7 +177,7 @@ class Run(Part):
     drive_interval_steps: Count = 10
     rigid_step_s: Positive | None = None
     rigid_tolerance: Annotated[Number, Field(ge=1e-12, le=0.1)] | None = None
-    impulses: Annotated[bool, Strict()] = False
+    impulses: Annotated[bool, Strict()] | None = None
 
 
 class Analysis(Part):

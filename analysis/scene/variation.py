@@ -44,7 +44,9 @@ def how_varied(scene: Scene) -> str:
     """Say in words what the crowds of a scene differ in."""
     if scene.name in SEEDED and _is_shipped(scene):
         return "the seed of their places and radii"
-    return f"places (σ = {100 * PLACE_M:g} cm along each axis) and radii (± {100 * RADIUS_SHARE:g} %)"
+    return (
+        f"places (σ = {100 * PLACE_M:g} cm along each axis) and radii (± {100 * RADIUS_SHARE:g} %)"
+    )
 
 
 def _is_shipped(scene: Scene) -> bool:
