@@ -55,11 +55,13 @@ class Ensemble:
     """Hold the series of one model over its crowds.
 
     title: of the model, as a page names it
+    engine: its name in commands
     series: one per crowd
     last_s: s, how much of the end of each run counts
     """
 
     title: str
+    engine: str
     series: Sequence[Series]
     last_s: float
 

@@ -1,0 +1,107 @@
+"""The runs of a scene by several models and of several crowds, brought together model by model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.dumps import DumpError
+from analysis.engines import PENALTY, EngineError, engine
+from analysis.engines.guard import RunStoppedError
+from analysis.engines.run import EngineRun, run_ahead
+from analysis.motion.ensemble import Ensemble
+from analysis.motion.series import read_series
+from analysis.pages.names import engine_name
+from analysis.pages.numbers import number
+from analysis.scene.scene import Scene
+from analysis.scene.variation import variant
+from analysis.support.progress import Progress
+from nscd.stepping import StepError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MotionStudy:
+    """Hold the models of one scene, each with the series of its crowds.
+
+    scene: crowd 0
+    crowds: how many were asked for
+    last_s: s, how much of the end of each run counts
+    failures, warnings: what a reader should know
+    """
+
+    scene: Scene
+    ensembles: Sequence[Ensemble]
+    crowds: int
+    last_s: float
+    failures: Sequence[str]
+    warnings: Sequence[str]
+
+    @property
+    def reference(self) -> Ensemble | None:
+        """The rigid model, where it ran."""
+        return next((one for one in self.ensembles if one.engine == "rigid"), None)
+
+
+def motion_runs(
+    scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], crowds: int, out: Path
+) -> dict[str, list[EngineRun]]:
+    """List the runs that a study needs, by the title of the model. Impulses are summed in all."""
+    variants = [variant(scene, number).with_run(impulses=True) for number in range(crowds)]
+    soft = [known.NAME for known in PENALTY]
+    runs: dict[str, list[EngineRun]] = {}
+    for name in engines:
+        for k in stiffnesses if name in soft else [scene.contact.stiffness_N_per_m]:
+            made = [one.with_contact(stiffness_N_per_m=k) for one in variants]
+            title = engine_name(name)
+            title += f", k = {number(k)} N/m" if name in soft else f", h = {_step(made[0])} ms"
+            runs[title] = [
+                EngineRun(scene=one, engine=name, folder=_folder(out, one, name, index))
+                for index, one in enumerate(made)
+            ]
+    return runs
+
+
+def _step(scene: Scene) -> str:
+    return number(1e3 * engine("rigid").timing(scene).time_step)
+
+
+def _folder(out: Path, scene: Scene, name: str, index: int) -> Path:
+    """Crowd 0 is the scene's own run; the others lie beside it."""
+    place = out / scene.name if index == 0 else out / scene.name / f"crowd_{index}"
+    return place / f"{name}_{engine(name).setting(scene)}"
+
+
+def study_motion(
+    scene: Scene,
+    runs: dict[str, list[EngineRun]],
+    last_s: float,
+    progress: Progress | None = None,
+) -> MotionStudy:
+    """Run what is not finished, on all cores, and read the series of all. A run that fails or is
+    stopped is left out and named."""
+    run_ahead([run for every in runs.values() for run in every], progress)
+    ensembles: list[Ensemble] = []
+    failures: list[str] = []
+    warnings: list[str] = []
+    for title, every in runs.items():
+        series = []
+        for index, run in enumerate(every):
+            try:
+                series.append(read_series(run.folder, run.record().time_step_s))
+            except (EngineError, DumpError, StepError) as error:
+                said = f"{title}, crowd {index}: {error}"
+                (failures if isinstance(error, RunStoppedError) else warnings).append(said)
+        if series:
+            last = min(last_s, float(series[0].time[-1]))
+            name = every[0].engine
+            ensembles.append(Ensemble(title=title, engine=name, series=series, last_s=last))
+    crowds = max((len(every) for every in runs.values()), default=0)
+    return MotionStudy(
+        scene=scene,
+        ensembles=ensembles,
+        crowds=crowds,
+        last_s=last_s,
+        failures=failures,
+        warnings=sorted(set(warnings)),
+    )
