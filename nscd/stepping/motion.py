@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot, Walls
+from nscd.friction import carried_over, problem_of, solve_step
 from nscd.problem import ContactProblem
 from nscd.solvers.ladder import climb
 from nscd.solvers.task import Answer, Task
@@ -34,7 +36,8 @@ class StepReport:
     """Say what a step did.
 
     neighbours: the k candidates for contact
-    reaction: (k,) N·s, their percussions
+    reaction: (k,) N·s, their percussions along the normal
+    friction: (k,) N·s, along t = (−n_y, n_x)
     residual: dimensionless, recomputed
     iterations: of the solver
     repeats: how often the margin was too small
@@ -42,6 +45,7 @@ class StepReport:
 
     neighbours: Neighbours
     reaction: Floats
+    friction: Floats
     residual: float
     iterations: int
     repeats: int
@@ -52,17 +56,18 @@ class Motion:
     """Step rigid disks with a desired-velocity drive, by Moreau–Jean's scheme with the gap in the
     constraint.
 
-    With a = h/τ: u_free = (u + a u_d(q) + h g)/(1 + a), then
+    With a = h/τ and a constant acceleration g: u_free = (u + a u_d(q) + h g)/(1 + a), then
     min ½|u⁺ − u_free|² in the masses (1 + a) m, subject to C(q) u⁺ ≤ gap/h, and q ← q + h u⁺.
     The multiplier λ (N·s) is the percussion of the step. Since |x| is convex the linearised gap
     underestimates the true one: disks that do not overlap never do, at any h. With restitution e a
     contact that closes within the step with v⁻ > 0 has C u⁺ ≤ −e v⁻ instead (Moreau's law), unless
-    v⁻ is no more than what the drive gives in a step: that contact rests.
+    v⁻ is no more than what the drive gives in a step: that contact rests. With friction μ the contacts
+    obey Coulomb's law besides, and disks spin, with the moment of inertia m r²/2.
 
-    position, velocity (n,2) m, m/s; time s: the state, changed by each step.
+    position, velocity (n,2) m, m/s; spin (n,) rad/s; time s: the state, changed by each step.
 
     Sources: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235; the drive is implicit in u.
-    Raises ValueError for a step, relaxation time, tolerance or restitution out of range.
+    Raises ValueError for a step, relaxation time, tolerance, restitution or friction out of range.
     """
 
     def __init__(
@@ -74,6 +79,8 @@ class Motion:
         desired: Callable[[Floats], Floats] | None = None,
         relaxation_time: float = np.inf,
         restitution: float = 0.0,
+        friction: float = 0.0,
+        acceleration: tuple[float, float] = (0.0, 0.0),
         tolerance: float = 1e-8,
     ) -> None:
         if not (np.isfinite(step) and step > 0):
@@ -82,14 +89,27 @@ class Motion:
             raise ValueError(f"relaxation_time: {relaxation_time} s; a time > 0 is needed")
         if not 0 <= restitution <= 1:
             raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
+        if not 0 <= friction < np.inf:
+            raise ValueError(f"friction: {friction}; a coefficient ≥ 0 is needed")
+        if not np.isfinite(acceleration).all():
+            raise ValueError(f"acceleration: {acceleration} m/s²; two finite numbers are needed")
         if not 1e-14 <= tolerance < 1:
             raise ValueError(f"tolerance: {tolerance}; between 1e-14 and 1 is needed")
         self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
+        self.spin = np.array(snapshot.spin)
         self.time, self.step = snapshot.time, step
         self.radius, self.mass = np.array(snapshot.radius), np.array(snapshot.mass)
         self._walls = segments_of(walls)
         self._desired, self._share = desired, step / relaxation_time if desired else 0.0
-        self._restitution, self._tolerance = restitution, tolerance
+        self._restitution, self._tolerance, self._friction = restitution, tolerance, friction
+        self._gain = step * np.array(acceleration)
+        self._inertia = 0.5 * self.mass * self.radius**2
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin the next step without the percussions of this one, as a new motion from this state
+        does: with friction they are where the search for the next ones begins."""
+        self._known: tuple[Any, Any] = np.empty(0, np.int64), np.empty((2, 0))
 
     @property
     def overlap(self) -> float:
@@ -124,7 +144,7 @@ class Motion:
         """Make one step; repeat it with a larger margin where a disk went faster than the margin
         allows for. Raises StepError where no solver reaches the tolerance; the state then stays."""
         h, a = self.step, self._share
-        free = self.velocity
+        free = self.velocity + self._gain
         if self._desired is not None:
             free = (free + a * self._desired(self.position)) / (1 + a)
         gained = float(np.abs(free - self.velocity).max(initial=0.0))
@@ -138,24 +158,59 @@ class Motion:
             near = neighbours(self.position, self.radius, self._walls, margin)
             problem = _problem(near, mass, free, self.position, near.gap / h)
             problem = self._rebounding(problem, near, gained)
-            answer, error = _solve(problem, self._tolerance)
+            answer, tangential, error = (
+                self._rubbing(problem, near) if self._friction else self._smooth(problem)
+            )
             if not error <= STALLED * self._tolerance:
                 raise StepError(
                     f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
                     f"where {self._tolerance:.1e} was asked"
                 )
             needed = 2 * h * _fastest(answer.velocity)
-        self.velocity = answer.velocity
-        self.position = self.position + h * answer.velocity
+        self.velocity = np.ascontiguousarray(answer.velocity[:, :2])
+        if self._friction:
+            self.spin = np.ascontiguousarray(answer.velocity[:, 2])
+            self._known = self._keys(near), np.stack([answer.reaction, tangential])
+        self.position = self.position + h * self.velocity
         self.time += h
         return StepReport(
             neighbours=near,
             reaction=answer.reaction,
+            friction=tangential,
             residual=error,
             iterations=answer.iterations,
             repeats=repeats,
             solver=answer.solver,
         )
+
+    def _smooth(self, problem: ContactProblem) -> tuple[Answer, Floats, float]:
+        answer, error = _solve(problem, self._tolerance)
+        return answer, np.zeros(len(answer.reaction)), error
+
+    def _rubbing(self, problem: ContactProblem, near: Neighbours) -> tuple[Answer, Floats, float]:
+        """The answer with Coulomb's law, velocities with spins (n,3), and its friction (k,) N·s."""
+        rubbing = problem_of(
+            first=near.first,
+            second=near.second,
+            normal=near.normal,
+            friction=np.full(len(near.gap), self._friction),
+            radius=self.radius,
+            mass=np.column_stack([problem.mass, self._inertia]),
+            left=np.column_stack([problem.free, self.spin]),
+            offset=problem.offset,
+        )
+        guess = carried_over(*self._known, self._keys(near))
+        found = solve_step(rubbing, self.position, guess, self._tolerance)
+        answer = Answer(
+            found.reaction, found.velocity, found.pairs, least=False, solver=found.solver
+        )
+        return answer, found.friction, found.error
+
+    def _keys(self, near: Neighbours) -> Any:
+        """A number (k,) of each pair, or of each disk and wall."""
+        n = len(self.mass)
+        other = np.where(near.wall >= 0, n + near.wall.astype(np.int64), near.second)
+        return near.first.astype(np.int64) * (n + len(self._walls.start)) + other
 
     def _rebounding(
         self, problem: ContactProblem, near: Neighbours, gained: float

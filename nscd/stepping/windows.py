@@ -40,14 +40,19 @@ class WindowSums:
         self._start = start
         self._parts: list[tuple[Indices, Floats, Floats]] = []
 
-    def add(self, near: Neighbours, reaction: Floats) -> None:
-        """Add the reactions (k,) N·s of one step at its neighbours."""
+    def add(self, near: Neighbours, reaction: Floats, friction: Floats | None = None) -> None:
+        """Add the reactions, and frictions along (−n_y, n_x), (k,) N·s of one step at its neighbours."""
         pressed = np.flatnonzero(reaction > 0)
         first = near.first[pressed].astype(np.int64)
         other = np.where(
             near.wall[pressed] >= 0, self._n + near.wall[pressed], near.second[pressed]
         )
-        numbers = np.column_stack([near.normal[pressed], near.gap[pressed], reaction[pressed]])
+        normal = near.normal[pressed]
+        impulse = reaction[pressed][:, None] * normal
+        if friction is not None:
+            along = np.column_stack([-normal[:, 1], normal[:, 0]])
+            impulse += friction[pressed][:, None] * along
+        numbers = np.column_stack([normal, near.gap[pressed], impulse])
         self._parts.append((first, other.astype(np.int64), numbers))
 
     def close(self, end: float) -> WindowImpulses:
@@ -55,14 +60,14 @@ class WindowSums:
         begins."""
         first = np.concatenate([part[0] for part in self._parts] or [np.empty(0, np.int64)])
         other = np.concatenate([part[1] for part in self._parts] or [np.empty(0, np.int64)])
-        numbers = np.concatenate([part[2] for part in self._parts] or [np.empty((0, 4))])
+        numbers = np.concatenate([part[2] for part in self._parts] or [np.empty((0, 5))])
         # a disk is never its own neighbour, so the key is one of a pair or of a disk and a wall
         span = int(other.max(initial=0)) + 1
         keys, place, steps = np.unique(
             first * span + other, return_inverse=True, return_counts=True
         )
         impulse = np.zeros((len(keys), 2))
-        np.add.at(impulse, place, numbers[:, :2] * numbers[:, 3:])
+        np.add.at(impulse, place, numbers[:, 3:])
         last = np.empty(len(keys), np.int64)
         last[place] = np.arange(len(place))
         second = keys % span

@@ -1,0 +1,78 @@
+"""The rigid crowd in motion with friction, against closed forms of a solid disk (I = m r²/2)."""
+
+import numpy as np
+import pytest
+
+from nscd import Snapshot, Walls
+from nscd.stepping import Motion, WindowSums
+
+RADIUS, GRAVITY = 0.25, 9.81
+
+
+def disk(speed=0.0):
+    """A disk at rest on the floor y = 0, or sliding along it without spin."""
+    return Snapshot(position=[[0, RADIUS]], velocity=[[speed, 0]], radius=[RADIUS], mass=[75])
+
+
+def floor():
+    return Walls(start=[[-100.0, 0.0]], end=[[100.0, 0.0]])
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_a_sliding_disk_comes_to_roll_at_two_thirds_of_its_speed(friction):
+    speed = 2.0
+    rolls_at = speed / (3 * friction * GRAVITY)
+    step = rolls_at / 50
+    motion = Motion(
+        disk(speed), floor(), step=step, friction=friction, acceleration=(0.0, -GRAVITY)
+    )
+    for _ in range(25):
+        motion.advance()
+    assert motion.velocity[0, 0] == pytest.approx(speed - friction * GRAVITY * 25 * step, rel=1e-6)
+    for _ in range(50):
+        motion.advance()
+    assert motion.velocity[0, 0] == pytest.approx(2 / 3 * speed, rel=1e-6)
+    assert motion.spin[0] == pytest.approx(-motion.velocity[0, 0] / RADIUS, rel=1e-6)
+
+
+@pytest.mark.parametrize(("slope", "friction"), [(0.3, 0.2), (0.3, 0.05), (0.8, 0.3)])
+def test_a_disk_on_an_incline_rolls_or_slides(slope, friction):
+    pull = GRAVITY * np.sin(slope), -GRAVITY * np.cos(slope)
+    motion = Motion(disk(), floor(), step=2e-3, friction=friction, acceleration=pull)
+    for _ in range(200):
+        report = motion.advance()
+    rolls = np.tan(slope) <= 3 * friction
+    gained = 2 / 3 * pull[0] if rolls else pull[0] + friction * pull[1]
+    assert motion.velocity[0, 0] == pytest.approx(gained * motion.time, rel=1e-6)
+    assert report.reaction[0] == pytest.approx(-75 * pull[1] * 2e-3, rel=1e-6)
+    assert abs(report.friction[0]) <= friction * report.reaction[0] * (1 + 1e-6)
+
+
+def test_momentum_and_spin_of_a_rubbing_pair_are_kept():
+    """Two disks that graze: the impulse that turns both is what their windows say."""
+    pair = Snapshot(
+        position=[[0, 0], [0.55, 0.2]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.3], mass=[70, 90]
+    )
+    motion, sums = Motion(pair, step=5e-3, friction=0.4), WindowSums(2)
+    for _ in range(60):
+        done = motion.advance()
+        sums.add(done.neighbours, done.reaction, done.friction)
+    window = sums.close(motion.time)
+    momentum = motion.mass[:, None] * (motion.velocity - pair.velocity)
+    assert window.impulse.sum(0) == pytest.approx(momentum[1], rel=1e-6)
+    assert momentum.sum(0) == pytest.approx([0, 0], abs=1e-6)
+    # Coulomb: the pair slides, and both turn the same way
+    assert motion.spin[0] * motion.spin[1] > 0
+    inertia = 0.5 * pair.mass * pair.radius**2
+    turned = inertia * motion.spin / pair.radius
+    assert turned[0] == pytest.approx(turned[1], rel=1e-6)
+    energy = 0.5 * (pair.mass @ (motion.velocity**2).sum(1) + inertia @ motion.spin**2)
+    assert energy < 0.5 * 70 * 4
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("friction", -0.1), ("friction", np.nan), ("acceleration", (0, np.inf))]
+)
+def test_nonsense_is_named(field, value):
+    with pytest.raises(ValueError, match=field):
+        Motion(disk(), floor(), step=1e-3, **{field: value})
