@@ -122,6 +122,7 @@ class _Run:
             desired=drive.desired_velocity if drive else None,
             relaxation_time=drive.relaxation_time_s if drive else np.inf,
             restitution=scene.contact.restitution,
+            friction=scene.contact.friction,
             tolerance=tolerance_of(scene),
         )
 
@@ -140,11 +141,13 @@ class _Run:
                 self._write(windows.close(0.0), before)
             while self.step < self.timing.steps:
                 done = self.motion.advance()
-                windows.add(done.neighbours, done.reaction)
+                windows.add(done.neighbours, done.reaction, done.friction)
                 self.step += 1
                 if self.step % every == 0:
                     self._write(windows.close(self.step * h), before)
                     before = self.motion.velocity.copy()
+                    # a run that goes on from this frame does not know them either
+                    self.motion.forget()
         except StepError as error:
             where = f"t = {self.step * h:.6g} s (step {self.step})"
             _say(f"GUARD unsolved at {where}: {error}")
@@ -158,7 +161,7 @@ class _Run:
         none = np.zeros(len(disks))
         mean_force = disks.mass[:, None] * (motion.velocity - before) / duration
         columns = [disks.ids, np.ones(len(disks), int), *motion.position.T, none, disks.radius]
-        columns += [disks.mass, *motion.velocity.T, none, none, *mean_force.T]
+        columns += [disks.mass, *motion.velocity.T, none, motion.spin, *mean_force.T]
         names = BODY_COLUMNS
         if drive := self.scene.drive:
             desired = drive.desired_velocity(motion.position)

@@ -7,7 +7,7 @@ from analysis.motion.ensemble import Ensemble, Interval
 from analysis.motion.pictures import motion_picture
 from analysis.motion.series import MEASURES
 from analysis.motion.study import MotionStudy
-from analysis.pages.numbers import significant
+from analysis.pages.numbers import decimals, percent, significant
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
@@ -67,7 +67,8 @@ def _found(words: Words, study: MotionStudy) -> list[str]:
         if not known:
             return [words.text("few")]
         differ = [
-            {"title": MEASURES[key].title, "share": f.share, "low": f.low, "high": f.high}
+            {"title": MEASURES[key].title}
+            | {name: _signed(getattr(f, name)) for name in ("share", "low", "high")}
             for key, f in known.items()
             if f.distinguishable
         ]
@@ -90,8 +91,18 @@ def _rows(study: MotionStudy) -> list[list[Cell]]:
 
 
 def _cell(found: Interval) -> str:
-    low, high = significant(found.low, 2), significant(found.high, 2)
-    return f"{significant(found.median, 2)} ({low} – {high})"
+    return f"{_two(found.median)} ({_two(found.low)} – {_two(found.high)})"
+
+
+def _two(value: float) -> str:
+    """Two significant digits, and no powers of ten: these are loads to be read side by side."""
+    short = float(f"{value:.2g}")
+    return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
+
+
+def _signed(share: float) -> str:
+    """A share in per cent with its sign and two significant digits."""
+    return ("+" if share > 0 else "") + percent(share, 2)
 
 
 def motion_numbers(study: MotionStudy) -> dict[str, object]:

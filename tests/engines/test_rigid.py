@@ -115,10 +115,11 @@ def test_a_jam_at_rest_stays_at_rest(tmp_path):
     assert np.abs(last.velocity).max() <= 1e-9
 
 
-def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(tmp_path):
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_the_same_scene_gives_the_same_bytes_and_an_interrupted_run_goes_on(tmp_path, friction):
     whole, parted = tmp_path / "whole", tmp_path / "parted"
     for folder in (whole, parted):
-        crowd().model_copy(update={"name": "scene"}).write(folder)
+        crowd().with_contact(friction=friction).model_copy(update={"name": "scene"}).write(folder)
     assert main([str(whole / "scene.toml"), "--out", str(whole)]) == 0
     wanted = [(whole / name).read_bytes() for name in NAMES]
     # the dumps of a run that was killed while it wrote: each broken off somewhere else
