@@ -29,5 +29,7 @@ class Impulses:
         """One frame: the sums since the last one."""
         rows = sorted((key, sums) for key, sums in self.sums.items() if sums != NONE)
         self.dumps.head(self.file, step, len(rows), "ENTRIES", NAMES)
-        self.file.writelines(ROW % (first, second, wall, *sums) for (wall, first, second), sums in rows)
+        self.file.writelines(
+            ROW % (first, second, wall, *sums) for (wall, first, second), sums in rows
+        )
         self.sums = {}

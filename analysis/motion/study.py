@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,12 +46,16 @@ class MotionStudy:
 def motion_runs(
     scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], crowds: int, out: Path
 ) -> dict[str, list[EngineRun]]:
-    """List the runs that a study needs, by the title of the model. Impulses are summed in all."""
+    """List the runs that a study needs, by the title of the model. Impulses are summed in all.
+
+    The first engine with springs runs at each stiffness, the others at the first: they agree contact
+    by contact."""
     variants = [variant(scene, number).with_run(impulses=True) for number in range(crowds)]
-    soft = [known.NAME for known in PENALTY]
+    soft = [known.NAME for known in PENALTY if known.NAME in engines]
     runs: dict[str, list[EngineRun]] = {}
     for name in engines:
-        for k in stiffnesses if name in soft else [scene.contact.stiffness_N_per_m]:
+        every = stiffnesses if name == soft[0] else stiffnesses[:1]
+        for k in every if name in soft else [scene.contact.stiffness_N_per_m]:
             made = [one.with_contact(stiffness_N_per_m=k) for one in variants]
             title = engine_name(name)
             title += f", k = {number(k)} N/m" if name in soft else f", h = {_step(made[0])} ms"
@@ -74,7 +78,7 @@ def _folder(out: Path, scene: Scene, name: str, index: int) -> Path:
 
 def study_motion(
     scene: Scene,
-    runs: dict[str, list[EngineRun]],
+    runs: Mapping[str, Sequence[EngineRun]],
     last_s: float,
     progress: Progress | None = None,
 ) -> MotionStudy:

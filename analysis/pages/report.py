@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,28 @@ from analysis.engines.penalty import penalty_of
 from analysis.pages.html import jsonable, render, write_picture
 from analysis.pages.names import engine_name
 from analysis.pages.report_section import report_section
+from analysis.pages.section import Section
 from analysis.support.files import write_text
 
 
-def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InMotion:
+    """Hold what a report takes of a scene in motion: its section, its numbers, the runs that failed."""
+
+    section: Section
+    numbers: Mapping[str, object]
+    failures: Sequence[str]
+
+
+def write_report(
+    studies: Sequence[Study],
+    folder: Path,
+    command: str,
+    in_motion: Sequence[InMotion | None] = (),
+) -> Path:
     """Write the page and what lies beside it into the folder; return the page's path.
+
+    in_motion: one per study, None where the scene does not move; stands before its snapshots
 
     Beside `index.html` are `numbers.json`, one CSV of contacts per run, and in `figures/` every
     picture as PNG and PDF, its name beginning with that of the scene.
@@ -32,7 +49,12 @@ def write_report(studies: Sequence[Study], folder: Path, command: str) -> Path:
     for study in studies:
         for comparison, run in zip(study.comparisons, runs[study.scene.name], strict=True):
             write_contacts(folder / run["csv"], comparison)
-    sections = [report_section(study, runs[study.scene.name]) for study in studies]
+    moving = list(in_motion) or [None] * len(studies)
+    sections = []
+    for study, motion in zip(studies, moving, strict=True):
+        if motion:
+            sections.append(motion.section)
+        sections.append(report_section(study, runs[study.scene.name]))
     images = {
         picture.name: write_picture(picture, folder / "figures")
         for section in sections
