@@ -48,6 +48,7 @@ atexit.register(remove_temporary_folder)
 sys.path.insert(0, str(HERE))
 from crowd_dumps import Dumps  # noqa: E402
 from crowd_guard import STOPPED, Guard  # noqa: E402
+from crowd_impulses import Impulses  # noqa: E402
 from crowd_law import interactions, law_of  # noqa: E402
 from crowd_walls import Walls  # noqa: E402
 from scene_file import (  # noqa: E402
@@ -98,8 +99,11 @@ def main(words):
     main_module = sys.modules["__main__"]
     main_module.crowd_after_step, main_module.crowd_guard = crowd.after_step, crowd.look
     main_module.crowd_joints = crowd.walls.take_back
-    with (out / "bodies.dump").open("w") as bodies, (out / "contacts.dump").open("w") as contacts:
-        crowd.run(bodies, contacts)
+    names = ["bodies.dump", "contacts.dump"]
+    if scene["run"].get("impulses"):
+        names.append("impulses.dump")
+    with contextlib.ExitStack() as files:
+        crowd.run(*(files.enter_context((out / name).open("w")) for name in names))
     if crowd.broken:
         print(crowd.broken, flush=True)
         sys.exit(STOPPED)
@@ -155,9 +159,11 @@ class Crowd:
         state.angVel = Vector3(0.0, 0.0, float(spin))
         return O.bodies[O.bodies.append(body)].state
 
-    def run(self, bodies, contacts):
-        """Run all steps, writing frames to the two open files."""
+    def run(self, bodies, contacts, impulses=None):
+        """Run all steps, writing frames to the open files; impulses are summed where one is given."""
         self.dumps = Dumps(bodies, contacts, self.disks, self.walls.numbers)
+        step = self.penalty.time_step
+        self.impulses = Impulses(self.dumps, impulses, step) if impulses else None
         self._push(self.disks.position, self.disks.velocity)
         # step 0: forces at the start, with no time passing
         O.dt = self.law.NO_TIME_S
@@ -172,9 +178,11 @@ class Crowd:
             self.watch.dead = False
         self._first_half_step(force)
         O.dt = self.penalty.time_step
-        every = [self.penalty.frame_interval] + (
-            [self.scene["run"]["drive_interval_steps"]] if "drive" in self.scene else []
-        )
+        every = [self.penalty.frame_interval]
+        if "drive" in self.scene:
+            every.append(self.scene["run"]["drive_interval_steps"])
+        if self.impulses:
+            every.append(1)
         self.observer.iterPeriod = self.observer.firstIterRun = math.gcd(*every)
         self.observer.dead = False
         O.run(self.penalty.steps, True)
@@ -224,7 +232,10 @@ class Crowd:
         position = in_plane([state.pos for state in self.states]) - dt * later
         velocity = later - half * force / mass[:, None]
         self.seen = step, position
-        if step % self.penalty.frame_interval == 0:
+        written = step % self.penalty.frame_interval == 0
+        if self.impulses:
+            self.impulses.add(self.walls.touching(), 0.5 if written else 1.0)
+        if written:
             torque = np.array([forces.t(body)[2] for body in bodies])
             spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia
             self._write(step, position, velocity, spin, force)
@@ -242,6 +253,9 @@ class Crowd:
         drive = self.held if "drive" in self.scene else None
         self.dumps.write_bodies(step, position, velocity, spin, force, drive)
         self.dumps.write_contacts(step, self.walls.touching())
+        if self.impulses:
+            self.impulses.write(step)
+            self.impulses.add(self.walls.touching(), 0.5)
         self.last_written = step
         energy = 0.5 * float(self.disks.mass @ (velocity**2).sum(1))
         time = step * self.penalty.time_step

@@ -23,24 +23,25 @@ class Dumps:
             columns, names = [*columns, drive], names + " drive_x drive_y"
         table = np.column_stack(columns)
         row = "%d %d" + " %.17g" * (table.shape[1] - 2) + "\n"
-        self._head(self.bodies, step, len(table), "ATOMS", names)
+        self.head(self.bodies, step, len(table), "ATOMS", names)
         self.bodies.writelines(row % tuple(values) for values in table.tolist())
 
     def write_contacts(self, step, interactions):
         """One frame of contacts.dump: those that overlap, sorted."""
         rows = sorted(
-            filter(None, map(self._contact, interactions)),
+            filter(None, map(self.contact, interactions)),
             key=lambda values: (values[2], *values[:2]),
         )
-        self._head(self.contacts, step, len(rows), "ENTRIES", CONTACT_NAMES)
+        self.head(self.contacts, step, len(rows), "ENTRIES", CONTACT_NAMES)
         self.contacts.writelines(CONTACT_ROW % values for values in rows)
 
-    def _head(self, file, step, count, kind, names):
+    def head(self, file, step, count, kind, names):
+        """The lines before the table of a frame."""
         box = "".join(self.disks.box)
         file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{count}\n")
         file.write(f"ITEM: BOX BOUNDS ff ff pp\n{box}ITEM: {kind} {names}\n")
 
-    def _contact(self, interaction):
+    def contact(self, interaction):
         """A row: the first disk, the second disk or the wall, and what the first does to it."""
         overlap = interaction.geom.penetrationDepth
         if overlap <= 0:

@@ -2,34 +2,42 @@
 
 ROW = "%d %d %d %.17g %.17g\n"
 NAMES = "first second is_wall impulse_x impulse_y"
-NONE = (0.0, 0.0)
 
 
 class Impulses:
-    """Sums contact forces over time by the trapezoidal rule, from one look to the next.
+    """Sums the forces of every step. That of a frame counts half before it and half after it, as in
+    the step of the velocities, so that the impulses between two frames are the change of momentum.
 
-    dumps: what knows the rows of contacts and the heads of frames; file: open for writing"""
+    dumps: knows the disks, the walls and the heads of frames; file: open for writing; time_step: s"""
 
-    def __init__(self, dumps, file):
-        self.dumps, self.file = dumps, file
-        self.time, self.before, self.sums = 0.0, {}, {}
+    def __init__(self, dumps, file, time_step):
+        self.dumps, self.file, self.time_step = dumps, file, time_step
+        self.sums = {}
 
-    def look(self, time, interactions):
-        """Add the time since the last look (s), at half the forces then and half those now."""
-        half, now = 0.5 * (time - self.time), {}
-        for row in filter(None, map(self.dumps.contact, interactions)):
-            now[row[2], row[0], row[1]] = row[6], row[7]
-        for key in self.before.keys() | now.keys():
-            (x0, y0), (x1, y1) = self.before.get(key, NONE), now.get(key, NONE)
-            x, y = self.sums.get(key, NONE)
-            self.sums[key] = x + half * (x0 + x1), y + half * (y0 + y1)
-        self.time, self.before = time, now
+    def add(self, interactions, share=1.0):
+        """Add the forces of a step over a share of it."""
+        sums, time = self.sums, share * self.time_step
+        for interaction in interactions:
+            phys = interaction.phys
+            force = phys.normalForce + phys.shearForce
+            key = interaction.id1, interaction.id2
+            if key in sums:
+                sums[key][0] += time * force[0]
+                sums[key][1] += time * force[1]
+            else:
+                sums[key] = [time * force[0], time * force[1]]
 
     def write(self, step):
-        """One frame: the sums since the last one."""
-        rows = sorted((key, sums) for key, sums in self.sums.items() if sums != NONE)
+        """One frame: the sums since the last one, the smaller id first, walls last."""
+        rows = []
+        ids, walls = self.dumps.disks.ids, self.dumps.walls
+        for (first, second), (x, y) in self.sums.items():
+            wall = first in walls or second in walls
+            if first in walls or (not wall and first > second):
+                first, second, x, y = second, first, -x, -y
+            if x or y:
+                other = walls[second] if wall else ids[second]
+                rows.append((wall, ids[first], other, x + 0.0, y + 0.0))
         self.dumps.head(self.file, step, len(rows), "ENTRIES", NAMES)
-        self.file.writelines(
-            ROW % (first, second, wall, *sums) for (wall, first, second), sums in rows
-        )
+        self.file.writelines(ROW % (row[1], row[2], row[0], *row[3:]) for row in sorted(rows))
         self.sums = {}

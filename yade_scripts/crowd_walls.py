@@ -117,9 +117,7 @@ class Walls:
 
     def touching(self):
         """The contacts, each once."""
-        return [
-            interaction
-            for interaction in O.interactions
-            if interaction.isReal
-            and frozenset((interaction.id1, interaction.id2)) not in self.double
-        ]
+        real = [interaction for interaction in O.interactions if interaction.isReal]
+        if not self.double:
+            return real
+        return [one for one in real if frozenset((one.id1, one.id2)) not in self.double]

@@ -123,6 +123,7 @@ class _Run:
             relaxation_time=drive.relaxation_time_s if drive else np.inf,
             restitution=scene.contact.restitution,
             friction=scene.contact.friction,
+            acceleration=scene.acceleration(),
             tolerance=tolerance_of(scene),
         )
 

@@ -1,0 +1,108 @@
+"""Intervals over crowds and instants, and the series that they are made of."""
+
+import numpy as np
+import pytest
+
+from analysis.dumps import DumpError
+from analysis.engines.run import simulate
+from analysis.motion.ensemble import Ensemble
+from analysis.motion.report import in_motion, motion_of
+from analysis.motion.series import MEASURES, Series, read_series
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
+from analysis.scene.variation import variant
+from nscd import find_contacts
+
+
+def ensemble(samples):
+    """An ensemble whose wall loads are the samples, one row per crowd."""
+    every = []
+    for row in np.asarray(samples, dtype=float):
+        values = {key: row for key in MEASURES}
+        time = 0.1 * np.arange(1, len(row) + 1)
+        every.append(
+            Series(time=time, window_s=0.1, values=values, evacuated=row, forces=(row,) * len(row))
+        )
+    return Ensemble(title="model", engine="rigid", series=every, last_s=100.0)
+
+
+def test_an_interval_holds_nine_in_ten_of_all_windows():
+    found = ensemble(np.arange(200).reshape(4, 50)).interval("walls")
+    assert (found.median, found.crowds, found.windows) == (99.5, 4, 50)
+    assert (found.low, found.high) == pytest.approx((9.95, 189.05))
+
+
+def test_windows_count_as_independent_by_their_correlation():
+    """AR(1) with ρ = 0.8 has one independent window in (1 + ρ)/(1 − ρ) = 9; white noise all."""
+    random = np.random.default_rng(0)
+    white = random.normal(size=(20, 400))
+    slow = np.zeros_like(white)
+    for step in range(1, 400):
+        slow[:, step] = 0.8 * slow[:, step - 1] + white[:, step]
+    count = 20 * 400
+    assert ensemble(white).interval("walls").independent == pytest.approx(count, rel=0.05)
+    assert ensemble(slow).interval("walls").independent == pytest.approx(count / 9, rel=0.2)
+
+
+def test_a_difference_is_told_from_chance():
+    random = np.random.default_rng(1)
+    base = 100 + random.normal(0, 5, (10, 30))
+    alike = 100 + random.normal(0, 5, (10, 30))
+    found = ensemble(alike).above(ensemble(base), "walls")
+    assert not found.distinguishable
+    assert found.low < found.share < found.high
+    above = ensemble(1.1 * alike).above(ensemble(base), "walls")
+    assert above.distinguishable
+    assert above.share == pytest.approx(0.1, abs=0.02)
+    assert ensemble(base[:2]).above(ensemble(base), "walls") is None
+
+
+def test_other_crowds_of_a_scene_fit_into_its_room():
+    gate = read_scene("gate")
+    other = variant(gate, 3)
+    near = find_contacts(other.snapshot, gate.wall_segments(), tolerance=0.0)
+    moved = other.snapshot.position - gate.snapshot.position
+    assert near.gap.min(initial=0.0) >= -1e-9
+    assert 0.005 < np.sqrt((moved**2).mean()) < 0.05
+    assert variant(gate, 3).digest() == other.digest()
+    assert variant(make("arch"), 1).digest() == make("arch", seed=2).digest()
+
+
+def test_a_pressed_crowd_balances_its_push(tmp_path):
+    """60 people at rest at a closed door: the wall takes what all push with, window by window."""
+    scene = make("arch", disks=60).with_run(duration_s=1.5, frames=30)
+    record = simulate(scene, "rigid", tmp_path / "run")
+    series = read_series(tmp_path / "run", record.time_step_s)
+    assert series.window_s == pytest.approx(0.1)
+    assert len(series.time) == 15
+    assert len(series.forces) == 15
+    inside = 60 - series.evacuated[-1]
+    push = 75.0 * scene.drive.speed_m_per_s / scene.drive.relaxation_time_s
+    # the front wall takes a share of it, the side walls what is squeezed aside
+    assert 0.2 < series.values["walls"][-5:].mean() / (inside * push) < 1.5
+    assert (series.values["person_largest"] >= series.values["contact_largest"]).all()
+    assert (np.diff(series.evacuated) >= 0).all()
+
+
+def test_a_run_without_impulses_says_what_to_do(tmp_path):
+    scene = make("arch", disks=10).with_run(duration_s=0.2, frames=2)
+    record = simulate(scene, "rigid", tmp_path / "run")
+    (tmp_path / "run" / "impulses.dump").unlink()
+    with pytest.raises(DumpError, match=r"impulses.dump: no such file; run the scene again"):
+        read_series(tmp_path / "run", record.time_step_s)
+
+
+def test_a_section_compares_lammps_with_the_rigid_model(tmp_path):
+    scene = make("arch", disks=20).with_run(duration_s=0.4, frames=4)
+    runs = motion_of(scene, ["lammps", "rigid"], [1e6], 3, tmp_path)
+    assert [len(every) for every in runs.values()] == [3, 3]
+    made = in_motion(scene, runs, 0.2)
+    assert not made.failures
+    (table,) = made.section.tables
+    assert len(table.rows) == len(MEASURES)
+    assert "300 N" in " ".join(made.section.introduction)
+    said = " ".join(made.section.words)
+    assert "rigid model" in said
+    lammps = made.numbers["models"]["LAMMPS, k = 10⁶ N/m"]["contact_mean"]
+    assert lammps["interval_90"][0] <= lammps["median"] <= lammps["interval_90"][1]
+    assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, tmp_path) == {}
