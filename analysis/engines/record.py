@@ -104,7 +104,7 @@ class RunRecord:
             path: (self.record_digest, self._digest()),
             folder / "scene.toml": (self.scene_digest, scene.digest()),
         }
-        for name in ("bodies.dump", "contacts.dump"):
+        for name in {"bodies.dump", "contacts.dump", *self.dump_digests}:
             found[folder / name] = (self.dump_digests.get(name, ""), _digest_of(folder / name))
         for file, (recorded, digest) in found.items():
             if recorded != digest:
