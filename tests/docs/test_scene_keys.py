@@ -60,6 +60,8 @@ def accepted(schema):
         return "(x, y)"
     if schema["type"] == "string":
         return "text"
+    if schema["type"] == "boolean":
+        return "true or false"
     low, high = schema.get("minimum"), schema.get("maximum")
     if "exclusiveMinimum" in schema:
         ends = f"> {schema['exclusiveMinimum']:g}" + (f", ≤ {high:g}" if high is not None else "")
