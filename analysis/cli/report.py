@@ -11,6 +11,7 @@ import typer
 from analysis.cli.app import Out, Runs, command_line, positive, progress, say_runs, warn
 from analysis.cli.rigid_law import RigidLaw
 
+
 def report(
     scenes: Annotated[list[str], typer.Argument(help="Scenes, by name or .toml file.")],
     engine: Annotated[
