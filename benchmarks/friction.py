@@ -160,7 +160,7 @@ def cases(arguments: argparse.Namespace) -> Iterator[Case]:
         for number in range(arguments.every, len(trajectory), arguments.every):
             snapshot = snapshot_of(trajectory[number], folder / "bodies.dump")
             contacts, walls = setting.contacts(snapshot), scene.wall_segments()
-            name = f"{scene.name} frame {number}"
+            name = f"{folder.parent.name} frame {number}"
             yield Case(name, snapshot, walls, contacts, setting.left(snapshot)[0])
 
 

@@ -1,0 +1,112 @@
+"""Friction of the penalty engines against the rigid law as a jam at rest grows stiffer.
+
+Usage: python benchmarks/friction_engines.py [--engines lammps yade] [--stiffness 1e6 1e7 1e8]
+[--disks 40] [--mu 0.3] [--seconds 8] [--out FOLDER]
+
+The engines remember how far a contact has slid since it closed, the rigid law knows the instant only:
+where contacts stick it leaves forces open. So an engine's forces are held against the rigid ones that
+are admissible: how far each normal and tangential force lies outside its interval, over the mean
+normal force."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from machine import describe
+
+from analysis.compare.comparison import Comparison, compare_run
+from analysis.engines.run import simulate
+from analysis.scene.shipped_scenes import make
+from nscd.indeterminacy.cones import Cones
+
+# A contact slides if this share of its friction is mobilised.
+SLIDES = 0.999
+COLUMNS = (
+    "engine | k (N/m) | contacts | only one model has it | mobilised | slide | rigid: slide | "
+)
+COLUMNS += "rigid: determined | outside, normal | outside, tangential"
+
+
+def outside(value: Any, ends: Any) -> Any:
+    """How far values (k,) lie outside intervals (k,2)."""
+    return np.maximum(np.maximum(ends[:, 0] - value, value - ends[:, 1]), 0.0)
+
+
+def line(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
+    """One line of the table."""
+    match, rigid = found.match, found.percussions
+    both = match.in_penalty & match.in_rigid
+    normal = (match.penalty * match.contacts.normal).sum(1)
+    tangent = np.column_stack([-match.contacts.normal[:, 1], match.contacts.normal[:, 0]])
+    across = (match.penalty * tangent).sum(1)
+    pressed = match.in_penalty & (normal > 1e-3 * normal.mean())
+    mobilised = np.abs(across[pressed]) / (mu * normal[pressed])
+    cones = Cones.of(rigid.snapshot, rigid.contacts, rigid.answer)
+    window = rigid.window or 1.0
+    rows = range(len(rigid.contacts))
+    ends = np.array([cones.interval(row) for row in rows]) / window
+    sides = np.array([cones.interval(row, tangential=True) for row in rows]) / window
+    here = both[match.in_rigid]  # of the rigid contacts, in their order of ids
+    order = np.argsort(found_keys(found), kind="stable")
+    one = outside(normal[both], ends[order][here])
+    two = outside(across[both], sides[order][here])
+    mean = float(normal[pressed].mean())
+    assert rigid.answer.friction is not None
+    state = rigid.answer.friction.state
+    known = cones.determinacy()
+    cells = [
+        engine, f"{stiffness:g}", len(both), int((~both).sum()), f"{mobilised.mean():.2f}",
+        f"{(mobilised >= SLIDES).mean():.2f}", f"{(state >= 2).mean():.2f}",
+        f"{(known.normal & known.tangential).mean():.2f}",
+        f"{one.max(initial=0.0) / mean:.1e}", f"{two.max(initial=0.0) / mean:.1e}",
+    ]  # fmt: skip
+    return " | ".join(map(str, cells))
+
+
+def found_keys(found: Comparison) -> Any:
+    """The order of the match for the rigid contacts: by ids."""
+    rigid = found.percussions
+    wall, ids = rigid.contacts.is_wall, rigid.snapshot.ids
+    second = np.where(
+        wall, rigid.contacts.second + 1, ids[np.where(wall, 0, rigid.contacts.second)]
+    )
+    columns = ids[rigid.contacts.first], wall, second
+    lookup = {
+        (int(a), bool(w), int(b)): place
+        for place, ((a, b), w) in enumerate(zip(found.match.ids, found.match.is_wall, strict=True))
+    }
+    return np.array(
+        [lookup[int(a), bool(w), int(b)] for a, w, b in zip(*columns, strict=True)], dtype=int
+    )
+
+
+def main() -> None:
+    """Run the engines and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("--engines", nargs="*", default=["lammps"])
+    parser.add_argument("--stiffness", nargs="*", type=float, default=[1e6, 1e7, 1e8])
+    parser.add_argument("--disks", type=int, default=40)
+    parser.add_argument("--mu", type=float, default=0.3)
+    parser.add_argument("--seconds", type=float, default=8.0)
+    parser.add_argument("--out", type=Path, default=Path("out/benchmark/friction_engines"))
+    arguments = parser.parse_args()
+    print(describe(), file=sys.stderr)
+    print(COLUMNS)
+    for engine in arguments.engines:
+        for stiffness in arguments.stiffness:
+            scene = make("jam", arguments.disks)
+            scene = scene.with_contact(friction=arguments.mu, stiffness_N_per_m=stiffness)
+            scene = scene.with_run(duration_s=arguments.seconds, frames=2)
+            folder = arguments.out / f"{engine}_{stiffness:g}"
+            if not (folder / "run.json").exists():
+                simulate(scene, engine, folder)
+            found = compare_run(folder, time=arguments.seconds)
+            print(line(engine, stiffness, found, arguments.mu), flush=True)
+
+
+if __name__ == "__main__":
+    main()
