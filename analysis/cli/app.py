@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 # Where there is no terminal, a line of progress every so many seconds.
 BETWEEN_LINES_S = 5.0
 UNFOLDED = 1000  # columns
+MOST_PROCESSES = 1024
 
 app = typer.Typer(
     add_completion=False,
@@ -66,6 +67,14 @@ def count(text: str) -> int:
     return int(number)
 
 
+def processes(text: str) -> int:
+    """Read a number of processes, from 1 to 1024."""
+    number = count(text)
+    if number > MOST_PROCESSES:
+        raise typer.BadParameter(f"{text}: at most {MOST_PROCESSES} processes are started")
+    return number
+
+
 def _number(text: str) -> float:
     try:
         return float(text)
@@ -80,7 +89,7 @@ Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
 ]
 Jobs = Annotated[
-    int | None, typer.Option(parser=count, help="Processes; as many as cores if left out.")
+    int | None, typer.Option(parser=processes, help="Processes; as many as cores if left out.")
 ]
 
 

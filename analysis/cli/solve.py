@@ -12,10 +12,10 @@ import typer
 
 from analysis.cli.app import (
     Scheduler,
-    count,
     given,
     not_negative,
     positive,
+    processes,
     progress,
     say_expected,
     share,
@@ -112,7 +112,7 @@ def solve(
     restitution: Restitution = None,
     tolerance: Tolerance = 1e-8,
     openness: Openness = "determined",
-    workers: Annotated[int, typer.Option(parser=count, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(parser=processes, help="Processes.")] = 1,
     scheduler: Scheduler = None,
     out: Table = Path("contacts.csv"),
 ) -> None:
@@ -126,6 +126,8 @@ def solve(
     from analysis.support.parallel import workers as pool
     from nscd import ContactLaw
 
+    if out.is_file() and any(out.samefile(file) for file in (dump, room) if file and file.exists()):
+        raise ValueError(f"--out: {out}: the table would replace what it is made of")
     options = given(
         left_velocity=left_velocity,
         window=window,

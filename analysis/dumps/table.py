@@ -282,7 +282,7 @@ class _Heads:
             if not last:
                 break
             self.line += 1
-        if frame.count and (not last.endswith(b"\n") or len(last.split()) != width):
+        if frame.count and (not last.endswith(b"\n") or len(last.split()) < width):
             raise DumpError(
                 f"{self.path}: truncated: the file ends inside step {frame.step}, frame {number}"
             )

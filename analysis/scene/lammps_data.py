@@ -63,7 +63,9 @@ def _density(snapshot: Snapshot) -> Floats:
 
 def _mass(density: Floats, radius: Floats) -> Floats:
     """To the digits that survive the way to a density and back."""
-    return np.array([float(f"{m:.13g}") for m in density * SPHERE * radius**3])
+    with np.errstate(over="ignore"):  # what is not finite is refused by the snapshot
+        mass = density * SPHERE * radius**3
+    return np.array([float(f"{m:.13g}") for m in mass])
 
 
 def read_data(path: Path) -> Snapshot:

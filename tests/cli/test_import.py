@@ -182,7 +182,7 @@ def variant(tmp_path, old, new):
         (
             "2 2 0.500 0.200",
             "2 2 nan 0.200",
-            r"changed.txt: frame 2: the position of person 2 is not a num",
+            r"changed.txt: frame 2: the position of person 2 is no num",
         ),
         (
             "2 2 0.500 0.200",
@@ -195,6 +195,8 @@ def variant(tmp_path, old, new):
             "2 2 half 0.200",
             r"changed.txt, line 10: '2 2 half 0.200' is not a row",
         ),
+        ("2 2 0.500 0.200", "2 1e308 0.500 0.200", r"changed.txt, line 10: .*frames whole numbers"),
+        ("2 2 0.500 0.200", "2 2 1e308 0.200", r"the position of person 2 is no number of metres"),
         ("2 2 0.500 0.200", "2 2 0.500 0.200 7", r"changed.txt, line 10: .* is not a row"),
         ("2 2 0.500 0.200", "2 0.500 0.200", r"changed.txt, line 10: .* is not a row"),
         ("2 2 0.500 0.200", "2 2.5 0.500 0.200", r"changed.txt, line 10: .*frames whole numbers"),

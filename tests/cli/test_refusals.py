@@ -101,6 +101,19 @@ def test_more_than_fits_on_the_disk(refused, tmp_path):
     assert "run.frames: 1000000000 frames of 100 disks need about 5e+04 GB" in said
 
 
+@pytest.mark.parametrize("words", [("solve", "a.dump", "--workers"), ("chart", "pair", "--jobs")])
+def test_more_processes_than_any_machine_runs(refused, words):
+    assert "1e9: at most 1024 processes are started" in refused(*words, "1e9")
+
+
+def test_a_table_does_not_replace_its_dump(refused, tmp_path):
+    dump = tmp_path / "a.dump"
+    dump.write_text("anything")
+    said = refused("solve", "a.dump", "--out", tmp_path / "." / "a.dump")
+    assert "a.dump: the table would replace what it is made of" in said
+    assert dump.read_text() == "anything"
+
+
 def test_a_scene_does_not_replace_its_room(refused, tmp_path):
     data = Path(__file__).resolve().parents[1] / "data"
     room = shutil.copy(data / "rooms/free.toml", tmp_path / "free.toml")

@@ -243,3 +243,12 @@ def test_contacts_that_cannot_be(tmp_path, changes, message):
     path.write_text(frame(0, table, "first second is_wall nx ny overlap fx fy", "ENTRIES"))
     with pytest.raises(DumpError, match=f"contacts.dump, {message}"):
         list(read_contacts(path))
+
+
+def test_a_word_that_moved_to_the_next_row(tmp_path):
+    """As many words as before: the row is named, and nothing is taken for something else."""
+    path = tmp_path / "moved.dump"
+    text = frame(0, [[1, 0.0, 0.0, 0.25, 75.0], [2, 0.5, 0.0, 0.25, 75.0]], FEW)
+    path.write_text(text.replace("0.25 75.0\n2", "0.25\n75.0 2", 1))
+    with pytest.raises(DumpError, match=r"moved.dump, line 10: 4 words where 5"):
+        open_bodies(path)

@@ -15,7 +15,7 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
-from analysis.support.reading import NUMBER, UnreadableError, lines_of, open_file
+from analysis.support.reading import LARGEST_WHOLE, NUMBER, UnreadableError, lines_of, open_file
 from nscd.arrays import Floats, Indices
 
 Unit = Literal["m", "cm"]
@@ -29,6 +29,8 @@ IN_METRES = {
     "pp": pedpy.load_trajectory_from_viswalk,
     "fzp": pedpy.load_trajectory_from_viswalk,
 }
+# Coordinates of cities have seven digits.
+FARTHEST_M = 1e9
 # Files that are no rows of text.
 BINARY = ("sqlite", "h5", "hdf5", "json")
 # Columns of whole numbers; a row of a table has at least so many numbers.
@@ -137,11 +139,12 @@ def _near(file: Path, every: pd.DataFrame, frame: int, step: int) -> pd.DataFram
         raise TrajectoryError(
             f"{file}: there is no frame {frame}; the frames go from {first} to {last}"
         )
-    bad = near[~np.isfinite(near[["x", "y"]]).all(axis=1)]
+    bad = near[~(near[["x", "y"]].abs() <= FARTHEST_M).all(axis=1)]
     if len(bad):
         person = bad.id.iloc[0]
         raise TrajectoryError(
-            f"{file}: frame {bad.frame.iloc[0]}: the position of person {person} is not a number"
+            f"{file}: frame {bad.frame.iloc[0]}: the position of person {person} is no "
+            f"number of metres up to {FARTHEST_M:g}"
         )
     twice = near[near.duplicated(["id", "frame"])]
     if len(twice):
@@ -191,12 +194,17 @@ def _check_rows(file: Path, end: str) -> None:
                 if end == "txt":
                     whole = [0, 1]
             if text and text[0] not in "#$*":
-                broken = any(not float(cells[k]).is_integer() for k in whole if numbers[k : k + 1])
+                broken = any(not _whole(cells[k]) for k in whole if k < len(cells))
                 if numbers != like or broken:
                     raise TrajectoryError(
                         f"{file}, line {number}: {text[:60]!r} is not a row as the first one, with "
                         f"{len(like)} cells, ids and frames whole numbers"
                     )
+
+
+def _whole(cell: str) -> bool:
+    number = float(cell) if NUMBER.fullmatch(cell) else 0.5
+    return number.is_integer() and abs(number) < LARGEST_WHOLE
 
 
 def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
