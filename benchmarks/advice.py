@@ -1,10 +1,10 @@
 """The library of advice, measured again, and tests of the advice on scenes that are not in it.
 
 `python benchmarks/advice.py library [SCENE …]` measures the scenes of the library, or some of them,
-and writes it; `python benchmarks/advice.py test` asks for advice on unseen scenes, measures every
-setting on them, and prints what was promised beside what came out; `python benchmarks/advice.py
-impacts` does so for engines in unseen impacts, against their own model. Runs are kept in `--runs`
-(out/advice): interrupted, all three go on where they stopped."""
+and writes it; `python benchmarks/advice.py test [SCENE …]` asks for advice on unseen scenes,
+measures every setting on them, and prints what was promised beside what came out; `python
+benchmarks/advice.py impacts` does so for engines in unseen impacts, against their own model. Runs
+are kept in `--runs` (out/advice): interrupted, all three go on where they stopped."""
 
 from __future__ import annotations
 
@@ -184,11 +184,13 @@ def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
         )
 
 
-def test(runs: Path, processes: int | None) -> None:
-    """Print both tables, and for how many scenes all promises held."""
+def test(runs: Path, processes: int | None, names: Sequence[str]) -> None:
+    """Print both tables for the unseen scenes, or those of these names, and for how many of them
+    all promises held."""
     library, outcomes = stored_library(), []
+    chosen = {name: make for name, make in UNSEEN.items() if not names or name in names}
     with workers(processes) as executor:
-        for scene, entry in entries(UNSEEN, runs, executor):
+        for scene, entry in entries(chosen, runs, executor):
             known = {point.load for point in entry.points}
             for words, question in QUESTIONS.items():
                 if question.load in known:
@@ -261,15 +263,15 @@ def make_library(runs: Path, processes: int | None, names: Sequence[str]) -> Non
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("what", choices=("library", "test", "impacts"))
-    parser.add_argument("scenes", nargs="*", help="of the library; all if left out")
+    parser.add_argument("scenes", nargs="*", help="some scenes; all if left out")
     parser.add_argument("--runs", type=Path, default=Path("out/advice"), help="folder of the runs")
     parser.add_argument("--jobs", type=int, help="processes; as many as cores if left out")
     options = parser.parse_args()
     given = options.runs.absolute(), options.jobs
-    if options.what == "library":
-        make_library(*given, options.scenes)
+    if options.what == "impacts":
+        impacts(*given)
     else:
-        {"test": test, "impacts": impacts}[options.what](*given)
+        {"test": test, "library": make_library}[options.what](*given, options.scenes)
 
 
 if __name__ == "__main__":
