@@ -64,6 +64,12 @@ class ContactLaw:
         """Tell whether any kind of contact has friction."""
         return bool(self.friction or self.wall_friction)
 
+    @property
+    def plain(self) -> bool:
+        """Tell whether contacts only push: no dissipation, no friction, no upkeep."""
+        dissipates = self.dissipation or self.tangential_dissipation or self.restitution is not None
+        return not (dissipates or self.frictional or self.maintained)
+
     def frictions(self, is_wall: Flags) -> Floats:
         """Choose μ (k,) of contacts, with walls where is_wall (k,)."""
         at_walls = self.friction if self.wall_friction is None else self.wall_friction

@@ -3,22 +3,29 @@ the answer."""
 
 from __future__ import annotations
 
+import math
 import time
+from dataclasses import replace
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import flag, instance, number, read_only, shown
+from nscd.arrays import Floats, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.friction.answer import solve_with_friction
 from nscd.laws import ContactLaw
 from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
+from nscd.solvers.closed_form import ALONE, NOTHING
 from nscd.solvers.dissipation import with_free_velocity
-from nscd.solvers.ladder import SOLVERS, climb
+from nscd.solvers.ladder import DESCENT, SOLVERS, climb
+from nscd.solvers.small import SOLVED, UNSETTLED, Small, solve_small
 from nscd.solvers.task import Answer, Task
+from nscd.solvers.thresholds import AT
+
+INELASTIC = ContactLaw()
 
 
 class Search(TypedDict, total=False):
@@ -81,31 +88,69 @@ def solve(
     [0.25, 0.75]
     """
     started = time.perf_counter()
-    law = instance(ContactLaw() if law is None else law, ContactLaw, "law")
-    canonical, starts = _read(search)
-    _check(snapshot, contacts, tolerance, solver)
+    law = INELASTIC if law is None else instance(law, ContactLaw, "law")
+    canonical, starts = _read(search) if search else (True, 1)
+    _check(snapshot, contacts, law, tolerance, solver)
     n, k = len(snapshot), len(contacts)
     left = snapshot.velocity
     if left_velocity is not None:
         left = read_only(left_velocity, (n, 2), "left_velocity")
+    known, small = _known(guess, k), None
+    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large:
+        small = solve_small(snapshot, contacts, left, tolerance)
+        if small is not None and small.end == SOLVED:
+            return _of_small(snapshot, contacts, small, tolerance, started)
+    contacts.check_disks(n)
     if law.frictional:
-        if solver != "auto":
-            raise ValueError(f"solver: {solver} is for contacts without friction")
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
-    start = None if guess is None else instance(guess, Percussions, "guess").reaction
     # What overflows is not finite, and is said to be failed.
     with np.errstate(all="ignore"):
         problem = impact_problem(snapshot, contacts, left, law)
         try:
             problem = with_free_velocity(problem)
-            known = start if start is not None and len(start) == k else None
-            found = climb(
-                Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=known), solver
-            )
+            task = Task(problem=problem, tolerance=tolerance, canonical=canonical)
+            found = climb(replace(task, guess=known, start=_start(small)), solver)
         except ZeroDivisionError:  # of a kernel, by what underflowed
             nowhere = np.full_like(problem.free, np.nan)
             found = Answer(np.full(k, np.nan), nowhere, 0, least=False, solver=solver)
         return certify(snapshot, contacts, problem, found, tolerance, started)
+
+
+def _known(guess: Percussions | None, k: int) -> Floats | None:
+    if guess is None or len(instance(guess, Percussions, "guess").reaction) != k:
+        return None
+    return guess.reaction
+
+
+def _start(small: Small | None) -> Answer | None:
+    """Where the descent of a small crowd ended that did not tell its closed contacts."""
+    if small is None or small.end != UNSETTLED:
+        return None
+    return Answer(small.reaction, small.velocity, small.iterations, least=False, settled=False)
+
+
+def _of_small(
+    snapshot: Snapshot, contacts: Contacts, small: Small, tolerance: float, started: float
+) -> Percussions:
+    solver, why = DESCENT.name, DESCENT.why.format(n=small.disks)
+    if not small.disks:
+        solver, why = "closed_form", ALONE if small.reaction.any() else NOTHING
+    said = {
+        "residual": small.residual,
+        "velocity_error": small.velocity_error,
+        "momentum_error": small.momentum_error,
+        "energy_change": small.change,
+        "energy_error": abs(small.change + 0.5 * small.work) / (small.energy or 1.0),
+    }
+    arrays = {
+        "reaction": small.reaction,
+        "impulse": small.impulse,
+        "right_velocity": small.velocity,
+        "right_spin": snapshot.spin,
+    }
+    found = Answer(small.reaction, small.velocity, small.iterations, True, solver=solver, why=why)
+    judged = _judged(said if small.finite else said | arrays, tolerance)
+    return _percussions(snapshot, contacts, found, said | arrays, judged, small.energy, started)
 
 
 def _read(search: Search) -> tuple[bool, int]:
@@ -118,14 +163,18 @@ def _read(search: Search) -> tuple[bool, int]:
     return flag(search.get("canonical", True), "canonical"), int(starts)
 
 
-def _check(snapshot: Snapshot, contacts: Contacts, tolerance: float, solver: str) -> None:
+def _check(
+    snapshot: Snapshot, contacts: Contacts, law: ContactLaw, tolerance: float, solver: str
+) -> None:
     instance(snapshot, Snapshot, "snapshot")
-    instance(contacts, Contacts, "contacts").check_disks(len(snapshot))
+    instance(contacts, Contacts, "contacts")
     need = "between 1e-14 (rounding) and 1"
     if not 1e-14 <= number(tolerance, "tolerance", need) < 1:
         raise ValueError(f"tolerance: {tolerance}; {need} is needed")
     if not isinstance(solver, str) or solver not in SOLVERS:
         raise ValueError(f"solver: unknown {shown(solver)}; there are: {', '.join(SOLVERS)}")
+    if law.frictional and solver != "auto":
+        raise ValueError(f"solver: {solver} is for contacts without friction")
 
 
 def certify(
@@ -164,17 +213,29 @@ def certify(
         "energy_change": energy_change,
         "energy_error": abs(energy_change + 0.5 * work) / (energy or 1.0),
     }
-    status, reason = _judged(said, tolerance)
+    judged = _judged(said, tolerance)
+    return _percussions(snapshot, contacts, found, said, judged, energy, started)
+
+
+def _percussions(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    found: Answer,
+    said: dict[str, Any],
+    judged: tuple[Status, str],
+    energy: float,
+    started: float,
+) -> Percussions:
     warnings: tuple[str, ...] = ()
-    if energy_change > 1e-9 * energy:
+    if said["energy_change"] > 1e-9 * energy:
         warnings = (
-            f"energy grew by {energy_change:.3g} J: "
+            f"energy grew by {said['energy_change']:.3g} J: "
             "dissipation k > 0 acts on contacts that were already opening",
         )
     return Percussions(
         **said,
-        status=status,
-        reason=reason,
+        status=judged[0],
+        reason=judged[1],
         warnings=warnings,
         choice=found.why,
         canonical=found.least,
@@ -189,7 +250,8 @@ def certify(
 def _judged(said: dict[str, Any], tolerance: float) -> tuple[Status, str]:
     """The status of an answer with these numbers, and the reason where it is not solved."""
     for name, value in said.items():
-        if not np.isfinite(value).all():
+        finite = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
+        if not finite:
             return Status.FAILED, f"{name} is not finite"
     residual, momentum_error = said["residual"], said["momentum_error"]
     if max(residual, momentum_error) <= tolerance:

@@ -28,7 +28,9 @@ ROUNDING = 4.0 * PENALTY * float(np.finfo(float).eps)
 def active_set(task: Task) -> Answer:
     """Find the closed contacts by descent and close them, however many there are."""
     system = task.system
-    reaction, velocity, sweeps, _ = descend(system, task.tolerance, AT.sweeps, _steady(system))
+    reaction, velocity, sweeps, _ = descend(
+        system, task.tolerance, AT.sweeps, _steady(system), np.inf
+    )
     return close_set(task, pressing(system, reaction, velocity), sweeps)[0]
 
 

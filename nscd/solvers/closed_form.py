@@ -10,6 +10,8 @@ from nscd.arrays import Flags
 from nscd.islands import find_islands
 from nscd.solvers.task import Answer, Task
 
+ALONE, NOTHING = "each pressed contact is alone: closed form", "nothing presses"
+
 
 class Rest(NamedTuple):
     """Hold what is left for a solver.
@@ -38,7 +40,7 @@ def closed_form(task: Task) -> tuple[Answer, Rest]:
         reaction[at] = np.maximum(closing / problem.inverse_mass[at], 0.0)
         velocity -= problem.momentum(reaction) / problem.mass
     many = islands.pressed & ~single
-    why = "each pressed contact is alone: closed form" if single.any() else "nothing presses"
+    why = ALONE if single.any() else NOTHING
     answer = Answer(reaction, velocity, 0, least=True, solver="closed_form", why=why)
     forest = bool(islands.forest[many].all())
     return answer, Rest(many[island], many[islands.label], forest)

@@ -7,13 +7,18 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.solvers.cholesky.factor import solve_factorised
-from nscd.solvers.system import add_reactions, approach, inertia
+from nscd.solvers.cholesky.factor import factorise, solve_factorised
+from nscd.solvers.system import add_reactions, approach, inertia, stiffness
+from nscd.solvers.task import Answer, Held, Task
 
 # Weight of the equalities: large for speed, small enough to keep ten digits.
 PENALTY = 1e6
 # Gaps and openings are known to this share of ‖u⁻‖∞.
 EXACT = 1e-14
+# For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are
+# redundant.
+FIRM = 1e9
+STEPS = 200
 
 
 @njit(cache=True)
@@ -55,3 +60,25 @@ def close_contacts(
             break
         before = open_by
     return steps
+
+
+def maintained(task: Task) -> Answer:
+    """Close all contacts: C u⁺ = b with any sign of λ (paper eqs. (2) and (8)).
+
+    λ is of least norm where contacts are redundant, weighted by the masses where these differ much;
+    iterations are steps of the method of multipliers."""
+    system, factor = task.system, task.factor
+    k = len(system.first)
+    closed, steps = np.ones(k, dtype=np.bool_), 0
+    reaction, velocity, v = np.zeros(k), system.free.copy(), np.empty(k)
+    for penalty in (PENALTY, FIRM):
+        theta = penalty * stiffness(system)
+        if not factorise(system, factor, theta):
+            break
+        task.workspace.held = Held(theta, closed)
+        reaction, velocity = np.zeros(k), system.free.copy()
+        approach(system, velocity, v)
+        steps += close_contacts(system, factor, closed, theta, reaction, velocity, v, STEPS)
+        if np.abs(v - system.offset).max() <= 100.0 * EXACT * system.scale:
+            break
+    return task.answer(reaction, velocity, steps, least=True)

@@ -13,10 +13,10 @@ import numpy as np
 from nscd.solvers.active_set import active_set, correct_guess, descend_and_close
 from nscd.solvers.canonical import canonical as least_energy
 from nscd.solvers.closed_form import closed_form
+from nscd.solvers.closing import maintained
 from nscd.solvers.dissipation import balanced
 from nscd.solvers.gauss_seidel import gauss_seidel
 from nscd.solvers.interior_point import interior_point
-from nscd.solvers.maintained import maintained
 from nscd.solvers.projected_gradient import projected_gradient
 from nscd.solvers.system import even
 from nscd.solvers.task import Answer, Solver, Task
@@ -62,6 +62,16 @@ def _even(task: Task) -> bool:
     return not task.problem.dissipative and even(task.problem.inverse_mass)
 
 
+def _even_so_far(task: Task) -> bool:
+    return task.start is None and _even(task)
+
+
+DESCENT = Rung(
+    "active_set",
+    _even_so_far,
+    descend_and_close,
+    "{n} disks of even masses: descent found the closed contacts",
+)
 # What nobody presses and single contacts are answered before: see `closed_form`. Of the rungs that
 # serve, the first whose answer is within the tolerance has it; the last one's is given in any case.
 RUNGS = [
@@ -69,12 +79,7 @@ RUNGS = [
     Rung("active_set", _guessed, correct_guess, "corrects the guess"),
     Rung("interior_point", _dissipative, interior_point, "{n} disks, dissipative contacts"),
     Rung("interior_point", _uneven, interior_point, "{n} disks, masses far apart"),
-    Rung(
-        "active_set",
-        _even,
-        descend_and_close,
-        "{n} disks of even masses: descent found the closed contacts",
-    ),
+    DESCENT,
     Rung(
         "interior_point",
         _even,

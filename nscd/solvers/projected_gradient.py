@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from nscd.solvers.system import System
 from nscd.solvers.task import Answer, Task
 
 POWER_ITERATIONS = 20
@@ -44,45 +43,9 @@ def projected_gradient(task: Task) -> Answer:
     diagonal), by Nesterov's method with the gradient restart of O'Donoghue & Candès, Found. Comput.
     Math. 15 (2015) 715."""
     task.refuse_dissipation("projected_gradient")
-    reaction, velocity, sweeps, _ = descend(
-        task.system, MARGIN * task.tolerance, MOST_SWEEPS, steady=-1
-    )
+    tolerance = MARGIN * task.tolerance
+    reaction, velocity, sweeps, _ = descend(task.system, tolerance, MOST_SWEEPS, -1, np.inf)
     return task.answer(reaction, velocity, sweeps)
-
-
-def descend(
-    system: System, tolerance: float, most: int, steady: int, redundant: float = np.inf
-) -> tuple[Any, Any, int, bool]:
-    """Descend to the tolerance, or for a number of sweeps.
-
-    most: sweeps
-    steady: end once no more than so many contacts (negative: never) close or open within 25
-        sweeps
-    redundant: end after 100 sweeps where more contacts change than this times the number of
-        unknowns: they then cannot all be told from the reactions, which are not unique
-
-    Returns reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s in elimination order, sweeps, and whether
-    it ended because it had found the closed contacts. Spins and dissipation are left out."""
-    n = len(system.mass)
-    root = np.sqrt(system.inverse_mass)
-    x, y = system.normal_first[:, 0] / root, system.normal_first[:, 1] / root
-    # a wall is the disk n, which never moves; unsigned places make the gathers vector instructions
-    first = system.first.astype(np.uint32)
-    second = np.where(system.second >= 0, system.second, n).astype(np.uint32)
-    inverse = np.append(1.0 / system.mass[:, 0], 0.0)
-    plane = system.free[:, :2]
-    free = np.append(plane, [[0.0, 0.0]], axis=0).T.copy()
-    pull = np.empty(len(root))
-    _approach(first, second, x, y, free[0], free[1], pull)
-    pull -= system.offset / root
-    step = 1.0 / _norm(first, second, x, y, inverse)
-    weighted = tolerance * system.scale
-    scaled = Scaled(first, second, x, y, inverse, pull, root)
-    pushed, sweeps, settled = _descend(scaled, step, weighted, most, steady, 2 * n * redundant)
-    momentum = np.zeros((2, n + 1))
-    _gather(first, second, x, y, pushed, momentum[0], momentum[1])
-    velocity = plane - (momentum * inverse).T[:n]
-    return pushed / root, velocity, int(sweeps), bool(settled)
 
 
 @njit(cache=True, fastmath=True)
@@ -173,3 +136,43 @@ def _descend(
             momentum = 1.0
             ahead[:] = now
     return now, most, False
+
+
+@njit(cache=True)
+def descend(system: Any, tolerance: float, most: int, steady: int, redundant: float) -> Any:
+    """Descend to the tolerance, or for a number of sweeps.
+
+    most: sweeps
+    steady: end once no more than so many contacts (negative: never) close or open within 25
+        sweeps
+    redundant: end after 100 sweeps where more contacts change than this times the number of
+        unknowns: they then cannot all be told from the reactions, which are not unique
+
+    Returns reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s in elimination order, sweeps, and whether
+    it ended because it had found the closed contacts. Spins and dissipation are left out."""
+    n, k = len(system.mass), len(system.first)
+    root, pull = np.sqrt(system.inverse_mass), np.empty(k)
+    x, y = np.empty(k), np.empty(k)
+    # a wall is the disk n, which never moves; unsigned places make the gathers vector instructions
+    first, second = np.empty(k, np.uint32), np.empty(k, np.uint32)
+    for c in range(k):
+        x[c], y[c] = system.normal_first[c, 0] / root[c], system.normal_first[c, 1] / root[c]
+        first[c] = system.first[c]
+        second[c] = system.second[c] if system.second[c] >= 0 else n
+    inverse, free = np.zeros(n + 1), np.zeros((2, n + 1))
+    for i in range(n):
+        inverse[i] = 1.0 / system.mass[i, 0]
+        free[0, i], free[1, i] = system.free[i, 0], system.free[i, 1]
+    _approach(first, second, x, y, free[0], free[1], pull)
+    pull -= system.offset / root
+    step = 1.0 / _norm(first, second, x, y, inverse)
+    scaled = Scaled(first, second, x, y, inverse, pull, root)
+    pushed, sweeps, settled = _descend(
+        scaled, step, tolerance * system.scale, most, steady, 2 * n * redundant
+    )
+    momentum, velocity = np.empty((2, n + 1)), np.empty((n, 2))
+    _gather(first, second, x, y, pushed, momentum[0], momentum[1])
+    for i in range(n):
+        for a in range(2):
+            velocity[i, a] = free[a, i] - momentum[a, i] * inverse[i]
+    return pushed / root, velocity, sweeps, settled

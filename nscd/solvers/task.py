@@ -103,11 +103,14 @@ class Task:
 
     def part(self, contacts: Flags, disks: Flags, *, forest: bool) -> Task:
         """Restrict the task to some contacts (k,) and the disks (n,) that they are between."""
-        whole = bool(contacts.all() and disks.all())
+        whole, start = bool(contacts.all() and disks.all()), self.start
         return replace(
             self,
             problem=self.problem if whole else self.problem.restricted(contacts, disks),
             guess=None if self.guess is None else self.guess[contacts],
+            start=None
+            if start is None
+            else start._replace(reaction=start.reaction[contacts], velocity=start.velocity[disks]),
             forest=forest,
         )
 

@@ -73,13 +73,20 @@ def rounding_bound(problem: ContactProblem, answer: Answer) -> float:
     if not answer.reaction.any() and not problem.dissipative:
         return 0.0
     system, velocity = in_given_order(problem), answer.velocity
-    k, d = len(answer.reaction), velocity.shape[1]
-    given = problem.given if problem.dissipative else np.empty((0, d))
+    given = problem.given if problem.dissipative else np.empty((0, velocity.shape[1]))
+    return float(_rounding(system, given, answer.reaction, velocity))
+
+
+@njit(cache=True)
+def _rounding(system: Any, given: Any, reaction: Any, u: Any) -> float:
+    k = len(reaction)
     gap, kept, closed = np.empty(k), np.empty(k), np.ones(k, np.bool_)
-    rounding, square = _missed(system, given, answer.reaction, velocity, False, closed, gap, kept)
-    pressed = answer.reaction > 0
-    away = (np.abs(gap[pressed]) + rounding) ** 2 / problem.inverse_mass[pressed]
-    return float(np.sqrt(square + away.sum()))
+    rounding, square = _missed(system, given, reaction, u, False, closed, gap, kept)
+    for c in range(k):
+        if reaction[c] > 0.0:
+            away = abs(gap[c]) + rounding
+            square += away * away / system.inverse_mass[c]
+    return math.sqrt(square)
 
 
 @njit(cache=True)

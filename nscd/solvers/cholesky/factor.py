@@ -11,7 +11,7 @@ from numba import njit
 from nscd.arrays import Index32
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.dissection import dissect
-from nscd.solvers.cholesky.fronts import Fronts, fronts_of
+from nscd.solvers.cholesky.fronts import Fronts, fronts_of, no_fronts
 from nscd.solvers.cholesky.minimum_degree import minimum_degree
 from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
 from nscd.solvers.cholesky.rows import Rows, factorise_rows, rows_of, solve_rows
@@ -42,23 +42,41 @@ class Factor(NamedTuple):
 def factor_of(problem: ContactProblem) -> Factor:
     """Order the disks of a problem for elimination, and reserve storage for its factors."""
     n, d = problem.mass.shape
-    many = bool(n >= MANY or d == 3)
-    if many:
-        ordering = dissect(problem.position, problem.first, problem.second, LEAF)
-    else:
-        ordering = minimum_degree(n, problem.first, problem.second)
+    if n < MANY and d == 2:
+        by_rows: Factor = factor_by_rows(n, problem.first, problem.second)
+        return by_rows
+    ordering = dissect(problem.position, problem.first, problem.second, LEAF)
     contact = np.argsort(ordering.place[problem.first], kind="stable")
     first, second = problem.first[contact], problem.second[contact]
-    rows = _nothing()[0] if many else rows_of(ordering, first, second)
-    fronts = fronts_of(ordering, first, second, d) if many else _nothing()[1]
-    return Factor(ordering.order, ordering.place, contact, many, rows, fronts)
+    fronts = fronts_of(ordering, first, second, d)
+    return Factor(ordering.order, ordering.place, contact, True, _no_rows(), fronts)
+
+
+@njit(cache=True)
+def factor_by_rows(n: int, first: Any, second: Any) -> Any:
+    """Order n disks for elimination, and reserve storage for the rows of their factor.
+
+    first, second: (k,) disks, second −1 for a wall"""
+    ordering = minimum_degree(n, first, second)
+    order, place = ordering.order, ordering.place
+    begin = np.zeros(n + 1, np.int64)
+    for i in first:
+        begin[place[i] + 1] += 1
+    for i in range(n):
+        begin[i + 1] += begin[i]
+    contact = np.empty(len(first), np.int64)
+    for c in range(len(first)):
+        i = place[first[c]]
+        contact[begin[i]] = c
+        begin[i] += 1
+    rows = rows_of(ordering, first[contact], second[contact])
+    return Factor(order, place, contact, n < 0, rows, no_fronts())
 
 
 @cache
-def _nothing() -> tuple[Rows, Fronts]:
+def _no_rows() -> Any:
     none = np.empty(0, dtype=np.int32)
-    empty = dissect(np.empty((0, 2)), none, none, 1)
-    return rows_of(empty, none, none), fronts_of(empty, none, none, 2)
+    return factor_by_rows(0, none, none).rows
 
 
 @njit(cache=True)

@@ -50,6 +50,13 @@ class Fronts(NamedTuple):
     run: Index32
 
 
+@njit(cache=True)
+def no_fronts() -> Any:
+    """Make the structure of nothing."""
+    i, j, x = np.empty(0, np.int32), np.empty(0, np.int64), np.empty(0)
+    return Fronts(i, i, j, i, i, i, i, j, i, i, i, j, j, x, x, i)
+
+
 def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fronts:
     """Plan the fronts of contacts between disks, with d unknowns per disk.
 

@@ -7,24 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from nscd.arrays import Index32
 from nscd.solvers.cholesky.dissection import Ordering, contact_graph
-
-
-def minimum_degree(n: int, first: Index32, second: Index32) -> Ordering:
-    """Eliminate a disk with the fewest neighbours, which become neighbours of each other, and so
-    on.
-
-    first, second: (k,) contacts of n disks, second −1 for a wall
-
-    Neighbours are kept as bits, n²/8 bytes: for crowds of up to some thousands. George & Liu, SIAM
-    Review 31 (1989) 1. The separator tree is left empty."""
-    start, neighbour = contact_graph(n, first, second)
-    order = _eliminate(start, neighbour)
-    place = np.empty_like(order)
-    place[order] = np.arange(n, dtype=np.int32)
-    none = np.empty(0, dtype=np.int32)
-    return Ordering(order, place, start, neighbour, none, none, none)
 
 
 @njit(cache=True)
@@ -104,3 +87,21 @@ def _eliminate(start: Any, neighbour: Any) -> Any:
             head[new] = u
             lowest = min(lowest, new)
     return order
+
+
+@njit(cache=True)
+def minimum_degree(n: int, first: Any, second: Any) -> Any:
+    """Eliminate a disk with the fewest neighbours, which become neighbours of each other, and so
+    on.
+
+    first, second: (k,) contacts of n disks, second −1 for a wall
+
+    Neighbours are kept as bits, n²/8 bytes: for crowds of up to some thousands. George & Liu, SIAM
+    Review 31 (1989) 1. The separator tree is left empty."""
+    start, neighbour = contact_graph(n, first, second)
+    order = _eliminate(start, neighbour)
+    place = np.empty_like(order)
+    for k in range(n):
+        place[order[k]] = k
+    none = np.empty(0, np.int32)
+    return Ordering(order, place, start, neighbour, none, none, none)

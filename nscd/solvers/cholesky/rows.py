@@ -12,7 +12,6 @@ import numpy as np
 from numba import njit
 
 from nscd.arrays import Index32, Indices
-from nscd.solvers.cholesky.dissection import Ordering
 
 
 class Rows(NamedTuple):
@@ -39,30 +38,6 @@ class Rows(NamedTuple):
     block: Any
     diagonal: Any
     work: Any
-
-
-def rows_of(ordering: Ordering, first: Index32, second: Index32) -> Rows:
-    """Plan the rows of contacts between disks.
-
-    first, second: (k,) disks, second −1 for a wall"""
-    n = len(ordering.order)
-    place = ordering.place
-    start, row, row_start, column, slot = _structure(
-        ordering.start, ordering.neighbour, ordering.order, place
-    )
-    pairs = np.flatnonzero(second >= 0)
-    a, b = place[first[pairs]], place[second[pairs]]
-    later = np.maximum(a, b)
-    by_row = np.argsort(later, kind="stable")
-    pair_block = np.full(len(first), -1, dtype=np.int64)
-    pair_block[pairs[by_row]] = np.arange(len(pairs))
-    a_start = np.concatenate([[0], np.cumsum(np.bincount(later, minlength=n))]).astype(np.int64)
-    a_column = np.minimum(a, b)[by_row]
-    return Rows(
-        a_start, a_column, pair_block, start, row, row_start, column, slot,
-        matrix=np.empty((len(a_column), 4)), matrix_diagonal=np.empty((n, 4)), block=np.empty((len(row), 4)),
-        diagonal=np.empty((n, 4)), work=np.zeros((n, 4)),
-    )  # fmt: skip
 
 
 @njit(cache=True)
@@ -120,6 +95,37 @@ def _structure(start: Any, neighbour: Any, order: Any, place: Any) -> Any:
             row[at[i]] = k
             at[i] += 1
     return column_start, row, row_start, column, slot
+
+
+@njit(cache=True)
+def rows_of(ordering: Any, first: Any, second: Any) -> Any:
+    """Plan the rows of contacts between disks.
+
+    first, second: (k,) disks, second −1 for a wall"""
+    place, n = ordering.place, len(ordering.order)
+    start, row, row_start, column, slot = _structure(
+        ordering.start, ordering.neighbour, ordering.order, place
+    )
+    a_start = np.zeros(n + 1, np.int64)
+    for c in range(len(first)):
+        if second[c] >= 0:
+            a_start[max(place[first[c]], place[second[c]]) + 1] += 1
+    for k in range(n):
+        a_start[k + 1] += a_start[k]
+    a_column, at = np.empty(a_start[n], np.int32), a_start[:-1].copy()
+    pair_block = np.full(len(first), -1, np.int64)
+    for c in range(len(first)):
+        if second[c] >= 0:
+            a, b = place[first[c]], place[second[c]]
+            later = max(a, b)
+            pair_block[c] = at[later]
+            a_column[at[later]] = min(a, b)
+            at[later] += 1
+    return Rows(
+        a_start, a_column, pair_block, start, row, row_start, column, slot,
+        np.empty((len(a_column), 4)), np.empty((n, 4)), np.empty((len(row), 4)),
+        np.empty((n, 4)), np.zeros((n, 4)),
+    )  # fmt: skip
 
 
 @njit(cache=True, fastmath=True)
