@@ -20,7 +20,7 @@ from nscd.percussions import Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
 from nscd.solvers.closed_form import ALONE, NOTHING
 from nscd.solvers.dissipation import with_free_velocity
-from nscd.solvers.ladder import DESCENT, SOLVERS, climb
+from nscd.solvers.ladder import DESCENT, SOLVERS, at_once, climb
 from nscd.solvers.small import SOLVED, UNSETTLED, Small, solve_small
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
@@ -96,7 +96,7 @@ def solve(
     if left_velocity is not None:
         left = read_only(left_velocity, (n, 2), "left_velocity")
     known, small = _known(guess, k), None
-    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large:
+    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and at_once():
         small = solve_small(snapshot, contacts, left, tolerance)
         if small is not None and small.end == SOLVED:
             return _of_small(snapshot, contacts, small, tolerance, started)

@@ -87,6 +87,8 @@ RUNGS = [
         "{n} disks: descent does not find the closed contacts exactly",
     ),
 ]
+# What these serve is not for the compiled call of `solve_small`, which stands for the climb to DESCENT.
+ELSEWHERE = (_trees, _guessed, _dissipative, _uneven)
 # Solvers that can be asked for by name.
 BY_NAME: dict[str, Solver] = {
     "interior_point": interior_point,
@@ -95,6 +97,11 @@ BY_NAME: dict[str, Solver] = {
     "gauss_seidel": gauss_seidel,
 }
 SOLVERS = ("auto", *BY_NAME)
+
+
+def at_once() -> bool:
+    """Tell whether one compiled call may stand for the climb: no other rung comes before DESCENT."""
+    return all(rung.serves in ELSEWHERE for rung in RUNGS[: RUNGS.index(DESCENT)])
 
 
 def choose(task: Task, solver: str = "auto") -> list[Rung]:
