@@ -17,9 +17,10 @@ from nscd.friction.sweeps import anderson, gauss_seidel
 
 # Factorisations of Newton's method on the sets, and with other weights where it ends a path.
 ROUNDS, FINISH = 6, ((PENALTY, 2), (1e6, 2))
-# The end of a path is the reference of the next so often. Where one closes on itself, contacts get
-# firmer by a tenth, down to FIRMEST, with so many factorisations at most.
-REPEATS, FIRMEST, FIRMING = 12, 1e-8, 3000
+# The end of a path is the reference of the next so often. Where the error falls to no less than
+# SLOW of itself (percussions drift at a constant rate), or a path closes on itself, contacts get
+# firmer by a tenth, down to FIRMEST; in the latter case with so many factorisations at most.
+REPEATS, FIRMEST, FIRMING, SLOW = 20, 1e-8, 3000, 0.5
 # Pairs of sweeps at first; they double so often. A block of them between Anderson's combinations.
 PAIRS, DOUBLINGS, BLOCK = 200, 6, 10
 # Pivots in all for lowering the dilation (and a share of the contacts), for one local path at first,
@@ -81,8 +82,7 @@ class Search:
 
     def offer(self, lam: Any, tau: Any, u: Any, route: str) -> bool:
         """Keep an answer if it is the best so far; whether one within the tolerance is known."""
-        v, s = self._scratch[0], self._scratch[1]
-        error = float(measure(self.problem, u, lam, tau, v, s).max())
+        error = self._error(lam, tau, u)
         if error < self.error:
             self.error, self.route = error, route
             self.reaction, self.friction = lam.copy(), tau.copy()
@@ -175,9 +175,11 @@ class Search:
     def _finish(self, path: Path, route: str) -> bool:
         """From the end of a path, whose contacts are slightly soft, to the rigid answer: Newton's
         method on its sets, further paths about its percussions, and firmer contacts."""
+        before = np.inf
         for repeat in range(REPEATS):
             end = path.hold.copy(), path.held.copy(), path.u.copy()
             lam, tau, u = path.x[LAM].copy(), path.x[TAU].copy(), path.u.copy()
+            error = self._error(lam, tau, u)
             if self.offer(lam, tau, u, route):
                 return True
             for weight, rounds in FINISH:
@@ -185,6 +187,10 @@ class Search:
                 answer = lam.copy(), tau.copy(), u.copy()
                 if self._newton(hold != FREE, hold, answer, (rounds, weight), route):
                     return True
+            # percussions that drift at a constant rate get to the next change of a state sooner
+            if error > SLOW * before and path.compliance[0] > FIRMEST:
+                path.compliance[0] *= 0.1
+            before = error
             lam = np.maximum(lam, 0.0)
             most = self.problem.friction * lam
             perturb(self.problem, path, lam, np.clip(tau, -most, most), self._noise(BRINK, repeat))
@@ -202,6 +208,10 @@ class Search:
             if ended != ARRIVED:
                 return False
         return False
+
+    def _error(self, lam: Any, tau: Any, u: Any) -> float:
+        v, s = self._scratch[0], self._scratch[1]
+        return float(measure(self.problem, u, lam, tau, v, s).max())
 
     def _newton(
         self, closed: Any, hold: Any, answer: Answer, effort: tuple[int, float], route: str
