@@ -61,12 +61,9 @@ def report(
     chosen = []
     for scene in map(read_scene, scenes):
         k = scene.contact.stiffness_N_per_m
-        if scene.analysis.kind == "impact":
-            # the stiffness changes nothing in an impact, the damping does
-            chosen.append((scene, stiffness or [k]))
-        else:
-            summed = scene.with_run(impulses=True) if seeds else scene
-            chosen.append((summed, stiffness or [k, 10 * k]))
+        # the stiffness changes nothing in an impact, the damping does
+        default = [k] if scene.analysis.kind == "impact" else [k, 10 * k]
+        chosen.append((scene, stiffness or default))
     motions = [motion_of(scene, names, k, seeds, runs) for scene, k in chosen]
     say_runs(runs_of(chosen, soft, motions, runs))
     with progress() as bars:

@@ -65,7 +65,7 @@ def _found(words: Words, study: MotionStudy) -> list[str]:
         compared = {key: one.above(reference, key) for key in MEASURES}
         known = {key: found for key, found in compared.items() if found is not None}
         if not known:
-            return [words.text("few")]
+            continue
         differ = [
             {"title": MEASURES[key].title}
             | {name: _signed(getattr(f, name)) for name in ("share", "low", "high")}
@@ -77,7 +77,7 @@ def _found(words: Words, study: MotionStudy) -> list[str]:
             said.append(words.text("differ", model=one.title, found=differ))
         if alike:
             said.append(words.text("alike", model=one.title, names=alike))
-    return said
+    return said or [words.text("few")]
 
 
 def _rows(study: MotionStudy) -> list[list[Cell]]:

@@ -48,22 +48,32 @@ def motion_runs(
 ) -> dict[str, list[EngineRun]]:
     """List the runs that a study needs, by the title of the model. Impulses are summed in all.
 
-    The first engine with springs runs at each stiffness, the others at the first: they agree contact
-    by contact."""
+    The first engine with springs runs at each stiffness; the others run crowd 0 at the first, since
+    they agree with it contact by contact."""
     variants = [variant(scene, number).with_run(impulses=True) for number in range(crowds)]
     soft = [known.NAME for known in PENALTY if known.NAME in engines]
     runs: dict[str, list[EngineRun]] = {}
     for name in engines:
-        every = stiffnesses if name == soft[0] else stiffnesses[:1]
-        for k in every if name in soft else [scene.contact.stiffness_N_per_m]:
-            made = [one.with_contact(stiffness_N_per_m=k) for one in variants]
+        another = name in soft[1:]
+        for k in _stiffnesses(scene, name, soft, stiffnesses):
+            made = [
+                one.with_contact(stiffness_N_per_m=k) for one in variants[: 1 if another else None]
+            ]
             title = engine_name(name)
             title += f", k = {number(k)} N/m" if name in soft else f", h = {_step(made[0])} ms"
-            runs[title] = [
+            runs[title + (", one crowd" if another else "")] = [
                 EngineRun(scene=one, engine=name, folder=_folder(out, one, name, index))
                 for index, one in enumerate(made)
             ]
     return runs
+
+
+def _stiffnesses(
+    scene: Scene, name: str, soft: Sequence[str], stiffnesses: Sequence[float]
+) -> Sequence[float]:
+    if name not in soft:
+        return [scene.contact.stiffness_N_per_m]
+    return stiffnesses if name == soft[0] else stiffnesses[:1]
 
 
 def _step(scene: Scene) -> str:
@@ -71,9 +81,8 @@ def _step(scene: Scene) -> str:
 
 
 def _folder(out: Path, scene: Scene, name: str, index: int) -> Path:
-    """Crowd 0 is the scene's own run; the others lie beside it."""
-    place = out / scene.name if index == 0 else out / scene.name / f"crowd_{index}"
-    return place / f"{name}_{engine(name).setting(scene)}"
+    """Beside the scene's own runs, which have no impulses."""
+    return out / scene.name / f"crowd_{index}" / f"{name}_{engine(name).setting(scene)}"
 
 
 def study_motion(
