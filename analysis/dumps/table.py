@@ -92,12 +92,22 @@ class DumpIndex:
                 try:
                     numbers = np.fromstring(content.decode("ascii"), sep=" ")
                     if len(rows) == frame.count and all(len(row.split()) == width for row in rows):
-                        return numbers.reshape(frame.count, width)
+                        return self._held(numbers.reshape(frame.count, width), rows, frame)
                 except (ValueError, DeprecationWarning):
                     pass
-        return np.array(
-            [self._row(row, frame.line + place) for place, row in enumerate(rows)]
-        ).reshape(frame.count, width)
+        numbers = np.array([self._row(row, frame.line + n) for n, row in enumerate(rows)])
+        return self._held(numbers.reshape(frame.count, width), rows, frame)
+
+    def _held(self, numbers: Floats, rows: list[bytes], frame: Frame) -> Floats:
+        """Refuse digits that no float64 holds; the word inf stays what it is."""
+        for place, column in np.argwhere(np.isinf(numbers)):
+            word = rows[place].split()[column].decode("utf-8", "replace")
+            if any(sign.isdigit() for sign in word):
+                raise DumpError(
+                    f"{self.path}, line {frame.line + place}: {self.columns[column]}: "
+                    f"{word[:40]!r} is too large"
+                )
+        return numbers
 
     def _row(self, content: bytes, line: int) -> list[float]:
         words = content.decode("utf-8", "replace").split()

@@ -125,6 +125,7 @@ DAMAGED = [
     (frame(0, [[1, 0.0, 0.0]], "id x y"), "missing columns: radius, mass"),
     (frame(0, [[1, 0.0, "abc", 0.1, 1.0]], FEW), "line 10: y: 'abc' is not a number"),
     (frame(0, [[1, 0.0, "1_0", 0.1, 1.0]], FEW), "line 10: y: '1_0' is not a number"),
+    (frame(0, [[1, 0.0, "1e400", 0.1, 1.0]], FEW), "line 10: y: '1e400' is too large"),
     (frame(0, [[1, 0.0, 0.0, 0.1, 1.0]] * 2, FEW), "line 11: id 1 occurs twice at step 0"),
     (frame(0, [[2.7, 0, 0, 0.1, 1]], FEW), r"line 10: id: 2.7 where a whole number"),
     (frame(0, [["nan", 0, 0, 0.1, 1]], FEW), r"line 10: id: nan where a whole number"),
