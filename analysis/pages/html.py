@@ -16,7 +16,7 @@ import jinja2
 import markupsafe
 
 from analysis.engines.doctor import examine
-from analysis.pages.numbers import FILTERS, number
+from analysis.pages.numbers import FILTERS, number, powers
 from analysis.pages.section import Cell, Drawn, Picture, Table
 from analysis.pages.words import html_of
 
@@ -40,6 +40,7 @@ def render(template: str, **content: Any) -> str:
     environment.filters |= FILTERS
     environment.filters |= {
         "md": html_of,
+        "powers": powers,
         "href": href,
         "cell": cell_html,
         "cell_kind": cell_kind,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -82,6 +83,16 @@ def statistic(name: str, value: float, unit: str) -> str:
     if name.endswith(("_difference", "_error", "_share")):
         return percent(value)
     return number(value, 4 if name.endswith("_correlation") else 2)
+
+
+def powers(words: str) -> str:
+    """Write the numbers 1e+03 of a message of the terminal as powers of ten, 10^3^, for a page."""
+    return re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b", _power, words)
+
+
+def _power(match: re.Match[str]) -> str:
+    power = f"10^{int(match[2])}^".replace("-", "−")
+    return power if match[1] == "1" else f"{match[1]}·{power}"
 
 
 FILTERS: dict[str, Callable[..., str]] = {

@@ -62,8 +62,13 @@ def write_report(
     }
     page = render("report.html", sections=sections, images=images, command=command)
     numbers = {
-        name: {"failures": study.failures, "warnings": study.warnings, "runs": runs[name]}
-        for name, study in ((study.scene.name, study) for study in studies)
+        study.scene.name: {
+            "failures": study.failures,
+            "warnings": study.warnings,
+            "runs": runs[study.scene.name],
+            **({"in_motion": motion.numbers} if motion else {}),
+        }
+        for study, motion in zip(studies, moving, strict=True)
     }
     text = json.dumps(jsonable(numbers), indent=1, ensure_ascii=False)
     write_text(folder / "numbers.json", text + "\n")

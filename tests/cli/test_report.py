@@ -12,20 +12,21 @@ from analysis.scene.shipped_scenes import make
 def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_path):
     make("jam", 60).with_run(duration_s=4.0, frames=8).write(tmp_path)
     made = percussions(
-        "report", "jam.toml", "gate", "--engine", "lammps", "--out", "report", timeout=300
-    )
+        "report", "jam.toml", "gate", "--engine", "lammps", "--engine", "rigid", "--seeds", 3,
+        "--out", "report", timeout=300,
+    )  # fmt: skip
     assert made.returncode == 0, made.stderr
     address = made.stdout.strip().splitlines()[-1]
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     with opened(address, 390) as page:
-        assert page.locator("body > section:not(#reproduce)").count() == 2
-        for run, row in zip(
-            numbers["jam"]["runs"], rows_of(page, "jam", "Per contact"), strict=True
+        assert page.locator("body > section:not(#reproduce)").count() == 4
+        moving = rows_of(page, "jam-in-motion", "Forces and flow")
+        for row, found in zip(
+            moving, next(iter(numbers["jam"]["in_motion"]["models"].values())).values(), strict=True
         ):
-            assert row["status"] == "solved"
-            assert row["contacts in both"] == str(run["statistics"]["contacts_both"])
-            shown = float(row["correlation per contact"])
-            assert shown == pytest.approx(run["statistics"]["contact_correlation"], abs=1e-4)
+            if found["unit"] in ("N", "N/m"):
+                text = row["LAMMPS, k = 10⁶ N/m"].split(" (")[0].replace("\u202f", "")
+                assert float(text) == pytest.approx(found["median"], rel=0.06, abs=0.06)
         entries = page.locator("nav a").all_text_contents()
         assert entries == page.locator("body > section:not(#reproduce) h2").all_text_contents()
         said = page.locator("li").all_text_contents()
