@@ -90,7 +90,7 @@ lint: $(VENV)/installed-test
 	$(PYTHON) -m mypy
 
 test: system-test $(VENV)/installed-test lint
-	@$(PYTHON) -m pytest -n auto --dist loadfile
+	@$(PYTHON) -m pytest
 
 bench: install
 	@$(PIP) --editable '.[bench]'
