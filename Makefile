@@ -90,7 +90,7 @@ lint: $(VENV)/installed-test
 	$(PYTHON) -m mypy
 
 test: system-test $(VENV)/installed-test lint
-	@$(PYTHON) -m pytest
+	@$(PYTHON) -m pytest -n auto --dist loadfile
 
 bench: install
 	@$(PIP) --editable '.[bench]'

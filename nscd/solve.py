@@ -92,9 +92,7 @@ def solve(
     canonical, starts = _read(search) if search else (True, 1)
     _check(snapshot, contacts, law, tolerance, solver)
     n, k = len(snapshot), len(contacts)
-    left = snapshot.velocity
-    if left_velocity is not None:
-        left = read_only(left_velocity, (n, 2), "left_velocity")
+    left = _left(snapshot, left_velocity)
     known, small = _known(guess, k), None
     if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and at_once():
         small = solve_small(snapshot, contacts, left, tolerance)
@@ -106,14 +104,27 @@ def solve(
     # What overflows is not finite, and is said to be failed.
     with np.errstate(all="ignore"):
         problem = impact_problem(snapshot, contacts, left, law)
-        try:
-            problem = with_free_velocity(problem)
-            task = Task(problem=problem, tolerance=tolerance, canonical=canonical)
-            found = climb(replace(task, guess=known, start=_start(small)), solver)
-        except ZeroDivisionError:  # of a kernel, by what underflowed
-            nowhere = np.full_like(problem.free, np.nan)
-            found = Answer(np.full(k, np.nan), nowhere, 0, least=False, solver=solver)
+        task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=known)
+        problem, found = _climb(replace(task, start=_start(small)), solver)
         return certify(snapshot, contacts, problem, found, tolerance, started)
+
+
+def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
+    if given is None:
+        return snapshot.velocity
+    return read_only(given, (len(snapshot), 2), "left_velocity")
+
+
+def _climb(task: Task, solver: str) -> tuple[ContactProblem, Answer]:
+    """The problem with its free velocity, and its answer; no number where a kernel divides by zero."""
+    problem = task.problem
+    try:
+        problem = with_free_velocity(problem)
+        return problem, climb(replace(task, problem=problem), solver)
+    except ZeroDivisionError:  # by what underflowed
+        nothing = np.full(len(problem.first), np.nan)
+        nowhere = np.full_like(problem.free, np.nan)
+        return problem, Answer(nothing, nowhere, 0, least=False, solver=solver)
 
 
 def _known(guess: Percussions | None, k: int) -> Floats | None:

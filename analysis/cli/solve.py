@@ -6,7 +6,7 @@ import contextlib
 import functools
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -21,6 +21,9 @@ from analysis.cli.app import (
     share,
     show,
 )
+
+if TYPE_CHECKING:
+    from analysis.percussions.dump_to_csv import SolvedDump
 
 Dump = Annotated[
     Path,
@@ -156,6 +159,12 @@ def solve(
             progress=stack.enter_context(progress()),
             expected=functools.partial(say_expected, what=f"percussions of {dump}"),
         )
+    _say(found, dump, out)
+    if found.unsolved:
+        raise typer.Exit(1)
+
+
+def _say(found: SolvedDump, dump: Path, out: Path) -> None:
     for line in found.unsolved:
         print(line, file=sys.stderr)
     largest = f"{found.largest:.4g} {found.unit} at {found.when}"
@@ -163,5 +172,3 @@ def solve(
     rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
     show([str(dump), ""], rows)
     print(out)
-    if found.unsolved:
-        raise typer.Exit(1)

@@ -23,7 +23,7 @@ STEP_SHARE, SAFE_SHARE = 0.06, 0.25
 # Of the smallest radius: beyond, a disk could go from one side of a wall to the other.
 LARGEST_SHARE = 1.0
 TOLERANCE, TOLERANCE_WITH_FRICTION = 1e-8, 1e-6
-PROGRAM = "analysis.engines.rigid_run"
+PROGRAM = "analysis.engines.programs.rigid"
 _ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -39,11 +39,10 @@ def version() -> str | None:
 
 @functools.cache
 def deck_digest() -> str:
-    """Return the digest of the stepper and of its program; a run with others is not taken for one
-    with these."""
-    return digest_of(
-        [*(_ROOT / "nscd" / "stepping").glob("*.py"), *Path(__file__).parent.glob("rigid*.py")]
-    )
+    """Return the digest of the solvers, the stepper and its program; a run with others is not taken
+    for one with these."""
+    programs = [Path(__file__), _ROOT / "analysis" / "engines" / "programs" / "rigid.py"]
+    return digest_of([*(_ROOT / "nscd").rglob("*.py"), *programs])
 
 
 def timing(scene: Scene) -> Timing:

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nscd.friction.path import ARRIVED, clean, follow, perturb
-from nscd.friction.rates import LAM, TAU
+from nscd.friction.pivots.path import ARRIVED, clean, follow, perturb
+from nscd.friction.pivots.rates import LAM, TAU
 
 # The shortest step of ψ, and the pivots allowed for one: a number and a share of the contacts.
 SHORTEST, PIVOTS, SHARE = 1 / 64, 300, 0.5

@@ -8,8 +8,8 @@ import numpy as np
 
 from nscd.friction.edges import Edges, solve_edges, start_edges
 from nscd.friction.factor import Factor, factor_of
-from nscd.friction.island import ROUNDS, Search
 from nscd.friction.measures import measure
+from nscd.friction.pivots.island import ROUNDS, Search
 from nscd.friction.problem import FrictionProblem, chosen, contact_velocities
 from nscd.friction.sets import PENALTY, find_states, newton
 

@@ -1,7 +1,6 @@
 """Runs that go wrong, each provoked, in both engines: who stops them, why, when, and what is
 left."""
 
-import dataclasses
 import json
 import re
 import shutil
@@ -14,8 +13,7 @@ from at_hand import ROOT, require
 from analysis.compare.study import study
 from analysis.dumps import index_dump
 from analysis.engines import EngineError, RunRecord
-from analysis.engines.dump_checks import check_bodies, check_contacts
-from analysis.engines.guard import ENERGY_SHARE, OVERLAP_SHARE, STEP_SHARE, energy_besides
+from analysis.engines.guard import ENERGY_SHARE, OVERLAP_SHARE, STEP_SHARE
 from analysis.engines.lammps import scene_deck
 from analysis.engines.run import run_engine
 from analysis.pages.report import write_report
@@ -331,53 +329,6 @@ def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(tmp_path, comman
         r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy", done.stderr
     )
     assert "Traceback" not in done.stderr
-
-
-@pytest.fixture(scope="module")
-def pair_run(tmp_path_factory):
-    """A sound run of two disks, for dumps to damage."""
-    require("lammps")
-    folder = tmp_path_factory.mktemp("pair") / "run"
-    scene = timing(read_scene("pair"), 1e-4, 0.1, 20)
-    return folder, run_engine(scene, "lammps", folder), scene
-
-
-def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
-    """Frames that are cut off, a contact too deep, energy that comes back after it was lost: each
-    is found."""
-    folder, record, scene = pair_run
-    energies = check_bodies(folder / "bodies.dump", record, scene)
-    assert energies[0, 0] == pytest.approx(0.5 * 75 * 2**2)
-    check_contacts(folder / "contacts.dump", energies, record, scene)
-    text = (folder / "bodies.dump").read_text()
-    cut = tmp_path / "bodies.dump"
-    cut.write_text(text[: text.rindex("ITEM: TIMESTEP")])
-    with pytest.raises(EngineError, match="20 frames where 21 are due"):
-        check_bodies(cut, record, scene)
-    again = energies.copy()
-    again[:, -1] = energies[:, 0]
-    with pytest.raises(EngineError, match=r"t = 0\.1 s .*energy .* 150 J; there can be 7[56]"):
-        check_contacts(folder / "contacts.dump", again, record, scene)
-    small = disks(scene, radius=np.full(2, 1e-3))
-    with pytest.raises(EngineError, match=r"overlap: .* of the smaller radius"):
-        check_contacts(folder / "contacts.dump", energies, record, small)
-    with pytest.raises(EngineError, match="1 of 3 disks are lost"):
-        check_bodies(folder / "bodies.dump", dataclasses.replace(record, disks=3), scene)
-
-
-def test_energy_besides_the_motion_is_that_of_overlaps_and_spins():
-    """½ k δ² of one pair; ⅖ K √R δ^2.5 by integrating the force; ½ (½ m r²) ω² a spin."""
-    scene = disks(read_scene("pair"), position=np.array([[0.0, 0.0], [0.4, 0.0]]))
-    assert energy_besides(scene) == pytest.approx(0.5 * 1e6 * 0.1**2)
-    spinning = disks(
-        read_scene("pair"), position=np.array([[0.0, 0.0], [9.0, 0.0]]), spin=np.array([3.0, 0.0])
-    )
-    assert energy_besides(spinning) == pytest.approx(0.25 * 75 * 0.25**2 * 9)
-    # tangent stiffness 1e6 at an overlap of 1 % of the mean radius, R_eff = r/2
-    overlap = np.linspace(0.0, 0.1, 20001)
-    force = 1e6 / 1.5 / np.sqrt(0.01 * 0.25) * overlap**1.5
-    expected = float(((force[1:] + force[:-1]) / 2 * np.diff(overlap)).sum())
-    assert energy_besides(scene.with_contact(law="hertz")) == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_engines_hold_the_limits_that_are_documented():

@@ -10,7 +10,7 @@ from test_ends import started, wait, working_in
 
 from analysis.dumps import contacts_at, index_contacts, index_dump, open_bodies, snapshot_of
 from analysis.engines import EngineError, rigid
-from analysis.engines.rigid_run import NAMES, main
+from analysis.engines.programs.rigid import NAMES, main
 from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make

@@ -1,6 +1,6 @@
 """The program of the rigid engine: a scene from start to end, by Moreau–Jean steps.
 
-    python -m analysis.engines.rigid_run scene.toml --out FOLDER --step 0.005
+    python -m analysis.engines.programs.rigid scene.toml --out FOLDER --step 0.005
 
 The dumps are those of the other engines. A rigid contact has percussions and no forces, so a force
 in contacts.dump is its percussion since the frame before over that time, and impulses.dump has the

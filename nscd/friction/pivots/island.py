@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from nscd.friction.arc import trace
 from nscd.friction.dilation import BRINK, lower_dilation
 from nscd.friction.measures import measure
-from nscd.friction.path import ARRIVED, AWAY, clean, follow, open_all, perturb
+from nscd.friction.pivots.arc import trace
+from nscd.friction.pivots.path import ARRIVED, AWAY, clean, follow, open_all, perturb
+from nscd.friction.pivots.rates import LAM, SOFT, TAU, Path, path_of
 from nscd.friction.problem import FrictionProblem, contact_velocities
-from nscd.friction.rates import LAM, SOFT, TAU, Path, path_of
 from nscd.friction.sets import FREE, PENALTY, find_states, newton
 from nscd.friction.sweeps import anderson, gauss_seidel
 

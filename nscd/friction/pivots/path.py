@@ -14,8 +14,7 @@ import numpy as np
 from numba import njit
 
 from nscd.friction.elimination import add_to
-from nscd.friction.problem import add_impulses, contact_velocities
-from nscd.friction.rates import (
+from nscd.friction.pivots.rates import (
     CHANGES,
     LAM,
     SOFT,
@@ -27,6 +26,7 @@ from nscd.friction.rates import (
     restart,
     take,
 )
+from nscd.friction.problem import add_impulses, contact_velocities
 from nscd.friction.sets import BACKWARD, FORWARD, FREE, STICK
 
 # Farther than this from the start a path is given up.

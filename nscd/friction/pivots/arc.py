@@ -13,9 +13,9 @@ from numba import njit
 
 from nscd.friction.elimination import add_to, put
 from nscd.friction.factor import solve_factorised
-from nscd.friction.path import ARRIVED, AWAY, BROKEN, LONG, margins, switch
+from nscd.friction.pivots.path import ARRIVED, AWAY, BROKEN, LONG, margins, switch
+from nscd.friction.pivots.rates import LAM, TAU, S, V, restart
 from nscd.friction.problem import add_impulses, contact_velocities
-from nscd.friction.rates import LAM, TAU, S, V, restart
 from nscd.friction.sets import FREE, STICK, slope
 
 # The longest step of ψ; a change of state is met within this; margins below −SLACK (of the scale, in

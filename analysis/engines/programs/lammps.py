@@ -1,6 +1,6 @@
 """LAMMPS with a look at each step: the deck crowd.in, and the impulses of its contacts.
 
-    python -m analysis.engines.lammps_run DECKS -var … (the words of lmp but for -in and -log)
+    python -m analysis.engines.programs.lammps DECKS -var … (the words of lmp but for -in and -log)
 
 A contact that begins and ends between two frames is in none of them, and every tenth step may miss
 much of a short impact. Here the forces of every step are summed, as the step itself uses them: LAMMPS
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.engines.impulse_sums import ImpulseSums
+from analysis.engines.programs.impulse_sums import ImpulseSums
 from nscd.arrays import Floats
 
 # In the folder of the decks: names of walls, in the order of the scene.

@@ -1,0 +1,1 @@
+"""Path following by pivots: how sliding islands are finished that sweeps do not."""
