@@ -66,14 +66,20 @@ class Ensemble:
     last_s: float
 
     def samples(self, measure: str) -> list[Floats]:
-        """Give the windows (w,) of each crowd that count. The flow of a crowd is one number: people
-        pass one by one, and in a window there are none or one."""
+        """Give the windows (w,) of each crowd that count. The flow and the lifetime of arches are one
+        number per crowd: people pass one by one, and in a window there are none or one."""
+        if measure == "arch_lifetime":
+            lives = [series.lifetimes(self.last_s) for series in self.series]
+            return [np.array([np.mean(one)]) for one in lives if len(one)]
         chosen = [series.values[measure][series.last(self.last_s)] for series in self.series]
         return [values.mean(keepdims=True) for values in chosen] if measure == "flow" else chosen
 
     def interval(self, measure: str) -> Interval:
         """Give the median and the 90 % interval of all windows of all crowds."""
         samples = self.samples(measure)
+        if not samples:
+            none = float("nan")
+            return Interval(median=none, low=none, high=none, crowds=0, windows=0, independent=0.0)
         pooled = np.concatenate(samples)
         low, high = np.quantile(pooled, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
         return Interval(
@@ -89,8 +95,10 @@ class Ensemble:
         """Compare the medians with those of another model, by drawing crowds again (bootstrap); None
         where the other's is zero or either has fewer than three crowds."""
         mine, theirs = self.samples(measure), other.samples(measure)
+        if min(len(mine), len(theirs)) < 3:
+            return None
         reference = float(np.median(np.concatenate(theirs)))
-        if min(len(mine), len(theirs)) < 3 or reference == 0:
+        if reference == 0:
             return None
         random = np.random.default_rng(0)
         shares = [

@@ -9,25 +9,25 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps import DumpError, index_dump, open_bodies, snapshot_of
-from analysis.dumps.contacts import IMPULSE_COLUMNS
+from analysis.dumps import DumpError
+from analysis.dumps.windows import RunWindows, Window, joined
+from analysis.motion.arches import LEAST_N, Arch, arches_of, share_of
 from analysis.scene.scene import Scene, read_scene
 from nscd import Snapshot
 from nscd.arrays import Floats
 
 # The shortest window (s) that is worth comparing: below it a quantile of forces depends on the step.
 SHORTEST_S = 0.1
-# Near the door (m), and the force (N) below which two bodies hardly touch.
-NEAR_M, LEAST_N = 2.0, 10.0
+# Near the door (m).
+NEAR_M = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
-    """Name a headline quantity: its title, its unit, and whether it is a force."""
+    """Name a headline quantity: its title and its unit."""
 
     title: str
     unit: str
-    of_forces: bool = True
 
 
 MEASURES: Mapping[str, Measure] = {
@@ -37,9 +37,11 @@ MEASURES: Mapping[str, Measure] = {
     "person_largest": Measure(title="load of the most loaded person", unit="N"),
     "walls": Measure(title="load on all walls", unit="N"),
     "pressure_door": Measure(title="pressure on people within 2 m of the door", unit="N/m"),
-    "speed_door": Measure(title="speed within 2 m of the door", unit="m/s", of_forces=False),
-    "density_door": Measure(title="density within 2 m of the door", unit="1/m²", of_forces=False),
-    "flow": Measure(title="people through the door per second", unit="1/s", of_forces=False),
+    "speed_door": Measure(title="speed within 2 m of the door", unit="m/s"),
+    "density_door": Measure(title="density within 2 m of the door", unit="1/m²"),
+    "flow": Measure(title="people through the door per second", unit="1/s"),
+    "arch_share": Measure(title="share of time with an arch before the door", unit="–"),
+    "arch_lifetime": Measure(title="mean lifetime of an arch", unit="s"),
 }
 
 
@@ -52,6 +54,7 @@ class Series:
     values: (w,) per measure, in its unit
     evacuated: (w,) people beyond the line of the door
     forces: for each window the contact forces (N) above 10 N
+    arches: before the door, in order of time
     """
 
     time: Floats
@@ -59,6 +62,7 @@ class Series:
     values: Mapping[str, Floats]
     evacuated: Floats
     forces: tuple[Floats, ...]
+    arches: tuple[Arch, ...] = ()
 
     def last(self, duration_s: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Choose the windows (w,) that begin in the last `duration_s` of the run."""
@@ -67,71 +71,72 @@ class Series:
         )
         return kept
 
+    def lifetimes(self, duration_s: float) -> list[float]:
+        """List the lifetimes (s) of the arches that stood in the last `duration_s` of the run."""
+        begins = float(self.time[-1]) - duration_s + 1e-9
+        return [arch.lifetime for arch in self.arches if arch.end > begins]
+
 
 def read_series(folder: Path, time_step_s: float) -> Series:
     """Read the windows of a run of a driven crowd. A window is as many frames as make 0.1 s or more.
 
     Raises DumpError for a run without impulses."""
     scene = read_scene(folder / "scene.toml")
-    path = folder / "impulses.dump"
-    if not path.exists():
-        raise DumpError(f"{path}: no such file; run the scene again with [run] impulses = true")
-    index = index_dump(path, "ENTRIES")
-    if index.columns != IMPULSE_COLUMNS:
-        raise DumpError(f"{path}: columns {' '.join(index.columns)}")
-    bodies = open_bodies(folder / "bodies.dump", time_step_s).trajectory
-    if len(bodies) != len(index.steps):
-        raise DumpError(f"{path}: {len(index.steps)} frames where bodies.dump has {len(bodies)}")
-    times = np.array(index.steps) * time_step_s
-    together = max(1, math.ceil(SHORTEST_S / (times[1] - times[0]) - 1e-9))
-    ends = range(together, len(times), together)
-    rows: list[dict[str, float]] = []
-    evacuated, forces = [float(_gone(scene, scene.snapshot).sum())], []
-    for end in ends:
-        duration = float(times[end] - times[end - together])
-        table = np.concatenate([index.table(n) for n in range(end - together + 1, end + 1)])
-        now = snapshot_of(bodies[end])
-        values, magnitudes = _window(scene, now, table, duration)
-        evacuated.append(float(_gone(scene, now).sum()))
-        rows.append(values | {"flow": (evacuated[-1] - evacuated[-2]) / duration})
-        forces.append(magnitudes)
+    run = RunWindows(folder, time_step_s)
+    frames = list(run.between_frames())
+    together = max(1, math.ceil(SHORTEST_S / frames[0].duration - 1e-9))
+    windows = [joined(frames[n - together : n]) for n in range(together, len(run.times), together)]
+    if not windows:
+        raise DumpError(f"{folder}: {run.times[-1]:g} s; a window of {SHORTEST_S:g} s is the least")
+    people = [passed(scene, window.now) for window in windows]
+    gone = np.diff([passed(scene, scene.snapshot), *people])
+    arches = arches_of(scene, frames)
+    rows = [
+        values_of(scene, window)
+        | {"flow": out / window.duration, "arch_share": share_of(window, arches)}
+        for window, out in zip(windows, gone, strict=True)
+    ]
     return Series(
-        time=times[list(ends)],
-        window_s=float(times[together]),
-        values={key: np.array([row[key] for row in rows]) for key in MEASURES},
-        evacuated=np.array(evacuated[1:]),
-        forces=tuple(forces),
+        time=np.array([window.end for window in windows]),
+        window_s=windows[0].duration,
+        values={key: np.array([row[key] for row in rows]) for key in MEASURES if key in rows[0]},
+        evacuated=np.array(people),
+        forces=tuple(pressing(window) for window in windows),
+        arches=arches,
     )
 
 
-def _window(
-    scene: Scene, now: Snapshot, table: Floats, duration: float
-) -> tuple[dict[str, float], Floats]:
-    """The measures of one window, and its contact forces above 10 N. table: rows of its impulses."""
-    keys, place = np.unique(table[:, :3].astype(np.int64), axis=0, return_inverse=True)
-    impulse = np.zeros((len(keys), 2))
-    np.add.at(impulse, place.ravel(), table[:, 3:5])
-    force = np.hypot(*impulse.T) / duration
-    wall = keys[:, 2] == 1
-    load = np.zeros(len(now))
-    rank = np.searchsorted(now.ids, keys[:, :2])
-    np.add.at(load, rank[:, 0], force)
-    np.add.at(load, rank[~wall, 1], force[~wall])
-    pressed = force[force > LEAST_N]
-    near = ~_gone(scene, now) & (_from_door(scene, now.position) <= NEAR_M)
-    walking = np.hypot(*now.velocity[near].T)
-    outline = 2 * np.pi * now.radius
+def pressing(window: Window) -> Floats:
+    """Give the contact forces of a window above 10 N."""
+    return window.force[window.force > LEAST_N]
+
+
+def passed(scene: Scene, now: Snapshot) -> float:
+    """Count who is beyond the line of the door."""
+    return float(_gone(scene, now).sum())
+
+
+def values_of(scene: Scene, window: Window) -> dict[str, float]:
+    """Measure a window: the loads, and of a driven crowd pressure, speed and density at the door."""
+    now, force, pressed = window.now, window.force, pressing(window)
+    load = window.at_people(force)
     values = {
         "contact_largest": float(force.max(initial=0.0)),
         "contact_95": float(np.quantile(pressed, 0.95)) if len(pressed) else 0.0,
         "contact_mean": float(pressed.mean()) if len(pressed) else 0.0,
         "person_largest": float(load.max(initial=0.0)),
-        "walls": float(force[wall].sum()),
+        "walls": float(force[window.is_wall].sum()),
+    }
+    if scene.drive is None:
+        return values
+    near = ~_gone(scene, now) & (_from_door(scene, now.position) <= NEAR_M)
+    walking = np.hypot(*now.velocity[near].T)
+    outline = 2 * np.pi * now.radius
+    return values | {
         "pressure_door": float((load[near] / outline[near]).mean()) if near.any() else 0.0,
         "speed_door": float(walking.mean()) if near.any() else 0.0,
         "density_door": float(near.sum()) / (0.5 * np.pi * NEAR_M**2),
     }
-    return values, pressed
 
 
 def _gone(scene: Scene, snapshot: Snapshot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

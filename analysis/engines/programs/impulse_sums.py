@@ -8,10 +8,10 @@ import numpy as np
 
 from analysis.dumps.contacts import IMPULSE_COLUMNS
 from analysis.dumps.writing import write_frame
-from nscd.arrays import Floats
+from nscd.arrays import Floats, Indices
 
-# Rows that are kept before they are summed: about 40 MB.
-MOST_ROWS = 1_000_000
+# Ids are below 2³¹; one integer says both bodies, and above them whether the second is a wall.
+_BITS = 31
 
 
 class ImpulseSums:
@@ -19,33 +19,38 @@ class ImpulseSums:
 
     def __init__(self, file: IO[str]) -> None:
         self._file = file
-        self._parts: list[Floats] = []
-        self._rows = 0
+        self._begin()
 
-    def add(self, keys: Floats, impulse: Floats) -> None:
-        """Add what contacts gave in a step.
+    def _begin(self) -> None:
+        # rising, and what each has received so far
+        self._keys, self._sums = np.empty(0, np.int64), np.empty((0, 2))
 
-        keys: (k,3), id of a disk; id of the other, or number of the wall from 1; 1 for a wall, else 0
+    def add(self, first: Indices, second: Indices, wall: bool, impulse: Floats) -> None:
+        """Add what contacts gave in a step, each at most once.
+
+        first: (k,) id of a disk
+        second: (k,) id of the other disk, or number of the wall from 1 where `wall`
         impulse: (k,2) N·s, of the first on the second
         """
-        self._parts.append(np.column_stack([keys, impulse]))
-        self._rows += len(keys)
-        if self._rows > MOST_ROWS:
-            self._parts = [self._summed()]
-            self._rows = len(self._parts[0])
+        if not wall:
+            swapped = first > second
+            first, second = np.where(swapped, second, first), np.where(swapped, first, second)
+            impulse = np.where(swapped[:, None], -impulse, impulse)
+        keys = (int(wall) << 2 * _BITS) | (first << _BITS) | second
+        place = np.searchsorted(self._keys, keys)
+        known = place < len(self._keys)
+        known[known] = self._keys[place[known]] == keys[known]
+        if not known.all():
+            every = np.union1d(self._keys, keys)
+            sums = np.zeros((len(every), 2))
+            sums[np.searchsorted(every, self._keys)] = self._sums
+            self._keys, self._sums = every, sums
+            place = np.searchsorted(every, keys)
+        self._sums[place] += impulse
 
     def write(self, step: int) -> None:
         """Write a frame with the sums since the last one, the smaller id first; then begin again."""
-        rows = self._summed()
-        keys = rows[:, :3].astype(np.int64)
-        write_frame(self._file, "ENTRIES", step, IMPULSE_COLUMNS, [*keys.T, *rows[:, 3:].T])
-        self._parts, self._rows = [], 0
-
-    def _summed(self) -> Floats:
-        rows = np.concatenate([np.empty((0, 5)), *self._parts])
-        swapped = (rows[:, 2] == 0) & (rows[:, 0] > rows[:, 1])
-        rows[swapped] = rows[swapped][:, [1, 0, 2, 3, 4]] * [1, 1, 1, -1, -1]
-        keys, place = np.unique(rows[:, [2, 0, 1]], axis=0, return_inverse=True)
-        total = np.zeros((len(keys), 2))
-        np.add.at(total, place.ravel(), rows[:, 3:])
-        return np.column_stack([keys[:, [1, 2, 0]], total])
+        one = (1 << _BITS) - 1
+        keys = [self._keys >> _BITS & one, self._keys & one, self._keys >> 2 * _BITS]
+        write_frame(self._file, "ENTRIES", step, IMPULSE_COLUMNS, [*keys, *self._sums.T])
+        self._begin()

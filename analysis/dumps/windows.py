@@ -1,0 +1,117 @@
+"""Impulses over windows of time: what each pair and each wall of a run received, and the crowd then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.dumps.contacts import IMPULSE_COLUMNS
+from analysis.dumps.reader import open_bodies, snapshot_of
+from analysis.dumps.table import DumpError, DumpIndex, index_dump
+from nscd import Snapshot
+from nscd.arrays import Flags, Floats, Indices
+
+HOW = "run the scene again with impulses = true under [run]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Window:
+    """Hold what a window of a run passed on.
+
+    start, end: s
+    now: the crowd at its end
+    keys: (k,3) id of a disk; id of the other, or number of the wall from 1; 1 for a wall, else 0;
+        rising, each once
+    impulse: (k,2) N·s, of the first on the second
+    """
+
+    start: float
+    end: float
+    now: Snapshot
+    keys: Indices
+    impulse: Floats
+
+    @property
+    def duration(self) -> float:
+        """Give the length of the window (s)."""
+        return self.end - self.start
+
+    @property
+    def is_wall(self) -> Flags:
+        """(k,): whether the second is a wall."""
+        wall: Flags = self.keys[:, 2] == 1
+        return wall
+
+    @property
+    def force(self) -> Floats:
+        """(k,) N: the magnitude of each impulse over the time."""
+        return np.asarray(np.hypot(*self.impulse.T) / self.duration)
+
+    def at_people(self, of_contacts: Floats) -> Floats:
+        """Sum numbers (k,) of the contacts at each person, (n,)."""
+        total, wall = np.zeros(len(self.now)), self.is_wall
+        rank = np.searchsorted(self.now.ids, self.keys[:, :2])
+        np.add.at(total, rank[:, 0], of_contacts)
+        np.add.at(total, rank[~wall, 1], of_contacts[~wall])
+        return total
+
+
+class RunWindows:
+    """Give the windows of a run between any two of its frames, each frame being read once."""
+
+    def __init__(self, folder: Path, time_step_s: float) -> None:
+        """Open bodies.dump and impulses.dump of a folder. Raises DumpError where either is missing or
+        they do not fit each other."""
+        path = folder / "impulses.dump"
+        if not path.exists():
+            raise DumpError(f"{path}: no such file; {HOW}")
+        self._index: DumpIndex = index_dump(path, "ENTRIES")
+        if self._index.columns != IMPULSE_COLUMNS:
+            raise DumpError(f"{path}: columns {' '.join(self._index.columns)}")
+        self._bodies: Any = open_bodies(folder / "bodies.dump", time_step_s).trajectory
+        if self._bodies.steps != self._index.steps:
+            raise DumpError(f"{path}: its steps are not those of bodies.dump beside it")
+        if len(self._index.steps) < 2:
+            raise DumpError(f"{path}: one frame only; a window is between two")
+        self.times: Floats = np.array(self._index.steps) * time_step_s
+
+    def between_frames(self) -> Iterator[Window]:
+        """Read the windows from each frame to the next."""
+        for number in range(1, len(self.times)):
+            yield self.window(number - 1, number)
+
+    def window(self, first: int, last: int) -> Window:
+        """Read the window from one frame to a later one."""
+        table = np.concatenate([self._index.table(n) for n in range(first + 1, last + 1)])
+        keys, impulse = _summed(table[:, :3].astype(np.int64), table[:, 3:5])
+        now = snapshot_of(self._bodies[last])
+        wall = keys[:, 2] == 1
+        if not (np.isin(keys[:, 0], now.ids) & (wall | np.isin(keys[:, 1], now.ids))).all():
+            step = self._index.steps[last]
+            raise DumpError(
+                f"{self._index.path}, step {step}: an impulse of a disk that is not there"
+            )
+        start, end = float(self.times[first]), float(self.times[last])
+        return Window(start=start, end=end, now=now, keys=keys, impulse=impulse)
+
+
+def joined(parts: Sequence[Window]) -> Window:
+    """Join windows that follow each other."""
+    keys, impulse = _summed(
+        np.concatenate([part.keys for part in parts]),
+        np.concatenate([part.impulse for part in parts]),
+    )
+    last = parts[-1]
+    return Window(start=parts[0].start, end=last.end, now=last.now, keys=keys, impulse=impulse)
+
+
+def _summed(keys: Indices, impulse: Floats) -> tuple[Indices, Floats]:
+    """Each key once, rising, with the sum of its impulses."""
+    once, place = np.unique(keys, axis=0, return_inverse=True)
+    total = np.zeros((len(once), 2))
+    np.add.at(total, place.ravel(), impulse)
+    return once, total
