@@ -27,6 +27,7 @@ RANKS = [
     ["analysis/percussions"],
     ["analysis/compare"],
     ["analysis/pages"],
+    ["analysis/exposure"],
     ["analysis/motion", "analysis/work_precision", "analysis/stability", "analysis/paper"],
     ["analysis/advice"],
     ["analysis/cli"],

@@ -7,6 +7,7 @@ from analysis.cli.app import app
 from analysis.cli.chart import chart
 from analysis.cli.compare import compare
 from analysis.cli.doctor import doctor
+from analysis.cli.exposure import exposure
 from analysis.cli.import_crowd import import_
 from analysis.cli.paper import paper
 from analysis.cli.report import report
@@ -17,6 +18,7 @@ from analysis.cli.stability import stability
 
 __all__ = ["app"]
 
-for command in (scenes, run, import_, solve, compare, report, chart, stability, advise, paper):
+for command in (
+    scenes, run, import_, solve, compare, exposure, report, chart, stability, advise, paper, doctor
+):  # fmt: skip
     app.command(name=command.__name__.rstrip("_"))(command)
-app.command()(doctor)

@@ -1,0 +1,43 @@
+"""percussions exposure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from analysis.cli.app import positive, show
+
+
+def exposure(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished run with impulses.")],
+    limits: Annotated[
+        list[Path] | None, typer.Option(help="TOML file with further limits; several times.")
+    ] = None,
+    window: Annotated[
+        float, typer.Option(parser=positive, help="Window over which forces are means, in s.")
+    ] = 0.1,
+) -> None:
+    """Say who bears more than people can, for how long, and what the walls bear.
+
+    Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
+    the folder of the run. The rigid engine always sums impulses; LAMMPS and YADE do with
+    impulses = true under [run].
+
+    Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml
+    """
+    from analysis.exposure.exposure import read_exposure
+    from analysis.exposure.limits import known_limits
+    from analysis.exposure.table import HEAD, exposure_rows, write_exposure
+
+    known = known_limits(limits or [])
+    found = read_exposure(run, window)
+    written = write_exposure(found, known, run)
+    title = (
+        f"{found.scene.title}: forces are impulses over windows of {found.window_s:g} s; "
+        f"the run lasts {found.windows[-1].time:g} s"
+    )
+    show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
+    for path in written:
+        print(path)

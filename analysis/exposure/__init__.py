@@ -1,0 +1,1 @@
+"""What people and walls bear in a run, against limits that have a source."""

@@ -1,0 +1,247 @@
+"""Loads and times above limits: closed forms of a pressed row, and files of limits that are wrong."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from analysis.dumps import DumpError
+from analysis.dumps.windows import Window
+from analysis.engines.run import simulate
+from analysis.exposure.exposure import Exposure, read_exposure
+from analysis.exposure.limits import QUANTITIES, Limit, LimitError, known_limits
+from analysis.exposure.loads import Loads, loads_of
+from analysis.exposure.table import exposure_rows, write_exposure
+from analysis.scene.parts import Analysis, ContactModel, Drive, Room, Run, Wall
+from analysis.scene.scene import Scene
+from nscd import Snapshot
+
+PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5
+
+
+def row(radius=RADIUS):
+    """Five people in a row against a wall of 0.8 m, who all push with 150 N."""
+    reach = -radius * (2 * np.arange(PEOPLE) + 1)
+    snapshot = Snapshot(
+        position=np.column_stack([reach, np.zeros(PEOPLE)]),
+        velocity=np.zeros((PEOPLE, 2)),
+        radius=np.full(PEOPLE, radius),
+        mass=np.full(PEOPLE, 75.0),
+    )
+    room = Room(
+        title="a row before a wall",
+        source="made for a test",
+        walls=(Wall(name="wall", start_m=(0.0, -0.4), end_m=(0.0, 0.4)),),
+        drive=Drive(
+            speed_m_per_s=1.0,
+            relaxation_time_s=0.5,
+            door_start_m=(5.0, -0.1),
+            door_end_m=(5.0, 0.1),
+            aim="centre",
+            outward=(1.0, 0.0),
+        ),
+        contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
+        run=Run(duration_s=0.5, frames=10),
+        analysis=Analysis(kind="driven", time_s=0.5),
+    )
+    return Scene.of(room, name="row", snapshot=snapshot)
+
+
+@pytest.fixture(scope="module")
+def pressed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("row") / "run"
+    simulate(row(), "rigid", folder)
+    return folder
+
+
+def test_the_load_on_the_last_of_a_row_is_the_push_of_all(pressed):
+    """Contact j carries j pushes; the last person bears n + (n − 1) of them in sum, is at rest with
+    the resultant that undoes the own push, and the wall of 0.8 m carries n over its length."""
+    found = read_exposure(pressed)
+    assert found.window_s == pytest.approx(0.1)
+    assert len(found.windows) == 5
+    order = np.arange(PEOPLE)  # 0 stands at the wall
+    for loads in found.windows:
+        person = loads.person
+        assert person["contact_largest"] == pytest.approx(PUSH * (PEOPLE - order), rel=1e-6)
+        both = PUSH * (2 * (PEOPLE - order) - 1)
+        assert person["contact_sum"] == pytest.approx(both, rel=1e-6)
+        assert person["resultant"] == pytest.approx(np.full(PEOPLE, PUSH), rel=1e-6)
+        assert person["pressure"] == pytest.approx(both / (2 * np.pi * RADIUS), rel=1e-6)
+        assert loads.wall["wall_load"] == pytest.approx([PUSH * PEOPLE], rel=1e-6)
+        assert loads.wall["wall_line_load"] == pytest.approx([1e-3 * PUSH * PEOPLE / 0.8], rel=1e-6)
+
+
+def limit(number, quantity="contact_largest", **rest):
+    words = {"what": "x", "population": "x", "source": "x", "read": "first-hand", "name": "mine"}
+    return Limit(number=number, unit=QUANTITIES[quantity].unit, quantity=quantity, **words | rest)
+
+
+def test_times_above_a_limit(pressed):
+    found = read_exposure(pressed, window_s=0.2)
+    assert found.window_s == pytest.approx(0.2)
+    total, longest = found.time_above(limit(PUSH * 2.5))
+    assert total == pytest.approx([0.4, 0.4, 0.4, 0, 0])
+    assert longest == pytest.approx(total)
+    assert found.largest(limit(1.0)) == pytest.approx(PUSH * PEOPLE)
+    with pytest.raises(DumpError, match="shorter than 3 s"):
+        read_exposure(pressed, window_s=3.0)
+
+
+def test_a_break_ends_a_stretch_but_not_the_sum():
+    forces = [[700, 100], [700, 700], [100, 700], [700, 700]]
+    windows = [
+        Loads(
+            time=0.1 * (n + 1),
+            duration=0.1,
+            person={"contact_largest": np.array(row, dtype=float)},
+            wall={},
+            crowd={},
+        )
+        for n, row in enumerate(forces)
+    ]
+    found = Exposure(scene=row(), ids=np.array([1, 2]), windows=windows)
+    total, longest = found.time_above(limit(623.0))
+    assert total == pytest.approx([0.3, 0.3])
+    assert longest == pytest.approx([0.2, 0.3])
+
+
+def test_the_line_load_is_that_of_the_worst_metre():
+    """Of people at 0, 0.9, 1.8 and 4 m along a wall who press with 1, 2, 3 and 4 kN, two at most are
+    within a metre: 2 + 3 kN."""
+    along = np.array([0.0, 0.9, 1.8, 4.0])
+    now = Snapshot(
+        position=np.column_stack([-0.2 * np.ones(4), along]),
+        velocity=np.zeros((4, 2)),
+        radius=np.full(4, 0.2),
+        mass=np.full(4, 75.0),
+    )
+    scene = row().model_copy(
+        update={
+            "snapshot": now,
+            "drive": None,
+            "walls": (Wall(name="long", start_m=(0.0, 0.0), end_m=(0.0, 5.0)),),
+        }
+    )
+    keys = np.column_stack([now.ids, np.ones(4, int), np.ones(4, int)])
+    impulse = np.column_stack([100.0 * np.array([1, 2, 3, 4]), np.zeros(4)])
+    loads = loads_of(scene, Window(start=0.0, end=0.1, now=now, keys=keys, impulse=impulse))
+    assert loads.wall["wall_line_load"] == pytest.approx([5.0])
+    assert loads.wall["wall_load"] == pytest.approx([10_000.0])
+    assert loads.crowd == {}
+
+
+def test_density_is_that_of_pedpy():
+    """Where heads stand in the half disk before the door, PedPy counts the same density."""
+    import pandas as pd
+    import pedpy
+    import shapely
+
+    scene = row()
+    random = np.random.default_rng(3)
+    places = np.array([5.0, 0.0]) + random.uniform(-3, 3, (40, 2))
+    now = Snapshot(
+        position=places,
+        velocity=random.normal(size=(40, 2)),
+        radius=np.full(40, 0.2),
+        mass=np.full(40, 75.0),
+    )
+    empty = {"keys": np.empty((0, 3), int), "impulse": np.empty((0, 2))}
+    crowd = loads_of(scene, Window(start=0.0, end=0.1, now=now, **empty)).crowd
+    half = shapely.Point(5.0, 0.0).buffer(2.0, quad_segs=400) & shapely.box(0, -9, 5.0, 9)
+    table = pd.DataFrame({"id": now.ids, "frame": 0, "x": places[:, 0], "y": places[:, 1]})
+    measured = pedpy.compute_classic_density(
+        traj_data=pedpy.TrajectoryData(data=table, frame_rate=1.0),
+        measurement_area=pedpy.MeasurementArea(half),
+    )
+    assert crowd["density"] == pytest.approx(float(measured["density"].iloc[0]), rel=1e-4)
+    near = shapely.contains_xy(half, places)
+    assert crowd["crowd_pressure"] == pytest.approx(
+        crowd["density"] * now.velocity[near].var(axis=0).sum()
+    )
+
+
+def test_tables_hold_every_person_wall_and_limit(pressed):
+    found, known = read_exposure(pressed), known_limits()
+    files = {
+        path.name: list(csv.DictReader(path.read_text().splitlines()))
+        for path in write_exposure(found, known, pressed)
+    }
+    assert len(files["exposure_people.csv"]) == 5 * PEOPLE
+    assert len(files["exposure_walls.csv"]) == 5
+    persons = [one for one in known if QUANTITIES[one.quantity].of == "person"]
+    rows = [row for row in files["exposure_limits.csv"] if row["of"] == "person"]
+    assert len(rows) == PEOPLE * len(persons)
+    (first,) = (r for r in rows if r["limit"] == "chest_bar_men" and r["id"] == "1")
+    assert float(first["time_above_s"]) == pytest.approx(0.5)
+    assert first["source"] == "Evans & Hayden 1971, quoted by Lee & Hughes 2006"
+    shown = {row[0]: row for row in exposure_rows(found, known)}
+    assert shown["chest_bar_men"][3:5] == ["1 of 5 people", "0.5 s"]
+    assert shown["asphyxia_minutes"][4] == "0 of 240 s"
+
+
+def test_every_shipped_limit_says_where_it_is_from():
+    known = known_limits()
+    assert {(one.number, one.unit) for one in known} >= {
+        (623, "N"), (1112, "N"), (6227, "N"), (4500, "N"), (2000, "N"), (9000, "N"), (400, "N"),
+        (715, "N"), (2, "kN/m"), (5, "kN/m"),
+    }  # fmt: skip
+    assert len({one.quantity for one in known if one.unit == "N" and "wall" in one.quantity}) == 1
+
+
+GOOD = """
+[[limit]]
+name = "mine"
+number = 500.0
+unit = "N"
+quantity = "contact_largest"
+what = "my own"
+population = "adults"
+source = "my report, 2026"
+read = "first-hand"
+"""
+
+
+def test_users_add_and_replace_limits(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(GOOD + GOOD.replace("mine", "chest_bar_men"))
+    known = {one.name: one for one in known_limits([path])}
+    assert known["mine"].cited == "my report, 2026"
+    assert known["chest_bar_men"].number == 500
+    assert len(known) == len(known_limits()) + 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('unit = "N"', 'unit = "kN"', r"'mine': unit 'kN'; contact_largest is in N"),
+        ('unit = "N"', 'unit = "N/m"', r"unit 'N/m'; contact_largest is in N"),
+        ('source = "my report, 2026"\n', "", r"limit 'mine' source: is missing"),
+        ('"my report, 2026"', '" "', r"limit 'mine' source:"),
+        ("500.0", "nan", r"limit 'mine' number:"),
+        ("500.0", "-5.0", r"limit 'mine' number:.*greater than 0"),
+        ("500.0", '"500"', r"limit 'mine' number:.*valid number"),
+        ("contact_largest", "stress", r"quantity 'stress'; there are: contact_largest"),
+        ("first-hand", "second-hand", r"quoted_by is needed"),
+        ("first-hand", "hearsay", r"limit 'mine' read:"),
+        ('what = "my own"', "whom = 1", r"limit 'mine' what: is missing"),
+        ("[[limit]]", "[[limits]]", r"limit: is missing"),
+        ("[[limit]]", "[[limit", r"mine.toml: .*line 2"),
+        ('"mine"', '"my own"', r"limit 'my own' name:"),
+    ],
+)  # fmt: skip
+def test_a_wrong_file_names_the_limit_and_the_key(tmp_path, old, new, said):
+    path = tmp_path / "mine.toml"
+    path.write_text(GOOD.replace(old, new))
+    with pytest.raises(LimitError, match=said) as found:
+        known_limits([path])
+    assert str(path) in str(found.value)
+
+
+def test_missing_and_double(tmp_path):
+    with pytest.raises(LimitError, match="no such file"):
+        known_limits([tmp_path / "none.toml"])
+    path = tmp_path / "mine.toml"
+    path.write_text(GOOD + GOOD)
+    with pytest.raises(LimitError, match="two limits are called mine"):
+        known_limits([path])
