@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import show, warn
+from analysis.cli.app import positive, show, warn
 from analysis.cli.rigid_law import RigidLaw, law_words
+
+if TYPE_CHECKING:
+    from analysis.motion.pairwise import WindowComparison
+    from nscd import ContactLaw
+
+# Rows of the table of windows in the terminal.
+MOST_ROWS = 12
 
 
 def compare(
@@ -17,14 +25,115 @@ def compare(
     time: Annotated[
         float | None, typer.Option(help="Instant in s, instead of the scene's.")
     ] = None,
+    window: Annotated[
+        float | None,
+        typer.Option(
+            parser=positive,
+            help="Only impulses over windows of so many s (at least 0.1), no instant.",
+        ),
+    ] = None,
+    last: Annotated[
+        float | None,
+        typer.Option(parser=positive, help="Only windows of the last so many s; left out: all."),
+    ] = None,
     rigid_law: RigidLaw = None,
 ) -> None:
-    """Compare finished runs with the percussions of their snapshots.
+    """Compare runs with each other, and each with the percussions of its snapshot.
 
-    Writes comparison.csv and comparison.json into the folder of each run.
+    Two runs or more of one crowd, by any engines, are compared by their impulses over windows of
+    0.1 s, the others with the first: contact by contact, wall by wall, and as distributions. That
+    needs runs with impulses = true under [run] of the scene (the rigid engine always has them).
+    The snapshots of a rigid run are not compared then: a rigid contact has no force at an instant.
 
-    Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/yade_hooke_k1e+06
+    Writes windows.csv, window_contacts.csv and windows.json into the folder of each run but the
+    first, comparison.csv and comparison.json (the snapshot) into the folder of each.
+
+    Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/rigid_moreau_jean --window 0.1
     """
+    from analysis.engines.record import RunRecord
+    from analysis.engines.rigid import NAME as RIGID
+
+    if window is not None:
+        if len(runs) < 2:
+            raise ValueError("window: two runs or more are compared by windows")
+        for other in runs[1:]:
+            _by_windows(runs[0], other, window, last)
+        return
+    rigid = [RunRecord.read(folder).engine == RIGID for folder in runs]
+    # forces of a rigid run are means since the frame before; alone it is looked at all the same
+    soft = [folder for folder, known in zip(runs, rigid, strict=True) if not known]
+    solved = _by_snapshot(soft or runs, time, rigid_law) if soft or len(runs) < 2 else True
+    for other in runs[1:]:
+        _by_windows_if_possible(runs[0], other, last)
+    if not solved:
+        raise typer.Exit(1)
+
+
+def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> None:
+    """By windows of 0.1 s; a sentence where these two runs cannot be."""
+    from analysis.dumps import DumpError
+
+    try:
+        _by_windows(first, other, None, last)
+    except DumpError as error:
+        warn(f"not compared by windows: {error}")
+
+
+def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
+    from analysis.motion.pairwise import compare_windows
+    from analysis.motion.series import MEASURES, SHORTEST_S
+    from analysis.motion.study import model_title
+    from analysis.motion.windows_files import write_windows
+    from analysis.pages.numbers import percent, significant
+
+    compared = compare_windows(first, other, window or SHORTEST_S, last)
+    paths = write_windows(other, compared, (first, other))
+    titles = [
+        model_title(scene, record.engine)
+        for scene, record in zip(compared.scenes, compared.records, strict=True)
+    ]
+    span, windows = compared.windows[0], len(compared.windows)
+    title = (
+        f"{compared.scenes[0].name}: impulses over windows of {significant(span.end - span.start)} s, "
+        f"{windows} from {span.start:.4g} to {compared.windows[-1].end:.4g} s"
+    )
+    rows = []
+    for key, found in compared.paired().items():
+        means = [significant(found.first), significant(found.second)]
+        ends = f"{percent(found.low, 2)} to {percent(found.high, 2)}"
+        row = [*means, percent(found.share, 2), ends, significant(found.independent, 2)]
+        rows.append([f"{MEASURES[key].title} ({MEASURES[key].unit})", *row, found.verdict])
+    head = ["mean over windows", *titles, "second above first", "90 % interval", "independent", ""]
+    show(head, rows, title=title)
+    show(*_window_rows(compared), title="window by window, second against first")
+    for path in paths:
+        print(path)
+
+
+def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]]:
+    """The agreement in some windows, evenly chosen."""
+    from analysis.pages.numbers import decimals, percent
+
+    windows = compared.windows
+    every = -(-len(windows) // MOST_ROWS)
+    rows = []
+    for one in windows[every - 1 :: every]:
+        said = one.agreement()
+        kept = ("contact", "person", "wall", "sum")
+        names = [name for kind in kept for name in said if name.startswith(kind)]
+        cells = [
+            percent(said[name]) if name.endswith("difference") else decimals(said[name], 3)
+            for name in names
+            if not name.startswith("contacts")
+        ]
+        alone = f"{said['contacts_only_first']:.0f}, {said['contacts_only_second']:.0f}"
+        rows.append([f"{one.end:.4g}", f"{said['contacts_both']:.0f}", alone, *cells])
+    head = ["to (s)", "contacts of both", "of one only", "per contact", "correlation", "per person"]
+    return [*head, "load on walls", "sum of all"], rows
+
+
+def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw | None) -> bool:
+    """Each run with the percussions of its snapshot; whether all were solved."""
     from analysis.compare.comparison import compare_run
     from analysis.compare.contacts_csv import write_contacts
     from analysis.compare.remarks import remarks
@@ -59,5 +168,4 @@ def compare(
     show(["quantity", *heads], rows)
     for folder in runs:
         print(folder / "comparison.csv")
-    if any(column["status"] != "solved" for column in columns):
-        raise typer.Exit(1)
+    return all(column["status"] == "solved" for column in columns)

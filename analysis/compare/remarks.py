@@ -6,6 +6,7 @@ import math
 
 from analysis.compare.comparison import Comparison
 from analysis.dumps.impulses import FRAMES_NEEDED_FROM
+from analysis.engines.rigid import NAME as RIGID
 
 # Restitutions that differ by less are the same to a reader.
 ALIKE = 0.01
@@ -15,6 +16,11 @@ def remarks(comparison: Comparison) -> list[str]:
     """Say where the two models are not alike, and which numbers are not sharp."""
     record, law = comparison.record, comparison.law
     contact, words = comparison.scene.contact, []
+    if record.engine == RIGID:
+        words.append(
+            "a rigid contact has no force at an instant: the engine's forces are means since the frame "
+            "before, not like with like; compare two runs by windows"
+        )
     if contact.friction != law.friction:
         words.append(
             f"the engine's contacts have friction {contact.friction:g}, the percussions "

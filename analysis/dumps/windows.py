@@ -84,11 +84,15 @@ class RunWindows:
         for number in range(1, len(self.times)):
             yield self.window(number - 1, number)
 
+    def at(self, frame: int) -> Snapshot:
+        """Read the crowd at a frame."""
+        return snapshot_of(self._bodies[frame])
+
     def window(self, first: int, last: int) -> Window:
         """Read the window from one frame to a later one."""
         table = np.concatenate([self._index.table(n) for n in range(first + 1, last + 1)])
         keys, impulse = _summed(table[:, :3].astype(np.int64), table[:, 3:5])
-        now = snapshot_of(self._bodies[last])
+        now = self.at(last)
         wall = keys[:, 2] == 1
         if not (np.isin(keys[:, 0], now.ids) & (wall | np.isin(keys[:, 1], now.ids))).all():
             step = self._index.steps[last]

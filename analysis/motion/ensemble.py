@@ -88,7 +88,7 @@ class Ensemble:
             high=float(high),
             crowds=len(samples),
             windows=len(samples[0]),
-            independent=len(pooled) / _correlated(samples),
+            independent=len(pooled) / correlation_windows(samples),
         )
 
     def above(self, other: Ensemble, measure: str) -> Difference | None:
@@ -115,9 +115,9 @@ def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> float:
     return float(np.median(np.concatenate([samples[number] for number in chosen])))
 
 
-def _correlated(samples: Sequence[Floats]) -> float:
-    """How many windows make one independent one: 1 + 2 Σ ρ of the windows of a crowd about the mean
-    of all, until the correlation is lost; at most all windows of a crowd."""
+def correlation_windows(samples: Sequence[Floats]) -> float:
+    """Count how many windows make one independent one: 1 + 2 Σ ρ of the windows of a crowd about the
+    mean of all, until the correlation is lost; at most all windows of a crowd."""
     every = np.stack(samples) - np.concatenate(samples).mean()
     windows = every.shape[1]
     variance = float((every**2).mean())

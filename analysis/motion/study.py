@@ -59,8 +59,7 @@ def motion_runs(
             made = [
                 one.with_contact(stiffness_N_per_m=k) for one in variants[: 1 if another else None]
             ]
-            title = engine_name(name)
-            title += f", k = {number(k)} N/m" if name in soft else f", h = {_step(made[0])} ms"
+            title = model_title(made[0], name)
             runs[title + (", one crowd" if another else "")] = [
                 EngineRun(scene=one, engine=name, folder=_folder(out, one, name, index))
                 for index, one in enumerate(made)
@@ -76,8 +75,15 @@ def _stiffnesses(
     return stiffnesses if name == soft[0] else stiffnesses[:1]
 
 
-def _step(scene: Scene) -> str:
-    return number(1e3 * engine("rigid").timing(scene).time_step)
+def model_title(scene: Scene, name: str) -> str:
+    """Name the model of a run: the engine with its stiffness or step, and friction where it has
+    some."""
+    if name in (known.NAME for known in PENALTY):
+        setting = f"k = {number(scene.contact.stiffness_N_per_m)} N/m"
+    else:
+        setting = f"h = {number(1e3 * engine(name).timing(scene).time_step)} ms"
+    friction = f", μ = {number(scene.contact.friction)}" if scene.contact.friction else ""
+    return f"{engine_name(name)}, {setting}{friction}"
 
 
 def _folder(out: Path, scene: Scene, name: str, index: int) -> Path:

@@ -1,0 +1,224 @@
+"""Two runs of one crowd, impulse by impulse over the same windows of time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import t as student
+
+from analysis.compare.statistics import correlation, relative_difference
+from analysis.dumps import DumpError
+from analysis.dumps.windows import RunWindows
+from analysis.engines.record import RunRecord
+from analysis.motion.ensemble import LEVEL, correlation_windows
+from analysis.motion.same_crowd import check_same_crowd
+from analysis.motion.series import MEASURES, SHORTEST_S, passed, values_of
+from analysis.scene.scene import Scene, read_scene
+from nscd.arrays import Floats, Indices
+
+# Fewer independent windows than this say nothing.
+FEWEST = 3.0
+# Frames of two runs this near, over the shortest window, are at the same instant.
+SAME = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Both:
+    """Hold one window of both runs.
+
+    start, end: s
+    keys: (k,3) of every contact that either has, as a window has them
+    impulses: (2,k,2) N·s, first and second run; 0 where it has not the contact
+    has: (2,k)
+    values: of the first and the second run, measure by measure
+    loads: Σ of impulses at each person over the time, (2,n) N
+    """
+
+    start: float
+    end: float
+    keys: Indices
+    impulses: Floats
+    has: np.ndarray[tuple[int, int], np.dtype[np.bool_]]
+    values: tuple[dict[str, float], dict[str, float]]
+    loads: Floats
+
+    def agreement(self) -> dict[str, float]:
+        """Say how far the second run is from the first: rms differences over rms per contact that
+        both have and per person, relative differences of sums."""
+        both = self.has.all(0)
+        size = np.hypot(self.impulses[..., 0], self.impulses[..., 1])
+        wall = self.keys[:, 2] == 1
+        first, second = self.impulses[:, both].reshape(2, -1)
+        return {
+            "contacts_both": float(both.sum()),
+            "contacts_only_first": float((self.has[0] & ~both).sum()),
+            "contacts_only_second": float((self.has[1] & ~both).sum()),
+            "contact_relative_difference": relative_difference(first, second),
+            "contact_correlation": correlation(size[0, both], size[1, both]),
+            "person_relative_difference": relative_difference(*self.loads),
+            "wall_difference": _above(*size[:, wall].sum(1)),
+            "sum_difference": _above(*size.sum(1)),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paired:
+    """Hold means over windows, and by how much the second is above the first.
+
+    first, second: in the unit of the measure
+    share: (second − first)/first; low, high: its 90 % interval, NaN where too few windows are
+        independent
+    independent: how many windows count as such, by the correlation time of the differences
+    """
+
+    first: float
+    second: float
+    share: float
+    low: float
+    high: float
+    independent: float
+
+    @property
+    def verdict(self) -> str:
+        """Say whether the two can be told apart."""
+        if not np.isfinite(self.low):
+            return "too few independent windows"
+        apart = self.low > 0 or self.high < 0
+        return "differ" if apart else "not distinguishable"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WindowComparison:
+    """Set two runs of one crowd side by side.
+
+    scenes, records: of the first and the second run
+    windows: in order of time
+    """
+
+    scenes: tuple[Scene, Scene]
+    records: tuple[RunRecord, RunRecord]
+    windows: Sequence[Both]
+
+    def paired(self) -> dict[str, Paired]:
+        """Compare the means over all windows, measure by measure, window with window."""
+        return {
+            key: _paired(*(np.array([w.values[run][key] for w in self.windows]) for run in (0, 1)))
+            for key in MEASURES
+            if key in self.windows[0].values[0]
+        }
+
+
+def compare_windows(
+    first: Path, second: Path, shortest_s: float = SHORTEST_S, last_s: float | None = None
+) -> WindowComparison:
+    """Compare the impulses of two finished runs of one crowd over windows that both have.
+
+    shortest_s: s, a window is as many frames as last that long
+    last_s: s, how much of the end of what both have; all where left out
+
+    Raises EngineError and DumpError for folders that hold no finished run or have no impulses,
+    DumpError for different crowds and for frames that are at different instants."""
+    if shortest_s < SHORTEST_S * (1 - SAME):
+        raise DumpError(
+            f"window: {shortest_s:g} s; below {SHORTEST_S:g} s forces depend on the time step more "
+            "than on the crowd"
+        )
+    (scene, record), (other, other_record) = (_finished(folder) for folder in (first, second))
+    check_same_crowd((first, scene), (second, other))
+    runs = [
+        RunWindows(folder, one.time_step_s)
+        for folder, one in ((first, record), (second, other_record))
+    ]
+    frames = _common(runs[0].times, runs[1].times, shortest_s)
+    windows = [_both(scene, runs, begin, end) for begin, end in pairwise(frames)]
+    if not windows:
+        raise DumpError(
+            f"{second}: no two frames at instants of {first} that are {shortest_s:g} s apart"
+        )
+    begins = windows[-1].end - (last_s or np.inf) - SAME * shortest_s
+    return WindowComparison(
+        scenes=(scene, other),
+        records=(record, other_record),
+        windows=[window for window in windows if window.start >= begins],
+    )
+
+
+def _finished(folder: Path) -> tuple[Scene, RunRecord]:
+    record = RunRecord.read(folder)
+    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
+    record.check_finished(folder, scene)
+    return scene, record
+
+
+def _common(first: Floats, second: Floats, shortest_s: float) -> list[tuple[int, int]]:
+    """Frames (of the first, of the second) at the same instants, at least so far apart."""
+    chosen: list[tuple[int, int]] = []
+    for number, time in enumerate(first):
+        near = int(np.argmin(np.abs(second - time)))
+        if abs(second[near] - time) > SAME * shortest_s:
+            continue
+        if not chosen or time >= first[chosen[-1][0]] + shortest_s * (1 - SAME):
+            chosen.append((number, near))
+    return chosen
+
+
+def _both(
+    scene: Scene, runs: Sequence[RunWindows], begin: tuple[int, int], end: tuple[int, int]
+) -> Both:
+    """The window of both runs between two frames of each."""
+    windows = [run.window(a, b) for run, a, b in zip(runs, begin, end, strict=True)]
+    keys = np.unique(np.concatenate([window.keys for window in windows]), axis=0)
+    impulses, has = np.zeros((2, len(keys), 2)), np.zeros((2, len(keys)), dtype=bool)
+    values = []
+    for number, (run, window) in enumerate(zip(runs, windows, strict=True)):
+        every = np.concatenate([keys, window.keys])
+        place = np.unique(every, axis=0, return_inverse=True)[1].ravel()[len(keys) :]
+        impulses[number, place], has[number, place] = window.impulse, True
+        measured = values_of(scene, window)
+        if scene.drive is not None:
+            out = passed(scene, window.now) - passed(scene, run.at(begin[number]))
+            measured["flow"] = out / window.duration
+        values.append(measured)
+    return Both(
+        start=windows[0].start,
+        end=windows[0].end,
+        keys=keys,
+        impulses=impulses,
+        has=has,
+        values=(values[0], values[1]),
+        loads=np.stack([window.at_people(window.force) for window in windows]),
+    )
+
+
+def _paired(first: Floats, second: Floats) -> Paired:
+    """The means (w,) of both, and the interval of their difference by Student's t."""
+    difference = second - first
+    independent = len(first) / correlation_windows([difference])
+    mean = float(first.mean())
+    half = _half_interval(difference, independent)
+    share = _above(mean, float(second.mean()))
+    size = abs(mean) or np.nan
+    return Paired(
+        first=mean,
+        second=float(second.mean()),
+        share=share,
+        low=share - half / size,
+        high=share + half / size,
+        independent=independent,
+    )
+
+
+def _half_interval(values: Floats, independent: float) -> float:
+    """Half the interval of the mean of values, so many of which are independent."""
+    if independent < FEWEST:
+        return float("nan")
+    error = float(values.std(ddof=1)) / np.sqrt(independent)
+    return float(student.ppf(0.5 + LEVEL / 2, independent - 1) * error)
+
+
+def _above(first: float, second: float) -> float:
+    return second / first - 1 if first else float("nan")

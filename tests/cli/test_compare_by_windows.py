@@ -1,0 +1,55 @@
+"""percussions compare by windows: what it prints, writes and refuses."""
+
+import csv
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from analysis.engines.record import RunRecord
+from analysis.engines.run import simulate
+from analysis.scene.shipped_scenes import make
+
+
+@pytest.fixture(scope="module")
+def rigid(tmp_path_factory):
+    """A rigid run of 20 people before a door."""
+    folder = tmp_path_factory.mktemp("runs") / "rigid"
+    simulate(make("arch", disks=20).with_run(duration_s=1.0, frames=10), "rigid", folder)
+    return folder
+
+
+def test_the_command_writes_what_it_says(percussions, rigid, tmp_path):
+    other = shutil.copytree(rigid, tmp_path / "again")
+    made = percussions("compare", rigid, other, "--window", 0.2, "--last", 0.4)
+    assert made.returncode == 0, made.stderr
+    assert "windows of 0.2 s, 2 from 0.6 to 1 s" in re.sub(r"\s+", " ", made.stdout)
+    numbers = json.loads((other / "windows.json").read_text())
+    assert (numbers["windows"], numbers["window_s"]) == (2, pytest.approx(0.2))
+    with (other / "windows.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert numbers["measures"]["walls"]["first"] == pytest.approx(
+        np.mean([float(row["first_walls_N"]) for row in rows])
+    )
+    assert "h = 5 ms" in made.stdout
+    with (other / "window_contacts.csv").open() as file:
+        contacts = [row for row in csv.DictReader(file) if row["is_wall"] == "1"]
+    last = [row for row in contacts if float(row["end_s"]) > 0.99]
+    load = sum(np.hypot(float(r["first_run_x_Ns"]), float(r["first_run_y_Ns"])) for r in last) / 0.2
+    assert load == pytest.approx(float(rows[-1]["first_walls_N"]))
+
+
+def test_a_run_without_impulses_says_how_to_get_them(percussions, rigid, tmp_path):
+    other = tmp_path / "none"
+    shutil.copytree(rigid, other)
+    (other / "impulses.dump").unlink()
+    record = json.loads((other / "run.json").read_text())
+    del record["dump_digests"]["impulses.dump"]
+    (other / "run.json").write_text(json.dumps(record))
+    RunRecord.read(other).finished(other).write(other)
+    made = percussions("compare", rigid, other, "--window", 0.1)
+    assert made.returncode != 0
+    assert made.stderr.strip().count("\n") == 0
+    assert "impulses = true under [run]" in made.stderr
