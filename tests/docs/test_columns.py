@@ -25,7 +25,8 @@ def test_columns_of_solve_and_chart():
 def test_no_column_is_named_that_nobody_writes():
     written = set(COLUMNS) | {field.name for field in dataclasses.fields(Point)}
     pages = ["stability/page.py", "paper/page.py", "compare/contacts_csv.py", "dumps/contacts.py"]
-    pages += ["exposure/limits.py", "exposure/table.py"]
+    pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
+    pages += ["motion/windows_files.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}
