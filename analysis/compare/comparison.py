@@ -42,7 +42,8 @@ class Balance:
 
     drive: (2,) N, Σ of the drive; of an impact Σ m Δu
     walls, rigid_walls: (2,) N, Σ of what the walls receive, in the penalty and the rigid model
-    net: (2,) N, Σ m a of the engine; 0 for an impact
+    unbalanced: Σ |m a| / Σ |drive| over people, the body force in the drive: the share of the drive
+        that accelerates them, 0 at rest; NaN where the dump has no forces
     closure_error: how far the engine's own balance is from closing: |Σ drive − Σ walls − Σ m a| /
         |Σ drive|, or the largest error of a disk's momentum change rebuilt from ∫f dt
     frames_needed: of an impact, about so many make that error 1 %; 0 of a driven crowd
@@ -51,14 +52,9 @@ class Balance:
     drive: Floats
     walls: Floats
     rigid_walls: Floats
-    net: Floats
+    unbalanced: float
     closure_error: float
     frames_needed: int
-
-    @property
-    def unbalanced(self) -> float:
-        """|Σ m a| / |Σ drive|: the share of the drive that still accelerates people, 0 at rest."""
-        return float(np.hypot(*self.net)) / (float(np.hypot(*self.drive)) or 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,8 +150,7 @@ def compare_run(
     else:
         engine = contacts_at(index, number)
         check_contacts(index, number, engine, snapshot, scene)
-        weight = snapshot.mass.sum() * np.array(scene.acceleration())
-        balance = _driven_balance(snapshot, ts.data, engine, weight)
+        balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
         raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
     known = determinacy(found.contacts, len(snapshot))
@@ -215,27 +210,31 @@ def _impulses(
         drive=whole.change.sum(0),
         walls=whole.contacts.force[whole.contacts.is_wall].sum(0),
         rigid_walls=np.zeros(2),
-        net=np.zeros(2),
+        unbalanced=0.0,
         closure_error=whole.error,
         frames_needed=whole.frames_needed,
     )
 
 
 def _driven_balance(
-    snapshot: Snapshot, data: Any, engine: EngineContacts, weight: Floats
+    snapshot: Snapshot, data: Any, engine: EngineContacts, acceleration: Floats
 ) -> Balance:
-    """Σ drive with the body force on all disks, `weight` (2,) N; Σ m a where the dump has it; and
-    how far the balance is from closing (NaN without it)."""
-    total = weight if snapshot.drive is None else weight + snapshot.drive.sum(0)
-    walls, net, error = engine.force[engine.is_wall].sum(0), np.zeros(2), float("nan")
+    """The balance of a driven crowd, with a body force of an acceleration (2,) m/s²; NaN for what
+    needs the forces of a dump that has none."""
+    drive = snapshot.mass[:, None] * acceleration
+    if snapshot.drive is not None:
+        drive = drive + snapshot.drive
+    walls, total = engine.force[engine.is_wall].sum(0), drive.sum(0)
+    error = unbalanced = float("nan")
     if "fx" in data:
-        net = np.array([data["fx"].sum(), data["fy"].sum()])
-        error = float(np.hypot(*(total - walls - net))) / (float(np.hypot(*total)) or 1.0)
+        force = np.column_stack([data["fx"], data["fy"]])
+        error = float(np.hypot(*(total - walls - force.sum(0)))) / (float(np.hypot(*total)) or 1.0)
+        unbalanced = float(np.hypot(*force.T).sum()) / (float(np.hypot(*drive.T).sum()) or 1.0)
     return Balance(
         drive=total,
         walls=walls,
         rigid_walls=np.zeros(2),
-        net=net,
+        unbalanced=unbalanced,
         closure_error=error,
         frames_needed=0,
     )

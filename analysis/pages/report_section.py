@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from analysis.compare.comparison import FORCE, Comparison
 from analysis.compare.load_ranges import Range, carried_ranges
 from analysis.compare.study import Study
 from analysis.pages import report_charts as charts
+from analysis.pages.approach import FEWEST, MEASURES, SAME, fit_power, moved_between
 from analysis.pages.names import engine_label
 from analysis.pages.numbers import number, percent
 from analysis.pages.section import Cell, Picture, Section, Table
@@ -22,8 +23,6 @@ from nscd.indeterminacy.determinacy import determinacy
 
 # The share of the drive that may still accelerate a crowd "at rest".
 MOVING = 0.01
-# Two relative differences whose ratio is between these are nearly the same.
-MUCH_LESS, NO_LESS = 0.8, 0.95
 MOST = 5
 
 Run = dict[str, Any]
@@ -39,8 +38,8 @@ def report_section(study: Study, runs: Sequence[Run]) -> Section:
         failures.append(words.text("nothing"))
     return Section(
         number=scene.name,
-        title=scene.title,
-        introduction=[scene.notes, words.text("source", scene=scene)],
+        title=words.text("title", title=scene.title, time=scene.analysis.time_s),
+        introduction=[words.text("instant"), scene.notes, words.text("source", scene=scene)],
         words=_found(words, study, runs) if some else (),
         pictures=_pictures(words, study) if some else (),
         tables=_tables(words, study, runs) if some else (),
@@ -55,37 +54,56 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     for run in runs:
         block = "found" if run["difference_from_first_engine"] is None else "agree"
         said.append(words.text(block, run=run))
-    said += _trends(words, runs)
+    said.append(words.text("determined", friction=study.scene.contact.friction))
+    said += _trends(words, runs, _moved(study))
     moving = max(c.balance.unbalanced for c in study.comparisons)
     if moving > MOVING:
         said.append(words.text("moving", share=moving))
     if study.scene.reconciliation:
-        said.append(words.text("frame", frame=_real_frame(study.scene)))
+        frame, done = _real_frame(study.scene), study.scene.reconciliation
+        said.append(words.text("frame", frame=frame, done=done))
     return said
 
 
-def _trends(words: Words, runs: Sequence[Run]) -> list[str]:
-    """What rising stiffness does, one sentence for all engines of which the same is to be said."""
+def _trends(words: Words, runs: Sequence[Run], moved: Mapping[str, float]) -> list[str]:
+    """What rising stiffness does, one sentence for all engines of which the same is to be said.
+
+    moved: how far (m) somebody is from one run of an engine to another; where that is not nothing,
+        motion and softness cannot be told apart and nothing is concluded"""
     said: dict[str, list[str]] = {}
     for engine in sorted({run["engine"] for run in runs}):
-        mine = [run for run in runs if run["engine"] == engine]
-        soft, stiff = (pick(mine, key=lambda run: float(run["stiffness"])) for pick in (min, max))
-        before, after = (
-            float(run["statistics"]["contact_relative_difference"]) for run in (soft, stiff)
-        )
-        if soft is stiff or not (math.isfinite(before) and math.isfinite(after)):
+        mine = sorted((run for run in runs if run["engine"] == engine), key=_of_stiffness)
+        k = [run["stiffness"] for run in mine]
+        table = {key: [_difference(run, key) for run in mine] for key in MEASURES}
+        if len(k) < 2 or not all(math.isfinite(value) for value in table["contact"]):
             continue
-        verdict = (
-            "approach each other"
-            if after < MUCH_LESS * before
-            else "do not approach each other"
-            if after > NO_LESS * before
-            else "approach each other a little"
-        )
-        values = {"soft": soft, "stiff": stiff, "before": before, "after": after}
-        sentence = words.text("trend", engines="ENGINES", verdict=verdict, **values)
-        said.setdefault(sentence, []).append(stiff["engine_name"])
+        fits = {MEASURES[key]: fit_power(k, values) for key, values in table.items()}
+        values = {
+            "stiffnesses": k,
+            "differences": [(MEASURES[key], row) for key, row in table.items()],
+            "moved": moved.get(engine, 0.0),
+            "fits": {title: fit for title, fit in fits.items() if fit},
+            "fewest": FEWEST,
+        }
+        sentence = words.text("trend", engines="ENGINES", **values)
+        said.setdefault(sentence, []).append(mine[0]["engine_name"])
     return [sentence.replace("ENGINES", " and ".join(names), 1) for sentence, names in said.items()]
+
+
+def _of_stiffness(run: Run) -> float:
+    return float(run["stiffness"])
+
+
+def _difference(run: Run, key: str) -> float:
+    return float(run["statistics"][f"{key}_relative_difference"])
+
+
+def _moved(study: Study) -> dict[str, float]:
+    """How far somebody is from one run of an engine to another (m); 0 where it is rounding."""
+    scale = SAME * float(study.scene.snapshot.radius.mean())
+    engines = {comparison.record.engine for comparison in study.comparisons}
+    found = {engine: moved_between(study, engine) for engine in engines}
+    return {engine: moved if moved > scale else 0.0 for engine, moved in found.items()}
 
 
 def _real_frame(scene: Scene) -> dict[str, Any]:

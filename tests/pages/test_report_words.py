@@ -1,45 +1,69 @@
-"""What the report says of two engines: nothing twice, everything of both."""
+"""What the report says of two engines and of rising stiffness: nothing twice, no more than the runs
+allow."""
 
 import numpy as np
 import pytest
 
+from analysis.pages.approach import fit_power
 from analysis.pages.report_section import _trends
 from analysis.pages.words import Words
 
 
 def run(engine, stiffness, difference):
-    statistics = {
-        "contact_relative_difference": difference,
-        "disk_sum_relative_difference": difference / 2,
-    }
+    kinds = ("contact", "disk_sum", "disk_vector")
     return {
         "engine": engine.lower(),
         "engine_name": engine,
         "stiffness": stiffness,
-        "statistics": statistics,
+        "statistics": {f"{kind}_relative_difference": difference for kind in kinds},
     }
 
 
-def trends(*runs):
-    return _trends(Words("analysis.pages", kind="force"), runs)
+def trends(*runs, moved=0.0):
+    engines = {run["engine"] for run in runs}
+    return _trends(Words("analysis.pages", kind="force"), runs, dict.fromkeys(engines, moved))
 
 
 def test_engines_that_agree_share_a_sentence():
     (said,) = trends(
         *(run(e, k, d) for e in ("LAMMPS", "YADE") for k, d in ((1e7, 0.02), (1e6, 0.2)))
     )
-    assert said.startswith("LAMMPS and YADE: from k = 10⁶ to 10⁷ N/m")
-    assert "20.0 % to 2.0 % (per disk: 10.0 % to 1.0 %)" in said
-    assert said.endswith("forces approach each other.")
+    assert said.startswith("LAMMPS and YADE: at k = 10⁶, 10⁷ N/m the relative difference is")
+    assert "20 %, 2 % per contact" in said
 
 
-def test_engines_that_differ_have_a_sentence_each():
-    said = trends(
-        run("LAMMPS", 1e6, 0.2), run("LAMMPS", 1e7, 0.02),
-        run("YADE", 1e6, 0.2), run("YADE", 1e7, 0.21),
-    )  # fmt: skip
-    assert [words.split(":")[0] for words in said] == ["LAMMPS", "YADE"]
-    assert said[1].endswith("do not approach each other.")
+def test_two_stiffnesses_allow_no_conclusion():
+    (said,) = trends(run("LAMMPS", 1e6, 0.2), run("LAMMPS", 1e7, 0.02))
+    assert "fewer than 4 stiffnesses" in said
+    assert "not concluded" in said
+
+
+def test_other_positions_allow_no_conclusion_however_many_stiffnesses():
+    runs = [run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)]
+    (said,) = trends(*runs, moved=0.031)
+    assert "up to 3.1 cm elsewhere" in said
+    assert "cannot be concluded" in said
+    assert "power" not in said
+
+
+def test_four_stiffnesses_on_the_same_positions_say_with_which_power():
+    (said,) = trends(*(run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)))
+    assert "−1.00 (−1.00 to −1.00) per contact, so the models **approach each other**" in said
+    assert said.count("approach each other") == 3
+    (said,) = trends(*(run("LAMMPS", k, 0.3) for k in (1e6, 1e7, 1e8, 1e9)))
+    assert "do not approach each other measurably" in said
+
+
+def test_the_power_has_the_interval_of_its_scatter():
+    """Nine in ten fits of noisy 1/k hold −1."""
+    random, k = np.random.default_rng(0), np.geomspace(1e6, 1e9, 6)
+    held = 0
+    for _ in range(400):
+        fit = fit_power(k, 1e5 / k * np.exp(random.normal(0, 0.5, len(k))))
+        held += fit.low <= -1 <= fit.high
+    assert held / 400 == pytest.approx(0.9, abs=0.04)
+    assert fit_power(k[:3], 1 / k[:3]) is None
+    assert fit_power(k[:4], [0.1, np.nan, 0.01, 0.001]) is None
 
 
 @pytest.mark.parametrize("difference", [np.nan, np.inf])
