@@ -17,12 +17,12 @@ from pathlib import Path
 
 import families
 from cases import Case, read_case, write_case
-from contest import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
+from contest.compete import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
+from contest.peers import PEERS
+from contest.tables import Row, comma_separated, exponents, markdown, rows_of
+from contest.work_precision import TOLERANCES, picture
 from families import FAMILIES
 from machine import bandwidth, describe
-from peers import PEERS
-from tables import Row, comma_separated, exponents, markdown, rows_of
-from work_precision import TOLERANCES, picture
 
 from analysis.support.files import write_text
 from nscd import find_contacts

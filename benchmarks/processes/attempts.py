@@ -20,9 +20,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 from cases import Case, Scaled, Solver, accuracy, read_case, scaled
-from contest import CANONICAL
+from contest.compete import CANONICAL
+from contest.peers import PEERS
 from families import heap
-from peers import PEERS
 
 from nscd import solve
 from nscd.solve import SOLVERS

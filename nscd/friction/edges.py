@@ -137,18 +137,46 @@ def _worst(problem: Any, dual: Any, edge: Any, slack: Any, weight: Any) -> float
 
 
 @njit(cache=True)
+def _keep(edges: Any, error: float, along: Any, across: Any) -> None:
+    """Note the point as the best one met."""
+    edges.error[0] = error
+    put(edges.along, along)
+    put(edges.across, across)
+    put(edges.best, edges.u)
+
+
+@njit(cache=True)
+def _correct(
+    slack: Any, slack_step: Any, edge: Any, edge_step: Any, length: float, mu: float, product: Any
+) -> None:
+    """Add to product (2k,) what the predictor leaves out, and Mehrotra's centring."""
+    after = 0.0
+    for c in range(len(slack)):
+        one, two = slack[c] + length * slack_step[c], edge[c] + length * edge_step[c]
+        after += one * two / len(slack)
+    centring = (after / mu) ** 3
+    if length < 0.1:
+        centring = max(centring, 0.3)
+    for c in range(len(slack)):
+        product[c] += slack_step[c] * edge_step[c] - centring * mu
+
+
+@njit(cache=True)
+def _advance(x: Any, length: float, step: Any) -> None:
+    """x ← x + length · step, kept positive."""
+    for c in range(len(x)):
+        x[c] = max(x[c] + length * step[c], TINY)
+
+
+@njit(cache=True)
 def _follow(problem: Any, fronts: Any, system: Any, edges: Any, tolerance: float) -> int:
     n, k = len(problem.mass), len(problem.first)
     slack, edge, u = edges.slack, edges.multiplier, edges.u
     v, s, along, across = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     work, press, weight = np.empty((4, k)), np.empty(k), np.empty(k)
-    theta, wanted, primal, moved = (
-        np.empty(2 * k),
-        np.empty(2 * k),
-        np.empty(2 * k),
-        np.empty(2 * k),
-    )
-    product, slack_step, edge_step = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
+    theta, wanted, primal = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
+    moved, product = np.empty(2 * k), np.empty(2 * k)
+    slack_step, edge_step = np.empty(2 * k), np.empty(2 * k)
     dual, step = np.empty((n, 3)), np.empty((n, 3))
     for c in range(k):
         across_too = problem.friction[c] ** 2 * problem.tangent_inverse[c]
@@ -168,10 +196,7 @@ def _follow(problem: Any, fronts: Any, system: Any, edges: Any, tolerance: float
         error = _worst(problem, dual, edge, product, weight) / problem.scale
         stalled = 0 if error < 0.9 * edges.error[0] else stalled + 1
         if error < edges.error[0]:
-            edges.error[0] = error
-            put(edges.along, along)
-            put(edges.across, across)
-            put(edges.best, u)
+            _keep(edges, error, along, across)
         if error <= tolerance or not error < np.inf or iteration == ITERATIONS:
             break
         if stalled > (PATIENCE if edges.error[0] < NEAR else 10 * PATIENCE):
@@ -197,18 +222,9 @@ def _follow(problem: Any, fronts: Any, system: Any, edges: Any, tolerance: float
                 slack_step[c] = -(product[c] + slack[c] * edge_step[c]) / edge[c]
             length = _to_boundary(slack, slack_step, edge, edge_step)
             if stage == 0:
-                after = 0.0
-                for c in range(2 * k):
-                    one, two = slack[c] + length * slack_step[c], edge[c] + length * edge_step[c]
-                    after += one * two / (2 * k)
-                centring = (after / mu) ** 3
-                if length < 0.1:
-                    centring = max(centring, 0.3)
-                for c in range(2 * k):
-                    product[c] += slack_step[c] * edge_step[c] - centring * mu
+                _correct(slack, slack_step, edge, edge_step, length, mu, product)
         length *= min(max(0.995, 1.0 - 10.0 * error), 0.99999)
         add_to(u, length, step)
-        for c in range(2 * k):
-            slack[c] = max(slack[c] + length * slack_step[c], TINY)
-            edge[c] = max(edge[c] + length * edge_step[c], TINY)
+        _advance(slack, length, slack_step)
+        _advance(edge, length, edge_step)
     return iteration

@@ -57,6 +57,15 @@ def find_states(
 
 
 @njit(cache=True)
+def _slide(problem: Any, hold: Any, v: Any, v_left: Any, lam: Any, tau: Any) -> None:
+    """τ ← ±μ p_n of the contacts that slide, 0 of those with nothing to hold on to."""
+    for c in range(len(lam)):
+        if hold[c] != STICK:
+            pn = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
+            tau[c] = slope(hold[c], problem.friction[c]) * pn
+
+
+@njit(cache=True)
 def settle(
     problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, lam: Any, tau: Any, u: Any
 ) -> bool:
@@ -86,16 +95,13 @@ def settle(
     for _ in range(STEPS):
         contact_velocities(problem, u, v, s)
         off = 0.0
+        _slide(problem, hold, v, v_left, lam, tau)
         for c in range(k):
-            turned = slope(hold[c], problem.friction[c])
-            if hold[c] != STICK:
-                pn = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
-                tau[c] = turned * pn
             along[c] = across[c] = 0.0
             if closed[c]:
                 off = max(off, abs(v[c] - problem.offset[c]))
                 along[c] = penalty / problem.normal_inverse[c] * (v[c] - problem.offset[c])
-                across[c] = turned * along[c]
+                across[c] = slope(hold[c], problem.friction[c]) * along[c]
             if hold[c] == STICK:
                 off = max(off, abs(s[c]))
                 across[c] = penalty / problem.tangent_inverse[c] * s[c]
@@ -117,10 +123,7 @@ def settle(
                 tau[c] += across[c] + penalty / problem.tangent_inverse[c] * ds[c]
         add_to(u, 1.0, rest)
     contact_velocities(problem, u, v, s)
-    for c in range(k):
-        if hold[c] != STICK:
-            pn = problem.normal_weight[c] * (v[c] + v_left[c]) + lam[c]
-            tau[c] = slope(hold[c], problem.friction[c]) * pn
+    _slide(problem, hold, v, v_left, lam, tau)
     return True
 
 

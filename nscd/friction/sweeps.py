@@ -113,6 +113,12 @@ def gauss_seidel(problem: Any, pn: Any, pt: Any, u: Any, pairs: int, tolerance: 
 
 
 @njit(cache=True)
+def _difference(out: Any, new: Any, old: Any) -> None:
+    for c in range(len(out)):
+        out[c] = new[c] - old[c]
+
+
+@njit(cache=True)
 def anderson(
     problem: Any, pn: Any, pt: Any, u: Any, blocks: int, pairs: int, tolerance: float
 ) -> Any:
@@ -126,10 +132,8 @@ def anderson(
     root = np.empty(2 * k)
     x, step, old_end, old_step = np.empty(2 * k), np.empty(2 * k), np.empty(2 * k), np.empty(2 * k)
     for c in range(k):
-        root[c], root[k + c] = (
-            np.sqrt(problem.normal_inverse[c]),
-            np.sqrt(problem.tangent_inverse[c]),
-        )
+        root[c] = np.sqrt(problem.normal_inverse[c])
+        root[k + c] = np.sqrt(problem.tangent_inverse[c])
         x[c], x[k + c] = pn[c] * root[c], pt[c] * root[k + c]
     ends, steps = np.empty((MEMORY, 2 * k)), np.empty((MEMORY, 2 * k))
     best_n, best_t, best = pn.copy(), pt.copy(), np.inf
@@ -161,10 +165,8 @@ def anderson(
             put(x, old_end)
             continue
         if before < np.inf:
-            row = held % MEMORY
-            for c in range(2 * k):
-                steps[row, c] = step[c] - old_step[c]
-                ends[row, c] = x[c] + step[c] - old_end[c]
+            _difference(steps[held % MEMORY], step, old_step)
+            _difference(ends[held % MEMORY], x + step, old_end)
             held += 1
         before = size
         put(old_step, step)

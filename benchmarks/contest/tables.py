@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from cases import Case
-from contest import NEAR, TARGET, Outcome
+from contest.compete import NEAR, TARGET, Outcome
 
 from analysis.pages.numbers import decimals, number
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 TARGET, NEAR = 1e-10, 1e-8
-PROCESSES = Path(__file__).parent / "processes"
+PROCESSES = Path(__file__).parents[1] / "processes"
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 # `auto` with the choice among the reactions of redundant contacts that `solve` makes by default and
 # peers do not make

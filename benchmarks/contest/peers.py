@@ -23,7 +23,7 @@ import scipy.sparse as sparse
 from cases import Answer, Scaled, Solver
 
 SYSTEM_PYTHON = Path("/usr/bin/python3")  # python3-siconos lives with the system's own interpreter
-SICONOS = Path(__file__).parent / "processes" / "siconos_pgs.py"
+SICONOS = Path(__file__).parents[1] / "processes" / "siconos_pgs.py"
 TINY = 1e-15
 ITERATIONS = (6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 33, 36, 40, 45, 50, 60, 80, 120)
 TIGHT = (1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)

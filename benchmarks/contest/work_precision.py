@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from cases import Case
-from contest import Outcome
+from contest.compete import Outcome
 from matplotlib.figure import Figure
 
 from analysis.pages.drawing import (
