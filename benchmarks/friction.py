@@ -1,5 +1,5 @@
-"""Percussions with Coulomb friction: `solve`, plain non-smooth Gauss–Seidel from zero, and Siconos, on
-the same contact problems; CPU seconds and the natural map recomputed here for everyone.
+"""Percussions with Coulomb friction: `solve`, plain non-smooth Gauss–Seidel from zero, and Siconos,
+on the same contact problems; CPU seconds and the natural map recomputed here for everyone.
 
 Usage: python benchmarks/friction.py [--families heap jammed …] [--sizes 594 5000] [--mu 0.1 0.3 …]
 [--runs FOLDER …] [--every 10] [--siconos NSGS LEMKE CPG] [--limit SECONDS] [--out FILE.csv]
@@ -72,8 +72,9 @@ class Rows(NamedTuple):
             (np.concatenate([x, y, -x[pair], -y[pair]]),
              (at, np.concatenate([i, i + 1, j, j + 1]))), shape=shape,
         )  # fmt: skip
+        levers = problem.lever[:, 0], problem.lever[pair, 1]
         tangent = sparse.csr_matrix(
-            (np.concatenate([-y, x, y[pair], -x[pair], problem.lever[:, 0], problem.lever[pair, 1]]),
+            (np.concatenate([-y, x, y[pair], -x[pair], *levers]),
              (np.concatenate([at, every, pair]),
               np.concatenate([i, i + 1, j, j + 1, i + 2, j + 2]))), shape=shape,
         )  # fmt: skip

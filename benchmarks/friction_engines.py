@@ -3,10 +3,10 @@
 Usage: python benchmarks/friction_engines.py [--engines lammps yade] [--stiffness 1e6 1e7 1e8]
 [--disks 40] [--mu 0.3] [--seconds 8] [--out FOLDER]
 
-The engines remember how far a contact has slid since it closed, the rigid law knows the instant only:
-where contacts stick it leaves forces open. So an engine's forces are held against the rigid ones that
-are admissible: how far each normal and tangential force lies outside its interval, over the mean
-normal force."""
+The engines remember how far a contact has slid since it closed, the rigid law knows the instant
+only: where contacts stick it leaves forces open. So an engine's forces are held against the rigid
+ones that are admissible: how far each normal and tangential force lies outside its interval, over
+the mean normal force."""
 
 from __future__ import annotations
 

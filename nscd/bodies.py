@@ -119,5 +119,6 @@ class Walls:
         return f"<Walls: {len(self)}>"
 
     def nearest_point(self, position: Floats, wall: Indices) -> Floats:
-        """Find the point (k,2) m of wall number wall[i] (k,) that is nearest to position[i] (k,2) m."""
+        """Find the point (k,2) m of wall number wall[i] (k,) that is nearest to position[i] (k,2)
+        m."""
         return nearest_on_segment(position, self.start[wall], self.end[wall])

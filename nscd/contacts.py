@@ -27,8 +27,8 @@ UNIT = 1e-6
 FARTHEST = 1e9
 # The search goes this much farther than asked, since it rounds; the gap decides.
 MARGIN = 1 + 1e-12
-# So many pairs take about 1 GB. Up to FEW disks, or within WIDE of the smallest radius, there are not
-# so many.
+# So many pairs take about 1 GB. Up to FEW disks, or within WIDE of the smallest radius, there are
+# not so many.
 MOST_PAIRS, FEW, WIDE = 50_000_000, 10_000, 8.0
 
 
@@ -170,14 +170,15 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
 
     tolerance: m; gaps that are zero but for the rounding of coordinates count at any tolerance
 
-    The gap of a pair is |x_j − x_i| − r_i − r_j, that of a wall the distance to the nearest point of
-    its segment less r. Walls that meet are one body: a disk has one contact for each nearest point
-    of it, one along walls in line and at a corner that points at it, two in a corner that it sits in.
+    The gap of a pair is |x_j − x_i| − r_i − r_j, that of a wall the distance to the nearest point
+    of its segment less r. Walls that meet are one body: a disk has one contact for each nearest
+    point of it, one along walls in line and at a corner that points at it, two in a corner that it
+    sits in.
 
-    Raises ValueError naming the field for a tolerance that is negative or not finite; for coordinates
-    beyond 10⁹ of the smallest radius, in whose rounding gaps are lost; for more pairs within reach
-    than memory should hold; and where two centres, or a centre and a wall, coincide, since such a
-    contact has no normal.
+    Raises ValueError naming the field for a tolerance that is negative or not finite; for
+    coordinates beyond 10⁹ of the smallest radius, in whose rounding gaps are lost; for more pairs
+    within reach than memory should hold; and where two centres, or a centre and a wall, coincide,
+    since such a contact has no normal.
 
     >>> one = Snapshot(position=[[-0.25, 0]], velocity=[[1, 0]], radius=[0.25], mass=[75])
     >>> contacts = find_contacts(one, Walls(start=[[0, -1]], end=[[0, 1]]), tolerance=1e-6)
@@ -228,14 +229,15 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
     smallest = float(snapshot.radius.min(initial=np.inf))
     if largest > FARTHEST * smallest:
         raise ValueError(
-            f"{whose}: coordinates up to {largest:g} m; beyond {FARTHEST:g} of the smallest radius, "
-            f"{smallest:g} m, gaps are lost in rounding"
+            f"{whose}: coordinates up to {largest:g} m; beyond {FARTHEST:g} of the smallest "
+            f"radius, {smallest:g} m, gaps are lost in rounding"
         )
     return 4 * float(np.finfo(float).eps) * largest
 
 
 def _pairs_within(position: Floats, radius: Floats, tolerance: float) -> tuple[Indices, Indices]:
-    """Pairs i < j that are within the largest diameter and the tolerance (m), and a few just beyond."""
+    """Pairs i < j that are within the largest diameter and the tolerance (m), and a few just
+    beyond."""
     if len(position) < 2:
         none = np.empty(0, dtype=np.int64)
         return none, none
@@ -243,8 +245,8 @@ def _pairs_within(position: Floats, radius: Floats, tolerance: float) -> tuple[I
     crowded = len(position) > FEW and reach > WIDE * float(radius.min())
     if crowded and tree.count_neighbors(tree, reach) > 2 * MOST_PAIRS:
         raise ValueError(
-            f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each other, "
-            "the largest diameter and the tolerance"
+            f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
+            "other, the largest diameter and the tolerance"
         )
     pairs = tree.query_pairs(reach, output_type="ndarray")
     return pairs.min(1).astype(np.int64), pairs.max(1).astype(np.int64)

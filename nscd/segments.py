@@ -34,8 +34,8 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
     """Find the point of a segment that is nearest to each of some points.
 
     points (n,2) m; start, end (2,) m: one segment for all of them, or (n,2): one each. Returns
-    (n,2) m: start + s·(end − start) with s = (x − start)·(end − start)/|end − start|² cut to [0, 1].
-    A segment without length is its start.
+    (n,2) m: start + s·(end − start) with s = (x − start)·(end − start)/|end − start|² cut to [0,
+    1]. A segment without length is its start.
     """
     along = end - start
     square = _dot(along, along)

@@ -1,4 +1,5 @@
-"""Percussions as a table and as a picture. pandas and matplotlib are imported when first asked for."""
+"""Percussions as a table and as a picture. pandas and matplotlib are imported when first asked
+for."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def columns(
     impulse: (k,2) N·s
     window: s, of forces impulse/window; without it there are none
 
-    first, second are the ids of disks; of a wall, which is_wall says, second is its number from 1."""
+    first, second are the ids of disks; of a wall, which is_wall says, second is its number from
+    1."""
     wall = contacts.is_wall
     second = np.where(wall, contacts.second + 1, snapshot.ids[np.where(wall, 0, contacts.second)])
     named = {

@@ -21,7 +21,8 @@ from nscd.contacts import Contacts
 from nscd.smearing import Kernel, cells_of, smear, value_at, window
 
 __all__ = [
-    "FlowField", "Kernel", "StressField", "branches", "flow_field", "smear", "stress_field", "virial",
+    "FlowField", "Kernel", "StressField", "branches", "flow_field", "smear", "stress_field",
+    "virial",
 ]  # fmt: skip
 
 # below this length, in widths, a branch is a point: erf's difference would lose more than the

@@ -1,7 +1,9 @@
-"""Compare the results of two builds: `python tests/same_numbers.py OLD NEW` for two JSON or CSV files.
+"""Compare the results of two builds: `python tests/same_numbers.py OLD NEW` for two JSON or CSV
+files.
 
-Prints every place where a number, a verdict or a status differs, and exits with 1 if there is one. Seconds, dates, versions
-and digests may differ, and so may words: of a sentence only the numbers in it are compared.
+Prints every place where a number, a verdict or a status differs, and exits with 1 if there is one.
+Seconds, dates, versions and digests may differ, and so may words: of a sentence only the numbers in
+it are compared.
 """
 
 import csv

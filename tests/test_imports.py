@@ -5,7 +5,8 @@ import graphlib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# From the ground up; folders of one rank know nothing of each other, and neither do two of one line.
+# From the ground up; folders of one rank know nothing of each other, and neither do two of one
+# line.
 RANKS = [
     ["nscd"],
     ["nscd/solvers/cholesky"],

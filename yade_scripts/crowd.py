@@ -160,7 +160,8 @@ class Crowd:
         return O.bodies[O.bodies.append(body)].state
 
     def run(self, bodies, contacts, impulses=None):
-        """Run all steps, writing frames to the open files; impulses are summed where one is given."""
+        """Run all steps, writing frames to the open files; impulses are summed where one is
+        given."""
         self.dumps = Dumps(bodies, contacts, self.disks, self.walls.numbers)
         step = self.penalty.time_step
         self.impulses = Impulses(self.dumps, impulses, step) if impulses else None

@@ -8,7 +8,8 @@ class Impulses:
     """Sums the forces of every step. That of a frame counts half before it and half after it, as in
     the step of the velocities, so that the impulses between two frames are the change of momentum.
 
-    dumps: knows the disks, the walls and the heads of frames; file: open for writing; time_step: s"""
+    dumps: knows the disks, the walls and the heads of frames; file: open for writing; time_step:
+        s"""
 
     def __init__(self, dumps, file, time_step):
         self.dumps, self.file, self.time_step = dumps, file, time_step

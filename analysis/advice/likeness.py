@@ -63,8 +63,8 @@ class Likeness:
 def likeness_of(scene: Scene) -> Likeness:
     """Compute the numbers of a scene.
 
-    Raises ValueError for a scene with friction or a body force, which nothing was measured with, and
-    for an impact or a real crowd in which nobody touches anybody."""
+    Raises ValueError for a scene with friction or a body force, which nothing was measured with,
+    and for an impact or a real crowd in which nobody touches anybody."""
     if scene.contact.friction:
         raise ValueError(
             f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "

@@ -53,8 +53,8 @@ class BodyColumns:
         return cls(names, place, scaled)
 
     def quantities(self, table: Floats, frame: Frame) -> dict[str, Floats]:
-        """Name the columns of a table (rows, columns), with x, y (m), z, radius (m), mass (kg) among
-        them. A density is that of a sphere, as LAMMPS writes it."""
+        """Name the columns of a table (rows, columns), with x, y (m), z, radius (m), mass (kg)
+        among them. A density is that of a sphere, as LAMMPS writes it."""
         data = dict(zip(self.names, table.T, strict=True))
         places = [data[name] for name in self.place[:2]]
         if self.scaled:

@@ -25,7 +25,7 @@ LEAST_ORDER, MOST_ORDER = 1.0, 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Impulses:
-    """What the contacts of an impact gave, all frames together.
+    """Hold what the contacts of an impact gave, all frames together.
 
     contacts: as the engine wrote them; their `force` is ∫f dt, (k,2) N·s
     change: (n,2) N·s, m(u_end − u_start − g T) of each disk, T the whole time
@@ -130,7 +130,8 @@ def _touching_at_start(numbers: dict[Key, int], touching: Contacts, start: Snaps
 
 
 def _against_change(contacts: EngineContacts, start: Snapshot, gained: Floats) -> Impulses:
-    """Impulses, in order of their first appearance, against the velocity (n,2) m/s that they gave."""
+    """Impulses, in order of their first appearance, against the velocity (n,2) m/s that they
+    gave."""
     wall = contacts.is_wall
     first = np.searchsorted(start.ids, contacts.first)
     second = np.searchsorted(start.ids, np.where(wall, start.ids[0], contacts.second))

@@ -49,6 +49,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
 
     @property
     def n_frames(self) -> int:
+        """The number of frames."""
         return len(self._index.frames)
 
     def _read_frame(self, number: int) -> Timestep:
@@ -66,8 +67,8 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
             if not (far := np.abs(data[name]) <= LARGEST_LENGTH).all():
                 row = int(np.argmin(far))
                 raise DumpError(
-                    f"{self.filename}, line {frame.line + order[row]}: {name}: {data[name][row]:g} m: "
-                    "a finite place is needed"
+                    f"{self.filename}, line {frame.line + order[row]}: {name}: {data[name][row]:g} m: a "
+                    "finite place is needed"
                 )
         z, smallest = data["z"], float(np.abs(data["radius"]).min(initial=math.inf))
         height = float(np.ptp(z)) if len(z) else 0.0
@@ -94,7 +95,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         self.ts.frame = -1
 
     def close(self) -> None:
-        """Nothing stays open that is this reader's own."""
+        """Close nothing: no file stays open between frames."""
 
 
 def open_bodies(path: str | Path, time_step: float | None = None) -> MDAnalysis.Universe:
@@ -146,8 +147,8 @@ def snapshot_of(ts: Timestep, path: str | Path = "", *, needs_velocity: bool = T
     data = ts.data
     if "radius" not in data or "mass" not in data or "id" not in data:
         raise DumpError(
-            f"{path or 'this trajectory'}: no float64 columns id, x, y, radius, mass: open the dump "
-            "with analysis.dumps.open_bodies(path) and give that universe"
+            f"{path or 'this trajectory'}: no float64 columns id, x, y, radius, mass: open the "
+            "dump with analysis.dumps.open_bodies(path) and give that universe"
         )
     if needs_velocity and "vx" not in data:
         raise DumpError(f"{path}: missing columns: vx, vy; the velocities at this instant count")

@@ -32,12 +32,12 @@ WORDS = frozenset({"element", "typelabel"})
 
 
 class DumpError(ValueError):
-    """A dump that cannot be used; the message names the file and the line, step or column."""
+    """Refuse a dump that cannot be used; the message names the file and the line, step or column."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Where one frame of a dump is.
+    """Say where one frame of a dump is.
 
     step: of the simulation
     time: s, where the dump has ITEM: TIME
@@ -59,7 +59,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class DumpIndex:
-    """The frames of a dump and the columns of its tables."""
+    """Hold where the frames of a dump are, and the names of the columns of its tables."""
 
     path: Path
     frames: tuple[Frame, ...]

@@ -25,11 +25,14 @@ __all__ = [
 
 
 class Engine(Protocol):
-    """What every engine offers.
+    """Say what every engine offers.
 
-    NAME: in commands and records; TITLE: in sentences; COMMAND: the program; ASK: its option that
-    says the version; INSTALL: the command that installs it; RESUMES: whether it goes on from the
-    dumps of an interrupted run that are in its folder.
+    NAME: in commands and records
+    TITLE: in sentences
+    COMMAND: the program
+    ASK: its option that says the version
+    INSTALL: the command that installs it
+    RESUMES: whether it goes on from the dumps of an interrupted run that are in its folder
     """
 
     NAME: str

@@ -59,10 +59,10 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     """Read the whole contact dump and raise RunStoppedError naming the time of the first frame that
     cannot be right.
 
-    Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V − W with the kinetic energy K and the
-    work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K √R
-    δ^2.5). Without drive E never grows; with drive K stays below max(E at the start, ½ M (U + g τ)²)
-    and the largest V so far (docs/results/guard.md)."""
+    Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V − W with the kinetic energy K and
+    the work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K
+    √R δ^2.5). Without drive E never grows; with drive K stays below max(E at the start, ½ M (U + g
+    τ)²) and the largest V so far (docs/results/guard.md)."""
     snapshot, drive = scene.snapshot, scene.drive
     start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
     desired = 0.0

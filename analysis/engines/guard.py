@@ -2,7 +2,8 @@
 a stopped run ends.
 
 The looking itself is done by the engines' own means (lammps_inputs/guard.in,
-yade_scripts/crowd_guard.py), so that a plain run has it too. docs/results/guard.md derives the bounds."""
+yade_scripts/crowd_guard.py), so that a plain run has it too. docs/results/guard.md derives the
+bounds."""
 
 from __future__ import annotations
 
@@ -38,8 +39,8 @@ ADVICE = {
     "speed": _SHORTER,
     "energy": _SHORTER,
     "momentum": _SHORTER,
-    "overlap": "give a stiffer contact (contact.stiffness_N_per_m), or a smaller time step where it "
-    "is longer than the safe one",
+    "overlap": "give a stiffer contact (contact.stiffness_N_per_m), or a smaller time step where "
+    "it is longer than the safe one",
 }
 _SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$")
 _NOT_A_NUMBER = (
@@ -61,8 +62,8 @@ class RunStoppedError(EngineError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a guard said: kind (finite, lost, overlap, speed, energy, momentum or unsolved), its words, time
-    (s) and step."""
+    """What a guard said: kind (finite, lost, overlap, speed, energy, momentum or unsolved), its
+    words, time (s) and step."""
 
     kind: str
     words: str

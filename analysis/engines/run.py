@@ -36,7 +36,8 @@ log = logging.getLogger(__name__)
 
 
 def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
-    """Where a run of the scene lives: out/<scene>/<engine>_<setting>, such as lammps_hooke_k1e+06."""
+    """Where a run of the scene lives: out/<scene>/<engine>_<setting>, such as
+    lammps_hooke_k1e+06."""
     return out / scene.name / f"{engine_name}_{engine(engine_name).setting(scene)}"
 
 
@@ -91,8 +92,8 @@ def check_before(scene: Scene, engine_name: str, folder: Path) -> None:
         raise EngineError(
             f"{scene.name}: {timing.steps:.3g} steps of {timing.time_step:.3g} s for {disks} "
             f"disks would not end within a month; at most {MOST_STEPS:.3g} steps and "
-            f"{MOST_DISK_STEPS:.0g} disks times steps are run. A softer contact, a longer time step "
-            "or a shorter duration needs fewer"
+            f"{MOST_DISK_STEPS:.0g} disks times steps are run. A softer contact, a longer time "
+            "step or a shorter duration needs fewer"
         )
     there = next(parent for parent in folder.resolve().parents if parent.exists())
     needed, free = scene.run.frames * disks * ROW_BYTES, shutil.disk_usage(there).free

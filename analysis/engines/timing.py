@@ -1,4 +1,5 @@
-"""When an engine steps and writes, and the restitution that comes out: the same numbers of all engines."""
+"""When an engine steps and writes, and the restitution that comes out: the same numbers of all
+engines."""
 
 from __future__ import annotations
 

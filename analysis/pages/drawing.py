@@ -1,7 +1,7 @@
 """What every picture shares: the palette, disks, walls, contact lines, sizes and frames.
 
-The colours are Okabe and Ito's, which the colour-blind tell apart; markers, dashes or hatches repeat
-what they say. Shades of a quantity run from light (little) to dark (much) in every picture.
+The colours are Okabe and Ito's, which the colour-blind tell apart; markers, dashes or hatches
+repeat what they say. Shades of a quantity run from light (little) to dark (much) in every picture.
 """
 
 from __future__ import annotations

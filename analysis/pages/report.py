@@ -23,7 +23,8 @@ from analysis.support.files import write_text
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InMotion:
-    """Hold what a report takes of a scene in motion: its section, its numbers, the runs that failed."""
+    """Hold what a report takes of a scene in motion: its section, its numbers, the runs that
+    failed."""
 
     section: Section
     numbers: Mapping[str, object]

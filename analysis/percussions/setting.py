@@ -20,7 +20,7 @@ LARGEST_OVERLAP = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """What surrounds a snapshot and presses it: the parts of a scene that its percussions need.
+    """Hold what surrounds a snapshot and presses it: the parts of a scene that its percussions need.
 
     walls
     wall_names: of the walls, in their order; their numbers from 1 where left out
@@ -67,8 +67,8 @@ class Setting:
 
     @classmethod
     def in_room(cls, room: Room, **rest: Any) -> Setting:
-        """Take walls, drive, contact tolerance and a scene's friction from a room (or scene); `rest`:
-        other fields."""
+        """Take walls, drive, contact tolerance and a scene's friction from a room (or scene);
+        `rest`: other fields."""
         parts: dict[str, Any] = {
             "walls": room.wall_segments(),
             "wall_names": tuple(wall.name for wall in room.walls),

@@ -41,7 +41,7 @@ ALIKE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class SnapshotPercussions(Solved):
-    """The rigid answer for one snapshot in its setting.
+    """Hold the rigid answer for one snapshot in its setting.
 
     setting, snapshot: what was solved, n disks
     contacts: the k that it has
@@ -134,7 +134,8 @@ def law_of(scene: Scene) -> ContactLaw:
         return ContactLaw(friction=scene.contact.friction)
     if restitution == 1:
         raise ValueError(
-            f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution below 1"
+            f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution "
+            "below 1"
         )
     return ContactLaw(restitution=restitution, friction=scene.contact.friction)
 

@@ -13,8 +13,8 @@ Count = Annotated[int, Field(ge=0)]
 
 
 class Reconciliation(BaseModel):
-    """How heads became disks that do not overlap: where they come from, what was there and how far
-    people were moved.
+    """Record how heads became disks that do not overlap: where they come from, what was there and
+    how far people were moved. A length is in m, a density in 1/m², as its name says.
 
     Overlaps are those of pairs of disks; densities are local ones (one over the area of each
     person's Voronoi cell within the room and within 0.8 m of the person): the mean over people, and
@@ -50,30 +50,29 @@ class Reconciliation(BaseModel):
 
     @property
     def statement(self) -> str:
-        """One paragraph in words: what this scene is and is not."""
+        """What this scene is and is not, one paragraph in words."""
         overlap, mean = 100 * self.overlap_before_largest_m, 100 * self.overlap_before_mean_m
-        moved, most, share = (
-            100 * self.moved_mean_m,
-            100 * self.moved_largest_m,
-            100 * self.moved_share_over_1_cm,
-        )
+        moved, most = 100 * self.moved_mean_m, 100 * self.moved_largest_m
+        share = 100 * self.moved_share_over_1_cm
+        heads = self.people + self.left_out
         before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
         return (
-            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of "
-            f"{self.people + self.left_out} people; {self.left_out} outside the walls were left out. "
-            f"As disks of radius {self.radius_m:g} m round the heads, the other {self.people} had overlaps: "
-            f"{self.overlaps_before} with each other, by up to {overlap:.1f} cm ({mean:.1f} cm in the mean), "
-            f"and {self.wall_overlaps_before} with walls. They were moved until none overlap, together as "
-            f"little as possible (least sum of squares, a local minimum): {moved:.1f} cm in the mean, "
-            f"{most:.1f} cm at most, {share:.0f} % of the people more than 1 cm. The local density that "
-            f"a tenth of the people exceed went from {before:.1f} to {after:.1f} people per m². "
-            f"Contacts afterwards: {self.contacts_after} between people, {self.wall_contacts_after} with "
-            "walls. Who touches whom is an outcome of the stated radius and of this rule, not an "
+            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
+            f"people; {self.left_out} outside the walls were left out. As disks "
+            f"of radius {self.radius_m:g} m round the heads, the other {self.people} had overlaps: "
+            f"{self.overlaps_before} with each other, by up to {overlap:.1f} cm ({mean:.1f} cm in "
+            f"the mean), and {self.wall_overlaps_before} with walls. They were moved until none "
+            "overlap, together as little as possible (least sum of squares, a local minimum): "
+            f"{moved:.1f} cm in the mean, {most:.1f} cm at most, {share:.0f} % of the people more "
+            "than 1 cm. The local density that a tenth of the people exceed went from "
+            f"{before:.1f} to {after:.1f} people per m². Contacts afterwards: "
+            f"{self.contacts_after} between people, {self.wall_contacts_after} with walls. Who "
+            "touches whom is an outcome of the stated radius and of this rule, not an "
             "observation, and so are the forces computed from it."
         )
 
     def rows(self) -> list[tuple[str, float | int | str]]:
-        """Name with unit and value, in the order of the fields, for a table."""
+        """List name with unit and value, in the order of the fields, for a table."""
         units = {"_per_m2": " (1/m²)", "_m": " (m)", "_s": " (s)"}
         rows: list[tuple[str, float | int | str]] = []
         for key, value in self.model_dump().items():

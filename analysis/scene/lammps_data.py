@@ -28,7 +28,8 @@ def write_data(path: Path, snapshot: Snapshot, title: str) -> None:
     low, high = snapshot.position.min(0) - MARGIN_M, snapshot.position.max(0) + MARGIN_M
     half = 2.0 * snapshot.radius.max()
     lines = [
-        f"{' '.join(title.split())} (SI units; density is that of the sphere, as read_data takes it)",
+        f"{' '.join(title.split())} (SI units; density is that of the sphere, as read_data takes "
+        "it)",
         "",
         f"{len(snapshot)} atoms",
     ]

@@ -237,7 +237,8 @@ def pairs_within(
 
 @njit(cache=True)
 def _push(
-    position: Any, radius: Any, half_door: float, stiffness: float, first: Any, second: Any, force: Any,
+    position: Any, radius: Any, half_door: float, stiffness: float, first: Any, second: Any,
+    force: Any,
 ) -> tuple[float, int]:  # fmt: skip
     """Set the force (n,2) on each disk: its push to the door, the wall, the listed pairs that
     overlap; the sum of the pairs' forces and their number."""

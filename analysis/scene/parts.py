@@ -64,7 +64,7 @@ class Drive(Part):
         return self
 
     def target(self) -> tuple[Point, Point]:
-        """The segment whose nearest point people walk to (m): the door, or its centre twice."""
+        """Give the segment whose nearest point people walk to (m): the door, or its centre twice."""
         if self.aim == "nearest":
             return self.door_start_m, self.door_end_m
         (x0, y0), (x1, y1) = self.door_start_m, self.door_end_m
@@ -98,8 +98,8 @@ HERTZ_OVERLAP = 0.01
 
 
 def hertz_stiffness(young_modulus: float, poisson_ratio: float, mean_radius: float) -> float:
-    """Compute the tangent stiffness (N/m) of two disks of mean radius r̄ (m) at an overlap of 1 % of
-    it, for bodies of Young's modulus E (Pa) and Poisson's ratio ν.
+    """Compute the tangent stiffness (N/m) of two disks of mean radius r̄ (m) at an overlap of 1 %
+    of it, for bodies of Young's modulus E (Pa) and Poisson's ratio ν.
 
     F = K √R δ^1.5 with K = ⁴⁄₃ E* = ⅔ E/(1 − ν²) and R = r̄/2 (Hertz; Johnson, Contact Mechanics,
     1985, 4.2), so k = ³⁄₂ K √(R δ)."""
@@ -167,8 +167,8 @@ class Run(Part):
     drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
     rigid_step_s: s, of the rigid engine; follows from radius and speed where left out
     rigid_tolerance: of the contact problem of a step; 1e-8 where left out
-    impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time; the
-        rigid engine always does
+    impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time;
+        the rigid engine always does
     """
 
     duration_s: Positive
@@ -195,7 +195,7 @@ class Analysis(Part):
 
 
 class Room(Part):
-    """A scene without its disks: what `percussions import` puts a crowd into."""
+    """Hold a scene without its disks: what `percussions import` puts a crowd into."""
 
     title: str
     source: str

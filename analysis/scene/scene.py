@@ -53,7 +53,7 @@ PARTS = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
 
 class SceneError(ValueError):
-    """A scene that cannot be simulated; the message names the file and the field or disk."""
+    """Refuse a scene that cannot be simulated; the message names the file and the field or disk."""
 
 
 class _Disks(Part):
@@ -66,7 +66,7 @@ class _SceneFile(Room):
 
 
 class Scene(Room):
-    """A whole scene: a room with its crowd.
+    """Hold a whole scene: a room with its crowd.
 
     name: of its files
     notes: the comment at the head of the file
@@ -90,12 +90,12 @@ class Scene(Room):
             raise SceneError(first_problem(error)) from None
 
     def with_contact(self, **changes: object) -> Scene:
-        """The same scene with some keys of its contact model changed. Raises SceneError naming the
-        key."""
+        """Return the scene with some keys of its contact model changed. Raises SceneError naming
+        the key."""
         return self._with("contact", changes)
 
     def with_run(self, **changes: object) -> Scene:
-        """The same scene with some keys of its run changed. Raises SceneError naming the key."""
+        """Return the scene with some keys of its run changed. Raises SceneError naming the key."""
         return self._with("run", changes)
 
     def _with(self, name: str, changes: dict[str, object]) -> Scene:
@@ -131,7 +131,7 @@ class Scene(Room):
         )
 
     def to_toml(self) -> str:
-        """The text of the scene file; its disks are in `<name>.data` beside it."""
+        """Write out the text of the scene file; its disks are in `<name>.data` beside it."""
         content = self._content()
         head = {key: content.pop(key) for key in ("title", "source")}
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
@@ -151,7 +151,8 @@ class Scene(Room):
         return folder / f"{self.name}.toml"
 
     def digest(self) -> str:
-        """SHA-256 of all that the files of the scene say, but for its name and its notes."""
+        """Compute the SHA-256 of all that the files of the scene say, but for its name and its
+        notes."""
         disks = self.snapshot
         arrays = (disks.position, disks.velocity, disks.radius, written_mass(disks))
         state = hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode())
@@ -161,7 +162,7 @@ class Scene(Room):
 
 
 def scene_names() -> list[str]:
-    """The names of the product's own scenes."""
+    """List the names of the product's own scenes."""
     return sorted(path.stem for path in shipped("scenes").glob("*.toml"))
 
 
@@ -249,14 +250,14 @@ def _validated(
 
 
 def head_comment(text: str) -> str:
-    """The comment in the first paragraph of a scene or room file, without its number signs."""
+    """Take the comment in the first paragraph of a scene or room file, without number signs."""
     return "\n".join(
         line[1:].strip() for line in text.split("\n\n")[0].splitlines() if line.startswith("#")
     )
 
 
 def first_problem(error: ValidationError) -> str:
-    """The first thing that is wrong with a file, with the key that it stands under."""
+    """Name the first thing that is wrong with a file, with the key that it stands under."""
     problems = error.errors()
     unknown = [problem for problem in problems if problem["type"] == "extra_forbidden"]
     first = (unknown or problems)[0]

@@ -54,24 +54,29 @@ def _impact(
 
 
 def pair(disks: int, seed: int) -> Scene:
-    notes = """Two equal disks of 75 kg touch; the first moves at 2 m/s straight at the second, which is at rest.
-Closed form: p = m_eff (1+e) U = 75 (1+e) N·s with m_eff = 37.5 kg."""
+    """Make two equal disks that collide head-on."""
+    notes = """Two equal disks of 75 kg touch; the first moves at 2 m/s straight at the second,
+which is at rest. Closed form: p = m_eff (1+e) U = 75 (1+e) N·s with m_eff = 37.5 kg."""
     snapshot = _touching([[0, 0], [0.5, 0]], [[2, 0], [0, 0]])
     source = "closed-form collision of two bodies"
     return _impact("pair", "Two disks, head-on", source, notes, snapshot)
 
 
 def pair_oblique(disks: int, seed: int) -> Scene:
-    notes = """Two equal disks of 75 kg touch along (0.8, 0.6); the first moves at 2 m/s along x. Only the normal part of
-the velocity, 1.6 m/s, collides (no friction): p = 60 (1+e) N·s along (0.8, 0.6)."""
+    """Make two equal disks that collide obliquely."""
+    notes = """Two equal disks of 75 kg touch along (0.8, 0.6); the first moves at 2 m/s along
+x. Only the normal part of the velocity, 1.6 m/s, collides (no friction): p = 60 (1+e) N·s along
+(0.8, 0.6)."""
     snapshot = _touching([[0, 0], [0.4, 0.3]], [[2, 0], [0, 0]])
     source = "closed-form collision of two bodies"
     return _impact("pair_oblique", "Two disks, oblique", source, notes, snapshot)
 
 
 def four_disks(disks: int, seed: int) -> Scene:
-    notes = """Four aligned disks of 75 kg touch; the first moves at 2 m/s, the others are at rest. Inelastic: all leave at
-0.5 m/s, percussions 112.5, 75 and 37.5 N·s: each feels the ones that it does not touch."""
+    """Make the paper's four aligned disks."""
+    notes = """Four aligned disks of 75 kg touch; the first moves at 2 m/s, the others are at
+rest. Inelastic: all leave at 0.5 m/s, percussions 112.5, 75 and 37.5 N·s: each feels the ones
+that it does not touch."""
     snapshot = _touching([[0.5 * i, 0] for i in range(4)], [[2, 0], [0, 0], [0, 0], [0, 0]])
     return _impact("four_disks", "Four aligned disks", f"{PAPER}, Fig. 1", notes, snapshot)
 
@@ -86,10 +91,12 @@ def _chain(name: str, disks: int, seed: int, wall: bool, unequal: bool) -> Scene
     place = "against a wall" if wall else "free"
     if wall:
         notes = f"""{n} aligned touching disks, {masses}, move at 2 m/s into a wall and stop:
-percussion between i and i+1 = sum of m_j u_j over j ≤ i. (The paper's "constrained" formulas hold for the free chain.)"""
+percussion between i and i+1 = sum of m_j u_j over j ≤ i. (The paper's "constrained" formulas
+hold for the free chain.)"""
     else:
-        notes = f"""{n} aligned touching disks, {masses}, free; left velocities fall from 2 to 0 m/s along the chain, so that
-every contact closes. Closed form (5), (6): common velocity U = Σ m u / Σ m, percussions λ(i,i+1) = λ(i-1,i) - m_i (U - u_i)."""
+        notes = f"""{n} aligned touching disks, {masses}, free; left velocities fall from 2 to 0
+m/s along the chain, so that every contact closes. Closed form (5), (6): common velocity U = Σ m
+u / Σ m, percussions λ(i,i+1) = λ(i-1,i) - m_i (U - u_i)."""
     end = 0.5 * (n - 1) + 0.25
     walls = [Wall(name="wall", start_m=(end, -1.0), end_m=(end, 1.0))] if wall else []
     velocity = np.column_stack([speed, np.zeros(n)])
@@ -100,9 +107,11 @@ every contact closes. Closed form (5), (6): common velocity U = Σ m u / Σ m, p
 
 
 def corridor(disks: int, seed: int) -> Scene:
-    notes = """53 people of 75 kg at rest in a corridor, pushed by three who move at (2, 2) m/s. Columns of three and four touch
-their neighbour columns and the walls, but not within a column, so that the percussions are (nearly) unique. The paper
-gives no positions: this arrangement of its 56 disks is ours."""
+    """Make the paper's push in a corridor, with our arrangement of its disks."""
+    notes = """53 people of 75 kg at rest in a corridor, pushed by three who move at (2, 2) m/s.
+Columns of three and four touch their neighbour columns and the walls, but not within a column,
+so that the percussions are (nearly) unique. The paper gives no positions: this arrangement of
+its 56 disks is ours."""
     radius, spacing = 0.25, 0.55
     across = np.sqrt((2 * radius) ** 2 - (spacing / 2) ** 2)
     position = [
@@ -124,8 +133,10 @@ gives no positions: this arrangement of its 56 disks is ours."""
 
 
 def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:
-    """n disks at rest, of radius mean ± 10 % (uniform), on a jittered hexagonal lattice: the sites
-    nearest to a 1 m door at the origin, at x < 0. Neighbours are at least 0.2 r apart before the
+    """Place n disks at rest before a 1 m door at the origin, at x < 0.
+
+    Radii are mean ± 10 % (uniform), places the sites of a jittered hexagonal lattice that are
+    nearest to the door. Neighbours are at least 0.2 r apart before the
     jitter, so that none overlap."""
     rng = np.random.default_rng(seed)
     widest = 1.1 * mean_radius
@@ -147,8 +158,8 @@ def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:
 
 
 def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
-    """A square room at x < 0 with a 1 m door in the middle of the side x = 0, and the drive through
-    it."""
+    """Make a square room at x < 0 with a 1 m door in the middle of the side x = 0, and the drive
+    through it; reach: m, from the door to the farthest rim of its crowd."""
     half = float(np.ceil(1.15 * reach))
     corners = {"front": (0.0, half), "back": (-2 * half, half)}
     front, back = corners["front"], corners["back"]
@@ -190,10 +201,12 @@ def _driven(
 
 
 def arch(disks: int, seed: int) -> Scene:
+    """Make the paper's crowd of equal masses that is pressed to an exit."""
     n = disks or 594
-    notes = f"""{n} pedestrians of 75 kg in a square room, desired speed 2 m/s toward the nearest point of a 1 m exit,
-relaxation time 0.5 s. Frictionless, as in the paper: disks of radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out
-and never jam at 1 m. Analysed at the instant when the crowd is pressed to the exit."""
+    notes = f"""{n} pedestrians of 75 kg in a square room, desired speed 2 m/s toward the
+nearest point of a 1 m exit, relaxation time 0.5 s. Frictionless, as in the paper: disks of
+radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out and never jam at 1 m. Analysed at the
+instant when the crowd is pressed to the exit."""
     snapshot = crowd_before_a_door(n, seed, 0.17)
     return _driven(
         "arch", f"{n} people pressed to a 1 m exit", f"{PAPER}, Fig. 4", notes, snapshot, 2.0, 2.0
@@ -201,9 +214,10 @@ and never jam at 1 m. Analysed at the instant when the crowd is pressed to the e
 
 
 def arch_masses(disks: int, seed: int) -> Scene:
+    """Make the crowd of `arch` with unequal masses."""
     n = disks or 594
-    notes = f"""The crowd of `arch` with unequal masses: whole kilograms, uniform between 50 and 100 kg, independent of radius and
-place ({n} pedestrians)."""
+    notes = f"""The crowd of `arch` with unequal masses: whole kilograms, uniform between 50 and
+100 kg, independent of radius and place ({n} pedestrians)."""
     base = crowd_before_a_door(n, seed, 0.17)
     mass = np.random.default_rng([seed, 1]).integers(50, 101, n).astype(float)
     snapshot = Snapshot(
@@ -221,9 +235,11 @@ place ({n} pedestrians)."""
 
 
 def jam(disks: int, seed: int) -> Scene:
+    """Make a crowd of disks too large for their door, which comes to rest."""
     n = disks or 300
-    notes = f"""{n} frictionless disks too large to pass a 1 m door (radius 0.30 m ± 10 %): they jam and come to rest. At rest
-nothing but contact forces balances the drive, so penalty and rigid forces can be compared strictly. Not a crowd: a test."""
+    notes = f"""{n} frictionless disks too large to pass a 1 m door (radius 0.30 m ± 10 %): they
+jam and come to rest. At rest nothing but contact forces balances the drive, so penalty and
+rigid forces can be compared strictly. Not a crowd: a test."""
     return _driven(
         "jam",
         f"{n} large disks jammed at a 1 m door",
@@ -260,8 +276,12 @@ SEEDED = ("arch", "arch_masses", "jam")
 
 
 def make(name: str, disks: int | None = None, seed: int = 1) -> Scene:
-    """The scene `name` with the given number of disks (the scene's own by default) and seed, the
-    same bit by bit each time. Raises SceneError for an unknown name, a number of disks that the
+    """Make the scene `name`, the same bit by bit each time.
+
+    disks: number; the scene's own where left out
+    seed: of what is random in it
+
+    Raises SceneError for an unknown name, a number of disks that the
     scene cannot have, or a negative seed."""
     if name not in MAKERS:
         raise SceneError(f"unknown scene {name!r} to make; there are: {', '.join(MAKERS)}")

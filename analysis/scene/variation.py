@@ -1,4 +1,5 @@
-"""Other crowds that the same words describe: by seed where a scene is made, by jitter where it is given."""
+"""Other crowds that the same words describe: by seed where a scene is made, by jitter where it is
+given."""
 
 from __future__ import annotations
 

@@ -43,8 +43,8 @@ def exact_line(
     line, in exact arithmetic.
 
     M(u⁺ − u⁻) + Cᵀp = 0, p = k C(u⁺ + u⁻) + λ, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected) with
-    one k (kg) per contact. Every set of closed contacts is tried until one gives λ ≥ 0 and C u⁺ ≤ 0:
-    for short lines only. Raises ValueError where none does, which the convexity of the problem
+    one k (kg) per contact. Every set of closed contacts is tried until one gives λ ≥ 0 and C u⁺ ≤
+    0: for short lines only. Raises ValueError where none does, which the convexity of the problem
     excludes."""
     n = len(mass)
     for closed in itertools.product((True, False), repeat=n - 1):

@@ -1,7 +1,7 @@
 """Results kept on disk with the key of what they depend on, so that unchanged work is not repeated.
 
-The suffix of the file says what is in it: `.npz` numpy arrays, `.json` anything else. A file that is
-missing, damaged or was kept under another key counts as not there."""
+The suffix of the file says what is in it: `.npz` numpy arrays, `.json` anything else. A file that
+is missing, damaged or was kept under another key counts as not there."""
 
 from __future__ import annotations
 

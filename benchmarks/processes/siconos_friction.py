@@ -1,9 +1,10 @@
-"""Siconos' solvers of frictional contact in two dimensions on a .npz file; run by the Python that has
-siconos.
+"""Siconos' solvers of frictional contact in two dimensions on a .npz file; run by the Python that
+has siconos.
 
-Usage: python3 siconos_friction.py GIVEN.npz SOLVER TOLERANCE ITERATIONS FOUND.npy, SOLVER NSGS, CPG,
-LEMKE or ENUM; prints CPU seconds as one line of JSON. GIVEN: rows (2k,3n) in CSR (data, indices,
-indptr), inverse (3n,), velocity (2k,) and friction (k,); normal and tangential rows alternate."""
+Usage: python3 siconos_friction.py GIVEN.npz SOLVER TOLERANCE ITERATIONS FOUND.npy, SOLVER NSGS,
+CPG, LEMKE or ENUM; prints CPU seconds as one line of JSON. GIVEN: rows (2k,3n) in CSR (data,
+indices, indptr), inverse (3n,), velocity (2k,) and friction (k,); normal and tangential rows
+alternate."""
 
 import json
 import sys

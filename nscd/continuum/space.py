@@ -67,6 +67,7 @@ class Space:
 
     @property
     def dimension(self) -> int:
+        """Of the mesh: 1 or 2."""
         return int(self.mesh.dim())
 
     @cached_property

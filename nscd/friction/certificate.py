@@ -32,8 +32,8 @@ class Whole:
 def certificate(
     problem: FrictionProblem, lam: Floats, tau: Floats, velocity: Floats, start: str
 ) -> FrictionPart:
-    """The residuals of λ, τ (k,) N·s and velocities (n,3), in units of the scale of velocities, and of
-    the kinetic energy before for the dissipation; see `FrictionPart`."""
+    """The residuals of λ, τ (k,) N·s and velocities (n,3), in units of the scale of velocities, and
+    of the kinetic energy before for the dissipation; see `FrictionPart`."""
     whole = Whole(problem, lam, tau, velocity)
     w, wt = problem.normal_inverse, problem.tangent_inverse
     most = problem.friction * np.maximum(whole.pn, 0.0)
@@ -62,8 +62,8 @@ def certificate(
 
 
 def momentum_error(problem: FrictionProblem, whole: Whole, velocity: Floats) -> float:
-    """The largest |M(u⁺ − u⁻) + Dᵀp| of a disk over m · scale + Σ|p_n| + |p_t|, spins by inertia over
-    lever; p: the whole percussions."""
+    """The largest |M(u⁺ − u⁻) + Dᵀp| of a disk over m · scale + Σ|p_n| + |p_t|, spins by inertia
+    over lever; p: the whole percussions."""
     n = len(problem.mass)
     rest = problem.mass * (velocity - problem.left)
     received = problem.mass[:, 0] * problem.scale

@@ -1,9 +1,9 @@
 """From the convex programme to the law of Coulomb: contacts that slide open less and less.
 
-In the convex programme a contact that slides opens at μ|T u|: its answer is unique. Here it opens at
-ψ μ|T u|, and ψ falls from 1 to 0 in steps, each a path of pivots from the answer before. (ψμ is a
-tangent of a dilation angle, as in the plasticity of soils.) Where a path closes on itself the step is
-halved."""
+In the convex programme a contact that slides opens at μ|T u|: its answer is unique. Here it opens
+at ψ μ|T u|, and ψ falls from 1 to 0 in steps, each a path of pivots from the answer before. (ψμ is
+a tangent of a dilation angle, as in the plasticity of soils.) Where a path closes on itself the
+step is halved."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Reached(NamedTuple):
 def lower_dilation(
     problem: Any, factor: Any, path: Any, reaction: Any, friction: Any, u: Any, most: int
 ) -> Reached:
-    """From λ, τ (k,) and u (n,3) of the convex programme toward those of Coulomb's law, with at most
-    `most` pivots. The states reached are left in `path`."""
+    """From λ, τ (k,) and u (n,3) of the convex programme toward those of Coulomb's law, with at
+    most `most` pivots. The states reached are left in `path`."""
     k = len(reaction)
     lam, tau = reaction.copy(), friction.copy()
     clean(problem, 1.0, u, lam, tau)

@@ -35,8 +35,8 @@ class Weighted(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """A point of the interior: slack (2k,) m/s and multiplier (2k,) N·s of the edges of each cone, u
-    (n,3); along, across (k,) N·s: λ and τ of the best point met, best its velocities (n,3), error
+    """A point of the interior: slack (2k,) m/s and multiplier (2k,) N·s of the edges of each cone,
+    u (n,3); along, across (k,) N·s: λ and τ of the best point met, best its velocities (n,3), error
     (1,) its error."""
 
     slack: Any
@@ -65,7 +65,9 @@ def start_edges(problem: Any) -> Edges:
 
 
 def solve_edges(problem: Any, factor: Any, edges: Edges, tolerance: float) -> int:
-    """Follow the central path from `edges`, changed in place, to the tolerance of the convex programme
+    """Follow the central path from `edges`, changed in place, to the tolerance.
+
+    It is the path of the convex programme
 
     min ½ (u−u⁻)·M(u−u⁻) + dissipation, subject to C u ± μ T u ≤ b: one inequality for each edge
     n ± μt of the cone, its multipliers λ₊ + λ₋ = λ, μ(λ₊ − λ₋) = τ. A contact that slides opens at

@@ -33,8 +33,8 @@ class Factor(NamedTuple):
 
 
 def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Any, Factor]:
-    """The order of elimination (n,) of disks at position (n,2) m with contacts first, second (k,), an
-    order of the contacts (k,) that goes with it, and storage for factors in these orders."""
+    """The order of elimination (n,) of disks at position (n,2) m with contacts first, second (k,),
+    an order of the contacts (k,) that goes with it, and storage for factors in these orders."""
     ordering = dissect(position, first, second, LEAF)
     contact = np.argsort(ordering.place[first], kind="stable")
     fronts = fronts_of(ordering, first[contact], second[contact], 3)
@@ -55,8 +55,8 @@ def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Any, Factor]
 
 @njit(cache=True, fastmath=True)
 def factorise(problem: Any, factor: Any, weight: Any) -> bool:
-    """Factorise M + Σ α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ, weight = (α, β, γ, δ) (4,k) kg, rows n and t of
-    C and T; False where rounding left it singular. Contacts as when the factor was made."""
+    """Factorise M + Σ α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ, weight = (α, β, γ, δ) (4,k) kg, rows n and
+    t of C and T; False where rounding left it singular. Contacts as when the factor was made."""
     fronts, F, stack = factor.fronts, factor.front, factor.stack
     base = fronts.panel_start[len(fronts.first)]
     for node in range(len(fronts.first)):

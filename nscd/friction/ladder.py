@@ -34,8 +34,8 @@ class FrictionAnswer(NamedTuple):
 
 
 class Part(NamedTuple):
-    """Some disks and contacts (indices in the whole, in elimination order), their problem and storage
-    for its factors."""
+    """Some disks and contacts (indices in the whole, in elimination order), their problem and
+    storage for its factors."""
 
     disks: Any
     contacts: Any
@@ -53,10 +53,11 @@ def climb(
 ) -> FrictionAnswer:
     """Solve a problem of disks at position (n,2) m.
 
-    An island that nothing presses keeps u⁻. The others: the convex programme of the cone's edges and
-    Newton's method on the sets of open, stuck and sliding contacts, all together; each island that
-    this does not solve by the methods of `Search`. With a `seed` ≥ 1 each island is searched from
-    random percussions instead; `patient` or only as far as is quick. The residual decides; the best answer met is given."""
+    An island that nothing presses keeps u⁻. The others: the convex programme of the cone's edges
+    and Newton's method on the sets of open, stuck and sliding contacts, all together; each island
+    that this does not solve by the methods of `Search`. With a `seed` ≥ 1 each island is searched
+    from random percussions instead; `patient` or only as far as is quick. The residual decides; the
+    best answer met is given."""
     k = len(problem.first)
     disks, contacts = _pressed(problem)
     if not len(contacts):
@@ -115,7 +116,8 @@ def _part(problem: FrictionProblem, position: Any, disks: Any, contacts: Any) ->
 
 
 def _together(part: Part, edges: Edges, tolerance: float) -> tuple[Any, Any, Any, Any]:
-    """λ, τ, velocities and the errors of the islands by the convex programme and Newton's method."""
+    """λ, τ, velocities and the errors of the islands by the convex programme and Newton's
+    method."""
     problem, k = part.problem, len(part.contacts)
     v, s, v_left, s_left = np.empty((4, k))
     contact_velocities(problem, problem.left, v_left, s_left)

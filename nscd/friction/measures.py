@@ -14,8 +14,8 @@ from nscd.friction.problem import add_impulses, contact_velocities
 def imbalance(
     problem: Any, u: Any, v: Any, s: Any, lam: Any, tau: Any, work: Any, out: Any
 ) -> None:
-    """out ← M(u − u⁻) + DᵀK D(u + u⁻) + Cᵀλ + Tᵀτ, (n,3) N·s; v, s = C u, T u; work (4,k): C u⁻, T u⁻,
-    p_n, p_t."""
+    """out ← M(u − u⁻) + DᵀK D(u + u⁻) + Cᵀλ + Tᵀτ, (n,3) N·s; v, s = C u, T u; work (4,k): C u⁻, T
+    u⁻, p_n, p_t."""
     k = len(v)
     contact_velocities(problem, problem.left, work[0], work[1])
     for c in range(k):

@@ -1,4 +1,5 @@
-"""The percussions of one step of a moving crowd: sweeps that begin from those of the step before."""
+"""The percussions of one step of a moving crowd: sweeps that begin from those of the step
+before."""
 
 from __future__ import annotations
 
@@ -17,8 +18,14 @@ ROUNDS = ((0, 60, 10), (100, 60, 10), (400, 100, 10), (1600, 160, 10), (6400, 32
 
 
 class StepAnswer(NamedTuple):
-    """reaction λ, friction τ (k,) N·s; velocity (n,3) m/s, m/s, rad/s; error (dimensionless): the
-    larger of natural map and momentum error, recomputed; pairs of sweeps; solver: its name."""
+    """Hold the percussions of a step.
+
+    reaction, friction: (k,) N·s, λ and τ
+    velocity: (n,3) m/s, m/s, rad/s
+    error: dimensionless, the larger of natural map and momentum error, recomputed
+    pairs: of sweeps
+    solver: its name
+    """
 
     reaction: Any
     friction: Any
@@ -34,8 +41,8 @@ def solve_step(
     """Solve the contacts of a step from a guess (2,k) N·s of λ and τ, 0 where left out.
 
     Sweeps of Gauss–Seidel, plain and accelerated in turn; the quick part of `climb` where they do
-    not reach the tolerance. The best answer met, with its error: the caller judges it. Needs a problem without
-    dissipation, for which λ and τ are the whole percussions. position (n,2) m."""
+    not reach the tolerance. The best answer met, with its error: the caller judges it. Needs a
+    problem without dissipation, for which λ and τ are the whole percussions. position (n,2) m."""
     k = len(problem.first)
     if not k:
         return StepAnswer(np.empty(0), np.empty(0), problem.left.copy(), 0.0, 0, "none")
@@ -60,8 +67,8 @@ def solve_step(
 
 
 def carried_over(key: Any, percussions: Any, wanted: Any) -> Any:
-    """Give the percussions (2,k) of contacts with distinct keys (k,) to contacts with the wanted keys
-    (m,), and 0 to those that are new: (2,m)."""
+    """Give the percussions (2,k) of contacts with distinct keys (k,) to contacts with the wanted
+    keys (m,), and 0 to those that are new: (2,m)."""
     guess = np.zeros((2, len(wanted)))
     if len(key):
         order = np.argsort(key)

@@ -31,9 +31,9 @@ def velocities_of(problem: Any, pn: Any, pt: Any, u: Any) -> None:
 def sweep(
     problem: Any, inverse: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, backward: bool
 ) -> None:
-    """Solve the law of each contact in turn, all others given: whole percussions pn, pt (k,) N·s and
-    velocities u (n,3) are changed in place; inverse (n,3): 1/M. Exact: n and t of one contact of
-    disks do not couple."""
+    """Solve the law of each contact in turn, all others given: whole percussions pn, pt (k,) N·s
+    and velocities u (n,3) are changed in place; inverse (n,3): 1/M. Exact: n and t of one contact
+    of disks do not couple."""
     k = len(pn)
     for a in range(k):
         c = k - 1 - a if backward else a
@@ -76,8 +76,8 @@ def sweep(
 
 @njit(cache=True)
 def off_by(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: Any, s: Any) -> Any:
-    """The largest natural map of whole percussions pn, pt (k,) and velocities u (n,3), over the scale;
-    v, s ← C u, T u."""
+    """The largest natural map of whole percussions pn, pt (k,) and velocities u (n,3), over the
+    scale; v, s ← C u, T u."""
     contact_velocities(problem, u, v, s)
     worst = 0.0
     for c in range(len(v)):
@@ -92,8 +92,8 @@ def off_by(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: 
 
 @njit(cache=True)
 def gauss_seidel(problem: Any, pn: Any, pt: Any, u: Any, pairs: int, tolerance: float) -> Any:
-    """Up to `pairs` pairs of sweeps, forward and back, from percussions pn, pt (k,), changed in place
-    as is u: a natural map within the tolerance ends it. Returns it, and the pairs made."""
+    """Up to `pairs` pairs of sweeps, forward and back, from percussions pn, pt (k,), changed in
+    place as is u: a natural map within the tolerance ends it. Returns it, and the pairs made."""
     k = len(pn)
     v_left, s_left, v, s = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     contact_velocities(problem, problem.left, v_left, s_left)

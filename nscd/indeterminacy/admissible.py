@@ -71,8 +71,8 @@ class Admissible:
             answer's residual, if that is more) of the larger of max |u⁺| and 2 |ΔE| / Σλ, the
             mean approach before the impact
 
-        Raises ValueError if contacts and answer do not belong together, the answer has failed or has
-        friction, or reactions pull (those of maintained contacts have no such set)."""
+        Raises ValueError if contacts and answer do not belong together, the answer has failed or
+        has friction, or reactions pull (those of maintained contacts have no such set)."""
         if answer.friction is not None:
             raise ValueError(
                 "answer: it has friction; its intervals are those of nscd.indeterminacy.cones"

@@ -1,4 +1,5 @@
-"""What balance and the cones of friction leave open: rank, determined parts, admissible intervals."""
+"""What balance and the cones of friction leave open: rank, determined parts, admissible
+intervals."""
 
 from __future__ import annotations
 
@@ -48,8 +49,8 @@ class FrictionDeterminacy:
 class Cones:
     """The percussions that go with the velocities u⁺ of an answer: {x ≥ 0, E x = E x₀}, a polytope.
 
-    A contact that sticks has two unknowns x, its cone's edges: λ = x₁ + x₂, τ = μ(x₁ − x₂); one that
-    slides has one, λ, with τ = ±μλ against the sliding; one that opens none.
+    A contact that sticks has two unknowns x, its cone's edges: λ = x₁ + x₂, τ = μ(x₁ − x₂); one
+    that slides has one, λ, with τ = ±μλ against the sliding; one that opens none.
 
     matrix: E (3n,c), spins by inertia over lever; point: x₀ (c,), in units of `scale` N·s; contact
     (c,): whose unknown; along (c,): ±μ, so that λ = Σ x and τ = Σ along · x; core (d,): unknowns
@@ -65,8 +66,8 @@ class Cones:
 
     @classmethod
     def of(cls, snapshot: Snapshot, contacts: Contacts, answer: Percussions) -> Cones:
-        """The set of an answer with friction and without dissipation k. Raises ValueError for others
-        and for a failed answer."""
+        """The set of an answer with friction and without dissipation k. Raises ValueError for
+        others and for a failed answer."""
         part = answer.friction
         if part is None or answer.status == Status.FAILED:
             raise ValueError("answer: one with friction that did not fail is needed")
@@ -127,8 +128,8 @@ class Cones:
         )
 
     def interval(self, contact: int, *, tangential: bool = False) -> tuple[float, float]:
-        """The least and the largest λ (or τ) of a contact, N·s; infinite where the contact is part of
-        a wedge that carries any amount. Raises ProgramError as `determined` does."""
+        """The least and the largest λ (or τ) of a contact, N·s; infinite where the contact is part
+        of a wedge that carries any amount. Raises ProgramError as `determined` does."""
         mine = self.contact == contact
         weights = np.where(mine, self.along if tangential else 1.0, 0.0)
         known = np.ones(len(weights), dtype=bool)
@@ -153,8 +154,8 @@ class Cones:
         return float(weights @ found.point)
 
     def _carrying(self) -> Indices:
-        """Unknowns that are more than 0 in some percussion: rounds of max Σ min(x, δ) over those that
-        are 0 so far; the optimum 0 is the proof."""
+        """Unknowns that are more than 0 in some percussion: rounds of max Σ min(x, δ) over those
+        that are 0 so far; the optimum 0 is the proof."""
         carrying = self.point > NOTHING
         carrying[self.core[self.point[self.core] > NOTHING]] = True
         matrix = csc_array(self.matrix[:, self.core])

@@ -84,8 +84,8 @@ def least_energy(
     )
     if max(bound, unbalanced) > ACCURATE * size:
         raise LeastEnergyError(
-            f"least energy: after {steps} steps the error may be {bound / size:.1e} of the percussions, "
-            f"the balance misses {unbalanced:.1e} of the largest"
+            f"least energy: after {steps} steps the error may be {bound / size:.1e} of the "
+            f"percussions, the balance misses {unbalanced:.1e} of the largest"
         )
     reaction[closed] = some * held.scale
     return reaction

@@ -1,4 +1,5 @@
-"""The active set: from a guess of the closed contacts to the exact ones, one factorisation a round."""
+"""The active set: from a guess of the closed contacts to the exact ones, one factorisation a
+round."""
 
 from __future__ import annotations
 
@@ -68,7 +69,8 @@ def _steady(system: System) -> int:
 
 
 def pressing(system: System, reaction: Floats, velocity: Floats, soft: float = 0.0) -> Flags:
-    """Tell which contacts (k,) press more than they open; with `soft` ones, more than they yield."""
+    """Tell which contacts (k,) press more than they open; with `soft` ones, more than they
+    yield."""
     yielded = soft * reaction / stiffness(system)
     closed: Flags = system.inverse_mass * reaction > gap(system, velocity) + yielded
     return closed

@@ -87,7 +87,8 @@ RUNGS = [
         "{n} disks: descent does not find the closed contacts exactly",
     ),
 ]
-# What these serve is not for the compiled call of `solve_small`, which stands for the climb to DESCENT.
+# What these serve is not for the compiled call of `solve_small`, which stands for the climb to
+# DESCENT.
 ELSEWHERE = (_trees, _guessed, _dissipative, _uneven)
 # Solvers that can be asked for by name.
 BY_NAME: dict[str, Solver] = {
@@ -100,7 +101,8 @@ SOLVERS = ("auto", *BY_NAME)
 
 
 def at_once() -> bool:
-    """Tell whether one compiled call may stand for the climb: no other rung comes before DESCENT."""
+    """Tell whether one compiled call may stand for the climb: no other rung comes before
+    DESCENT."""
     return all(rung.serves in ELSEWHERE for rung in RUNGS[: RUNGS.index(DESCENT)])
 
 
@@ -116,8 +118,8 @@ def choose(task: Task, solver: str = "auto") -> list[Rung]:
 def climb(task: Task, solver: str = "auto") -> Answer:
     """Solve a task by the named solver, or by the cheapest rung that serves.
 
-    Islands that nothing presses and single contacts are answered at once, the others together. Raises
-    ValueError where the named solver is not for such contacts."""
+    Islands that nothing presses and single contacts are answered at once, the others together.
+    Raises ValueError where the named solver is not for such contacts."""
     if not len(task.problem.first):
         free = task.problem.free
         none = np.empty(0)

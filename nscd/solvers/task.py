@@ -123,7 +123,8 @@ class Task:
     def answer(
         self, reaction: Floats, velocity: Floats, iterations: int, *, least: bool = False
     ) -> Answer:
-        """Put reactions (k,) and velocities (n,d) from elimination order into that of the problem."""
+        """Put reactions (k,) and velocities (n,d) from elimination order into that of the
+        problem."""
         unordered, right = np.empty_like(reaction), np.empty_like(velocity)
         unordered[self.factor.contact], right[self.factor.order] = reaction, velocity
         return Answer(unordered, right, iterations, least)

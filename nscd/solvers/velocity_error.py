@@ -1,17 +1,18 @@
 """How far the right velocities of an answer are from the exact ones: a bound by weak duality.
 
 With the dual function at λ' ≥ 0, which u' = û − Â⁻¹Cᵀλ' attains, and any feasible u (C u ≤ b), the
-duality gap of min ½|u − û|², |u|² = u·Âu, is ½|u − u'|² + λ'·(b − C u); both points are as near to the
-exact u⁺ as |u' − u⁺|² + |u − u⁺|² ≤ 2 gap. Take λ' = λ on the contacts that press and 0 elsewhere, and
-u = ũ − t, the answer ũ corrected by the least t that closes these contacts exactly and leaves no
-other one overlapping. Then λ'·(b − C u) = 0 and
+duality gap of min ½|u − û|², |u|² = u·Âu, is ½|u − u'|² + λ'·(b − C u); both points are as near to
+the exact u⁺ as |u' − u⁺|² + |u − u⁺|² ≤ 2 gap. Take λ' = λ on the contacts that press and 0
+elsewhere, and u = ũ − t, the answer ũ corrected by the least t that closes these contacts exactly
+and leaves no other one overlapping. Then λ'·(b − C u) = 0 and
 
     |ũ − u⁺|² ≤ |t|² + |ũ − u'|²,   |ũ − u'| ≤ √(Σ r²/m),  r = Âũ − Âû + Cᵀλ' (N·s),
 
 first order in what the answer misses, and never less than the error. What cannot be closed exactly
 adds λ'·|b − C u|.
 
-Rounding: gaps b − C u up to 32 ε‖u‖∞ (ROUNDING·CLOSED) count as closed. So the bound is that of a problem whose
+Rounding: gaps b − C u up to 32 ε‖u‖∞ (ROUNDING·CLOSED) count as closed. So the bound is that of a
+    problem whose
 offsets b differ by so much from those given, which is what normals in double precision leave open;
 what errors of that size do to u⁺ is in the bound: the length of the t that closes ± ROUNDING·ε‖u‖∞
 in random order."""
@@ -136,7 +137,8 @@ def _by_factor(
 
 @njit(cache=True)
 def _correct(
-    system: Any, factor: Any, closed: Any, theta: Any, target: Any, most: int, enough: float, t: Any, v: Any
+    system: Any, factor: Any, closed: Any, theta: Any, target: Any, most: int, enough: float,
+    t: Any, v: Any,
 ) -> None:  # fmt: skip
     """The least t (n,d) with v = C t = target (k,) on the closed contacts, by the method of
     multipliers: at most so many steps, until all are within `enough` (m/s)."""
@@ -211,8 +213,8 @@ def _by_tree(system: Any, branches: Any, reaction: Any, u: Any) -> Any:
 def _missed(
     system: Any, given: Any, reaction: Any, u: Any, pressing: bool, closed: Any, gap: Any, kept: Any
 ) -> tuple[float, float]:
-    """gap ← b − C u; closed ← contacts that press more than they open, where `pressing`; kept ← λ of
-    the closed ones, and 0. What gaps are known to (m/s), and Σ r²/m with rounding."""
+    """gap ← b − C u; closed ← contacts that press more than they open, where `pressing`; kept ← λ
+    of the closed ones, and 0. What gaps are known to (m/s), and Σ r²/m with rounding."""
     n, d = u.shape
     speed = max(system.scale, np.abs(u).max())
     rounding = ROUNDING * EPSILON * speed
@@ -257,8 +259,8 @@ def _missed(
 def _judge(
     gap: Any, moved: Any, kept: Any, closed: Any, rounding: float, equal: bool
 ) -> tuple[int, float, bool]:
-    """After the correction, C t = moved: how many open contacts overlap (they are closed for the next
-    round), λ'·|b − C u| beyond rounding, and whether the corrected velocities are feasible."""
+    """After the correction, C t = moved: how many open contacts overlap (they are closed for the
+    next round), λ'·|b − C u| beyond rounding, and whether the corrected velocities are feasible."""
     more, slack, whole = 0, 0.0, True
     for c in range(len(gap)):
         after = gap[c] + moved[c]

@@ -61,8 +61,8 @@ class Motion:
     The multiplier λ (N·s) is the percussion of the step. Since |x| is convex the linearised gap
     underestimates the true one: disks that do not overlap never do, at any h. With restitution e a
     contact that closes within the step with v⁻ > 0 has C u⁺ ≤ −e v⁻ instead (Moreau's law), unless
-    v⁻ is no more than what the drive gives in a step: that contact rests. With friction μ the contacts
-    obey Coulomb's law besides, and disks spin, with the moment of inertia m r²/2.
+    v⁻ is no more than what the drive gives in a step: that contact rests. With friction μ the
+    contacts obey Coulomb's law besides, and disks spin, with the moment of inertia m r²/2.
 
     position, velocity (n,2) m, m/s; spin (n,) rad/s; time s: the state, changed by each step.
 

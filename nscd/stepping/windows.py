@@ -41,7 +41,8 @@ class WindowSums:
         self._parts: list[tuple[Indices, Floats, Floats]] = []
 
     def add(self, near: Neighbours, reaction: Floats, friction: Floats | None = None) -> None:
-        """Add the reactions, and frictions along (−n_y, n_x), (k,) N·s of one step at its neighbours."""
+        """Add the reactions, and frictions along (−n_y, n_x), (k,) N·s of one step at its
+        neighbours."""
         pressed = np.flatnonzero(reaction > 0)
         first = near.first[pressed].astype(np.int64)
         other = np.where(

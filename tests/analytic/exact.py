@@ -35,8 +35,8 @@ def product(matrix, vector):
 
 
 def exact_velocity(snapshot, contacts, left, dissipation=None, maintained=False):
-    """u⁺ (n,2) of the collision law with k = dissipation (k,) kg along and across the normals of disks
-    without spin, as an array of Fractions; C u⁺ = 0 where maintained."""
+    """u⁺ (n,2) of the collision law with k = dissipation (k,) kg along and across the normals of
+    disks without spin, as an array of Fractions; C u⁺ = 0 where maintained."""
     n, k = len(snapshot), len(contacts)
     normal = fractions(contacts.normal)
     C = [[Fraction(0)] * (2 * n) for _ in range(k)]

@@ -78,8 +78,8 @@ def test_the_bound_holds_against_exact_arithmetic(law, seed, decades):
 
 @pytest.mark.parametrize("n", [10, 30, 60])
 def test_the_bound_sees_what_the_residual_does_not(n):
-    """On a chain Gauss–Seidel ends with an error of up to (n/π)² residuals, in its slowest mode; u⁺ = 0
-    but for those that are pushed away."""
+    """On a chain Gauss–Seidel ends with an error of up to (n/π)² residuals, in its slowest mode; u⁺
+    = 0 but for those that are pushed away."""
     snapshot, wall = chain(n)
     contacts = find_contacts(snapshot, wall, tolerance=1e-9)
     answer = solve(snapshot, contacts, solver="gauss_seidel", tolerance=1e-8, canonical=False)

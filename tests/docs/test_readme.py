@@ -1,4 +1,5 @@
-"""What README and docs show is run as it stands: Python, commands, and the form of every command."""
+"""What README and docs show is run as it stands: Python, commands, and the form of every
+command."""
 
 import os
 import re

@@ -57,7 +57,8 @@ def test_a_crowd_in_motion_never_overlaps(finished):
 
 
 def test_percussions_of_each_window_close_the_momentum_of_everybody(tmp_path):
-    """Without drive, m (u_end − u_start) of everybody is what the percussions of the window give."""
+    """Without drive, m (u_end − u_start) of everybody is what the percussions of the window
+    give."""
     scene = crowd(0.4, 4).model_copy(update={"drive": None})
     random = np.random.default_rng(1).normal(0.0, 3.0, (60, 2))
     scene = scene.model_copy(

@@ -1,4 +1,5 @@
-"""Loads and times above limits: closed forms of a pressed row, and files of limits that are wrong."""
+"""Loads and times above limits: closed forms of a pressed row, and files of limits that are
+wrong."""
 
 import csv
 
@@ -107,8 +108,8 @@ def test_a_break_ends_a_stretch_but_not_the_sum():
 
 
 def test_the_line_load_is_that_of_the_worst_metre():
-    """Of people at 0, 0.9, 1.8 and 4 m along a wall who press with 1, 2, 3 and 4 kN, two at most are
-    within a metre: 2 + 3 kN."""
+    """Of people at 0, 0.9, 1.8 and 4 m along a wall who press with 1, 2, 3 and 4 kN, two at most
+    are within a metre: 2 + 3 kN."""
     along = np.array([0.0, 0.9, 1.8, 4.0])
     now = Snapshot(
         position=np.column_stack([-0.2 * np.ones(4), along]),

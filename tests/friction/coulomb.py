@@ -53,8 +53,8 @@ def violation(dense, lam, tau, friction, u):
 
 
 def all_answers(dense, friction, allowed=1e-9):
-    """The u⁺ of every state of the contacts that obeys the law; and whether one was left out because
-    its equations are singular."""
+    """The u⁺ of every state of the contacts that obeys the law; and whether one was left out
+    because its equations are singular."""
     k = len(friction)
     minv = 1.0 / dense.mass
     answers, singular = [], False

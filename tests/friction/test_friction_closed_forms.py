@@ -10,7 +10,8 @@ EXACT = 1e-12
 
 
 def on_walls(velocity, angles, spin=0.0, radius=1.0, mass=75.0):
-    """One disk at the origin that touches walls whose inward normals are at these angles, degrees."""
+    """One disk at the origin that touches walls whose inward normals are at these angles,
+    degrees."""
     angles = np.radians(np.atleast_1d(angles))
     normal = -np.column_stack([np.cos(angles), np.sin(angles)])
     snapshot = Snapshot(
@@ -61,7 +62,8 @@ def test_incline_of_30_degrees(mu):
 
 
 def pyramid(gap=0.0):
-    """Two equal disks on the floor that touch, or stand apart, and one on top, all falling at 1 m/s."""
+    """Two equal disks on the floor that touch, or stand apart, and one on top, all falling at 1
+    m/s."""
     half = 1.0 + 0.5 * gap
     snapshot = Snapshot(
         position=[[-half, 1.0], [half, 1.0], [0.0, 1.0 + np.sqrt(4.0 - half**2)]],

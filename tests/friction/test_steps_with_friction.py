@@ -1,4 +1,5 @@
-"""Steps of a moving crowd with friction: the array entry against `solve`, and what a guess is worth."""
+"""Steps of a moving crowd with friction: the array entry against `solve`, and what a guess is
+worth."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""Admissible intervals with friction against closed forms, and their dimension against a dense rank."""
+"""Admissible intervals with friction against closed forms, and their dimension against a dense
+rank."""
 
 import numpy as np
 import pytest

@@ -134,7 +134,8 @@ def test_nonsense_is_refused_by_name(tmp_path, given, message):
 
 
 def test_one_rule_for_python_and_the_command(tmp_path, pressed):
-    """A drive means forces, in the command line's table and in an analysis without left_velocity."""
+    """A drive means forces, in the command line's table and in an analysis without
+    left_velocity."""
     pressed.write(tmp_path)
     disks = pressed.snapshot
     rows = [

@@ -1,4 +1,5 @@
-"""Whatever is given: a finite answer, one that says it is none, or one line that names the field."""
+"""Whatever is given: a finite answer, one that says it is none, or one line that names the
+field."""
 
 import numpy as np
 import pytest
@@ -99,7 +100,8 @@ def test_no_answer_with_infinite_numbers_is_solved():
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_active_set_takes_dissipation(law):
-    """Three disks on a wall, one pressing the others apart, with spins where friction needs them."""
+    """Three disks on a wall, one pressing the others apart, with spins where friction needs
+    them."""
     snapshot = Snapshot(
         position=[[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]],
         velocity=[[1, 0], [-1, 0], [0, -1]],

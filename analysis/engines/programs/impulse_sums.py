@@ -49,7 +49,8 @@ class ImpulseSums:
         self._sums[place] += impulse
 
     def write(self, step: int) -> None:
-        """Write a frame with the sums since the last one, the smaller id first; then begin again."""
+        """Write a frame with the sums since the last one, the smaller id first; then begin
+        again."""
         one = (1 << _BITS) - 1
         keys = [self._keys >> _BITS & one, self._keys & one, self._keys >> 2 * _BITS]
         write_frame(self._file, "ENTRIES", step, IMPULSE_COLUMNS, [*keys, *self._sums.T])

@@ -3,10 +3,10 @@
     python -m analysis.engines.programs.lammps DECKS -var … (the words of lmp but for -in and -log)
 
 A contact that begins and ends between two frames is in none of them, and every tenth step may miss
-much of a short impact. Here the forces of every step are summed, as the step itself uses them: LAMMPS
-calls back after it has computed them, when velocities are those of the middle of the step. The step
-of a frame counts half in the window that ends and half in the one that begins, so that the impulses
-of a window are m (u_end − u_start) of each disk less what its drive gave."""
+much of a short impact. Here the forces of every step are summed, as the step itself uses them:
+LAMMPS calls back after it has computed them, when velocities are those of the middle of the step.
+The step of a frame counts half in the window that ends and half in the one that begins, so that the
+impulses of a window are m (u_end − u_start) of each disk less what its drive gave."""
 
 from __future__ import annotations
 

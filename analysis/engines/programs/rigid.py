@@ -68,8 +68,8 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
-    """The step and the state after which to go on: of the last frame that all dumps have whole, which
-    then end with it; else of the start."""
+    """The step and the state after which to go on: of the last frame that all dumps have whole,
+    which then end with it; else of the start."""
     whole = []
     for name, kind in zip(NAMES, ("ATOMS", "ENTRIES", "ENTRIES"), strict=True):
         try:
@@ -156,7 +156,8 @@ class _Run:
         return 0
 
     def _write(self, window: WindowImpulses, before: Floats) -> None:
-        """A frame of each dump: the window that ends now, and the velocity (n,2) m/s at its start."""
+        """A frame of each dump: the window that ends now, and the velocity (n,2) m/s at its
+        start."""
         disks, motion, step = self.scene.snapshot, self.motion, self.step
         duration = window.duration or np.inf
         none = np.zeros(len(disks))

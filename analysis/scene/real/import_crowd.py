@@ -80,7 +80,8 @@ def import_crowd(
     the key."""
     if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
         raise SceneError(
-            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is needed"
+            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is "
+            "needed"
         )
     if not 0 < mass < 1000:
         raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")

@@ -80,7 +80,8 @@ def reconcile(
             break
     else:
         raise OverlapError(
-            f"no end after {MAXIMUM_ITERATIONS} linearisations: the last moved {np.abs(step).max():.1e} m"
+            f"no end after {MAXIMUM_ITERATIONS} linearisations: the last moved "
+            f"{np.abs(step).max():.1e} m"
         )
     return Arrangement(position=np.round(current / GRID_M) * GRID_M, linearisations=iteration)
 

@@ -169,7 +169,8 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
     typical = float(np.median(nearest))
     if not 0.05 < typical < 10:
         raise TrajectoryError(
-            f"{origin}: neighbours are {typical:.3g} m apart in the median; is the unit right (m, cm)?"
+            f"{origin}: neighbours are {typical:.3g} m apart in the median; is the unit right "
+            "(m, cm)?"
         )
 
 
@@ -246,7 +247,8 @@ def _loader(
         if in_metres is None:
             needed = " or ".join(", ".join(sorted(names)) for names in CSV_COLUMNS)
             raise TrajectoryError(
-                f"{file}: its first lines have no columns that are known: id, frame, x, y or {needed}"
+                f"{file}: its first lines have no columns that are known: id, frame, x, y or "
+                f"{needed}"
             )
     if in_metres is None:
         return lambda: _text(file, unit, frame_rate)

@@ -52,6 +52,7 @@ class Cells:
 
     @property
     def dimension(self) -> int:
+        """Of the mesh: 1 or 2."""
         return int(self.mesh.dim())
 
     @cached_property

@@ -2,7 +2,8 @@
 
 At ψ = 1 the answer is that of the convex programme and unique, so the curve that begins there comes
 to ψ = 0 or leads to percussions without bound; on its way ψ may rise again. Between two changes of
-a state the answer is a smooth function of ψ; a change is found by Newton's method along the curve."""
+a state the answer is a smooth function of ψ; a change is found by Newton's method along the
+curve."""
 
 from __future__ import annotations
 
@@ -18,15 +19,15 @@ from nscd.friction.pivots.rates import LAM, TAU, S, V, restart
 from nscd.friction.problem import add_impulses, contact_velocities
 from nscd.friction.sets import FREE, STICK, slope
 
-# The longest step of ψ; a change of state is met within this; margins below −SLACK (of the scale, in
-# velocities) say that one was overrun.
+# The longest step of ψ; a change of state is met within this; margins below −SLACK (of the scale,
+# in velocities) say that one was overrun.
 LONGEST, MET, SLACK = 0.05, 1e-7, 1e-6
 
 
 @njit(cache=True)
 def _find_rate(problem: Any, factor: Any, path: Any, firming: bool) -> None:
-    """Derivatives by ψ, or by ln ε where `firming`, with the matrix factorised for the states, ψ and ε
-    of now."""
+    """Derivatives by ψ, or by ln ε where `firming`, with the matrix factorised for the states, ψ
+    and ε of now."""
     x, dx = path.x, path.dx
     for c in range(len(path.hold)):
         dx[LAM, c] = dx[TAU, c] = 0.0

@@ -23,8 +23,8 @@ ROUNDS, FINISH = 6, ((PENALTY, 2), (1e6, 2))
 REPEATS, FIRMEST, FIRMING, SLOW = 20, 1e-8, 3000, 0.5
 # Pairs of sweeps at first; they double so often. A block of them between Anderson's combinations.
 PAIRS, DOUBLINGS, BLOCK = 200, 6, 10
-# Pivots in all for lowering the dilation (and a share of the contacts), for one local path at first,
-# and from the ray.
+# Pivots in all for lowering the dilation (and a share of the contacts), for one local path at
+# first, and from the ray.
 DILATION_PIVOTS, DILATION_SHARE, LOCAL_PIVOTS, RAY_PIVOTS = 600, 2.0, 300, 20_000
 # Compliance along the curve of the dilation, and factorisations at most.
 CURVE, CURVE_FACTORS = 1e-4, 10_000
@@ -38,8 +38,8 @@ Answer = tuple[Any, Any, Any]  # λ, τ (k,) N·s, u (n,3)
 class Search:
     """The best answer so far for a problem whose factor is given, and the methods that better it.
 
-    error; reaction, friction (k,) N·s, velocity (n,3); route: which method found it; pairs of sweeps
-    and pivots made."""
+    error; reaction, friction (k,) N·s, velocity (n,3); route: which method found it; pairs of
+    sweeps and pivots made."""
 
     def __init__(self, problem: FrictionProblem, factor: Any, tolerance: float) -> None:
         n, k = len(problem.mass), len(problem.first)
@@ -53,8 +53,8 @@ class Search:
         self._n = n
 
     def run(self, lam: Any, tau: Any, u: Any, *, patient: bool) -> None:
-        """Search from the convex programme's answer until one within the tolerance is found, or only
-        by what is quick."""
+        """Search from the convex programme's answer until one within the tolerance is found, or
+        only by what is quick."""
         start = lam, tau, u
         if not self.problem.dissipative:
             lam, tau = self.by_dilation(*start)

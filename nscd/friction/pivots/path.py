@@ -156,8 +156,8 @@ def _word(contact: int, hold: int) -> Any:
 
 @njit(cache=True)
 def clean(problem: Any, dilation: float, u: Any, lam: Any, tau: Any) -> None:
-    """Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact opens
-    by more than it presses, ±μλ where it slides by more than it may still hold."""
+    """Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact
+    opens by more than it presses, ±μλ where it slides by more than it may still hold."""
     k = len(lam)
     v, s = np.empty(k), np.empty(k)
     contact_velocities(problem, u, v, s)
@@ -172,8 +172,8 @@ def clean(problem: Any, dilation: float, u: Any, lam: Any, tau: Any) -> None:
 
 @njit(cache=True)
 def perturb(problem: Any, path: Any, lam: Any, tau: Any, noise: Any) -> None:
-    """Perturbations a, d with which percussions lam, tau (k,), within their cones, and u⁻ + what they
-    do are the answer at t = 1; contacts on the brink get `noise` (k,) m/s away from it."""
+    """Perturbations a, d with which percussions lam, tau (k,), within their cones, and u⁻ + what
+    they do are the answer at t = 1; contacts on the brink get `noise` (k,) m/s away from it."""
     path.u[:] = 0.0
     add_impulses(problem, lam, tau, -1.0, path.u)
     for i in range(len(path.u)):

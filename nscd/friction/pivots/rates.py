@@ -76,7 +76,8 @@ def path_of(n: int, k: int) -> Path:
 
 @njit(cache=True)
 def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
-    """α, β, γ, δ of a contact in a state: its part α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of the matrix."""
+    """α, β, γ, δ of a contact in a state: its part α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of the
+    matrix."""
     if hold == FREE:
         return 0.0, 0.0, 0.0, 0.0
     w, wt = problem.normal_inverse[c], problem.tangent_inverse[c]
@@ -90,10 +91,11 @@ def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
 
 @njit(cache=True)
 def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> None:
-    """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1, 0.0).
+    """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1,
+    0.0).
 
-    Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is beyond
-    the latter is the slip σ, C u + ta − b + ψμ|σ| = εw(λ − λ°), τ = ±μλ."""
+    Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is
+    beyond the latter is the slip σ, C u + ta − b + ψμ|σ| = εw(λ − λ°), τ = ±μλ."""
     for c in range(len(path.hold)):
         hold = path.hold[c]
         x[LAM, c] = x[TAU, c] = 0.0
@@ -231,5 +233,6 @@ def find_rate(problem: Any, path: Any) -> None:
 
 @njit(cache=True, fastmath=True)
 def move(path: Any, step: float) -> None:
+    """Go a step along the path: velocities, C u, T u, λ and τ."""
     add_to(path.u, step, path.rate)
     add_to(path.x, step, path.dx)

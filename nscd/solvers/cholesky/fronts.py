@@ -76,8 +76,8 @@ def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fr
         node_first, node_end, parent, border_start, child, sibling, d
     )
     return Fronts(
-        node_first, node_end, border_start, border, inner, child, sibling, element_start, element, left, right,
-        panel_start, update_start, np.empty(total),
+        node_first, node_end, border_start, border, inner, child, sibling, element_start, element,
+        left, right, panel_start, update_start, np.empty(total),
         np.empty(widest * (COLUMNS if widest >= LARGE else 1)),
         np.empty(widest, dtype=np.int32),
     )  # fmt: skip

@@ -1,4 +1,5 @@
-"""The chain of 3.2.1 against another solver and by hand: densities that vary, chains that are free."""
+"""The chain of 3.2.1 against another solver and by hand: densities that vary, chains that are
+free."""
 
 import numpy as np
 import pytest

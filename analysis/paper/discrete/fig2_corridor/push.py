@@ -85,7 +85,8 @@ class Push:
 def push_scene(
     scene: Scene, stiffness: float, restitution: float, periods: float, frames: int
 ) -> Scene:
-    """Make the scene with another stiffness (N/m) and restitution, run for `periods` times √(m/k)."""
+    """Make the scene with another stiffness (N/m) and restitution, run for `periods` times
+    √(m/k)."""
     variant = scene.model_copy(update={"name": f"{scene.name}_e{restitution:g}"})
     variant = variant.with_contact(stiffness_N_per_m=stiffness, restitution=restitution)
     return variant.with_run(
@@ -109,8 +110,8 @@ def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
 
 
 def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
-    """Find when each column of values (frames, n) first reaches the level (s), linear between frames;
-    NaN where never."""
+    """Find when each column of values (frames, n) first reaches the level (s), linear between
+    frames; NaN where never."""
     above = values >= level
     crossing = np.full(values.shape[1], np.nan)
     for column in np.flatnonzero(above.any(0)):

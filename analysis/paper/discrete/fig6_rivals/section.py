@@ -1,4 +1,5 @@
-"""The paper's 2.3 and Fig. 6: percussions against first-order model, social force and Löhner's law."""
+"""The paper's 2.3 and Fig. 6: percussions against first-order model, social force and Löhner's
+law."""
 
 from __future__ import annotations
 

@@ -40,8 +40,8 @@ class Arch:
 
     @classmethod
     def of(cls, scene: Scene, snapshot: Snapshot) -> Arch:
-        """Solve the percussions (k = 0) of a snapshot in the room of a scene. Raises ValueError for a
-        scene without drive."""
+        """Solve the percussions (k = 0) of a snapshot in the room of a scene. Raises ValueError for
+        a scene without drive."""
         if scene.drive is None:
             raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
         found = percussions_of(scene, snapshot, tolerance=1e-10)
@@ -55,7 +55,8 @@ class Arch:
         )
 
     def under(self, law: ContactLaw) -> Percussions:
-        """Solve the percussions of the same snapshot and left velocity under another contact law."""
+        """Solve the percussions of the same snapshot and left velocity under another contact
+        law."""
         return solve(
             self.snapshot, self.contacts, left_velocity=self.left_velocity, law=law, tolerance=1e-8
         )
@@ -88,8 +89,8 @@ class Arch:
         return np.asarray(np.hypot(*self._from_exit().T), dtype=np.float64)
 
     def angle_degrees(self) -> Floats:
-        """Give the direction of each person seen from the middle of the exit, (n,): 0 straight into the
-        room, ±90 along the wall."""
+        """Give the direction of each person seen from the middle of the exit, (n,): 0 straight into
+        the room, ±90 along the wall."""
         x, y = self._from_exit().T
         out_x, out_y = self.drive.outward
         return np.asarray(np.degrees(np.arctan2(y * out_x - x * out_y, -(x * out_x + y * out_y))))
@@ -115,8 +116,8 @@ class Arch:
         )
 
     def rings(self) -> Indices:
-        """Give the ring of each person, (n,): 0 within a metre of the middle of the exit, then 1, …; −1 for
-        those outside."""
+        """Give the ring of each person, (n,): 0 within a metre of the middle of the exit, then 1,
+        …; −1 for those outside."""
         return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)
 
     def _from_exit(self) -> Floats:
