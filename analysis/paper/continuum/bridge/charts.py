@@ -110,7 +110,7 @@ def profiles(sizes: Sequence[Size]) -> Figure:
             (models.blocked, "-.", BLACK, "nobody moves"),
             (same[-1].rough, (0, (8, 2)), PINK, "(20), friction fitted to the largest N"),
             (models.table, ":", ORANGE, "(11), Table 1"),
-            (same[-1].best, (0, (4, 1, 1, 1, 1, 1)), GREEN, "(11), k_v fitted to the largest N"),
+            (same[-1].best, (0, (4, 1, 1, 1, 1, 1)), GREEN, "(11), $k_v$ fitted to the largest N"),
         ):
             axes.plot(*_banded(model.pressure), ls=style, lw=2, color=colour, label=words)
         axes.set(xlabel="distance from the exit (m)", title=str(packing), xlim=(0, WITHIN))
@@ -155,7 +155,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
         axes.contour(x, y, grid, levels=levels[::2], colors="white", linewidths=0.4)
         for side in (-1, 1):
             axes.plot([0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=BLACK, lw=2)
-        axes.set_title(words, fontsize=9)
+        axes.set_title(words.replace("k_v", "$k_v$"), fontsize=9)
         axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=GREY)
     for axes in panels[-len(kinds) :]:
         axes.set_xlabel("x (m)")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK
 from analysis.paper.continuum.mesh.study import Point, Study
@@ -57,5 +58,6 @@ def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
         xlabel="CPU seconds, mesh and collision",
         ylabel="relative error",
     )
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(alpha=0.3, which="major")
     axes.set_ylim(*axes.get_ylim())

@@ -26,7 +26,7 @@ def velocities(found: Chains) -> Figure:
             ms=5,
             mfc="none",
             color=COLOURS[number],
-            label=trial.name,
+            label=trial.name.replace("k_s", "$k_s$"),
         )
     left.set(ylabel="right velocity u⁺ (m/s)")
     left.legend(fontsize=8, loc="lower left")

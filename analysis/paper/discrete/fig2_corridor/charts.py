@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
 
+from analysis.pages import numbers
 from analysis.pages.drawing import (
     BLACK,
     BLUE,
@@ -186,7 +187,7 @@ def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
             color=COLOURS[number],
             mfc="none" if kind else COLOURS[number],
             ms=4,
-            label=f"k = {push.stiffness:.0e} N/m, e = {push.restitution:g}",
+            label=f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}",
         )
     axes.set(yscale="log", xlabel="distance from the pushing column (m)")
     axes.set_ylabel("first arrival (s)")
@@ -215,7 +216,7 @@ def impulses(corridor: Corridor) -> Figure:
     top = max(push.difference for push in corridor.inelastic)
     by_stiffness.set(xscale="log", xlabel="stiffness k (N/m)", ylim=(0, 1.15 * top))
     damped = corridor.damped
-    label = f"{ENGINE_NAMES[damped[0].engine]}, k = {damped[0].stiffness:.0e} N/m"
+    label = f"{ENGINE_NAMES[damped[0].engine]}, k = {numbers.number(damped[0].stiffness)} N/m"
     values = [[push.damping for push in damped], [push.difference for push in damped]]
     by_damping.plot(*values, MARKERS[0], ls="-", color=BLUE, label=label)
     by_damping.set(xscale="log", yscale="log", xlabel="damping ratio ζ (–)")

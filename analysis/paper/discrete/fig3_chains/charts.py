@@ -68,7 +68,7 @@ def accuracy(trials: Sequence[Trial]) -> Figure:
                 mfc="none" if number % 2 else COLOURS[number],
                 label=", ".join(kind),
             )
-    left.axhline(1e-10, color=GREY, lw=1.5, label="1e-10")
+    left.axhline(1e-10, color=GREY, lw=1.5, label="10⁻¹⁰")
     left.set(ylabel="error of λ / largest λ (–)", ylim=(smallest / 2, 1e-9))
     right.set(ylabel="CPU time of solve (s)")
     for axes in (left, right):

@@ -195,7 +195,7 @@ def evacuations(found: Sequence[Evacuation]) -> Figure:
         draw_walls(axes, zip(walls.start, walls.end, strict=True))
         draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
         deepest = 1e3 * one.deepest[-1]
-        axes.set_title(f"u_d = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
+        axes.set_title(f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
         axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
     panels[0].set_ylabel("y (m)")
     add_scale(figure, list(panels), norm, "overlap of a contact (mm)")
