@@ -69,6 +69,10 @@ $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
 	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
 	$(PIP) --editable .
+	touch $@
+
+$(VENV)/kernels: $(VENV)/installed
+	@echo "Compiling the kernels"
 	$(PYTHON) -m nscd
 	touch $@
 
@@ -77,7 +81,7 @@ $(VENV)/installed-test: $(VENV)/installed
 	$(PIP) --editable '.[test]'
 	touch $@
 
-install: system $(VENV)/installed
+install: system $(VENV)/kernels
 
 report: install
 	@$(VENV)/bin/percussions report arch gate --out report
@@ -89,8 +93,9 @@ lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .
 	$(PYTHON) -m mypy
 
-test: system-test $(VENV)/installed-test lint
-	@$(PYTHON) -m pytest -n auto --dist loadfile
+test: system-test $(VENV)/installed
+	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/kernels lint
+	$(PYTHON) -m pytest -n auto --dist loadfile
 
 bench: install
 	@$(PIP) --editable '.[bench]'

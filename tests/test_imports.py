@@ -15,6 +15,7 @@ RANKS = [
     ["nscd/solve.py"],
     ["nscd/rivals.py", "nscd/stepping"],
     ["nscd/__init__.py"],
+    ["nscd/kernels.py"],
     ["nscd/__main__.py"],
     ["nscd/indeterminacy"],
     ["nscd/continuum"],

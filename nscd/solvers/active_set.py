@@ -133,10 +133,10 @@ def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorou
         u[:] = system.free
         reaction[:] = 0.0
         approach(system, u, v)
-        close_contacts(system, factor, closed, theta, reaction, u, v, 1)
+        close_contacts(system, factor, closed, theta, reaction, u, v, np.int64(1))
         changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
         if thorough or changed <= few or done == most:
-            close_contacts(system, factor, closed, theta, reaction, u, v, STEPS)
+            close_contacts(system, factor, closed, theta, reaction, u, v, np.int64(STEPS))
             changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
             error = 0.0
             for c in range(k):

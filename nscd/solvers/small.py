@@ -237,14 +237,16 @@ def _descend_and_close(part: Any, rest: Any, tolerance: float, reaction: Any, ve
     end, bound = UNSETTLED, 0.0
     if (settled or share >= REDUNDANT) and not ISOSTATIC < share < REDUNDANT:
         theta = np.full(k, PENALTY * (1.0 / system.inverse_mass.max()))
-        better, moved, done, error, exact = _rounds(system, factor, closed, theta, ROUNDS, False)
+        better, moved, done, error, exact = _rounds(
+            system, factor, closed, theta, np.int64(ROUNDS), np.bool_(False)
+        )
         iterations += done
         if exact and error <= tolerance:
             end, pushed, u = SOLVED, better, moved
             for c in range(k):
                 theta[c] = theta[c] if closed[c] else 0.0
             held, given = Held(theta, closed), np.empty((0, 2))
-            bound = math.sqrt(_by_factor(system, factor, given, pushed, u, held, False))
+            bound = math.sqrt(_by_factor(system, factor, given, pushed, u, held, np.bool_(False)))
     for c in range(k):
         reaction[rest.contact[factor.contact[c]]] = pushed[c]
     for i in range(n):

@@ -82,7 +82,7 @@ def rounding_bound(problem: ContactProblem, answer: Answer) -> float:
 def _rounding(system: Any, given: Any, reaction: Any, u: Any) -> float:
     k = len(reaction)
     gap, kept, closed = np.empty(k), np.empty(k), np.ones(k, np.bool_)
-    rounding, square = _missed(system, given, reaction, u, False, closed, gap, kept)
+    rounding, square = _missed(system, given, reaction, u, np.bool_(False), closed, gap, kept)
     for c in range(k):
         if reaction[c] > 0.0:
             away = abs(gap[c]) + rounding
@@ -119,12 +119,12 @@ def _by_factor(
         t[:] = 0.0
         v[:] = 0.0
         if _beyond(gap, closed, rounding):
-            _correct(system, factor, closed, theta, -gap, STEPS, 0.1 * rounding, t, v)
+            _correct(system, factor, closed, theta, -gap, np.int64(STEPS), 0.1 * rounding, t, v)
         more, slack, whole = _judge(gap, v, kept, closed, CLOSED * rounding, equal)
         if whole:
             inertia(system, t, rest)
             length = math.sqrt((t * rest).sum())
-            _correct(system, factor, closed, theta, _noise(k, rounding), 1, 0.0, t, v)
+            _correct(system, factor, closed, theta, _noise(k, rounding), np.int64(1), 0.0, t, v)
             inertia(system, t, rest)
             length += math.sqrt((t * rest).sum())
             return square + length * length + 2.0 * slack
@@ -194,14 +194,14 @@ def _by_tree(system: Any, branches: Any, reaction: Any, u: Any) -> Any:
     k = len(reaction)
     gap, kept, v, target = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     closed, still, none = np.ones(k, np.bool_), np.zeros((n, d)), np.empty((0, d))
-    rounding, square = _missed(system, none, reaction, u, True, closed, gap, kept)
+    rounding, square = _missed(system, none, reaction, u, np.bool_(True), closed, gap, kept)
     for c in range(k):
         target[c] = -gap[c] - (rounding if gap[c] >= 0.0 else -rounding)
     given = Given(system.first, system.normal_first, system.mass[:, 0].copy(), still, target)
     for _ in range(ROUNDS):
         _, t = close_tree(branches, closed, given)
         approach(system, t, v)
-        more, slack, whole = _judge(gap, v, kept, closed, CLOSED * rounding, False)
+        more, slack, whole = _judge(gap, v, kept, closed, CLOSED * rounding, np.bool_(False))
         if whole:
             return square + (system.mass * t * t).sum() + 2.0 * slack
         if more == 0:

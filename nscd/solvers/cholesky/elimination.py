@@ -23,7 +23,7 @@ def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
     Lᵀ is left in P, the Schur complement in S; work (COLUMNS · size) is overwritten. Returns False
     where a pivot is not positive."""
     if size < LARGE:
-        return bool(_eliminate_rows(P, S, size, 0, pivots, pivots, size))
+        return bool(_eliminate_rows(P, S, size, np.int64(0), pivots, pivots, size))
     for first in range(0, pivots, PANEL):
         last = min(first + PANEL, pivots)
         if not _eliminate_rows(P, S, size, first, last, pivots, last):
