@@ -15,7 +15,7 @@ PROGRAM = "from analysis.cli import main; main()"
 def percussions(tmp_path):
     """Run `percussions …` in an empty folder; returns the finished process."""
 
-    def call(*words, timeout=120):
+    def call(*words, timeout=600):
         return subprocess.run(
             [sys.executable, "-c", PROGRAM, *map(str, words)],
             cwd=tmp_path,

@@ -180,7 +180,7 @@ def test_interruption_leaves_nothing_half_written(tmp_path, engine):
     ):
         time.sleep(0.1)
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=300)
     assert process.returncode == 130
     assert "interrupted" in errors
     assert "Traceback" not in errors

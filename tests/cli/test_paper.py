@@ -22,7 +22,7 @@ PAGE_SECTIONS = "section[data-figure]"
 def built(percussions, tmp_path):
     """The figures that need the shortest engine runs."""
     made = percussions(
-        "paper", "discrete", "--figure", 3, "--figure", 1, "--runs", "runs", timeout=300
+        "paper", "discrete", "--figure", 3, "--figure", 1, "--runs", "runs", timeout=600
     )
     assert made.returncode == 0, made.stderr
     return made, tmp_path / "paper"
@@ -45,7 +45,7 @@ def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path)
         _read(made.stdout.strip().splitlines()[-1], folder, numbers, claims)
     # a second build runs no engine again
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")}
-    again = percussions("paper", "discrete", "--figure", 1, "--runs", "runs", timeout=300)
+    again = percussions("paper", "discrete", "--figure", 1, "--runs", "runs", timeout=600)
     assert again.returncode == 0, again.stderr
     assert {
         path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")

@@ -38,7 +38,7 @@ CHOSEN = ("3.2.1", "11")
 def built(percussions, tmp_path):
     """The two figures that cost least."""
     words = [word for number in CHOSEN for word in ("--figure", number)]
-    made = percussions("paper", "continuum", *words, "--runs", "runs", timeout=300)
+    made = percussions("paper", "continuum", *words, "--runs", "runs", timeout=600)
     assert made.returncode == 0, made.stderr
     return made, tmp_path / "paper"
 

@@ -13,7 +13,7 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
     make("jam", 60).with_run(duration_s=4.0, frames=8).write(tmp_path)
     made = percussions(
         "report", "jam.toml", "gate", "--engine", "lammps", "--engine", "rigid", "--seeds", 3,
-        "--out", "report", timeout=300,
+        "--out", "report", timeout=600,
     )  # fmt: skip
     assert made.returncode == 0, made.stderr
     address = made.stdout.strip().splitlines()[-1]
@@ -47,7 +47,7 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
 def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_path, monkeypatch):
     make("jam", 20).with_run(duration_s=1.0, frames=2).write(tmp_path)
     monkeypatch.setenv("PATH", "/nonexistent")
-    made = percussions("report", "jam.toml", "--stiffness", 1e6, timeout=120)
+    made = percussions("report", "jam.toml", "--stiffness", 1e6, timeout=600)
     assert made.returncode == 0, made.stderr
     assert "yade" in made.stderr
     assert "apt-get install --no-install-recommends yade" in made.stderr

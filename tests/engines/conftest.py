@@ -80,7 +80,7 @@ def command():
             env={**os.environ, "PATH": path, **environment},
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=600,
             check=False,
         )
 

@@ -66,7 +66,7 @@ def test_an_engine_ends_with_the_command_that_started_it(tmp_path, name, number)
     assert wait(lambda: list(tmp_path.glob("out/arch/.*/bodies.dump")))
     assert len(working_in(tmp_path)) > 1
     process.send_signal(number)
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=300)
     assert wait(lambda: not working_in(tmp_path), 10.0), working_in(tmp_path)
     if number == signal.SIGKILL:
         return
@@ -92,7 +92,7 @@ def test_workers_and_their_engines_end_with_a_killed_parent(tmp_path):
     assert wait(lambda: len(list(tmp_path.glob("out/arch/.*/bodies.dump"))) == 2)
     assert len(working_in(tmp_path)) >= 5
     process.kill()
-    process.communicate(timeout=30)
+    process.communicate(timeout=300)
     assert wait(lambda: not working_in(tmp_path), 10.0), working_in(tmp_path)
 
 
@@ -103,7 +103,7 @@ def test_two_runs_into_one_folder_at_the_same_time(tmp_path, name):
     make("arch", 100).with_run(duration_s=2.0, frames=10).write(tmp_path)
     command = "from analysis.cli import main; main()"
     both = [started(command, tmp_path, "run", "arch.toml", "--engine", name) for _ in range(2)]
-    said = [process.communicate(timeout=120)[1] for process in both]
+    said = [process.communicate(timeout=600)[1] for process in both]
     assert [process.returncode for process in both] == [0, 0], said
     (folder,) = (tmp_path / "out/arch").iterdir()
     assert (folder / "run.json").exists()
@@ -154,7 +154,7 @@ def test_a_limit_of_the_system_is_named(tmp_path, name, limit, says):
         "    sys.exit(str(error))\n"
     )
     process = started(program, tmp_path, name, *limit.split())
-    _, said = process.communicate(timeout=120)
+    _, said = process.communicate(timeout=600)
     assert process.returncode == 1
     assert re.search(says, said), said
     assert "time step" not in said
