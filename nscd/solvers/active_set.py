@@ -115,7 +115,7 @@ def close_set(
 
 
 @njit(cache=True)
-def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: int, thorough: bool) -> Any:
+def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: Any, thorough: Any) -> Any:
     k = len(closed)
     w, b, scale = system.inverse_mass, system.offset, system.scale
     weight, reaction, v, pressed = np.empty(k), np.empty(k), np.empty(k), np.empty(k)

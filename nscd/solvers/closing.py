@@ -23,7 +23,7 @@ STEPS = 200
 
 @njit(cache=True)
 def close_contacts(
-    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: int
+    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: Any
 ) -> int:
     """Close contacts by the method of multipliers, λ ← λ + θ(Cu − b); return the steps taken.
 

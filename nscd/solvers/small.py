@@ -237,6 +237,7 @@ def _descend_and_close(part: Any, rest: Any, tolerance: float, reaction: Any, ve
     end, bound = UNSETTLED, 0.0
     if (settled or share >= REDUNDANT) and not ISOSTATIC < share < REDUNDANT:
         theta = np.full(k, PENALTY * (1.0 / system.inverse_mass.max()))
+        # numbers of NumPy: a literal would compile the kernel once more
         better, moved, done, error, exact = _rounds(
             system, factor, closed, theta, np.int64(ROUNDS), np.bool_(False)
         )

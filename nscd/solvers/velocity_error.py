@@ -92,7 +92,7 @@ def _rounding(system: Any, given: Any, reaction: Any, u: Any) -> float:
 
 @njit(cache=True)
 def _by_factor(
-    system: Any, factor: Any, given: Any, reaction: Any, u: Any, held: Any, equal: bool
+    system: Any, factor: Any, given: Any, reaction: Any, u: Any, held: Any, equal: Any
 ) -> Any:
     """The square of the bound; for `held` see `Workspace`. With `equal` contacts are maintained."""
     n, d = u.shape
@@ -137,7 +137,7 @@ def _by_factor(
 
 @njit(cache=True)
 def _correct(
-    system: Any, factor: Any, closed: Any, theta: Any, target: Any, most: int, enough: float,
+    system: Any, factor: Any, closed: Any, theta: Any, target: Any, most: Any, enough: float,
     t: Any, v: Any,
 ) -> None:  # fmt: skip
     """The least t (n,d) with v = C t = target (k,) on the closed contacts, by the method of
@@ -211,7 +211,7 @@ def _by_tree(system: Any, branches: Any, reaction: Any, u: Any) -> Any:
 
 @njit(cache=True)
 def _missed(
-    system: Any, given: Any, reaction: Any, u: Any, pressing: bool, closed: Any, gap: Any, kept: Any
+    system: Any, given: Any, reaction: Any, u: Any, pressing: Any, closed: Any, gap: Any, kept: Any
 ) -> tuple[float, float]:
     """gap ← b − C u; closed ← contacts that press more than they open, where `pressing`; kept ← λ
     of the closed ones, and 0. What gaps are known to (m/s), and Σ r²/m with rounding."""
@@ -257,7 +257,7 @@ def _missed(
 
 @njit(cache=True)
 def _judge(
-    gap: Any, moved: Any, kept: Any, closed: Any, rounding: float, equal: bool
+    gap: Any, moved: Any, kept: Any, closed: Any, rounding: float, equal: Any
 ) -> tuple[int, float, bool]:
     """After the correction, C t = moved: how many open contacts overlap (they are closed for the
     next round), λ'·|b − C u| beyond rounding, and whether the corrected velocities are feasible."""

@@ -34,7 +34,7 @@ def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
 
 @njit(cache=True, fastmath=True)
 def _eliminate_rows(
-    P: Any, S: Any, size: int, first: int, last: int, pivots: int, end: int
+    P: Any, S: Any, size: int, first: Any, last: int, pivots: int, end: int
 ) -> bool:
     """Eliminate rows first … last and update those up to `end`."""
     rest = size - pivots
