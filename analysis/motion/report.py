@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from analysis.engines.run import EngineRun
+from analysis.motion.headline.section import headline_numbers, headline_section
 from analysis.motion.section import motion_numbers, motion_section
 from analysis.motion.study import motion_runs, study_motion
 from analysis.pages.report import InMotion
@@ -47,5 +48,8 @@ def in_motion(
         return None
     study = study_motion(scene, runs, last_s, progress)
     return InMotion(
-        section=motion_section(study), numbers=motion_numbers(study), failures=study.failures
+        first=headline_section(study),
+        section=motion_section(study),
+        numbers=motion_numbers(study) | {"exposure": headline_numbers(study)},
+        failures=study.failures,
     )

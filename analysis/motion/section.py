@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from analysis.engines.rigid import NAME as RIGID
-from analysis.motion.ensemble import Ensemble, Interval
+from analysis.motion.ensemble import Ensemble
+from analysis.motion.intervals import interval_cell, signed
 from analysis.motion.pictures import motion_picture
 from analysis.motion.series import MEASURES
 from analysis.motion.study import MotionStudy
-from analysis.pages.numbers import decimals, percent, significant
+from analysis.pages.numbers import significant
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
@@ -68,7 +69,7 @@ def _found(words: Words, study: MotionStudy) -> list[str]:
             continue
         differ = [
             {"title": MEASURES[key].title}
-            | {name: _signed(getattr(f, name)) for name in ("share", "low", "high")}
+            | {name: signed(getattr(f, name)) for name in ("share", "low", "high")}
             for key, f in known.items()
             if f.distinguishable
         ]
@@ -84,25 +85,10 @@ def _rows(study: MotionStudy) -> list[list[Cell]]:
     reference = study.reference or study.ensembles[0]
     rows: list[list[Cell]] = []
     for key, measure in MEASURES.items():
-        cells = [_cell(one.interval(key)) for one in study.ensembles]
+        cells = [interval_cell(one.interval(key)) for one in study.ensembles]
         independent = significant(reference.interval(key).independent, 2)
         rows.append([f"{measure.title} ({measure.unit})", *cells, independent])
     return rows
-
-
-def _cell(found: Interval) -> str:
-    return f"{_two(found.median)} ({_two(found.low)} – {_two(found.high)})"
-
-
-def _two(value: float) -> str:
-    """Two significant digits, and no powers of ten: these are loads to be read side by side."""
-    short = float(f"{value:.2g}")
-    return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
-
-
-def _signed(share: float) -> str:
-    """A share in per cent with its sign and two significant digits."""
-    return ("+" if share > 0 else "") + percent(share, 2)
 
 
 def motion_numbers(study: MotionStudy) -> dict[str, object]:

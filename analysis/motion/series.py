@@ -11,6 +11,7 @@ import numpy as np
 
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window, joined
+from analysis.exposure.counts import exposure_values
 from analysis.motion.arches import LEAST_N, Arch, arches_of, share_of
 from analysis.scene.scene import Scene, read_scene
 from nscd import Snapshot
@@ -51,10 +52,11 @@ class Series:
 
     time: (w,) s, the ends of the windows
     window_s: s, over which forces are means: impulse over time
-    values: (w,) per measure, in its unit
+    values: (w,) per measure in its unit, and what `exposure_values` gives
     evacuated: (w,) people beyond the line of the door
     forces: for each window the contact forces (N) above 10 N
     arches: before the door, in order of time
+    final: the last window
     """
 
     time: Floats
@@ -63,6 +65,7 @@ class Series:
     evacuated: Floats
     forces: tuple[Floats, ...]
     arches: tuple[Arch, ...] = ()
+    final: Window | None = None
 
     def last(self, duration_s: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Choose the windows (w,) that begin in the last `duration_s` of the run."""
@@ -93,16 +96,18 @@ def read_series(folder: Path, time_step_s: float) -> Series:
     arches = arches_of(scene, frames)
     rows = [
         values_of(scene, window)
+        | exposure_values(scene, window)
         | {"flow": out / window.duration, "arch_share": share_of(window, arches)}
         for window, out in zip(windows, gone, strict=True)
     ]
     return Series(
         time=np.array([window.end for window in windows]),
         window_s=windows[0].duration,
-        values={key: np.array([row[key] for row in rows]) for key in MEASURES if key in rows[0]},
+        values={key: np.array([row[key] for row in rows]) for key in rows[0]},
         evacuated=np.array(people),
         forces=tuple(pressing(window) for window in windows),
         arches=arches,
+        final=windows[-1],
     )
 
 

@@ -23,9 +23,10 @@ from analysis.support.files import write_text
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InMotion:
-    """Hold what a report takes of a scene in motion: its section, its numbers, the runs that
-    failed."""
+    """Hold what a report takes of a scene in motion: its first screen, its section, its numbers,
+    the runs that failed."""
 
+    first: Section | None
     section: Section
     numbers: Mapping[str, object]
     failures: Sequence[str]
@@ -39,7 +40,8 @@ def write_report(
 ) -> Path:
     """Write the page and what lies beside it into the folder; return the page's path.
 
-    in_motion: one per study, None where the scene does not move; stands before its snapshots
+    in_motion: one per study, None where the scene does not move. First screens open the page; a
+        scene in motion stands before its snapshots
 
     Beside `index.html` are `numbers.json`, one CSV of contacts per run, and in `figures/` every
     picture as PNG and PDF, its name beginning with that of the scene.
@@ -51,17 +53,18 @@ def write_report(
         for comparison, run in zip(study.comparisons, runs[study.scene.name], strict=True):
             write_contacts(folder / run["csv"], comparison)
     moving = list(in_motion) or [None] * len(studies)
-    sections = []
+    firsts = [motion.first for motion in moving if motion and motion.first]
+    sections: list[Section] = []
     for study, motion in zip(studies, moving, strict=True):
         if motion:
             sections.append(motion.section)
         sections.append(report_section(study, runs[study.scene.name]))
     images = {
         picture.name: write_picture(picture, folder / "figures")
-        for section in sections
+        for section in [*firsts, *sections]
         for picture in section.pictures
     }
-    page = render("report.html", sections=sections, images=images, command=command)
+    page = render("report.html", firsts=firsts, sections=sections, images=images, command=command)
     numbers = {
         study.scene.name: {
             "failures": study.failures,

@@ -19,7 +19,7 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
     address = made.stdout.strip().splitlines()[-1]
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     with opened(address, 390) as page:
-        assert page.locator("body > section:not(#reproduce)").count() == 4
+        assert page.locator("body > section:not(#reproduce)").count() == 6
         moving = rows_of(page, "jam-in-motion", "Forces and flow")
         for row, found in zip(
             moving, next(iter(numbers["jam"]["in_motion"]["models"].values())).values(), strict=True
@@ -27,6 +27,16 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
             if found["unit"] in ("N", "N/m"):
                 text = row["LAMMPS, k = 10⁶ N/m"].split(" (")[0].replace("\u202f", "")
                 assert float(text) == pytest.approx(found["median"], rel=0.06, abs=0.06)
+        glance = page.locator("#jam-at-a-glance").inner_text()
+        assert "Everybody pushes with 300 N" in glance
+        assert "does not reduce to mechanical" in glance
+        first = page.locator("body > section").first.get_attribute("id")
+        assert first == "jam-at-a-glance"
+        bearing = rows_of(page, "jam-at-a-glance", "People above each limit")
+        model = "LAMMPS, k = 10⁶ N/m"
+        named = numbers["jam"]["in_motion"]["exposure"][model]["above_asphyxia_minutes"]
+        (row,) = (row for row in bearing if row["limit"] == "1\u202f112 N")
+        assert float(row[model].split(" (")[0]) == pytest.approx(named["median"], abs=0.5)
         entries = page.locator("nav a").all_text_contents()
         assert entries == page.locator("body > section:not(#reproduce) h2").all_text_contents()
         said = page.locator("li").all_text_contents()

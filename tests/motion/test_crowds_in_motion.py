@@ -101,6 +101,14 @@ def test_a_section_compares_lammps_with_the_rigid_model(tmp_path):
     (table,) = made.section.tables
     assert len(table.rows) == len(MEASURES)
     assert "300 N" in " ".join(made.section.introduction)
+    first = made.first
+    assert "Everybody pushes with **300 N**" in first.words[0]
+    assert "Green Guide" in first.words[0]
+    people, limits = first.tables
+    assert len(limits.rows) == 8
+    counts = [float(row[3].split(" ")[0]) for row in limits.rows[:6]]
+    assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
+    assert [row[0] for row in people.rows][-1] == "load on the worst metre of wall (kN/m)"
     said = " ".join(made.section.words)
     assert "rigid model" in said
     lammps = made.numbers["models"]["LAMMPS, k = 10⁶ N/m"]["contact_mean"]

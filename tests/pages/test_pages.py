@@ -9,7 +9,9 @@ from analysis.pages.section import Section, Table
 
 
 def page_of(section):
-    return render("report.html", sections=[section], images={}, command="percussions <report>")
+    return render(
+        "report.html", firsts=[], sections=[section], images={}, command="percussions <report>"
+    )
 
 
 def test_a_file_named_like_a_script_is_a_file():

@@ -1,0 +1,1 @@
+"""The first screen of a report: one scene, what its people push with and bear."""
