@@ -10,6 +10,7 @@ impulses of a window are m (u_end − u_start) of each disk less what its drive 
 
 from __future__ import annotations
 
+import ctypes
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,10 +19,13 @@ from typing import Any
 import numpy as np
 
 from analysis.engines.programs.impulse_sums import ImpulseSums
+from nscd.arrays import Floats
 
 # In the folder of the decks: names of walls, in the order of the scene.
 WALLS = "impulse_walls.txt"
-IDS, PAIRS, LOOK = "impulse_ids", "impulse_pairs", "impulse_look"
+IDS, PAIRS, LOOK = b"impulse_ids", b"impulse_pairs", "impulse_look"
+# As LAMMPS' library numbers them; a wall's fix has whether it is touched, force, place and radius.
+PER_ATOM, LOCAL, ARRAY, ROWS, WALL_COLUMNS = 1, 2, 2, 4, 8
 OUT = "impulses.dump"
 
 
@@ -32,8 +36,8 @@ def main(words: Sequence[str]) -> int:
     decks, *rest = words
     engine = lammps(cmdargs=["-log", "none", *rest, "-var", "run", "no"])
     engine.file(f"{decks}/crowd.in")
-    engine.command(f"compute {IDS} all property/local patom1 patom2 cutoff radius")
-    engine.command(f"compute {PAIRS} all pair/local fx fy p1 p2 cutoff radius")
+    engine.command(f"compute {IDS.decode()} all property/local patom1 patom2 cutoff radius")
+    engine.command(f"compute {PAIRS.decode()} all pair/local fx fy p1 p2 cutoff radius")
     engine.command(f"fix {LOOK} all external pf/callback 1 1")
     walls = (Path(decks) / WALLS).read_text(encoding="utf-8").split()
     with (Path(engine.extract_variable("out")) / OUT).open("w", encoding="utf-8") as file:
@@ -44,13 +48,21 @@ def main(words: Sequence[str]) -> int:
 
 
 class _Look:
-    """What is done at each step of a running LAMMPS."""
+    """What is done at each step of a running LAMMPS.
+
+    Its arrays are taken by their addresses: its own ways to them cost twice the step itself."""
 
     def __init__(self, engine: Any, walls: Sequence[str], sums: ImpulseSums) -> None:
-        self.look, self.sums = engine.numpy, sums
-        self.fixes = [f"wall_{name}" for name in walls]
+        self.engine, self.sums = engine, sums
+        self.fixes = [f"wall_{name}".encode() for name in walls]
         self.interval = int(engine.extract_variable("frame_interval"))
         self.time_step = float(engine.extract_variable("time_step"))
+        self.extract_fix, self.extract_compute = (
+            getattr(engine.lib, f"lammps_extract_{kind}") for kind in ("fix", "compute")
+        )
+        # addresses of rows, or of their number
+        for function in (self.extract_fix, self.extract_compute):
+            function.restype = ctypes.POINTER(ctypes.c_void_p)
 
     def step(self, _: Any, number: int, count: int, tags: Any, *__: Any) -> None:
         """Sum what the contacts give in step `number`; at that of a frame, write it."""
@@ -64,22 +76,36 @@ class _Look:
 
     def _add(self, count: int, tags: Any, share: float) -> None:
         """Add a share of the step's impulses: force times step, LAMMPS' being on the first body."""
-        from lammps import LMP_STYLE_ATOM, LMP_STYLE_LOCAL, LMP_TYPE_ARRAY
-
         times = -share * self.time_step
-        ids = self.look.extract_compute(IDS, LMP_STYLE_LOCAL, LMP_TYPE_ARRAY)
-        if ids is not None and len(ids):
-            parts = self.look.extract_compute(PAIRS, LMP_STYLE_LOCAL, LMP_TYPE_ARRAY)
+        ids = self._local(IDS, 2)
+        if len(ids):
+            parts = self._local(PAIRS, 4)
             force = parts[:, :2] + parts[:, 2:]
             touching = (force != 0).any(axis=1)
             first, second = ids[touching].astype(np.int64).T
             self.sums.add(first, second, False, times * force[touching])
         for place, fix in enumerate(self.fixes, start=1):
-            rows = self.look.extract_fix(fix, LMP_STYLE_ATOM, LMP_TYPE_ARRAY)[:count]
-            pressed = np.flatnonzero(rows[:, 0])
+            found = self.extract_fix(self.engine.lmp, fix, PER_ATOM, ARRAY, 0, 0)
+            rows = _array(found, count, WALL_COLUMNS)
+            (pressed,) = rows[:, 0].nonzero()
             if len(pressed):
                 first = tags[:count].ravel()[pressed].astype(np.int64)
                 self.sums.add(first, np.full_like(first, place), True, times * rows[pressed, 1:3])
+
+    def _local(self, name: bytes, columns: int) -> Floats:
+        """The rows of a local compute, computed for this step where it is not yet."""
+        lmp = self.engine.lmp
+        rows = self.extract_compute(lmp, name, LOCAL, ROWS)
+        count = ctypes.cast(rows, ctypes.POINTER(ctypes.c_int))[0]
+        if not count:
+            return np.empty((0, columns))
+        return _array(self.extract_compute(lmp, name, LOCAL, ARRAY), count, columns)
+
+
+def _array(rows: Any, count: int, columns: int) -> Floats:
+    """The numbers (count, columns) that begin at the first of some rows; they stay LAMMPS' own."""
+    held = (ctypes.c_double * (count * columns)).from_address(rows[0])
+    return np.frombuffer(held).reshape(count, columns)
 
 
 if __name__ == "__main__":
