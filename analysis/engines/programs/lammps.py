@@ -104,8 +104,9 @@ class _Look:
 
 def _array(rows: Any, count: int, columns: int) -> Floats:
     """The numbers (count, columns) that begin at the first of some rows; they stay LAMMPS' own."""
-    held = (ctypes.c_double * (count * columns)).from_address(rows[0])
-    return np.frombuffer(held).reshape(count, columns)
+    held: Any = (ctypes.c_double * (count * columns)).from_address(rows[0])
+    numbers: Floats = np.frombuffer(held, dtype=np.float64).reshape(count, columns)
+    return numbers
 
 
 if __name__ == "__main__":
