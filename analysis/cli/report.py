@@ -14,6 +14,7 @@ from analysis.cli.rigid_law import RigidLaw
 
 if TYPE_CHECKING:
     from analysis.compare.study import Study
+    from analysis.motion.report import Chosen
     from analysis.scene.scene import Scene
 
 
@@ -28,7 +29,7 @@ def report(
         typer.Option(
             parser=positive,
             help="Stiffness in N/m; give it several times. Left out: the scene's and, for a "
-            "driven crowd, ten times it.",
+            "driven crowd, ten times it with the first engine that has springs.",
         ),
     ] = None,
     seeds: Annotated[
@@ -45,29 +46,43 @@ def report(
 
     Exit status 1 if a run failed or a snapshot is not solved.
 
-    Example: percussions report arch gate --out report
+    A driven crowd is also set in motion: several crowds from start to end, by all engines, and once
+    more with friction.
+
+    Example: percussions report arch jam gate --seeds 10 --out report
     """
     from analysis.compare.study import study
     from analysis.engines import ENGINES
-    from analysis.motion.report import in_motion, motion_of, runs_of
+    from analysis.engines.run import run_ahead
+    from analysis.motion.report import in_motion, motion_of, runs_of, snapshot_runs
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene
 
     names = engine or [known.NAME for known in ENGINES]
     soft = _with_springs(names)
-    chosen = [(scene, stiffness or _usual(scene)) for scene in map(read_scene, scenes)]
-    motions = [motion_of(scene, names, k, seeds, runs) for scene, k in chosen]
+    chosen = [_chosen(read_scene(scene), stiffness) for scene in scenes]
+    motions = [motion_of(one.scene, names, one.stiffnesses, seeds, runs) for one in chosen]
     say_runs(runs_of(chosen, soft, motions, runs))
     with progress() as bars:
-        moved = [
-            in_motion(scene, motion, last, bars)
-            for (scene, _), motion in zip(chosen, motions, strict=True)
+        # all at once, so that no core waits for the last run of a scene
+        run_ahead(runs_of(chosen, soft, motions, runs), bars)
+        moved = [in_motion(motion, last, bars) for motion in motions]
+        studies = [
+            study(
+                one.scene.with_run(impulses=True) if motion else one.scene,
+                soft,
+                one.stiffnesses,
+                snapshot_runs(runs, motion),
+                bars,
+                rigid_law,
+                further=one.further,
+            )
+            for one, motion in zip(chosen, motions, strict=True)
         ]
-        studies = [study(scene, soft, k, runs, bars, rigid_law) for scene, k in chosen]
         page = write_report(studies, out, command_line(), moved)
     failures = [(made.scene.name, failure) for made in studies for failure in made.failures]
-    for (scene, _), motion in zip(chosen, moved, strict=True):
-        failures += [(scene.name, failure) for failure in motion.failures] if motion else []
+    for one, motion in zip(chosen, moved, strict=True):
+        failures += [(one.scene.name, failure) for failure in motion.failures] if motion else []
     _say(studies, failures)
     print(page.resolve().as_uri())
     if failures or any(
@@ -100,7 +115,10 @@ def _with_springs(names: Sequence[str]) -> list[str]:
     return soft
 
 
-def _usual(scene: Scene) -> list[float]:
-    """The stiffnesses (N/m) that a report compares: an impact changes with the damping only."""
+def _chosen(scene: Scene, asked: Sequence[float] | None) -> Chosen:
+    """The stiffnesses (N/m) that a report compares; an impact changes with the damping only."""
+    from analysis.motion.report import Chosen
+
     k = scene.contact.stiffness_N_per_m
-    return [k] if scene.analysis.kind == "impact" else [k, 10 * k]
+    every = asked or ([k] if scene.analysis.kind == "impact" else [k, 10 * k])
+    return Chosen(scene=scene, stiffnesses=every, further=asked or [k])

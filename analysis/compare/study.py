@@ -36,31 +36,33 @@ def study(
     out: Path,
     progress: Progress | None = None,
     law: ContactLaw | None = None,
+    *,
+    further: Sequence[float] | None = None,
 ) -> Study:
     """Run and compare. A run that is stopped or fails, or whose dumps are damaged, becomes a
     failure, a missing engine a warning; the rest goes on.
 
     law: of the rigid contacts; the scene's where left out
+    further: N/m, stiffnesses of the engines after the first; the same where left out
 
     Raises EngineError if no run was even tried.
     """
     comparisons: list[Comparison] = []
     failures: list[str] = []
     warnings = scene.check(scene.name)
-    for name in engines:
-        for stiffness in stiffnesses:
-            variant = scene.with_contact(stiffness_N_per_m=stiffness)
-            folder = run_folder(out, variant, name)
-            try:
-                run_engine(variant, name, folder, progress)
-                comparisons.append(compare_run(folder, law=law))
-            except EngineError as error:
-                words = f"{name}, k = {stiffness:.3g} N/m: {error}"
-                (failures if isinstance(error, RunStoppedError) else warnings).append(words)
-            except DumpError as error:
-                failures.append(
-                    f"{name}, k = {stiffness:.3g} N/m: {error}; remove {folder} to run it again"
-                )
+    for name, stiffness in soft_models(engines, stiffnesses, further):
+        variant = scene.with_contact(stiffness_N_per_m=stiffness)
+        folder = run_folder(out, variant, name)
+        try:
+            run_engine(variant, name, folder, progress)
+            comparisons.append(compare_run(folder, law=law))
+        except EngineError as error:
+            words = f"{name}, k = {stiffness:.3g} N/m: {error}"
+            (failures if isinstance(error, RunStoppedError) else warnings).append(words)
+        except DumpError as error:
+            failures.append(
+                f"{name}, k = {stiffness:.3g} N/m: {error}; remove {folder} to run it again"
+            )
     if not comparisons and not failures:
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
     for comparison in comparisons:
@@ -73,3 +75,11 @@ def study(
             if (sentence := f"{engine}: {words}") not in warnings:
                 warnings.append(sentence)
     return Study(scene=scene, comparisons=comparisons, failures=failures, warnings=warnings)
+
+
+def soft_models(
+    engines: Sequence[str], stiffnesses: Sequence[float], further: Sequence[float] | None = None
+) -> list[tuple[str, float]]:
+    """List the engines with the stiffnesses (N/m) that each runs at."""
+    rest = stiffnesses if further is None else further
+    return [(name, k) for name in engines for k in (stiffnesses if name == engines[0] else rest)]

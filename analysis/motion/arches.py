@@ -48,7 +48,7 @@ def arches_of(scene: Scene, frames: Sequence[Window]) -> tuple[Arch, ...]:
         if not people:
             continue
         last = found[-1] if found else None
-        if last and last.people == people and last.end == window.start:
+        if last and last.people == people and window.start - last.end < 0.5 * window.duration:
             found[-1] = Arch(people=people, start=last.start, end=window.end)
         else:
             found.append(Arch(people=people, start=window.start, end=window.end))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from analysis.motion.ensemble import Interval
-from analysis.pages.numbers import decimals, percent, significant
+from analysis.pages.numbers import NONE, decimals, percent, significant
 
 
 def interval_cell(found: Interval) -> str:
-    """Write a median and its interval: 120 (90 – 150)."""
+    """Write a median and its interval: 120 (90 – 150); – where there is none."""
+    if not found.crowds:
+        return NONE
     return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
 
 

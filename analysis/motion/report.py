@@ -3,53 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+from analysis.compare.study import soft_models
 from analysis.engines.run import EngineRun
 from analysis.motion.headline.section import headline_numbers, headline_section
 from analysis.motion.section import motion_numbers, motion_section
-from analysis.motion.study import motion_runs, study_motion
+from analysis.motion.study import FRICTION, motion_runs, study_motion
 from analysis.pages.report import InMotion
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
 
-Chosen = Sequence[tuple[Scene, Sequence[float]]]
-Runs = Mapping[str, Sequence[EngineRun]]
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chosen:
+    """Name a scene of a report, and the stiffnesses (N/m) of the first engine with springs and of
+    the further ones, which agree with it contact by contact."""
+
+    scene: Scene
+    stiffnesses: Sequence[float]
+    further: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Moving:
+    """Hold the runs of a scene in motion, by model; and, of fewer crowds, those of the same with the
+    other friction."""
+
+    scene: Scene
+    other: Scene
+    runs: Mapping[str, Sequence[EngineRun]]
+    rough: Mapping[str, Sequence[EngineRun]]
 
 
 def motion_of(
     scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], crowds: int, out: Path
-) -> Runs:
-    """List the runs of a scene in motion by model; none of an impact, which is over at once."""
+) -> Moving | None:
+    """List the runs of a scene in motion by model; None of an impact, which is over at once."""
     if scene.drive is None or scene.analysis.kind == "impact" or not crowds:
-        return {}
-    return motion_runs(scene, engines, stiffnesses, crowds, out)
+        return None
+    other = scene.with_contact(friction=0.0 if scene.contact.friction else FRICTION)
+    fewer = min(crowds, max(3, crowds // 2))
+    return Moving(
+        scene=scene,
+        other=other,
+        runs=motion_runs(scene, engines, stiffnesses, crowds, out),
+        rough=motion_runs(other, engines, stiffnesses[:1], fewer, out),
+    )
+
+
+def snapshot_runs(out: Path, motion: Moving | None) -> Path:
+    """Return where the runs of a scene's snapshots are: those of crowd 0 of a scene in motion."""
+    return out / "crowd_0" if motion else out
 
 
 def runs_of(
-    chosen: Chosen, soft: Sequence[str], motions: Sequence[Runs], out: Path
+    chosen: Sequence[Chosen],
+    soft: Sequence[str],
+    motions: Sequence[Moving | None],
+    out: Path,
 ) -> list[EngineRun]:
     """List every run that a report needs once: of its snapshots and of its crowds in motion."""
-    every = [
-        EngineRun.of(scene.with_contact(stiffness_N_per_m=k), name, out)
-        for scene, stiffnesses in chosen
-        for k in stiffnesses
-        for name in soft
-    ]
-    every += [run for motion in motions for runs in motion.values() for run in runs]
+    every = []
+    for one, motion in zip(chosen, motions, strict=True):
+        scene = one.scene.with_run(impulses=True) if motion else one.scene
+        every += [
+            EngineRun.of(scene.with_contact(stiffness_N_per_m=k), name, snapshot_runs(out, motion))
+            for name, k in soft_models(soft, one.stiffnesses, one.further)
+        ]
+        for models in (motion.runs, motion.rough) if motion else ():
+            every += [run for runs in models.values() for run in runs]
     return list({run.folder: run for run in every}.values())
 
 
 def in_motion(
-    scene: Scene, runs: Runs, last_s: float, progress: Progress | None = None
+    moving: Moving | None, last_s: float, progress: Progress | None = None
 ) -> InMotion | None:
     """Run and read a scene in motion; None where there are no runs of it."""
-    if not runs:
+    if moving is None:
         return None
-    study = study_motion(scene, runs, last_s, progress)
+    study = study_motion(moving.scene, moving.runs, last_s, progress)
+    rough = study_motion(moving.other, moving.rough, last_s, progress)
+    numbers = motion_numbers(study) | {"exposure": headline_numbers(study)}
     return InMotion(
         first=headline_section(study),
-        section=motion_section(study),
-        numbers=motion_numbers(study) | {"exposure": headline_numbers(study)},
-        failures=study.failures,
+        sections=[motion_section(study), motion_section(rough, study)],
+        numbers=numbers | {"other_friction": motion_numbers(rough)},
+        failures=[*study.failures, *rough.failures],
     )

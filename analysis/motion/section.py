@@ -15,10 +15,14 @@ from analysis.scene.scene import Scene
 from analysis.scene.variation import how_varied
 
 
-def motion_section(study: MotionStudy) -> Section:
-    """Put a study of a scene in motion into words, a picture and a table."""
+def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Section:
+    """Put a study of a scene in motion into words, a picture and a table; without: the same scene with
+    its own friction, where this one has another."""
     words, scene = Words(__package__), study.scene
     name, title = f"{scene.name}-in-motion", words.text("title", title=scene.title)
+    if without is not None:
+        name = f"{scene.name}-friction"
+        title = words.text("title-friction", title=scene.title, friction=study.friction)
     warnings = [*study.failures, *study.warnings]
     if not study.ensembles:
         return Section(number=name, title=title, warnings=warnings)
@@ -30,6 +34,9 @@ def motion_section(study: MotionStudy) -> Section:
         "window": first.series[0].window_s,
         "last": first.last_s,
         "count": len(study.ensembles),
+        "friction": study.friction,
+        "arches": any(series.arches for one in study.ensembles for series in one.series),
+        "frame": scene.run.duration_s / scene.run.frames,
         "windows": sum(int(series.last(first.last_s).sum()) for series in first.series),
     }
     picture = Picture(
@@ -38,8 +45,12 @@ def motion_section(study: MotionStudy) -> Section:
     return Section(
         number=name,
         title=title,
-        introduction=[words.text("what", **values), words.text("push", **_push(scene))],
-        words=_found(words, study),
+        introduction=[
+            words.text("what", **values),
+            words.text("friction" if without else "push", **_push(scene), **values),
+            words.text("arch", **values),
+        ],
+        words=[*_found(words, study), *(_changed(words, study, without) if without else ())],
         pictures=[picture],
         tables=[words.table("measures", _rows(study), **values)],
         warnings=warnings,
@@ -61,24 +72,37 @@ def _found(words: Words, study: MotionStudy) -> list[str]:
         return []
     said = []
     for one in study.ensembles:
-        if one.engine == RIGID:
-            continue
-        compared = {key: one.above(reference, key) for key in MEASURES}
-        known = {key: found for key, found in compared.items() if found is not None}
-        if not known:
-            continue
-        differ = [
-            {"title": MEASURES[key].title}
-            | {name: signed(getattr(f, name)) for name in ("share", "low", "high")}
-            for key, f in known.items()
-            if f.distinguishable
-        ]
-        alike = [MEASURES[key].title for key, f in known.items() if not f.distinguishable]
-        if differ:
-            said.append(words.text("differ", model=one.title, found=differ))
-        if alike:
-            said.append(words.text("alike", model=one.title, names=alike))
+        if one.engine != RIGID:
+            said += _told(words, ("differ", "alike"), one, reference)
     return said or [words.text("few")]
+
+
+def _changed(words: Words, study: MotionStudy, without: MotionStudy) -> list[str]:
+    """What friction changes in each model, in sentences."""
+    said = []
+    for one in study.ensembles:
+        for other in without.ensembles:
+            if one.title.startswith(other.title) or other.title.startswith(one.title):
+                values = {"after": study.friction, "before": without.friction}
+                said += _told(words, ("changed", "unchanged"), one, other, **values)
+    return said
+
+
+def _told(
+    words: Words, blocks: tuple[str, str], one: Ensemble, other: Ensemble, **values: float
+) -> list[str]:
+    """In which measures a model is told from another, and in which it is not."""
+    compared = {key: one.above(other, key) for key in MEASURES}
+    known = {key: found for key, found in compared.items() if found is not None}
+    differ = [
+        {"title": MEASURES[key].title}
+        | {name: signed(getattr(f, name)) for name in ("share", "low", "high")}
+        for key, f in known.items()
+        if f.distinguishable
+    ]
+    alike = [MEASURES[key].title for key, f in known.items() if not f.distinguishable]
+    said = [words.text(blocks[0], model=one.title, found=differ, **values)] if differ else []
+    return said + ([words.text(blocks[1], model=one.title, names=alike, **values)] if alike else [])
 
 
 def _rows(study: MotionStudy) -> list[list[Cell]]:
@@ -95,6 +119,7 @@ def motion_numbers(study: MotionStudy) -> dict[str, object]:
     """Give all numbers of a study, for numbers.json."""
     return {
         "crowds": study.crowds,
+        "friction": study.friction,
         "last_s": study.last_s,
         "models": {one.title: _numbers(one, study.reference) for one in study.ensembles},
     }

@@ -9,7 +9,7 @@ from pathlib import Path
 from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError, engine
 from analysis.engines.guard import RunStoppedError
-from analysis.engines.run import EngineRun, run_ahead
+from analysis.engines.run import EngineRun, run_ahead, run_folder
 from analysis.motion.ensemble import Ensemble
 from analysis.motion.series import read_series
 from analysis.pages.names import engine_name
@@ -18,6 +18,9 @@ from analysis.scene.scene import Scene
 from analysis.scene.variation import variant
 from analysis.support.progress import Progress
 from nscd.stepping import StepError
+
+# The other friction, of people and walls alike, that a scene without friction is run with.
+FRICTION = 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,6 +39,11 @@ class MotionStudy:
     last_s: float
     failures: Sequence[str]
     warnings: Sequence[str]
+
+    @property
+    def friction(self) -> float:
+        """The friction of all models."""
+        return self.scene.contact.friction
 
     @property
     def reference(self) -> Ensemble | None:
@@ -87,8 +95,11 @@ def model_title(scene: Scene, name: str) -> str:
 
 
 def _folder(out: Path, scene: Scene, name: str, index: int) -> Path:
-    """Beside the scene's own runs, which have no impulses."""
-    return out / scene.name / f"crowd_{index}" / f"{name}_{engine(name).setting(scene)}"
+    """Crowd by crowd, apart from the scene's own runs, which have no impulses."""
+    friction = scene.contact.friction
+    return run_folder(
+        out / (f"friction_{friction:g}" if friction else "") / f"crowd_{index}", scene, name
+    )
 
 
 def study_motion(

@@ -23,11 +23,11 @@ from analysis.support.files import write_text
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InMotion:
-    """Hold what a report takes of a scene in motion: its first screen, its section, its numbers,
+    """Hold what a report takes of a scene in motion: its first screen, its sections, its numbers,
     the runs that failed."""
 
     first: Section | None
-    section: Section
+    sections: Sequence[Section]
     numbers: Mapping[str, object]
     failures: Sequence[str]
 
@@ -57,7 +57,7 @@ def write_report(
     sections: list[Section] = []
     for study, motion in zip(studies, moving, strict=True):
         if motion:
-            sections.append(motion.section)
+            sections += motion.sections
         sections.append(report_section(study, runs[study.scene.name]))
     images = {
         picture.name: write_picture(picture, folder / "figures")

@@ -10,9 +10,10 @@ from analysis.scene.shipped_scenes import make
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium (apt-get install chromium)")
 def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_path):
-    make("jam", 60).with_run(duration_s=4.0, frames=8).write(tmp_path)
+    make("jam", 60).with_run(duration_s=2.0, frames=8).write(tmp_path)
     made = percussions(
         "report", "jam.toml", "gate", "--engine", "lammps", "--engine", "rigid", "--seeds", 3,
+        "--stiffness", 1e6,
         "--out", "report", timeout=600,
     )  # fmt: skip
     assert made.returncode == 0, made.stderr

@@ -1,5 +1,7 @@
 """Intervals over crowds and instants, and the series that they are made of."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -92,15 +94,18 @@ def test_a_run_without_impulses_says_what_to_do(tmp_path):
         read_series(tmp_path / "run", record.time_step_s)
 
 
-def test_a_section_compares_lammps_with_the_rigid_model(tmp_path):
+def test_a_section_compares_lammps_with_the_rigid_model_and_says_what_friction_changes(tmp_path):
     scene = make("arch", disks=20).with_run(duration_s=0.4, frames=4)
-    runs = motion_of(scene, ["lammps", "rigid"], [1e6], 3, tmp_path)
-    assert [len(every) for every in runs.values()] == [3, 3]
-    made = in_motion(scene, runs, 0.2)
+    moving = motion_of(scene, ["lammps", "rigid"], [1e6], 3, tmp_path)
+    assert [len(every) for every in moving.runs.values()] == [3, 3]
+    assert all("μ = 0.4" in name for name in moving.rough)
+    made = in_motion(moving, 0.2)
     assert not made.failures
-    (table,) = made.section.tables
-    assert len(table.rows) == len(MEASURES)
-    assert "300 N" in " ".join(made.section.introduction)
+    smooth, rough = made.sections
+    for section in made.sections:
+        (table,) = section.tables
+        assert len(table.rows) == len(MEASURES)
+    assert "300 N" in " ".join(smooth.introduction)
     first = made.first
     assert "Everybody pushes with **300 N**" in first.words[0]
     assert "Green Guide" in first.words[0]
@@ -109,8 +114,11 @@ def test_a_section_compares_lammps_with_the_rigid_model(tmp_path):
     counts = [float(row[3].split(" ")[0]) for row in limits.rows[:6]]
     assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
     assert [row[0] for row in people.rows][-1] == "load on the worst metre of wall (kN/m)"
-    said = " ".join(made.section.words)
+    said = " ".join(smooth.words)
     assert "rigid model" in said
+    assert "Friction 0.4" not in said
+    assert re.search("[Ff]riction 0.4", " ".join(rough.words))
     lammps = made.numbers["models"]["LAMMPS, k = 10⁶ N/m"]["contact_mean"]
     assert lammps["interval_90"][0] <= lammps["median"] <= lammps["interval_90"][1]
-    assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, tmp_path) == {}
+    assert made.numbers["other_friction"]["friction"] == 0.4
+    assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, tmp_path) is None
