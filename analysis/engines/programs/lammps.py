@@ -79,18 +79,11 @@ class _Look:
         times = -share * self.time_step
         ids = self._local(IDS, 2)
         if len(ids):
-            parts = self._local(PAIRS, 4)
-            force = parts[:, :2] + parts[:, 2:]
-            touching = (force != 0).any(axis=1)
-            first, second = ids[touching].astype(np.int64).T
-            self.sums.add(first, second, False, times * force[touching])
+            self.sums.add_pairs(ids, self._local(PAIRS, 4), times)
+        disks = tags[:count].ravel()
         for place, fix in enumerate(self.fixes, start=1):
             found = self.extract_fix(self.engine.lmp, fix, PER_ATOM, ARRAY, 0, 0)
-            rows = _array(found, count, WALL_COLUMNS)
-            (pressed,) = rows[:, 0].nonzero()
-            if len(pressed):
-                first = tags[:count].ravel()[pressed].astype(np.int64)
-                self.sums.add(first, np.full_like(first, place), True, times * rows[pressed, 1:3])
+            self.sums.add_wall(place, disks, _array(found, count, WALL_COLUMNS), times)
 
     def _local(self, name: bytes, columns: int) -> Floats:
         """The rows of a local compute, computed for this step where it is not yet."""
