@@ -7,11 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from nscd.arrays import Flags, Floats, flag, number
+from nscd.contacts import Contacts
+
+# A contact opens if it does so faster than this share of ‖u⁻‖∞: else it is at rest, or rounding.
+AT_REST = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactLaw:
     """Set Frémond's law of all contacts, p = k D(u⁺ + u⁻) + λ n + τ t with 0 ≤ λ ⟂ −C u⁺ ≥ 0.
+
+    Dissipation pushes and never pulls: along the normal it is k_n max(C(u⁺ + u⁻), 0), which is nothing
+    where a contact opens faster than it approached, so also where it was opening already. Such a contact
+    has no k_t either. (Contacts that are `maintained` have both everywhere.)
 
     dissipation: kg, k_n along the normal
     restitution: e in [0, 1) in place of k_n: k_n = m_eff (1+e)/(1−e) per contact, 1/m_eff = 1/m_i +
@@ -85,3 +93,15 @@ class ContactLaw:
             self.dissipation if self.tangential_dissipation is None else self.tangential_dissipation
         )
         return np.full_like(inverse_mass, self.dissipation), np.full_like(inverse_mass, tangential)
+
+    def acting(self, contacts: Contacts, mass: Floats, left: Floats) -> tuple[Floats, Floats]:
+        """Compute the k_n and k_t (k,) kg that act in a collision: none where C u⁻ < 0, unless the
+        contacts are maintained.
+
+        mass: (n,) kg; left: (n,2) m/s, u⁻"""
+        normal, tangential = self.coefficients(contacts.inverse_mass(mass))
+        if self.maintained or not (normal.any() or tangential.any()):
+            return normal, tangential
+        least = -AT_REST * float(np.abs(left).max(initial=0.0))
+        opens = contacts.approach_velocity(left) < least
+        return np.where(opens, 0.0, normal), np.where(opens, 0.0, tangential)

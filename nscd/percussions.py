@@ -17,6 +17,9 @@ from nscd.show import as_html, columns, draw
 if TYPE_CHECKING:
     import pandas as pd
 
+# Why kinetic energy can grow, ½ Σ λ·|C u⁻| at contacts that were opening being all that adds to it.
+GAIN = "contacts with k > 0 press others together that were opening"
+
 
 class Status(enum.StrEnum):
     """Say what an answer is worth.

@@ -12,6 +12,9 @@ from nscd.bodies import Snapshot
 from nscd.contacts import Contacts, sum_at_disks
 from nscd.laws import ContactLaw
 
+# Units in the last place that approach velocities are known to.
+ROUNDING = 16 * float(np.finfo(float).eps)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactProblem:
@@ -28,9 +31,9 @@ class ContactProblem:
     position: (n,2) m
     least_scale: m/s, for problems whose u⁻ is 0 and whose offset is not
 
-    With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) with u = u⁺. Each disk has
-    d unknowns: its velocity, and its spin only where tangential dissipation needs it (d = 3). λ is
-    the multiplier: Â (u − û) + Cᵀλ = 0."""
+    With the collision law, Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) with u = u⁺, K of the
+    contacts that `acting` gives. Each disk has d unknowns: its velocity, and its spin only where
+    tangential dissipation needs it (d = 3). λ is the multiplier: Â (u − û) + Cᵀλ = 0."""
 
     first: Index32
     second: Index32
@@ -130,6 +133,14 @@ class ContactProblem:
         error = np.abs(balance[:, :2]).max(1)
         return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
 
+    def acting(self, velocity: Floats) -> ContactProblem:
+        """Take the problem in which k_n acts where it pushes for right velocities (n,d), not where it
+        would pull: p_n = k_n max(C(u + u⁻), 0) + λ. All k_n act at contacts that are maintained."""
+        if self.maintained or not self.normal_weight.any():
+            return self
+        pushes = self.approach(velocity + self.left) >= -ROUNDING * self.scale
+        return replace(self, normal_weight=np.where(pushes, self.normal_weight, 0.0))
+
     def restricted(self, contacts: Flags, disks: Flags) -> ContactProblem:
         """Take the problem of some contacts (k,) and of the disks (n,) that they are between."""
         number = np.cumsum(disks, dtype=np.int32) - np.int32(1)
@@ -169,7 +180,7 @@ def impact_problem(
     `solve`)."""
     k = len(contacts)
     inverse_mass = contacts.inverse_mass(snapshot.mass)
-    k_normal, k_tangential = law.coefficients(inverse_mass)
+    k_normal, k_tangential = law.acting(contacts, snapshot.mass, left_velocity)
     normal = np.array(contacts.normal)
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     mass = np.repeat(snapshot.mass[:, None], 2, axis=1)

@@ -16,11 +16,11 @@ from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.friction.answer import solve_with_friction
 from nscd.laws import ContactLaw
-from nscd.percussions import Percussions, Status
+from nscd.percussions import GAIN, Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
 from nscd.solvers.closed_form import ALONE, NOTHING
-from nscd.solvers.dissipation import with_free_velocity
-from nscd.solvers.ladder import DESCENT, SOLVERS, at_once, climb
+from nscd.solvers.ladder import DESCENT, SOLVERS, at_once
+from nscd.solvers.one_sided import climb_one_sided
 from nscd.solvers.small import SOLVED, UNSETTLED, Small, solve_small
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
@@ -62,8 +62,9 @@ def solve(
     guess: the answer of a similar problem with the same contacts, which makes this one cheaper
     search: see `Search`
 
-    M(u⁺ − u⁻) + Dᵀp = 0, p = k D(u⁺ + u⁻) + λ n, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected; C u⁺
-    = 0 where the law says `maintained`). u⁺ is unique, λ is not where contacts are redundant.
+    M(u⁺ − u⁻) + Dᵀp = 0, p_n = k_n max(C(u⁺ + u⁻), 0) + λ, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1),
+    corrected, see `ContactLaw`; C u⁺ = 0 where the law says `maintained`). u⁺ is unique, λ is not
+    where contacts are redundant.
 
     With friction u⁺ is not unique either: the search begins from the convex programme of the cones
     (from u⁻ where nothing presses), so that its answer is one of several where there are several;
@@ -105,7 +106,8 @@ def solve(
     with np.errstate(all="ignore"):
         problem = impact_problem(snapshot, contacts, left, law)
         task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=known)
-        problem, found = _climb(replace(task, start=_start(small)), solver)
+        found = _climb(replace(task, start=_start(small)), solver)
+        problem = problem.acting(found.velocity)
         return certify(snapshot, contacts, problem, found, tolerance, started)
 
 
@@ -115,16 +117,14 @@ def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
     return read_only(given, (len(snapshot), 2), "left_velocity")
 
 
-def _climb(task: Task, solver: str) -> tuple[ContactProblem, Answer]:
-    """The problem with its free velocity, and its answer; no number where a kernel divides by zero."""
-    problem = task.problem
+def _climb(task: Task, solver: str) -> Answer:
+    """The answer; no number where a kernel divides by zero."""
     try:
-        problem = with_free_velocity(problem)
-        return problem, climb(replace(task, problem=problem), solver)
+        return climb_one_sided(task, solver)
     except ZeroDivisionError:  # by what underflowed
-        nothing = np.full(len(problem.first), np.nan)
-        nowhere = np.full_like(problem.free, np.nan)
-        return problem, Answer(nothing, nowhere, 0, least=False, solver=solver)
+        nothing = np.full(len(task.problem.first), np.nan)
+        nowhere = np.full_like(task.problem.left, np.nan)
+        return Answer(nothing, nowhere, 0, least=False, solver=solver)
 
 
 def _known(guess: Percussions | None, k: int) -> Floats | None:
@@ -239,10 +239,7 @@ def _percussions(
 ) -> Percussions:
     warnings: tuple[str, ...] = ()
     if said["energy_change"] > 1e-9 * energy:
-        warnings = (
-            f"energy grew by {said['energy_change']:.3g} J: "
-            "dissipation k > 0 acts on contacts that were already opening",
-        )
+        warnings = (f"energy grew by {said['energy_change']:.3g} J: {GAIN}",)
     return Percussions(
         **said,
         status=judged[0],

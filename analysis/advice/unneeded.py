@@ -49,7 +49,7 @@ def left_out(scene: Scene, folder: Path) -> list[str]:
     window = prepare_window(scene, folder)
     if gone := n - len(window.scene.snapshot):
         lines.append(f"people who have passed the door: {gone} of {n}")
-    return [*lines, *_islands(window), *_idle(window), *window.warnings()]
+    return [*lines, *_islands(window), *_idle(window)]
 
 
 def _islands(window: Window) -> Iterator[str]:

@@ -81,7 +81,6 @@ def build_chart(
         scaling=sizes,
         warnings=(
             *(f"{name} is not found: it is not on the chart" for name in missing),
-            *window.warnings(),
             *measured.warnings,
         ),
         quick=quick,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from nscd import ContactLaw, Contacts, Snapshot
@@ -35,19 +34,20 @@ class RigidReference:
 def rigid_reference(
     snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw | None = None
 ) -> RigidReference:
-    """Solve M(u⁺ − u⁻) + Cᵀ(K C(u⁺ + u⁻) + λ) = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (paper eq. (1), corrected).
+    """Solve M(u⁺ − u⁻) + Cᵀ(κ + λ) = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0, κ = k max(C(u⁺ + u⁻), 0) (see `ContactLaw`).
 
-    Without dissipation (K = 0) in closed form for a line of touching disks that is pressed together
-    everywhere (paper eqs. (5), (6)). Else, with A = M + CᵀKC = LLᵀ and b = (M − CᵀKC)u⁻, λ
-    minimises |L⁻¹(Cᵀλ − b)| over λ ≥ 0, by Lawson and Hanson's active set on dense matrices
-    (scipy). The bound: what was found is the exact answer for C u ≤ c, with c = C u⁺ where λ > 0
-    and max(C u⁺, 0) elsewhere, tiny. A shift by w with C w = c turns one problem into the other, so
-    |u⁺ − exact|_M ≤ |u⁺ − exact|_A ≤ 2 |w|_A ≤ 2 |c| / σ_min(C L^(−T)). Where C lacks full row
-    rank: |u⁺ − exact|²_A ≤ |λ·v| + Σλ* max(v, 0), from monotonicity, where Σλ stands for Σλ*."""
+    Without dissipation (k = 0) in closed form for a line of touching disks that is pressed together
+    everywhere (paper eqs. (5), (6)). Else by Lawson and Hanson's active set on dense matrices (scipy):
+    with s = κ/k − C u⁻ the pair (u⁺, s) is the nearest to (u⁻, −C u⁻), in the norm of N = diag(M, K),
+    of all with C u ≤ 0 and C u ≤ s; λ and κ minimise the distance of N^(−½)Eᵀ(λ, κ) to it, E the rows
+    of these constraints. The bound: what was found is the exact answer for E y ≤ c, with c = E y where
+    a percussion is > 0 and max(E y, 0) elsewhere, tiny. A shift by w with E w = c turns one problem
+    into the other, so |u⁺ − exact|_M ≤ 2 |w|_N ≤ 2 |c| / σ_min(E N^(−½)). Where E lacks full row rank:
+    |u⁺ − exact|²_M ≤ |p·v| + Σp* max(v, 0), from monotonicity, where Σp stands for Σp*."""
     n, mass = len(snapshot), np.repeat(snapshot.mass, 2)
-    left = left_velocity.ravel()
-    norm = float(np.linalg.norm(np.sqrt(mass) * left))
-    weight = (law or ContactLaw()).coefficients(contacts.inverse_mass(snapshot.mass))[0]
+    root, left = np.sqrt(mass), left_velocity.ravel()
+    norm = float(np.linalg.norm(root * left))
+    weight = (law or ContactLaw()).acting(contacts, snapshot.mass, left_velocity)[0]
     if not weight.any():
         closed = _pressed_line(snapshot, contacts, left_velocity)
         if closed is not None:
@@ -55,20 +55,23 @@ def rigid_reference(
                 right_velocity=closed, origin="closed form of a pressed line", bound=ROUNDING * norm
             )
     matrix = contacts.normal_matrix(n).toarray()
-    drag = matrix.T @ (weight[:, None] * matrix)
-    factor = np.linalg.cholesky(np.diag(mass) + drag)
-    columns = solve_triangular(factor, matrix.T, lower=True)
-    wanted = solve_triangular(factor, mass * left - drag @ left, lower=True)
-    reaction, _ = nnls(columns, wanted, maxiter=30 * (len(contacts) + 1))
-    right = solve_triangular(factor.T, wanted - columns @ reaction)
-    closing = matrix @ right
+    soft = np.flatnonzero(weight)
+    stiff = np.sqrt(weight[soft])
+    below = np.zeros((len(soft), len(contacts)))
+    columns = np.block(
+        [[matrix.T / root[:, None], matrix[soft].T / root[:, None]], [below, -np.diag(1 / stiff)]]
+    )
+    wanted = np.concatenate([root * left, -stiff * (matrix[soft] @ left)])
+    percussion, _ = nnls(columns, wanted, maxiter=30 * (columns.shape[1] + 1))
+    found = wanted - columns @ percussion
+    right, closing = found[: 2 * n] / root, columns.T @ found
     size = np.linalg.svd(columns, compute_uv=False)
-    if len(contacts) <= 2 * n and size[-1] > RANK * size[0]:
-        offset = np.where(reaction > 0, closing, np.maximum(closing, 0.0))
+    if columns.shape[1] <= columns.shape[0] and size[-1] > RANK * size[0]:
+        offset = np.where(percussion > 0, closing, np.maximum(closing, 0.0))
         bound = 2.0 * float(np.linalg.norm(offset)) / float(size[-1])
     else:
         most = max(float(closing.max(initial=0.0)), 0.0)
-        bound = float(np.sqrt(abs(float(reaction @ closing)) + float(reaction.sum()) * most))
+        bound = float(np.sqrt(abs(float(percussion @ closing)) + float(percussion.sum()) * most))
     return RigidReference(
         right_velocity=right.reshape(n, 2),
         origin="dense non-negative least squares (Lawson–Hanson)",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,8 +15,6 @@ from nscd.arrays import Floats
 # The window of a driven crowd, in relaxation times: so short that the rigid disks keep their
 # neighbours.
 DRIVEN_SHARE = 0.04
-# Relative to the fastest: what counts as no velocity.
-ROUNDING = 1e-12
 # An ill-conditioned C would make contact values of rounding errors.
 LARGEST_CONDITION = 1e6
 
@@ -118,16 +115,6 @@ class Window:
         matrix = self.contacts.normal_matrix(len(self.scene.snapshot))
         speed: Floats = matrix @ self.left_velocity.ravel()
         return speed
-
-    def warnings(self) -> Iterator[str]:
-        """Say where the rigid model's law does what no soft contact does: dissipation acts on every
-        contact (paper eq. (1)), so with a restitution those that open are pulled at."""
-        opening = int((self.closing < -ROUNDING * np.abs(self.left_velocity).max()).sum())
-        if opening and self.law.restitution:
-            yield (
-                f"the rigid model's law of restitution pulls at {opening} of {len(self.contacts)} "
-                "contacts that already open; soft contacts do not"
-            )
 
     def check(self) -> None:
         """Raise ValueError where nobody touches anybody at the start, or all move apart."""

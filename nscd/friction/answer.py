@@ -15,7 +15,7 @@ from nscd.friction.ladder import FrictionAnswer, climb
 from nscd.friction.measures import measure
 from nscd.friction.problem import FrictionProblem, friction_problem
 from nscd.laws import ContactLaw
-from nscd.percussions import Percussions, Status
+from nscd.percussions import GAIN, Percussions, Status
 
 # What a solver's name says of why it was taken.
 WHY = {
@@ -28,6 +28,9 @@ WHY = {
     "ray": "a path from all contacts open",
     "none": "no method reached the tolerance",
 }
+
+# Choices of the contacts at which k_n acts; most crowds need one to three.
+ROUNDS = 12
 
 
 def solve_with_friction(
@@ -43,17 +46,34 @@ def solve_with_friction(
     started = time.perf_counter()
     problem = friction_problem(snapshot, contacts, left, law)
     aim = 0.9 * tolerance
-    found = climb(problem, snapshot.position, aim)
+    found = _one_sided(problem, snapshot.position, aim, 0)
     velocities = [found.velocity]
     for seed in range(1, starts):
-        other = climb(problem, snapshot.position, aim, seed)
-        if _error(problem, other) <= tolerance:
+        other = _one_sided(problem, snapshot.position, aim, seed)
+        if _error(problem.acting(other.velocity), other) <= tolerance:
             velocities.append(other.velocity)
-    answer = _certified(snapshot, contacts, problem, found, tolerance)
+    acting = problem.acting(found.velocity)
+    answer = _certified(snapshot, contacts, acting, found, tolerance)
     part = answer.friction
     assert part is not None
     part = replace(part, starts=starts, spread=_spread(velocities, snapshot.radius))
     return replace(answer, friction=part, seconds=time.perf_counter() - started)
+
+
+def _one_sided(problem: FrictionProblem, position: Floats, aim: float, seed: int) -> FrictionAnswer:
+    """The answer with the k_n that push, see `FrictionProblem.acting`: found in rounds, the best met."""
+    linear, best, least = problem, None, np.inf
+    for _ in range(ROUNDS if problem.normal_weight.any() else 1):
+        found = climb(linear, position, aim, seed)
+        acting = problem.acting(found.velocity)
+        error = _error(acting, found)
+        if best is None or error < least:
+            best, least = found, error
+        if error <= aim or np.array_equal(acting.normal_weight, linear.normal_weight):
+            break
+        linear = acting
+    assert best is not None
+    return best
 
 
 def _error(problem: FrictionProblem, found: FrictionAnswer) -> float:
@@ -98,10 +118,7 @@ def _certified(
         reason = f"residual {error:.1e}, tolerance {tolerance:.1e}; no method came nearer"
     warnings: tuple[str, ...] = ()
     if change > 1e-9 * energy:
-        warnings = (
-            f"energy grew by {change:.3g} J: dissipation k > 0 acts on contacts that were already "
-            "opening",
-        )
+        warnings = (f"energy grew by {change:.3g} J: {GAIN}",)
     return Percussions(
         reaction=found.reaction,
         impulse=impulse,

@@ -12,12 +12,13 @@ from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.islands import components
 from nscd.laws import ContactLaw
+from nscd.problem import ROUNDING
 
 TINY = float(np.finfo(float).tiny)
 
 
 class FrictionProblem(NamedTuple):
-    """M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ, p_t = k_t T(u + u⁻) + τ, where
+    """M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ (see `acting`), p_t = k_t T(u + u⁻) + τ, where
     0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0), and τ T u = μ max(p_n, 0) |T u| (Coulomb:
     maximum dissipation). C u: approach; T u: sliding of the first body along t = (−n_y, n_x)
     relative to the second, spins included.
@@ -49,6 +50,14 @@ class FrictionProblem(NamedTuple):
     def dissipative(self) -> bool:
         """Whether any contact has k_n or k_t."""
         return bool(self.normal_weight.any() or self.tangent_weight.any())
+
+    def acting(self, velocity: Any) -> FrictionProblem:
+        """The problem in which k_n acts where it pushes for right velocities (n,3), not where it would
+        pull: p_n = k_n max(C(u + u⁻), 0) + λ."""
+        v, s = np.empty((2, len(self.first)))
+        contact_velocities(self, velocity + self.left, v, s)
+        pushes = v >= -ROUNDING * self.scale
+        return self._replace(normal_weight=np.where(pushes, self.normal_weight, 0.0))
 
 
 def problem_of(
@@ -110,7 +119,7 @@ def friction_problem(
         radius=snapshot.radius,
         mass=np.column_stack([snapshot.mass, snapshot.mass, snapshot.inertia]),
         left=np.column_stack([left_velocity, snapshot.spin]),
-        weights=law.coefficients(contacts.inverse_mass(snapshot.mass)),
+        weights=law.acting(contacts, snapshot.mass, left_velocity),
     )
 
 

@@ -35,33 +35,55 @@ def product(matrix, vector):
 
 
 def exact_velocity(snapshot, contacts, left, dissipation=None, maintained=False):
-    """u⁺ (n,2) of the collision law with k = dissipation (k,) kg along and across the normals of
-    disks without spin, as an array of Fractions; C u⁺ = 0 where maintained."""
-    n, k = len(snapshot), len(contacts)
-    normal = fractions(contacts.normal)
-    C = [[Fraction(0)] * (2 * n) for _ in range(k)]
-    for c in range(k):
-        for axis in (0, 1):
-            C[c][2 * contacts.first[c] + axis] += normal[c][axis]
-            if not contacts.is_wall[c]:
-                C[c][2 * contacts.second[c] + axis] -= normal[c][axis]
+    """u⁺ (n,2) of the collision law with k = dissipation (k,) kg along the normals of disks without
+    spin, as an array of Fractions; C u⁺ = 0 where maintained, whatever k.
+
+    A contact has a hard percussion, 0 ≤ λ ⟂ −C u⁺ ≥ 0, and with k > 0 a soft one that pushes and never
+    pulls: 0 ≤ κ ⟂ κ/k − C(u⁺ + u⁻) ≥ 0."""
+    n = len(snapshot)
+    K = [Fraction(0)] * len(contacts)
+    if dissipation is not None and not maintained:
+        K = fractions(dissipation)
+    hard = _rows(contacts, n)
+    soft = [c for c, k in enumerate(K) if k > 0]
+    C = hard + [hard[c] for c in soft]
+    size = len(C)
     mass = [m for m in fractions(snapshot.mass) for _ in (0, 1)]
     u = [v for row in fractions(left) for v in row]
-    A = [[mass[i] if i == j else Fraction(0) for j in range(2 * n)] for i in range(2 * n)]
-    given = [m * v for m, v in zip(mass, u, strict=True)]
-    if dissipation is not None:
-        K = fractions(dissipation)
-        for c in range(k):
-            touched = [i for i in range(2 * n) if C[c][i]]
-            along = sum(C[c][i] * u[i] for i in touched)
-            for i in touched:
-                given[i] -= K[c] * C[c][i] * along
-                for j in touched:
-                    A[i][j] += K[c] * C[c][i] * C[c][j]
-    free = linear_solve(A, given)
-    columns = [linear_solve(A, row) for row in C]  # Â⁻¹Cᵀ
+    columns = [[a / m for a, m in zip(row, mass, strict=True)] for row in C]  # M⁻¹Cᵀ
     W = [product(C, column) for column in columns]
-    q = product(C, free)
+    q = product(C, u)
+    for at, c in enumerate(soft, len(hard)):
+        W[at][at] += 1 / K[c]
+        q[at] *= 2
+    reaction, closed = _least(W, q, maintained)
+    exact = [u[i] - sum(columns[c][i] * reaction[c] for c in closed) for i in range(2 * n)]
+    # the Karush–Kuhn–Tucker conditions, to the last digit
+    after = product(C, exact)
+    for c in range(size):
+        pushed = 0 if c < len(hard) else reaction[c] / K[soft[c - len(hard)]] - q[c] / 2
+        closing = after[c] - pushed
+        assert closing == 0 if maintained else closing <= 0
+        assert maintained or (reaction[c] >= 0 and reaction[c] * closing == 0)
+    return np.array(exact, dtype=object).reshape(n, 2)
+
+
+def _rows(contacts, n):
+    """C, a row (2n) of Fractions for each contact."""
+    normal, rows = fractions(contacts.normal), []
+    for c in range(len(contacts)):
+        row = [Fraction(0)] * (2 * n)
+        for axis in (0, 1):
+            row[2 * contacts.first[c] + axis] += normal[c][axis]
+            if not contacts.is_wall[c]:
+                row[2 * contacts.second[c] + axis] -= normal[c][axis]
+        rows.append(row)
+    return rows
+
+
+def _least(W, q, maintained):
+    """λ of min ½ λ·Wλ − λ·q over λ ≥ 0, or of W λ = q where maintained, and the indices that it needs."""
+    k = len(q)
     reaction = [Fraction(0)] * k
     closed = []
     while True:
@@ -69,7 +91,7 @@ def exact_velocity(snapshot, contacts, left, dissipation=None, maintained=False)
         size = [abs(p) if maintained else p for p in pull]
         best = max((c for c in range(k) if c not in closed), key=size.__getitem__, default=None)
         if best is None or size[best] <= 0:
-            break
+            return reaction, closed
         closed.append(best)
         while True:
             block = [[W[c][e] for e in closed] for c in closed]
@@ -87,15 +109,6 @@ def exact_velocity(snapshot, contacts, left, dissipation=None, maintained=False)
         reaction = [Fraction(0)] * k
         for c, w in zip(closed, wanted, strict=True):
             reaction[c] = w
-    exact = [free[i] - sum(columns[c][i] * reaction[c] for c in closed) for i in range(2 * n)]
-    # the Karush–Kuhn–Tucker conditions, to the last digit
-    for c, closing in enumerate(product(C, exact)):
-        assert closing == 0 if maintained else closing <= 0
-        assert maintained or (reaction[c] >= 0 and reaction[c] * closing == 0)
-    balance = [a - g for a, g in zip(product(A, exact), given, strict=True)]
-    for i, missing in enumerate(balance):
-        assert missing + sum(C[c][i] * reaction[c] for c in closed) == 0
-    return np.array(exact, dtype=object).reshape(n, 2)
 
 
 def distance(snapshot, velocity, exact):

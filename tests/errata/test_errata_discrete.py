@@ -111,6 +111,20 @@ def subgradient_of_indicator(slope, at, inside):
     return bool(inside(at) and (slope * (y[inside(y)] - at) <= 1e-9).all())
 
 
+def test_quadratic_dissipation_pulls_those_who_part():
+    """Two who walk apart with the k of e = 0.5: as printed p = k C(u⁺ + u⁻) + λ stops them, with λ ≥ 0
+    and C u⁺ = 0; the one-sided φ leaves them alone."""
+    pair = line([75.0, 75.0], [-1.0, 1.0])
+    k, C = 37.5 * 1.5 / 0.5, np.array([[1.0, -1.0]])
+    left, printed = pair.velocity[:, 0], np.zeros(2)
+    pull = np.linalg.lstsq(C.T, pair.mass * (left - printed))[0]
+    assert pull == pytest.approx([-75.0])
+    assert pull - k * C @ (printed + left) == pytest.approx([150.0])  # λ
+    _, found = answer(pair, restitution=0.5)
+    assert np.array_equal(found.impulse, np.zeros((1, 2)))
+    assert np.array_equal(found.right_velocity, pair.velocity)
+
+
 def test_reactions_are_subgradients_of_the_indicator_of_the_negative_half_line():
     """After (1): λ ∈ ∂1_{ℝ⁻}(v⁺); of the printed ∂1_{ℝ⁺} neither a pushing nor an open contact is
     an element."""

@@ -45,7 +45,6 @@ def _forces(axis: Axes, trials: Sequence[Trial]) -> None:
         ("mean n·p/τ", [t.forces.mean() for t in trials], "o-", BLACK),
         ("largest λ/τ", [t.reactions.max() for t in trials], "s--", ORANGE),
         ("mean λ/τ", [t.reactions.mean() for t in trials], "o--", BLACK),
-        ("strongest pull, −n·p/τ", [max(-t.forces.min(), 0.0) for t in trials], "v:", BLUE),
     )
     for label, values, style, colour in series:
         face = "none" if "--" in style else colour

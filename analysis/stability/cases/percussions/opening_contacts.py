@@ -1,4 +1,4 @@
-"""Contacts that open while k > 0 acts on them."""
+"""Contacts that open while k > 0 acts beside them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROUNDING = 1e-9
 
 def attempt(opening: float, dissipation: float, folder: Path) -> Cell:
     """Solve three touching disks: the first runs at 1 m/s into the second, at rest, and the third
-    leaves it at `opening` m/s; k = dissipation · m at both contacts."""
+    leaves it at `opening` m/s; k = dissipation · m of both contacts."""
     snapshot = disks(line(3), [[1.0, 0.0], [0.0, 0.0], [opening, 0.0]])
     law = ContactLaw(dissipation=dissipation * MASS_KG, tangential_dissipation=0.0)
     answer = solve(snapshot, contacts_of(snapshot), law=law)
