@@ -23,6 +23,7 @@ def main() -> None:
         # here, so that an interrupt while it is imported ends the same way
         from analysis.cli.commands import app
 
+        _refuse_empty(sys.argv[1:])
         status = app(standalone_mode=False)
         if status == INTERRUPTED:
             raise KeyboardInterrupt
@@ -39,6 +40,14 @@ def main() -> None:
         with _undisturbed():
             status = _status_of(error)
         sys.exit(status)
+
+
+def _refuse_empty(words: list[str]) -> None:
+    """Raise ValueError for an empty word: a path of it would be the current folder."""
+    for before, word in zip(["", *words], words, strict=False):
+        name = word if word.startswith("--") else before if before.startswith("--") else "argument"
+        if not word or (word.startswith("--") and word.endswith("=")):
+            raise ValueError(f"{name.rstrip('=')}: empty; a value is needed")
 
 
 @contextlib.contextmanager

@@ -58,10 +58,11 @@ class BodyColumns:
         data = dict(zip(self.names, table.T, strict=True))
         places = [data[name] for name in self.place[:2]]
         if self.scaled:
-            places = [
-                low + share * (high - low)
-                for share, low, high in zip(places, frame.low, frame.high, strict=True)
-            ]
+            with np.errstate(over="ignore"):  # the reader refuses what is too far
+                places = [
+                    low + share * (high - low)
+                    for share, low, high in zip(places, frame.low, frame.high, strict=True)
+                ]
         data["x"], data["y"] = places
         data["z"] = data.get(self.place[2], np.zeros(len(table)))
         data.setdefault("radius", 0.5 * data.get("diameter", np.empty(0)))

@@ -14,10 +14,13 @@ from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
 from analysis.dumps.columns import FLAT, BodyColumns
-from analysis.dumps.table import LARGEST_LENGTH, DumpError, index_dump
+from analysis.dumps.table import LARGEST_LENGTH, WORDS, DumpError, Frame, index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
 from nscd.arrays import Floats
+
+# What begins so are columns of a user's own computes, fixes and variables.
+COMPUTED = ("c_", "f_", "v_")
 
 
 class BodiesReader(ReaderBase):  # type: ignore[misc]
@@ -70,6 +73,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
                     f"{self.filename}, line {frame.line + order[row]}: {name}: {data[name][row]:g} m: a "
                     "finite place is needed"
                 )
+        self._refuse_damage(table, frame)
         z, smallest = data["z"], float(np.abs(data["radius"]).min(initial=math.inf))
         height = float(np.ptp(z)) if len(z) else 0.0
         if height != 0 and not height <= FLAT * smallest:
@@ -85,6 +89,16 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         places[: len(ids)] = np.column_stack([data["x"], data["y"], z])
         ts.positions = places
         return ts
+
+    def _refuse_damage(self, table: Floats, frame: Frame) -> None:
+        """Refuse what is no number in columns of LAMMPS; those that a user computes may have none."""
+        for row, column in np.argwhere(~np.isfinite(table)):
+            name = self._columns.names[column]
+            if name not in WORDS and not name.startswith(COMPUTED):
+                raise DumpError(
+                    f"{self.filename}, line {frame.line + row}: {name}: {table[row, column]:g}: "
+                    "a finite number is needed"
+                )
 
     def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         if self.ts.frame + 1 >= self.n_frames:

@@ -106,6 +106,19 @@ def test_more_processes_than_any_machine_runs(refused, words):
     assert "1e9: at most 1024 processes are started" in refused(*words, "1e9")
 
 
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        (("solve", "a.dump", "--out", ""), "--out"),
+        (("solve", "a.dump", "--out="), "--out"),
+        (("run", "pair", "--out", "", "--stiffness", "1e5"), "--out"),
+        (("compare", ""), "argument"),
+    ],
+)
+def test_an_empty_word_is_not_the_current_folder(refused, words, names):
+    assert refused(*words) == f"percussions: {names}: empty; a value is needed"
+
+
 def test_a_table_does_not_replace_its_dump(refused, tmp_path):
     dump = tmp_path / "a.dump"
     dump.write_text("anything")

@@ -135,7 +135,8 @@ def _judge_refusal(case, outcome, lost, new):
         w for w in case.words if len(w) > 1
     }
     names = any(word in line for word in given) or re.search(
-        r": [\w.]+: |--\w+|\w+:|Missing argument|extra argument|not a regular file", line[13:]
+        r": [\w.]+: |--\w+|\w+:|Missing argument|extra argument|not a regular file|No such command '",
+        line[13:],
     )
     need(names, f"names neither file nor field: {line}")
 

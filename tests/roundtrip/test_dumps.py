@@ -178,11 +178,31 @@ def test_zero_radius_and_nan_are_named_with_their_step(tmp_path):
         ([1, 0.0, 0.0, 0.0, 1.0], r"step 7: radius: 0 in row 0"),
         ([1, "nan", 0.0, 0.1, 1.0], r"line 10: x: nan m: a finite place is needed"),
         ([1, "1e99", 0.0, 0.1, 1.0], r"line 10: x: 1e\+99 m: a finite place is needed"),
-        ([1, 0.0, 0.0, 0.1, "nan"], r"step 7: mass: not a finite number"),
+        ([1, 0.0, 0.0, 0.1, "nan"], r"line 10: mass: nan: a finite number is needed"),
     ]:
         path.write_text(frame(7, [row], FEW))
         with pytest.raises(DumpError, match=message):
             snapshot_of(open_bodies(path).trajectory.ts, path, needs_velocity=False)
+
+
+def test_columns_of_lammps_have_finite_numbers_and_those_of_a_user_need_not(tmp_path):
+    path = tmp_path / "some.dump"
+    for name in ("type", "omegaz", "fx fy"):
+        row = [1, 0, 0, 0.1, 75, *["-inf"] * len(name.split())]
+        path.write_text(frame(7, [row], f"{FEW} {name}"))
+        says = f"line 10: {name.split()[0]}: -inf: a finite number is needed"
+        with pytest.raises(DumpError, match=says):
+            open_bodies(path)
+    path.write_text(frame(7, [[1, 0, 0, 0.1, 75, "nan"]], f"{FEW} c_stress"))
+    assert np.isnan(open_bodies(path).trajectory.ts.data["c_stress"]).all()
+
+
+def test_shares_of_a_box_too_far_are_named_without_a_warning(tmp_path):
+    path = tmp_path / "far.dump"
+    text = frame(7, [[1, "1e300", 0, 0.1, 75]], FEW.replace("x y", "xs ys"))
+    path.write_text(text.replace("-10 10", "-1e20 1e20"))
+    with pytest.raises(DumpError, match=r"line 10: x: inf m: a finite place is needed"):
+        open_bodies(path)
 
 
 def test_velocities_that_are_missing_are_not_zero(tmp_path):
