@@ -1,4 +1,4 @@
-"""The errata of the paper, read from docs/errata.md where the project's docs are at hand."""
+"""The errata of the paper, read from docs/errata.md."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "errata.md"
+from analysis.support.shipped import shipped
+
+PAGE = shipped("docs/errata.md")
 _PART = re.compile(r"^- \*\*(\w+)\*\*:\s(.*?)(?=^- \*\*|\Z)", re.MULTILINE | re.DOTALL)
 
 
@@ -21,13 +23,10 @@ class Erratum:
 
 
 def errata(section: str, page: Path = PAGE) -> list[Erratum]:
-    """The entries below the heading that starts with `## {section}`; none where the page is not
-    there.
+    """The entries below the heading that starts with `## {section}`.
 
     Raises ValueError for a page without that heading, or with an entry that lacks a part.
     """
-    if not page.exists():
-        return []
     chapters = re.split(r"^## ", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
     chosen = [chapter for chapter in chapters[1:] if chapter.startswith(section)]
     if not chosen:

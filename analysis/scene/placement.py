@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from nscd import Snapshot, Walls, find_contacts
+from nscd.arrays import Floats
 
 # An overlap below this share of the smaller radius is rounding or reconciliation, not a mistake.
 OVERLAP = 1e-6
@@ -15,8 +16,7 @@ Door = tuple[tuple[float, float], tuple[float, float]]
 
 def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]:
     """Raise ValueError naming the disks for an overlap with a disk or a wall, or for a disk outside
-    a closed room; return warnings. The room is closed where walls and door together bound a
-    polygon."""
+    a closed room or within a pillar; return warnings."""
     tolerance = OVERLAP * snapshot.radius.min()
     contacts = find_contacts(snapshot, walls, tolerance=tolerance)
     if len(contacts) and contacts.gap.min() < -tolerance:
@@ -24,11 +24,7 @@ def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]
         first, second = snapshot.ids[contacts.first[worst]], contacts.second[worst]
         other = f"wall {second + 1}" if contacts.is_wall[worst] else f"disk {snapshot.ids[second]}"
         raise ValueError(f"disk {first} and {other} overlap by {-contacts.gap[worst]:.3g} m")
-    lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
-    rooms = shapely.get_parts(
-        shapely.polygonize(lines + ([shapely.LineString(door)] if door else []))
-    )
-    if len(rooms):
+    if rooms := rooms_of(snapshot.position, walls, door):
         inside = shapely.contains_xy(shapely.union_all(rooms), snapshot.position)
         if not inside.all():
             disk = int(np.argmin(inside))
@@ -42,3 +38,22 @@ def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]
                 f"the door ({width:g} m) is narrower than the widest disk ({widest:g} m)"
             )
     return warnings
+
+
+def rooms_of(position: Floats, walls: Walls, door: Door | None) -> list[shapely.Polygon]:
+    """Find the polygons that walls and door bound around people at (n,2) m, pillars being holes.
+
+    A pillar is a polygon within another one, or one that has neither the door nor anybody inside."""
+    lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
+    gate = shapely.LineString(door) if door else None
+    faces = shapely.get_parts(shapely.polygonize([*lines, gate] if gate else lines))
+    whole = [shapely.Polygon(face.exterior) for face in faces]
+    return [
+        face
+        for face, shape in zip(faces, whole, strict=True)
+        if not any(other is not shape and other.contains_properly(shape) for other in whole)
+        and (
+            (gate is not None and face.boundary.contains(gate))
+            or shapely.contains_xy(shape, position).any()
+        )
+    ]

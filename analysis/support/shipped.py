@@ -1,4 +1,4 @@
-"""Where the scenes, decks and scripts of the product are."""
+"""Where the scenes, decks, scripts and errata of the product are."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import sysconfig
 from pathlib import Path
 
 
-def shipped(folder: str) -> Path:
-    """`scenes`, `lammps_inputs` or `yade_scripts`: of the checkout, or what an installed wheel put
-    under share/."""
-    beside = Path(__file__).resolve().parents[2] / folder
+def shipped(name: str) -> Path:
+    """`scenes`, `lammps_inputs`, `yade_scripts` or `docs/errata.md`: of the checkout, or what an
+    installed wheel put under share/."""
+    beside = Path(__file__).resolve().parents[2] / name
     return (
         beside
-        if beside.is_dir()
-        else Path(sysconfig.get_path("data")) / "share" / "crowd-percussions" / folder
+        if beside.exists()
+        else Path(sysconfig.get_path("data")) / "share" / "crowd-percussions" / name
     )

@@ -7,9 +7,11 @@ import lzma
 import numpy as np
 import pytest
 
+from analysis.scene.placement import check_room
 from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
 from analysis.scene.shipped_scenes import MAKERS, make
 from analysis.support.shipped import shipped
+from nscd import Snapshot, Walls
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -113,6 +115,39 @@ def test_bad_initial_states(tmp_path):
     ]:
         with pytest.raises(SceneError, match=message):
             read_scene(_with_data(tmp_path, replaced(column, value)))
+
+
+def square(x, y, side):
+    """Four walls."""
+    corners = np.array([[x, y], [x + side, y], [x + side, y + side], [x, y + side]], dtype=float)
+    return [*zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("squares", "door", "place", "is_refused"),
+    [
+        ([(0, 0, 1)], None, (3, 0), False),  # a pillar on an open floor
+        ([(0, 0, 1), (4, 0, 1)], None, (2.5, 0.5), False),  # two
+        ([(0, 0, 9)], None, (5, 5), False),  # a room without a door
+        ([(0, 0, 9)], ((3, 0), (4, 0)), (-5, 5), True),  # outside of a room with a door
+        ([(0, 0, 9), (4, 4, 1)], None, (2, 2), False),  # beside a pillar in a room
+        ([(0, 0, 9), (4, 4, 1)], None, (4.5, 4.5), True),  # in it
+        ([(0, 0, 9), (4, 4, 1)], ((3, 0), (4, 0)), (-2, 2), True),  # outside of all
+    ],
+)
+def test_a_pillar_is_no_room(squares, door, place, is_refused):
+    walls = [wall for corner in squares for wall in square(*corner)]
+    if door:  # the wall below it in two
+        (_, _, side), walls = squares[0], walls[1:]
+        walls += [((0, 0), door[0]), (door[1], (side, 0))]
+    start, end = np.array([wall for wall in walls], dtype=float).transpose(1, 0, 2)
+    one = Snapshot(position=[place], velocity=[[0, 0]], radius=[0.2], mass=[75])
+    room = Walls(start=start, end=end)
+    if is_refused:
+        with pytest.raises(ValueError, match=r"disk 1 at .* is outside the walls"):
+            check_room(one, room, door)
+    else:
+        assert check_room(one, room, door) == []
 
 
 def test_data_that_is_not_whole(tmp_path):

@@ -15,6 +15,7 @@ import pedpy
 import shapely
 
 from analysis.scene.account import Reconciliation
+from analysis.scene.placement import rooms_of
 from analysis.scene.real.separate import OverlapError, reconcile
 from analysis.scene.real.trajectory import Heads, TrajectoryError
 from analysis.scene.scene import Room, Scene, SceneError, read_room
@@ -157,11 +158,8 @@ def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
     if not parts.walls:
         return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
-    ends = [(wall.start_m, wall.end_m) for wall in parts.walls]
-    if parts.drive is not None:
-        ends.append((parts.drive.door_start_m, parts.drive.door_end_m))
-    lines = [shapely.LineString(pair) for pair in ends]
-    area = shapely.union_all(shapely.get_parts(shapely.polygonize(lines)))
+    door = parts.drive and (parts.drive.door_start_m, parts.drive.door_end_m)
+    area = shapely.union_all(rooms_of(heads, parts.wall_segments(), door))
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")
     return area
