@@ -158,7 +158,8 @@ def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
     if not parts.walls:
         return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
-    door = parts.drive and (parts.drive.door_start_m, parts.drive.door_end_m)
+    drive = parts.drive
+    door = None if drive is None else (drive.door_start_m, drive.door_end_m)
     area = shapely.union_all(rooms_of(heads, parts.wall_segments(), door))
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")
