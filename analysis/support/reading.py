@@ -118,7 +118,7 @@ def read_text(path: Path, most: int = LARGEST_TEXT) -> str:
     if len(content) > most:
         raise UnreadableError(f"{path}: more than {most >> 20} MB; a text of some kB is expected")
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")  # editors of Windows begin with a mark
     except UnicodeDecodeError as error:
         raise UnreadableError(
             f"{path}, line {content[: error.start].count(10) + 1}: not UTF-8 text"

@@ -146,6 +146,21 @@ def test_report_agrees_with_the_scene():
     assert "15.7 cm at most" in made.statement
 
 
+def test_people_counted_from_0_become_disks_that_an_engine_takes(tmp_path):
+    counted, lines = tmp_path / "counted.txt", []
+    for line in (FORMATS / "metres.txt").read_text().splitlines():
+        person, _, rest = line.partition(" ")
+        lines.append(f"{person if person == '#' else int(person) - 1} {rest}\n")
+    counted.write_text("".join(lines))
+    made = import_crowd(read_heads(counted, 2), radius=0.2, room=FREE)
+    again = read_scene(made.write(tmp_path))
+    assert again.snapshot.ids.tolist() == [1, 2, 3]
+    assert "Ids of disks are those of the people plus 1." in again.notes
+    plain = import_crowd(read_heads(FORMATS / "metres.txt", 2), radius=0.2, room=FREE)
+    assert plain.scene.snapshot.ids.tolist() == [1, 2, 3]
+    assert "Ids of disks" not in plain.scene.notes
+
+
 def test_reconciliation_survives_the_scene_file(tmp_path):
     made = import_crowd(read_heads(EXCERPT, 405), radius=0.18, room=GATE)
     again = read_scene(made.write(tmp_path))

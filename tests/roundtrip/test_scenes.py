@@ -182,6 +182,12 @@ def test_data_that_is_not_whole(tmp_path):
         assert "\n" not in str(error.value)
 
 
+def test_a_mark_of_windows_editors_is_no_text(tmp_path):
+    path = make("pair").write(tmp_path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert read_scene(path).title == make("pair").title
+
+
 def test_compressed_data_is_read_and_endless_is_not(tmp_path):
     path = make("pair").write(tmp_path)
     plain = (tmp_path / "pair.data").read_bytes()

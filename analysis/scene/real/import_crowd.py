@@ -75,7 +75,7 @@ def import_crowd(
 
     People outside the polygon of walls and door (where there are walls) are left out. The others
     are moved as little as possible until no disks overlap (see `reconcile`); they keep the
-    velocities of their heads.
+    velocities of their heads. Ids below 1 are counted from 1, which the notes of the scene say.
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
@@ -90,6 +90,8 @@ def import_crowd(
     area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
     kept = _inside(heads, inside, room)
+    # LAMMPS counts from 1, many trajectories from 0
+    first = 0 if kept.ids.min() > 0 else 1 - int(kept.ids.min())
     walls, radii = parts.wall_segments(), np.full(len(kept.ids), radius)
     outward = None if parts.drive is None else np.array(parts.drive.outward)
     try:
@@ -101,7 +103,7 @@ def import_crowd(
         velocity=kept.velocity.round(6),
         radius=radii,
         mass=np.full(len(radii), mass),
-        ids=kept.ids,
+        ids=kept.ids + first,
     )
     scene = Scene.of(parts, name=name or room.stem, snapshot=snapshot)
     try:
@@ -121,6 +123,7 @@ def import_crowd(
         linearisations=arranged.linearisations,
         **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),
     )
+    comment += f"\nIds of disks are those of the people plus {first}.\n" if first else ""
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
     scene = scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)

@@ -210,7 +210,8 @@ def _whole(cell: str) -> bool:
 
 def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
     if not file.is_file():
-        raise TrajectoryError(f"{file}: no such file")
+        missing = "not a regular file" if file.exists() else "no such file"
+        raise TrajectoryError(f"{file}: {missing}")
     end = file.name.lower().removesuffix(".gz").rpartition(".")[2]
     try:
         if end not in BINARY:
