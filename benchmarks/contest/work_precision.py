@@ -38,9 +38,10 @@ def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]], path: Path) -> None
     panels = figure.subplots(2, len(cases), sharex="col", sharey="row", squeeze=False)
     for column, (case, outcomes) in enumerate(cases):
         scale = float(np.abs(case.left_velocity).max())
-        exact = min(
-            (a for outcome in outcomes for a in outcome.attempts), key=lambda a: a.residual
-        ).velocity
+        every = [a for outcome in outcomes for a in outcome.attempts]
+        if not every:
+            continue
+        exact = min(every, key=lambda a: a.residual).velocity
         for number, outcome in enumerate(outcomes):
             attempts = [a for a in outcome.attempts if np.isfinite(a.residual)]
             if not attempts:

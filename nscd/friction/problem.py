@@ -62,21 +62,25 @@ class FrictionProblem(NamedTuple):
 
 def problem_of(
     *,
-    first: Any,
-    second: Any,
+    pairs: tuple[Any, Any],
     normal: Any,
     friction: Any,
     radius: Any,
     mass: Any,
     left: Any,
-    offset: Any = None,
     weights: tuple[Any, Any] | None = None,
 ) -> FrictionProblem:
-    """Set up the problem of k contacts of n disks from plain arrays, which are not checked.
+    """Set up the impact at k contacts of n disks from plain arrays, which are not checked.
 
-    first, second (k,) int32: disks, second −1 for a wall; normal (k,2) first→second; friction (k,): μ;
-    radius (n,) m; mass (n,3) kg, kg, kg m²; left (n,3) m/s, m/s, rad/s: u⁻; offset (k,) m/s: b of
-    C u ≤ b, 0 where left out; weights: k_n, k_t (k,) kg, 0 where left out."""
+    pairs: (k,) int32 each, first and second disks, second −1 for a wall
+    normal: (k,2), first→second
+    friction: (k,), μ
+    radius: (n,) m
+    mass: (n,3) kg, kg, kg m²
+    left: (n,3) m/s, m/s, rad/s, u⁻
+    weights: (k,) kg each, k_n and k_t; 0 where left out
+    """
+    first, second = pairs
     k = len(first)
     wall = second < 0
     other = np.where(wall, 0, second)
@@ -97,7 +101,7 @@ def problem_of(
         friction=friction,
         normal_weight=along,
         tangent_weight=across,
-        offset=np.zeros(k) if offset is None else offset,
+        offset=none.copy(),
         mass=mass,
         left=left,
         normal_inverse=normal_inverse,
@@ -112,8 +116,10 @@ def friction_problem(
 ) -> FrictionProblem:
     """Set up the problem of a snapshot with left velocities (n,2) m/s, its spins, and a law."""
     return problem_of(
-        first=contacts.first.astype(np.int32),
-        second=np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
+        pairs=(
+            contacts.first.astype(np.int32),
+            np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
+        ),
         normal=np.array(contacts.normal),
         friction=law.frictions(contacts.is_wall),
         radius=snapshot.radius,

@@ -190,15 +190,13 @@ class Motion:
     def _rubbing(self, problem: ContactProblem, near: Neighbours) -> tuple[Answer, Floats, float]:
         """The answer with Coulomb's law, velocities with spins (n,3), and its friction (k,) N·s."""
         rubbing = problem_of(
-            first=near.first,
-            second=near.second,
+            pairs=(near.first, near.second),
             normal=near.normal,
             friction=np.full(len(near.gap), self._friction),
             radius=self.radius,
             mass=np.column_stack([problem.mass, self._inertia]),
             left=np.column_stack([problem.free, self.spin]),
-            offset=problem.offset,
-        )
+        )._replace(offset=problem.offset)
         guess = carried_over(*self._known, self._keys(near))
         found = solve_step(rubbing, self.position, guess, self._tolerance)
         answer = Answer(

@@ -28,8 +28,10 @@ def pile(rows=6):
 
 def arrays(snapshot, contacts, mu):
     return problem_of(
-        first=contacts.first.astype(np.int32),
-        second=np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
+        pairs=(
+            contacts.first.astype(np.int32),
+            np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
+        ),
         normal=np.array(contacts.normal),
         friction=np.full(len(contacts), mu),
         radius=snapshot.radius,
