@@ -27,6 +27,7 @@ class Reconciliation(BaseModel):
     people: Count
     left_out: Count
     radius_m: Positive
+    radius_sd_m: Positive | None = None
     velocity_window_s: Positive
     overlaps_before: Count
     wall_overlaps_before: Count
@@ -55,11 +56,12 @@ class Reconciliation(BaseModel):
         moved, most = 100 * self.moved_mean_m, 100 * self.moved_largest_m
         share = 100 * self.moved_share_over_1_cm
         heads = self.people + self.left_out
+        spread = f" (standard deviation {self.radius_sd_m:.3g} m)" if self.radius_sd_m else ""
         before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
         return (
             f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
             f"people; {self.left_out} outside the walls were left out. As disks "
-            f"of radius {self.radius_m:g} m round the heads, the other {self.people} had overlaps: "
+            f"of radius {self.radius_m:.4g} m{spread} round the heads, the other {self.people} had overlaps: "
             f"{self.overlaps_before} with each other, by up to {overlap:.1f} cm ({mean:.1f} cm in "
             f"the mean), and {self.wall_overlaps_before} with walls. They were moved until none "
             "overlap, together as little as possible (least sum of squares, a local minimum): "
@@ -75,7 +77,7 @@ class Reconciliation(BaseModel):
         """List name with unit and value, in the order of the fields, for a table."""
         units = {"_per_m2": " (1/m²)", "_m": " (m)", "_s": " (s)"}
         rows: list[tuple[str, float | int | str]] = []
-        for key, value in self.model_dump().items():
+        for key, value in self.model_dump(exclude_none=True).items():
             unit = next((end for end in units if key.endswith(end)), "")
             rows.append((key.removesuffix(unit).replace("_", " ") + units.get(unit, ""), value))
         return rows

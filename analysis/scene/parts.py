@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    TypeAdapter,
+    ValidationInfo,
+    model_validator,
+)
 
 from nscd import Walls
 from nscd.segments import nearest_on_segment
@@ -17,6 +26,17 @@ Count = Annotated[int, Strict(), Field(ge=1)]
 # beyond this, distances leave double precision
 Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
 Point = tuple[Length, Length]
+# Mean radius (m) and mean mass (kg) of the disks of a file.
+Means = tuple[float, float]
+# The key that may stand for desired speed or relaxation time, and the latter where only it is given: pushed
+# people lose their speed in 0.1 to 1 s.
+PUSH, USUAL_RELAXATION_S = "push_N", 0.5
+
+
+def _means_of(info: ValidationInfo) -> Means | None:
+    """The means of the disks of the file that is read, where there are any."""
+    ask: Callable[[], Means | None] = (info.context or {}).get("means", lambda: None)
+    return ask()
 
 
 class Part(BaseModel):
@@ -55,6 +75,29 @@ class Drive(Part):
     outward: Point
     aim: Literal["nearest", "centre"] = "nearest"
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_push(cls, given: Any, info: ValidationInfo) -> Any:
+        """Put speed and relaxation time in the place of the push of a person of mean mass,
+        m̄ U/τ."""
+        if not isinstance(given, dict) or PUSH not in given:
+            return given
+        rest = {key: value for key, value in given.items() if key != PUSH}
+        push = Push.model_validate({PUSH: given[PUSH]}).push_N
+        means = _means_of(info)
+        if means is None:
+            raise ValueError(f"{PUSH}: only where the mass of the disks is known")
+        if {"speed_m_per_s", "relaxation_time_s"} <= rest.keys():
+            raise ValueError(f"{PUSH}: instead of speed_m_per_s, relaxation_time_s, or both")
+        _, mass = means
+        if "speed_m_per_s" in rest:
+            speed = TypeAdapter(Positive).validate_python(rest["speed_m_per_s"])
+            return rest | {"relaxation_time_s": mass * speed / push}
+        time = TypeAdapter(Positive).validate_python(
+            rest.get("relaxation_time_s", USUAL_RELAXATION_S)
+        )
+        return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
+
     @model_validator(mode="after")
     def _unit_outward(self) -> Drive:
         if abs(np.hypot(*self.outward) - 1) > 1e-9:
@@ -80,6 +123,15 @@ class Drive(Part):
         gone = ((position - np.array(self.door_start_m)) @ outward >= 0) | (distance == 0)
         direction = to_door / np.where(distance > 0, distance, 1.0)[:, None]
         return np.asarray(self.speed_m_per_s * np.where(gone[:, None], outward, direction))
+
+
+class Push(Part):
+    """Say with how much people push.
+
+    push_N: N, of a person of mean mass who is held; in proportion to the mass of others
+    """
+
+    push_N: Positive  # noqa: N815  (the unit is newton)
 
 
 class BodyForce(Part):
@@ -140,9 +192,10 @@ class ContactModel(Part):
         if "stiffness_N_per_m" in rest or rest.get("law") != "hertz":
             raise ValueError(f"{YOUNG}: only for law = hertz, and instead of stiffness_N_per_m")
         material = Material.model_validate({key: given.get(key) for key in (YOUNG, POISSON)})
-        radius = (info.context or {}).get("mean_radius", lambda: None)()
-        if radius is None:
+        means = _means_of(info)
+        if means is None:
             raise ValueError(f"{YOUNG}: only where the radius of the disks is known")
+        radius, _ = means
         stiffness = hertz_stiffness(material.young_modulus_Pa, material.poisson_ratio, radius)
         return rest | {"stiffness_N_per_m": stiffness}
 

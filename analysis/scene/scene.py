@@ -3,25 +3,28 @@ state."""
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import AfterValidator, ConfigDict, ValidationError
+from pydantic import AfterValidator, ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.account import Reconciliation
+from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.lammps_data import read_data, write_data, written_mass
-from analysis.scene.parts import Analysis, ContactModel, Drive, Part, Room, Run, Wall
+from analysis.scene.parts import Analysis, ContactModel, Drive, Means, Part, Room, Run, Wall
 from analysis.scene.placement import check_room
 from analysis.support.files import write_text
 from analysis.support.reading import UnreadableError, read_text
 from analysis.support.shipped import shipped
 from nscd import Snapshot
+from nscd.stepping import StepError
 
 __all__ = [
     "Analysis",
@@ -58,6 +61,8 @@ class SceneError(ValueError):
 
 class _Disks(Part):
     data: FileName
+    people: Literal["ANSUR II", "ANSUR II men", "ANSUR II women"] | None = None
+    people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
 
 
 class _SceneFile(Room):
@@ -178,9 +183,13 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    parts = _validated(path, content, _SceneFile, lambda: _mean_radius(path, content))
+    parts = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
     try:
-        snapshot = read_data(path.parent / parts.disks.data)
+        snapshot = _bodies(path, content)
+        if parts.disks.people:
+            snapshot = apart(snapshot, parts.wall_segments())
+    except StepError as error:
+        raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
     except ValueError as error:
         raise SceneError(str(error)) from None
     scene = Scene.of(
@@ -204,21 +213,31 @@ def _path_of(name_or_path: str | Path) -> Path:
     return path
 
 
-def read_room(name_or_path: str | Path, mean_radius: float | None = None) -> tuple[Room, str]:
-    """Read a room (a scene file with or without disks) and the comment at its head; mean_radius (m)
-    of the disks to come, where Young's modulus stands for a stiffness.
+def read_room(name_or_path: str | Path, means: Means | None = None) -> tuple[Room, str]:
+    """Read a room (a scene file with or without disks) and the comment at its head; means: radius (m)
+    and mass (kg) of the disks to come, where Young's modulus or a push stands in it.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
     if "disks" in content:
-        return _validated(path, content, _SceneFile, lambda: _mean_radius(path, content)), notes
-    return _validated(path, content, Room, lambda: mean_radius), notes
+        return _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content))), notes
+    return _validated(path, content, Room, lambda: means), notes
 
 
-def _mean_radius(path: Path, content: dict[str, Any]) -> float:
-    data = _Disks.model_validate(content.get("disks"))
-    return float(read_data(path.parent / data.data).radius.mean())
+def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
+    """The disks of a scene file, with the bodies of people where it asks for them, and not yet pushed
+    apart."""
+    disks = _Disks.model_validate(content.get("disks"))
+    given = read_data(path.parent / disks.data)
+    if disks.people is None:
+        return given
+    radius, mass = bodies_of(disks.people, len(given), disks.people_seed)
+    return dataclasses.replace(given, radius=radius, mass=mass)
+
+
+def _means(snapshot: Snapshot) -> Means:
+    return float(snapshot.radius.mean()), float(snapshot.mass.mean())
 
 
 def _read_toml(path: Path) -> tuple[dict[str, Any], str]:
@@ -239,12 +258,12 @@ def _validated(
     path: Path,
     content: dict[str, Any],
     kind: type[AnyRoom],
-    mean_radius: Callable[[], float | None],
+    means: Callable[[], Means | None],
 ) -> AnyRoom:
-    """Make the content of a file a room or a scene; mean_radius (m) is asked for only where
-    Young's modulus is given."""
+    """Make the content of a file a room or a scene; means are asked for only where Young's modulus
+    or a push is given."""
     try:
-        return kind.model_validate(content, context={"mean_radius": mean_radius})
+        return kind.model_validate(content, context={"means": means})
     except ValidationError as error:
         raise SceneError(f"{path}: {first_problem(error)}") from None
 

@@ -7,9 +7,9 @@ import dataclasses
 
 import numpy as np
 
+from analysis.scene.anthropometry import apart
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import SEEDED, make
-from nscd.stepping import Motion
 
 # How well the place (m) and the radius (share) of a person in a given scene are taken to be known.
 PLACE_M, RADIUS_SHARE = 0.02, 0.02
@@ -35,10 +35,8 @@ def variant(scene: Scene, number: int) -> Scene:
         position=given.position + random.normal(0.0, PLACE_M, given.position.shape),
         radius=given.radius * random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, len(given)),
     )
-    motion = Motion(moved, scene.wall_segments(), step=1.0)
-    motion.separate()
-    apart = dataclasses.replace(moved, position=motion.position)
-    return scene.model_copy(update={"snapshot": apart, "reconciliation": None})
+    crowd = apart(moved, scene.wall_segments())
+    return scene.model_copy(update={"snapshot": crowd, "reconciliation": None})
 
 
 def how_varied(scene: Scene) -> str:

@@ -8,13 +8,13 @@ import pytest
 from documented import ROOT
 from pydantic import BaseModel
 
-from analysis.scene.parts import Material
+from analysis.scene.parts import Material, Push
 from analysis.scene.scene import _SceneFile
 
 PAGE = ROOT / "docs/scenes.md"
 UNITS = {
     "_m_per_s2": "m/s²", "_m_per_s": "m/s", "_N_per_m": "N/m", "_per_m2": "1/m²", "_Pa": "Pa",
-    "_s": "s", "_m": "m",
+    "_s": "s", "_m": "m", "_N": "N",
 }  # fmt: skip
 
 
@@ -32,7 +32,8 @@ def parts():
         else:
             plain[key] = field
     material = {"`[contact]` of a material": (Material.model_fields, Material)}
-    return {"The scene": (plain, _SceneFile), **found, **material}
+    push = {"`[drive]` of a push": (Push.model_fields, Push)}
+    return {"The scene": (plain, _SceneFile), **found, **material, **push}
 
 
 def subclasses(model):

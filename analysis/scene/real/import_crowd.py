@@ -15,6 +15,7 @@ import pedpy
 import shapely
 
 from analysis.scene.account import Reconciliation
+from analysis.scene.anthropometry import Varied
 from analysis.scene.placement import rooms_of
 from analysis.scene.real.separate import OverlapError, reconcile
 from analysis.scene.real.trajectory import Heads, TrajectoryError
@@ -47,7 +48,7 @@ class ImportedCrowd:
         """Write the scene, and `<name>.reconciliation.json` with the report and the place of each
         person's head and disk; return the path of the scene file."""
         snapshot = self.scene.snapshot
-        content: dict[str, object] = self.report.model_dump() | {
+        content: dict[str, object] = self.report.model_dump(exclude_none=True) | {
             "statement": self.statement,
             "id": snapshot.ids.tolist(),
         }
@@ -64,13 +65,20 @@ class ImportedCrowd:
 
 
 def import_crowd(
-    heads: Heads, *, radius: float, room: Path, mass: float = 75.0, name: str | None = None
+    heads: Heads,
+    *,
+    radius: float,
+    room: Path,
+    mass: float = 75.0,
+    name: str | None = None,
+    varied: Varied | None = None,
 ) -> ImportedCrowd:
     """Put the people of one frame as disks into the room of a TOML file.
 
     heads: of `read_heads`
     radius: m
     mass: kg
+    varied: how people differ; nobody does where left out
     name: of the scene; the room's where left out
 
     People outside the polygon of walls and door (where there are walls) are left out. The others
@@ -86,13 +94,17 @@ def import_crowd(
         )
     if not 0 < mass < 1000:
         raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
-    parts, comment = read_room(room, radius)
+    try:
+        radii, masses = (varied or Varied()).bodies(radius, mass, len(heads.ids))
+    except ValueError as error:
+        raise SceneError(str(error)) from None
+    parts, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
     area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
-    kept = _inside(heads, inside, room)
+    kept, radii, masses = _inside(heads, inside, room), radii[inside], masses[inside]
     # LAMMPS counts from 1, many trajectories from 0
     first = 0 if kept.ids.min() > 0 else 1 - int(kept.ids.min())
-    walls, radii = parts.wall_segments(), np.full(len(kept.ids), radius)
+    walls = parts.wall_segments()
     outward = None if parts.drive is None else np.array(parts.drive.outward)
     try:
         arranged = reconcile(kept.position, radii, walls, parts.door(), outward)
@@ -102,7 +114,7 @@ def import_crowd(
         position=arranged.position,
         velocity=kept.velocity.round(6),
         radius=radii,
-        mass=np.full(len(radii), mass),
+        mass=masses,
         ids=kept.ids + first,
     )
     scene = Scene.of(parts, name=name or room.stem, snapshot=snapshot)
@@ -110,7 +122,7 @@ def import_crowd(
         scene.check(heads.origin)
     except SceneError as error:
         raise SceneError(
-            f"{heads.origin}: {len(radii)} people of radius {radius:g} m do not fit into "
+            f"{heads.origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
             f"{room.name}: moved apart, {_after(error, heads.origin)}; a smaller radius may help"
         ) from None
     report = Reconciliation(
@@ -118,7 +130,8 @@ def import_crowd(
         frame=heads.frame,
         people=len(radii),
         left_out=int((~inside).sum()),
-        radius_m=radius,
+        radius_m=round(float(radii.mean()), 6),
+        radius_sd_m=round(float(radii.std()), 6) if np.ptp(radii) else None,
         velocity_window_s=heads.window_s,
         linearisations=arranged.linearisations,
         **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),

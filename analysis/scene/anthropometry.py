@@ -1,0 +1,99 @@
+"""Radii and masses of people, from a survey of bodies."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from nscd import Snapshot, Walls
+from nscd.arrays import Floats
+from nscd.stepping import Motion
+
+# Nobody is farther than so many standard deviations from the mean of the group.
+MOST_DEVIATIONS = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Describe a group of people, each by mean and standard deviation.
+
+    breadth: m, of the shoulders (bideltoid)
+    depth: m, of the chest
+    mass: kg
+    """
+
+    breadth: tuple[float, float]
+    depth: tuple[float, float]
+    mass: tuple[float, float]
+
+    def bodies(self, deviation: Floats) -> tuple[Floats, Floats]:
+        """Return radius (n,) m and mass (n,) kg of people so many standard deviations (n,) above the
+        mean; the disk has the area of the ellipse of breadth and depth: r = ½ √(b d)."""
+        breadth, depth, mass = (
+            mean + spread * deviation for mean, spread in (self.breadth, self.depth, self.mass)
+        )
+        return 0.5 * np.sqrt(breadth * depth), mass
+
+
+# ANSUR II, 4,082 men and 1,986 women of the US Army, 2012.
+MEN = Group(breadth=(0.510, 0.033), depth=(0.254, 0.026), mass=(85.5, 14.2))
+WOMEN = Group(breadth=(0.450, 0.029), depth=(0.247, 0.027), mass=(67.8, 11.0))
+PEOPLE: Mapping[str, tuple[Group, ...]] = {
+    "ANSUR II": (MEN, WOMEN),
+    "ANSUR II men": (MEN,),
+    "ANSUR II women": (WOMEN,),
+}
+
+
+def bodies_of(people: str, count: int, seed: int) -> tuple[Floats, Floats]:
+    """Draw radius (n,) m and mass (n,) kg of so many people of a survey, each of its groups as
+    likely. Breadth, depth and mass of a person are equally far from their means: who is heavy is
+    wide.
+
+    Raises ValueError for an unknown survey."""
+    if people not in PEOPLE:
+        raise ValueError(f"{people!r}; there are: {', '.join(PEOPLE)}")
+    random = np.random.default_rng([seed, 3])
+    groups = PEOPLE[people]
+    deviation = random.normal(size=count)
+    while (far := np.abs(deviation) > MOST_DEVIATIONS).any():
+        deviation[far] = random.normal(size=int(far.sum()))
+    each = np.array([group.bodies(deviation) for group in groups])
+    radius, mass = each[random.integers(0, len(groups), count), :, np.arange(count)].T
+    return radius.round(6), mass.round(3)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Varied:
+    """Say how people differ from each other.
+
+    people: a key of PEOPLE; radius and mass are then those of its bodies
+    radius_share: without it, radii are uniform within so large a share above and below the given one
+    seed: of the random numbers
+    """
+
+    people: str | None = None
+    radius_share: float = 0.0
+    seed: int = 1
+
+    def bodies(self, radius: float, mass: float, count: int) -> tuple[Floats, Floats]:
+        """Draw radius (n,) m and mass (n,) kg of so many people; the given ones are means. Raises
+        ValueError for an unknown survey and for a share that is not from 0 to below 1."""
+        if not 0 <= self.radius_share < 1:
+            raise ValueError(f"radius spread: {self.radius_share:g}; from 0 to below 1 is needed")
+        if self.people is not None:
+            return bodies_of(self.people, count, self.seed)
+        share = np.random.default_rng([self.seed, 4]).uniform(-1, 1, count)
+        return (radius * (1 + self.radius_share * share)).round(6), np.full(count, mass)
+
+
+def apart(snapshot: Snapshot, walls: Walls) -> Snapshot:
+    """Push disks that overlap each other or a wall apart, as little as possible.
+
+    Raises StepError where that does not end."""
+    motion = Motion(snapshot, walls, step=1.0)
+    motion.separate()
+    return dataclasses.replace(snapshot, position=motion.position)
