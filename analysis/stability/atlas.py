@@ -30,6 +30,13 @@ from analysis.stability.cases.percussions import (
     redundant,
     restitution,
 )
+from analysis.stability.cases.stepping import (
+    left_overlap,
+    long_step,
+    missed_contacts,
+    several_answers,
+    unsolved_step,
+)
 from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
@@ -51,6 +58,11 @@ CASES = (
     narrow_door,
     small_speeds,
     restart,
+    long_step,
+    missed_contacts,
+    left_overlap,
+    unsolved_step,
+    several_answers,
 )
 # How many attempts a quick and a full atlas spend on halving the bracket of a boundary.
 QUICK_HALVINGS, HALVINGS = 3, 7

@@ -19,6 +19,13 @@ from analysis.stability.cases.percussions import (
 )
 from analysis.stability.cases.percussions.long_chains import chain, contraction
 from analysis.stability.cases.percussions.redundant import Choice, pressed_corner
+from analysis.stability.cases.stepping import (
+    left_overlap,
+    long_step,
+    missed_contacts,
+    several_answers,
+    unsolved_step,
+)
 from analysis.stability.charts import LOOKS, draw_map
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.dense_reference import dense_percussions, exact_line
@@ -243,7 +250,41 @@ def test_names_of_cases_are_known_or_refused():
     assert (
         len({case.name for case in choose(None, quick=False)})
         == len(choose(None, quick=True))
-        == 17
+        == 22
     )
     with pytest.raises(ValueError, match="nonsense"):
         choose(["nonsense"], quick=True)
+
+
+def test_a_disk_that_passes_is_held_back_from_the_step_that_theory_names(tmp_path):
+    for clearance in (0.001, 0.01):
+        edge = long_step.case(True).theory(clearance)
+        below = long_step.attempt(0.98 * edge, clearance, tmp_path)
+        above = long_step.attempt(1.02 * edge, clearance, tmp_path)
+        assert (below.outcome, above.outcome) == (Outcome.STABLE, Outcome.INACCURATE)
+        assert above.silent
+
+
+def test_what_a_step_does_not_look_for_overlaps(tmp_path):
+    edge = missed_contacts.case(True).theory(0.005)
+    assert missed_contacts.attempt(1.01 * edge, 0.005, tmp_path).outcome is Outcome.STABLE
+    missed = missed_contacts.attempt(0.99 * edge, 0.005, tmp_path)
+    assert missed.outcome is Outcome.INACCURATE
+    assert missed.numbers[1] == 1
+
+
+def test_a_step_without_an_answer_is_named_and_a_loose_one_overlaps(tmp_path):
+    loose = unsolved_step.Tolerance(1e-6)
+    assert unsolved_step.attempt(1.0, loose, tmp_path).outcome is Outcome.STABLE
+    stopped = unsolved_step.attempt(1e8, loose, tmp_path)
+    assert stopped.outcome is Outcome.NOT_CONVERGED
+    assert "residual" in stopped.reason
+    assert left_overlap.attempt(1e-2, 1.0, tmp_path).outcome is Outcome.INACCURATE
+
+
+def test_friction_has_several_answers_only_above_the_bound(tmp_path):
+    """μ = cot(D/2)."""
+    assert several_answers.attempt(0.9, 90.0, tmp_path).outcome is Outcome.STABLE
+    above = several_answers.attempt(2.0, 150.0, tmp_path)
+    assert above.outcome is Outcome.INACCURATE
+    assert above.numbers[0] > 1e-3

@@ -1,0 +1,1 @@
+"""What the rigid engine fails at."""
