@@ -14,15 +14,15 @@ from numba import njit
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
-from nscd.islands import components
 from nscd.solvers.active_set import ROUNDS, _rounds
 from nscd.solvers.cholesky.factor import factor_by_rows
+from nscd.solvers.closed_form import answer_at_once
 from nscd.solvers.closing import PENALTY
 from nscd.solvers.projected_gradient import descend
 from nscd.solvers.system import EVEN, System, add_reactions, approach
 from nscd.solvers.task import Held
 from nscd.solvers.thresholds import AT
-from nscd.solvers.velocity_error import _by_factor, _rounding
+from nscd.solvers.velocity_error import _by_factor
 
 SWEEPS, STEADY, STEADY_SHARE = AT.few_sweeps, AT.steady, AT.steady_share
 ISOSTATIC, REDUNDANT = AT.isostatic, AT.redundant
@@ -74,14 +74,6 @@ def solve_small(
     return small
 
 
-class Chosen(NamedTuple):
-    """Hold what is left for a solver: contacts (m,), disks (l,), and number (n,) of a disk there."""
-
-    contact: Any
-    disk: Any
-    number: Any
-
-
 @njit(cache=True)
 def _solve(
     first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left: Any, tolerance: float
@@ -90,9 +82,19 @@ def _solve(
     for c in range(k):
         if first[c] >= n or (second[c] >= n and not is_wall[c]):
             return _ended(OTHER, np.zeros(k), np.zeros((n, 2)), 0)
-    whole = _system(first, second, is_wall, normal, mass, left)
-    reaction, velocity = np.zeros(k), whole.free.copy()
-    bound, rest, forest = _closed_form(whole, reaction, velocity)
+    whole = system_at(first, second, is_wall, normal, mass, left, np.zeros(k))
+    end, reaction, velocity, disks, iterations, bound = reactions_of(whole, tolerance, True)
+    if end == SOLVED:
+        return certified(whole, reaction, velocity, disks, iterations, bound)
+    return _ended(end, reaction, velocity, iterations)
+
+
+@njit(cache=True)
+def reactions_of(whole: Any, tolerance: float, bounded: bool) -> Any:
+    """Solve a system: how it ended, λ (k,), u⁺ (n,2), disks that were not answered in closed form,
+    iterations, and where `bounded` √(Σ m |u − u⁺|²) at most (offsets are then to be 0)."""
+    reaction, velocity = np.zeros(len(whole.first)), whole.free.copy()
+    bound, rest, forest = answer_at_once(whole, reaction, velocity, bounded)
     end, iterations = SOLVED, 0
     if len(rest.contact):
         part = _part(whole, rest)
@@ -100,11 +102,11 @@ def _solve(
         if forest or w.max() > EVEN * w.min():
             end = OTHER
         else:
-            end, iterations, own = _descend_and_close(part, rest, tolerance, reaction, velocity)
+            end, iterations, own = _descend_and_close(
+                part, rest, tolerance, bounded, reaction, velocity
+            )
             bound = math.sqrt(bound * bound + own * own)
-    if end == SOLVED:
-        return _certified(whole, reaction, velocity, len(rest.disk), iterations, bound)
-    return _ended(end, reaction, velocity, iterations)
+    return end, reaction, velocity, len(rest.disk), iterations, bound
 
 
 @njit(cache=True)
@@ -115,8 +117,10 @@ def _ended(end: int, reaction: Any, velocity: Any, iterations: int) -> Any:
 
 
 @njit(cache=True)
-def _system(first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left: Any) -> Any:
-    """The whole problem, as the kernels take it."""
+def system_at(
+    first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left: Any, offset: Any
+) -> Any:
+    """State the whole problem, as the kernels take it."""
     k, n = len(first), len(mass)
     i, j, w = np.empty(k, np.int32), np.empty(k, np.int32), np.empty(k)
     there, back, none = np.empty((k, 2)), np.empty((k, 2)), np.zeros(k)
@@ -131,55 +135,10 @@ def _system(first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left:
             heavy[b, a], free[b, a] = mass[b], left[b, a]
             speed = max(speed, abs(left[b, a]))
     scale = max(speed, TINY)
-    return System(i, j, there, back, there, back, none, none, heavy, free, none, w, scale)
+    return System(i, j, there, back, there, back, none, none, heavy, free, offset, w, scale)
 
 
 TINY = float(np.finfo(float).tiny)
-
-
-@njit(cache=True)
-def _closed_form(system: Any, reaction: Any, velocity: Any) -> Any:
-    """λ = Cu⁻/w of pressed contacts that are alone; the bound of these answers, what is left, and
-    whether it forms trees."""
-    k, n = len(reaction), len(velocity)
-    label, count = components(n, system.first, system.second)
-    many, disks, walls = np.zeros((3, count), np.int64)
-    pressed, closing = np.zeros(count, np.bool_), np.empty(k)
-    approach(system, system.free, closing)
-    for i in range(n):
-        disks[label[i]] += 1
-    for c in range(k):
-        island = label[system.first[c]]
-        many[island] += 1
-        walls[island] += system.second[c] < 0
-        if closing[c] > 0.0:
-            pressed[island] = True
-    forest, left, single = True, 0, False
-    for island in range(count):
-        if pressed[island] and many[island] > 1:
-            left += many[island]
-            forest = forest and many[island] < disks[island] + (walls[island] > 0)
-    contact, disk, number = np.empty(left, np.int64), np.empty(n, np.int64), np.empty(n, np.int32)
-    left = 0
-    for c in range(k):
-        i, j = system.first[c], system.second[c]
-        if pressed[label[i]] and many[label[i]] > 1:
-            contact[left] = c
-            left += 1
-        elif pressed[label[i]]:
-            single = True
-            reaction[c] = max(closing[c] / system.inverse_mass[c], 0.0)
-            for a in range(2):
-                velocity[i, a] -= reaction[c] * system.normal_first[c, a] / system.mass[i, a]
-                if j >= 0:
-                    velocity[j, a] += reaction[c] * system.normal_first[c, a] / system.mass[j, a]
-    inside = 0
-    for i in range(n):
-        if pressed[label[i]] and many[label[i]] > 1:
-            disk[inside], number[i] = i, inside
-            inside += 1
-    bound = _rounding(system, np.empty((0, 2)), reaction, velocity) if single else 0.0
-    return bound, Chosen(contact, disk[:inside].copy(), number), forest
 
 
 @njit(cache=True)
@@ -187,6 +146,7 @@ def _part(whole: Any, rest: Any) -> Any:
     """The problem of the contacts that are left, in the order in which they were given."""
     m, n = len(rest.contact), len(rest.disk)
     i, j, w, none = np.empty(m, np.int32), np.empty(m, np.int32), np.empty(m), np.zeros(m)
+    offset = whole.offset[rest.contact]
     there, back, heavy, free = (
         np.empty((m, 2)), np.empty((m, 2)), np.empty((n, 2)), np.empty((n, 2)),
     )  # fmt: skip
@@ -201,7 +161,7 @@ def _part(whole: Any, rest: Any) -> Any:
         for a in range(2):
             heavy[b, a], free[b, a] = whole.mass[rest.disk[b], a], whole.free[rest.disk[b], a]
             speed = max(speed, abs(free[b, a]))
-    return System(i, j, there, back, there, back, none, none, heavy, free, none, w, speed)
+    return System(i, j, there, back, there, back, none, none, heavy, free, offset, w, speed)
 
 
 @njit(cache=True)
@@ -212,15 +172,17 @@ def _ordered(part: Any, factor: Any) -> Any:
     for c in range(len(j)):
         if j[c] >= 0:
             j[c] = factor.place[j[c]]
-    none = part.offset
+    none = part.normal_weight
     return System(
         i, j, there, back, there, back, none, none, part.mass[factor.order], part.free[factor.order],
-        none, part.inverse_mass[factor.contact], part.scale,
+        part.offset[factor.contact], part.inverse_mass[factor.contact], part.scale,
     )  # fmt: skip
 
 
 @njit(cache=True, inline="always")
-def _descend_and_close(part: Any, rest: Any, tolerance: float, reaction: Any, velocity: Any) -> Any:
+def _descend_and_close(
+    part: Any, rest: Any, tolerance: float, bounded: bool, reaction: Any, velocity: Any
+) -> Any:
     """Put λ and u⁺ of what is left among the others; how it ended, iterations, bound of the error.
     See `descend_and_close`."""
     n, k = len(part.mass), len(part.first)
@@ -231,7 +193,7 @@ def _descend_and_close(part: Any, rest: Any, tolerance: float, reaction: Any, ve
     closed, v, count = np.empty(k, np.bool_), np.empty(k), 0
     approach(system, u, v)
     for c in range(k):
-        closed[c] = system.inverse_mass[c] * pushed[c] > -v[c]
+        closed[c] = system.inverse_mass[c] * pushed[c] > system.offset[c] - v[c]
         count += closed[c]
     share = count / (2 * n)
     end, bound = UNSETTLED, 0.0
@@ -246,8 +208,10 @@ def _descend_and_close(part: Any, rest: Any, tolerance: float, reaction: Any, ve
             end, pushed, u = SOLVED, better, moved
             for c in range(k):
                 theta[c] = theta[c] if closed[c] else 0.0
-            held, given = Held(theta, closed), np.empty((0, 2))
-            bound = math.sqrt(_by_factor(system, factor, given, pushed, u, held, np.bool_(False)))
+            if bounded:
+                held, given = Held(theta, closed), np.empty((0, 2))
+                square = _by_factor(system, factor, given, pushed, u, held, np.bool_(False))
+                bound = math.sqrt(square)
     for c in range(k):
         reaction[rest.contact[factor.contact[c]]] = pushed[c]
     for i in range(n):
@@ -263,7 +227,7 @@ def _larger(a: float, b: float) -> float:
 
 
 @njit(cache=True)
-def _certified(
+def certified(
     system: Any, reaction: Any, velocity: Any, disks: int, iterations: int, bound: float
 ) -> Any:
     """Recompute what an answer says of itself, from its reactions and velocities."""
@@ -272,7 +236,9 @@ def _certified(
     approach(system, velocity, v)
     residual, finite = 0.0, True
     for c in range(k):
-        residual = _larger(residual, abs(min(system.inverse_mass[c] * reaction[c], -v[c])))
+        residual = _larger(
+            residual, abs(min(system.inverse_mass[c] * reaction[c], system.offset[c] - v[c]))
+        )
         finite = finite and math.isfinite(reaction[c])
         size[system.first[c]] += abs(reaction[c])
         if system.second[c] >= 0:

@@ -12,12 +12,13 @@ from nscd.arrays import Floats
 from nscd.bodies import Snapshot, Walls
 from nscd.friction import carried_over, problem_of, solve_step
 from nscd.problem import ContactProblem
-from nscd.solvers.ladder import climb
+from nscd.solvers.ladder import at_once, climb
+from nscd.solvers.small import SOLVED
 from nscd.solvers.task import Answer, Task
+from nscd.solvers.thresholds import AT
+from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, stepped
 from nscd.stepping.search import Neighbours, neighbours, segments_of
 
-# Accelerated gradient serves from this tolerance on: the exact solvers are for tighter ones.
-LOOSE = 1e-6
 # An answer whose recomputed error is this many times what was asked is not used.
 STALLED = 10.0
 # Bodies that overlap at the start are pushed apart together with all within this many radii.
@@ -52,6 +53,30 @@ class StepReport:
     solver: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Push:
+    """Say what moves disks besides their contacts.
+
+    desired: u_d(q) (n,2) m/s of disks at q (n,2) m
+    relaxation_time: s, τ, in which a disk alone comes to it
+    acceleration: (x, y) m/s², of all
+
+    Raises ValueError for what is out of range."""
+
+    desired: Callable[[Floats], Floats] | None = None
+    relaxation_time: float = np.inf
+    acceleration: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        tau = self.relaxation_time
+        if self.desired is not None and not (np.isfinite(tau) and tau > 0):
+            raise ValueError(f"relaxation_time: {tau} s; a time > 0 is needed")
+        if not np.isfinite(self.acceleration).all():
+            raise ValueError(
+                f"acceleration: {self.acceleration} m/s²; two finite numbers are needed"
+            )
+
+
 class Motion:
     """Step rigid disks with a desired-velocity drive, by Moreau–Jean's scheme with the gap in the
     constraint.
@@ -76,23 +101,17 @@ class Motion:
         walls: Walls | None = None,
         *,
         step: float,
-        desired: Callable[[Floats], Floats] | None = None,
-        relaxation_time: float = np.inf,
+        push: Push | None = None,
         restitution: float = 0.0,
         friction: float = 0.0,
-        acceleration: tuple[float, float] = (0.0, 0.0),
         tolerance: float = 1e-8,
     ) -> None:
         if not (np.isfinite(step) and step > 0):
             raise ValueError(f"step: {step} s; a time > 0 is needed")
-        if desired is not None and not (np.isfinite(relaxation_time) and relaxation_time > 0):
-            raise ValueError(f"relaxation_time: {relaxation_time} s; a time > 0 is needed")
         if not 0 <= restitution <= 1:
             raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
         if not 0 <= friction < np.inf:
             raise ValueError(f"friction: {friction}; a coefficient ≥ 0 is needed")
-        if not np.isfinite(acceleration).all():
-            raise ValueError(f"acceleration: {acceleration} m/s²; two finite numbers are needed")
         if not 1e-14 <= tolerance < 1:
             raise ValueError(f"tolerance: {tolerance}; between 1e-14 and 1 is needed")
         self.position, self.velocity = np.array(snapshot.position), np.array(snapshot.velocity)
@@ -100,9 +119,11 @@ class Motion:
         self.time, self.step = snapshot.time, step
         self.radius, self.mass = np.array(snapshot.radius), np.array(snapshot.mass)
         self._walls = segments_of(walls)
-        self._desired, self._share = desired, step / relaxation_time if desired else 0.0
+        push = push or Push()
+        self._desired = push.desired
+        self._share = step / push.relaxation_time if push.desired else 0.0
         self._restitution, self._tolerance, self._friction = restitution, tolerance, friction
-        self._gain = step * np.array(acceleration)
+        self._gain = step * np.array(push.acceleration)
         self._inertia = 0.5 * self.mass * self.radius**2
         self.forget()
 
@@ -148,11 +169,42 @@ class Motion:
         if self._desired is not None:
             free = (free + a * self._desired(self.position)) / (1 + a)
         gained = float(np.abs(free - self.velocity).max(initial=0.0))
-        margin = 2 * h * max(_fastest(free), _fastest(self.velocity))
-        mass = (1 + a) * self.mass
+        done, velocity = self._at_once(free, gained) or self._by_ladder(free, gained)
+        self.velocity = np.ascontiguousarray(velocity[:, :2])
+        if self._friction:
+            self.spin = np.ascontiguousarray(velocity[:, 2])
+            self._known = self._keys(done.neighbours), np.stack([done.reaction, done.friction])
+        self.position = self.position + h * self.velocity
+        self.time += h
+        return done
+
+    def _at_once(self, free: Floats, gained: float) -> tuple[StepReport, Floats] | None:
+        """The step by one compiled call; None where that is not for it, or does not solve it."""
+        loose, many = self._tolerance >= LOOSE, len(self.mass) >= AT.large
+        if self._friction or not len(self.mass) or (not loose and (many or not at_once())):
+            return None
+        mass = (1 + self._share) * self.mass
+        bodies = Bodies(self.position, self.velocity, free, self.radius, mass, self._walls)
+        done = stepped(bodies, self.step, self._restitution, gained, self._tolerance)
+        if done.end != SOLVED or not done.error <= STALLED * self._tolerance:
+            return None
+        report = StepReport(
+            neighbours=done.neighbours,
+            reaction=done.reaction,
+            friction=np.zeros(len(done.reaction)),
+            residual=done.error,
+            iterations=done.iterations,
+            repeats=done.repeats,
+            solver="projected_gradient" if loose else "active_set",
+        )
+        return report, done.velocity
+
+    def _by_ladder(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
+        h, mass = self.step, (1 + self._share) * self.mass
+        margin = 2 * h * max(fastest(free), fastest(self.velocity))
         repeats = -1
         needed = np.inf
-        while needed > margin and repeats < PUSHES:
+        while needed > margin and repeats < REPEATS:
             repeats += 1
             margin = margin if repeats == 0 else needed
             near = neighbours(self.position, self.radius, self._walls, margin)
@@ -166,14 +218,8 @@ class Motion:
                     f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
                     f"where {self._tolerance:.1e} was asked"
                 )
-            needed = 2 * h * _fastest(answer.velocity)
-        self.velocity = np.ascontiguousarray(answer.velocity[:, :2])
-        if self._friction:
-            self.spin = np.ascontiguousarray(answer.velocity[:, 2])
-            self._known = self._keys(near), np.stack([answer.reaction, tangential])
-        self.position = self.position + h * self.velocity
-        self.time += h
-        return StepReport(
+            needed = 2 * h * fastest(answer.velocity)
+        report = StepReport(
             neighbours=near,
             reaction=answer.reaction,
             friction=tangential,
@@ -182,6 +228,7 @@ class Motion:
             repeats=repeats,
             solver=answer.solver,
         )
+        return report, answer.velocity
 
     def _smooth(self, problem: ContactProblem) -> tuple[Answer, Floats, float]:
         answer, error = _solve(problem, self._tolerance)
@@ -220,10 +267,6 @@ class Motion:
         bouncing = closing & (before > 2 * gained) & (before > 0)
         rebound = np.minimum(problem.offset, -self._restitution * before)
         return replace(problem, offset=np.where(bouncing, rebound, problem.offset))
-
-
-def _fastest(velocity: Floats) -> float:
-    return float(np.hypot(velocity[:, 0], velocity[:, 1]).max(initial=0.0))
 
 
 def _problem(

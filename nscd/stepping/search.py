@@ -44,8 +44,15 @@ def neighbours(position: Floats, radius: Floats, segments: Segments, margin: flo
     position (n,2) m, radius (n,) m. A disk has one contact for each nearest point of connected
     walls: one at a corner that points at it, two in a corner that it sits in.
     """
-    # ten neighbours each are ample for disks of similar size; the search grows the room it needs
-    most = 10 * len(radius) + 16
+    found: Neighbours = find(position, radius, segments, margin)
+    return found
+
+
+@njit(cache=True)
+def find(position: Any, radius: Any, segments: Any, margin: float) -> Any:
+    """Find the neighbours, compiled."""
+    # eight neighbours each are ample for disks of similar size; the search grows the room it needs
+    most = 8 * len(radius) + 16
     while True:
         out = Neighbours(
             np.empty(most, np.int32),

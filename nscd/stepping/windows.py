@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 
 from nscd.arrays import Flags, Floats, Indices
 from nscd.stepping.search import Neighbours
@@ -32,57 +34,110 @@ class WindowImpulses:
     end: float
 
 
+class _Table(NamedTuple):
+    """Places for contacts by open addressing; key (m,) is EMPTY where nobody is.
+
+    count: (m,) steps in which it was pressed
+    number: (m,5) normal and gap of the last of them, and the impulse"""
+
+    key: Any
+    count: Any
+    number: Any
+
+
+EMPTY = -1
+
+
+def _empty(places: int) -> _Table:
+    """A table of so many places, a power of two."""
+    return _Table(
+        np.full(places, EMPTY, np.int64), np.zeros(places, np.int64), np.zeros((places, 5))
+    )
+
+
 class WindowSums:
     """Sum the percussions of steps contact by contact until the window is closed."""
 
     def __init__(self, n: int, start: float = 0.0) -> None:
         self._n = n
         self._start = start
-        self._parts: list[tuple[Indices, Floats, Floats]] = []
+        self._used = 0
+        self._table = _empty(1024)
 
     def add(self, near: Neighbours, reaction: Floats, friction: Floats | None = None) -> None:
         """Add the reactions, and frictions along (−n_y, n_x), (k,) N·s of one step at its
         neighbours."""
-        pressed = np.flatnonzero(reaction > 0)
-        first = near.first[pressed].astype(np.int64)
-        other = np.where(
-            near.wall[pressed] >= 0, self._n + near.wall[pressed], near.second[pressed]
-        )
-        normal = near.normal[pressed]
-        impulse = reaction[pressed][:, None] * normal
-        if friction is not None:
-            along = np.column_stack([-normal[:, 1], normal[:, 0]])
-            impulse += friction[pressed][:, None] * along
-        numbers = np.column_stack([normal, near.gap[pressed], impulse])
-        self._parts.append((first, other.astype(np.int64), numbers))
+        places = len(self._table.key)
+        while 2 * (self._used + len(reaction)) > places:
+            places *= 2
+        if places > len(self._table.key):
+            old, self._table = self._table, _empty(places)
+            _move(old, self._table)
+        across = np.empty(0) if friction is None else friction
+        self._used = _add(self._table, self._used, self._n, near, reaction, across)
 
     def close(self, end: float) -> WindowImpulses:
         """Give the impulses since the last window was closed (or the start); the next window
         begins."""
-        first = np.concatenate([part[0] for part in self._parts] or [np.empty(0, np.int64)])
-        other = np.concatenate([part[1] for part in self._parts] or [np.empty(0, np.int64)])
-        numbers = np.concatenate([part[2] for part in self._parts] or [np.empty((0, 5))])
-        # a disk is never its own neighbour, so the key is one of a pair or of a disk and a wall
-        span = int(other.max(initial=0)) + 1
-        keys, place, steps = np.unique(
-            first * span + other, return_inverse=True, return_counts=True
-        )
-        impulse = np.zeros((len(keys), 2))
-        np.add.at(impulse, place, numbers[:, 3:])
-        last = np.empty(len(keys), np.int64)
-        last[place] = np.arange(len(place))
-        second = keys % span
+        table = self._table
+        kept = np.flatnonzero(table.key != EMPTY)
+        kept = kept[np.argsort(table.key[kept])]
+        first, second = table.key[kept] >> BITS, table.key[kept] & ((1 << BITS) - 1)
         is_wall = second >= self._n
+        number = table.number[kept]
         window = WindowImpulses(
-            first=keys // span,
+            first=first,
             second=np.where(is_wall, second - self._n, second),
             is_wall=is_wall,
-            normal=numbers[last, :2],
-            gap=numbers[last, 2],
-            impulse=impulse,
-            steps=steps.astype(np.int64),
+            normal=number[:, :2],
+            gap=number[:, 2],
+            impulse=number[:, 3:],
+            steps=table.count[kept],
             duration=end - self._start,
             end=end,
         )
-        self._parts, self._start = [], end
+        self._table, self._used, self._start = _empty(len(table.key)), 0, end
         return window
+
+
+# A disk, and the other disk or the wall behind all disks, are one number.
+BITS = 31
+
+
+@njit(cache=True)
+def _place(key: Any, name: Any) -> int:
+    """Where a name is, or would be."""
+    last = len(key) - 1
+    place = ((name ^ (name >> BITS) * 40503) * 40503 >> 7) & last
+    while key[place] != EMPTY and key[place] != name:
+        place = (place + 1) & last
+    return place
+
+
+@njit(cache=True)
+def _move(old: Any, new: Any) -> None:
+    for a in range(len(old.key)):
+        if old.key[a] != EMPTY:
+            b = _place(new.key, old.key[a])
+            new.key[b], new.count[b] = old.key[a], old.count[a]
+            new.number[b] = old.number[a]
+
+
+@njit(cache=True)
+def _add(table: Any, used: int, n: int, near: Any, reaction: Any, friction: Any) -> int:
+    """Add a step to a table that has room; return how many places are used."""
+    for c in range(len(reaction)):
+        if not reaction[c] > 0.0:
+            continue
+        other = n + near.wall[c] if near.wall[c] >= 0 else near.second[c]
+        name = (np.int64(near.first[c]) << BITS) | np.int64(other)
+        place = _place(table.key, name)
+        used += table.key[place] == EMPTY
+        x, y, number = near.normal[c, 0], near.normal[c, 1], table.number[place]
+        across = friction[c] if len(friction) else 0.0
+        table.key[place] = name
+        table.count[place] += 1
+        number[0], number[1], number[2] = x, y, near.gap[c]
+        number[3] += reaction[c] * x - across * y
+        number[4] += reaction[c] * y + across * x
+    return used

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nscd import Snapshot, Walls, find_contacts
-from nscd.stepping import Motion, StepError, WindowSums
+from nscd.stepping import Motion, Push, StepError, WindowSums
 from nscd.stepping.search import neighbours, segments_of
 
 MASS, SPEED, TAU = 75.0, 2.0, 0.5
@@ -35,7 +35,11 @@ def rightwards(position):
 @pytest.mark.parametrize("gap", [0.0, 0.05])
 def test_a_pressed_row_pushes_each_neighbour_with_the_drive_of_all_behind(step, gap):
     motion = Motion(
-        row(10, gap), wall(), step=step, desired=rightwards, relaxation_time=TAU, tolerance=1e-12
+        row(10, gap),
+        wall(),
+        step=step,
+        push=Push(desired=rightwards, relaxation_time=TAU),
+        tolerance=1e-12,
     )
     for _ in range(round(3.0 / step)):
         report = motion.advance()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nscd import Snapshot, Walls
-from nscd.stepping import Motion, WindowSums
+from nscd.stepping import Motion, Push, WindowSums
 
 RADIUS, GRAVITY = 0.25, 9.81
 
@@ -24,7 +24,7 @@ def test_a_sliding_disk_comes_to_roll_at_two_thirds_of_its_speed(friction):
     rolls_at = speed / (3 * friction * GRAVITY)
     step = rolls_at / 50
     motion = Motion(
-        disk(speed), floor(), step=step, friction=friction, acceleration=(0.0, -GRAVITY)
+        disk(speed), floor(), step=step, friction=friction, push=Push(acceleration=(0.0, -GRAVITY))
     )
     for _ in range(25):
         motion.advance()
@@ -38,7 +38,7 @@ def test_a_sliding_disk_comes_to_roll_at_two_thirds_of_its_speed(friction):
 @pytest.mark.parametrize(("slope", "friction"), [(0.3, 0.2), (0.3, 0.05), (0.8, 0.3)])
 def test_a_disk_on_an_incline_rolls_or_slides(slope, friction):
     pull = GRAVITY * np.sin(slope), -GRAVITY * np.cos(slope)
-    motion = Motion(disk(), floor(), step=2e-3, friction=friction, acceleration=pull)
+    motion = Motion(disk(), floor(), step=2e-3, friction=friction, push=Push(acceleration=pull))
     for _ in range(200):
         report = motion.advance()
     rolls = np.tan(slope) <= 3 * friction
@@ -70,9 +70,13 @@ def test_momentum_and_spin_of_a_rubbing_pair_are_kept():
     assert energy < 0.5 * 70 * 4
 
 
-@pytest.mark.parametrize(
-    ("field", "value"), [("friction", -0.1), ("friction", np.nan), ("acceleration", (0, np.inf))]
-)
+@pytest.mark.parametrize(("field", "value"), [("friction", -0.1), ("friction", np.nan)])
 def test_nonsense_is_named(field, value):
     with pytest.raises(ValueError, match=field):
         Motion(disk(), floor(), step=1e-3, **{field: value})
+
+
+@pytest.mark.parametrize("push", [{"acceleration": (0, np.inf)}, {"desired": len}])
+def test_a_push_without_end_is_named(push):
+    with pytest.raises(ValueError, match=r"acceleration|relaxation_time"):
+        Push(**push)

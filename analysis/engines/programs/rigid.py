@@ -25,7 +25,7 @@ from analysis.engines.rigid import timing, tolerance_of
 from analysis.scene.scene import Scene, read_scene
 from nscd import Snapshot
 from nscd.arrays import Floats
-from nscd.stepping import Motion, StepError, WindowImpulses, WindowSums
+from nscd.stepping import Motion, Push, StepError, WindowImpulses, WindowSums
 
 BODIES, CONTACTS, IMPULSES = NAMES = ("bodies.dump", "contacts.dump", "impulses.dump")
 BODY_COLUMNS = [
@@ -119,11 +119,13 @@ class _Run:
             state,
             scene.wall_segments(),
             step=self.timing.time_step,
-            desired=drive.desired_velocity if drive else None,
-            relaxation_time=drive.relaxation_time_s if drive else np.inf,
+            push=Push(
+                desired=drive.desired_velocity if drive else None,
+                relaxation_time=drive.relaxation_time_s if drive else np.inf,
+                acceleration=scene.acceleration(),
+            ),
             restitution=scene.contact.restitution,
             friction=scene.contact.friction,
-            acceleration=scene.acceleration(),
             tolerance=tolerance_of(scene),
         )
 

@@ -87,7 +87,13 @@ def _structure(start: Any, neighbour: Any, order: Any, place: Any) -> Any:
                 path[count] = i
                 count += 1
                 i = parent[i]
-        path[:count].sort()
+        # sorted by insertion: paths are short
+        for q in range(1, count):
+            i, p = path[q], q
+            while p > 0 and path[p - 1] > i:
+                path[p] = path[p - 1]
+                p -= 1
+            path[p] = i
         for q in range(count):
             i = path[q]
             column[row_start[k] + q] = i

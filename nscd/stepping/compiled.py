@@ -1,0 +1,159 @@
+"""A step without friction in one compiled call: neighbours, restitution, solution, certificate.
+
+What it does not solve is left to the ladder of solvers."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from nscd.solvers.projected_gradient import MARGIN, MOST_SWEEPS, descend
+from nscd.solvers.small import SOLVED, certified, reactions_of, system_at
+from nscd.solvers.system import System, approach
+from nscd.stepping.search import Neighbours, find
+
+# Accelerated gradient serves from this tolerance on: the exact solvers are for tighter ones.
+LOOSE = 1e-6
+# A step is repeated so often, at most, with a larger margin.
+REPEATS = 20
+# Disks are taken to be faster than before by this share of the fastest one.
+LIKELY = 0.01
+
+
+class Bodies(NamedTuple):
+    """Hold what a step moves, as the kernels take it.
+
+    position, velocity: (n,2) m, m/s
+    free: (n,2) m/s, the velocities without contacts
+    radius: (n,) m
+    mass: (n,) kg, with what the drive adds
+    segments: the walls"""
+
+    position: Any
+    velocity: Any
+    free: Any
+    radius: Any
+    mass: Any
+    segments: Any
+
+
+class Stepped(NamedTuple):
+    """Hold what a step found.
+
+    end: SOLVED, or another number where another solver is to be tried
+    neighbours: its k candidates for contact
+    reaction: (k,) N·s
+    velocity: (n,2) m/s, u⁺
+    error: dimensionless, the residual or the imbalance of momentum, recomputed
+    iterations, repeats: of the solver; how often the margin was too small"""
+
+    end: int
+    neighbours: Neighbours
+    reaction: Any
+    velocity: Any
+    error: float
+    iterations: int
+    repeats: int
+
+
+@njit(cache=True)
+def stepped(bodies: Any, step: float, restitution: float, gained: float, tolerance: float) -> Any:
+    """Make a step of `step` s without friction; a contact that closed no faster than
+    twice `gained` m/s, what the drive gives in a step, does not rebound."""
+    margin = 2.0 * step * max(fastest(bodies.free), fastest(bodies.velocity))
+    repeats = -1
+    while True:
+        repeats += 1
+        near = find(bodies.position, bodies.radius, bodies.segments, margin)
+        if len(near.gap) == 0:
+            return Stepped(SOLVED, near, near.gap, bodies.free.copy(), 0.0, 0, repeats)
+        system = system_at(
+            near.first, near.second, near.wall >= 0, near.normal, bodies.mass, bodies.free, near.gap / step
+        )  # fmt: skip
+        if restitution > 0.0:
+            _rebound(system, bodies.velocity, restitution, gained)
+        end, reaction, velocity, sweeps, error = _solved(system, bodies.velocity, tolerance)
+        needed = 2.0 * step * fastest(velocity)
+        if end != SOLVED or needed <= margin or repeats == REPEATS:
+            return Stepped(end, near, reaction, velocity, error, sweeps, repeats)
+        margin = needed
+
+
+@njit(cache=True)
+def _solved(system: Any, before: Any, tolerance: float) -> Any:
+    """How it ended, λ (k,), u⁺ (n,2), iterations and error: first without the contacts that disks as
+    fast as before could not close; with all of them where that is not the answer of all."""
+    k, (end, error, sweeps) = len(system.first), (SOLVED, 0.0, 0)
+    reaction, velocity = np.zeros(k), system.free
+    for attempt in range(2):
+        chosen = _likely(system, before) if attempt == 0 else np.arange(k)
+        part = _restricted(system, chosen)
+        if len(chosen) == 0:
+            continue
+        if tolerance >= LOOSE:
+            end, disks = SOLVED, len(velocity)
+            pushed, velocity, done, _ = descend(part, MARGIN * tolerance, MOST_SWEEPS, -1, np.inf)
+        else:
+            end, pushed, velocity, disks, done, _ = reactions_of(part, tolerance, False)
+        sweeps += done
+        reaction = np.zeros(k)
+        reaction[chosen] = pushed
+        found = certified(system, reaction, velocity, disks, sweeps, 0.0)
+        error = max(found.residual, found.momentum_error) if found.finite else np.inf
+        if end == SOLVED and error <= tolerance:
+            break
+    return end, reaction, velocity, sweeps, error
+
+
+@njit(cache=True)
+def _likely(system: Any, before: Any) -> Any:
+    """The contacts whose gap two disks close that go towards each other as fast as before, or as
+    without contacts."""
+    n, slack = len(before), LIKELY * system.scale
+    speed = np.empty(n)
+    for i in range(n):
+        free = np.hypot(system.free[i, 0], system.free[i, 1])
+        speed[i] = max(np.hypot(before[i, 0], before[i, 1]), free)
+    chosen, count = np.empty(len(system.first), np.int64), 0
+    for c in range(len(chosen)):
+        i, j = system.first[c], system.second[c]
+        closing = speed[i] + (speed[j] if j >= 0 else 0.0)
+        if system.offset[c] <= closing + slack:
+            chosen[count] = c
+            count += 1
+    return chosen[:count]
+
+
+@njit(cache=True)
+def _restricted(system: Any, chosen: Any) -> Any:
+    """The system of some of its contacts."""
+    s = system
+    none = s.normal_weight[chosen]
+    there, back = s.normal_first[chosen], s.normal_second[chosen]
+    return System(
+        s.first[chosen], s.second[chosen], there, back, there, back, none, none, s.mass, s.free,
+        s.offset[chosen], s.inverse_mass[chosen], s.scale,
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def fastest(velocity: Any) -> float:
+    """Find the largest speed (m/s) of velocities (n,d), spins left out."""
+    square = 0.0
+    for i in range(len(velocity)):
+        square = max(square, velocity[i, 0] ** 2 + velocity[i, 1] ** 2)
+    return float(np.sqrt(square))
+
+
+@njit(cache=True)
+def _rebound(system: Any, velocity: Any, restitution: float, gained: float) -> None:
+    """C u⁺ ≤ −e v⁻ for contacts that close within the step with v⁻ > 2 `gained`."""
+    k = len(system.first)
+    before, closing = np.empty(k), np.empty(k)
+    approach(system, velocity, before)
+    approach(system, system.free, closing)
+    for c in range(k):
+        if closing[c] >= system.offset[c] and before[c] > max(2.0 * gained, 0.0):
+            system.offset[c] = min(system.offset[c], -restitution * before[c])
