@@ -108,7 +108,7 @@ BITS = 31
 def _place(key: Any, name: Any) -> int:
     """Where a name is, or would be."""
     last = len(key) - 1
-    place = ((name ^ (name >> BITS) * 40503) * 40503 >> 7) & last
+    place = int((name ^ (name >> BITS) * 40503) * 40503 >> 7) & last
     while key[place] != EMPTY and key[place] != name:
         place = (place + 1) & last
     return place
