@@ -83,7 +83,9 @@ def _solve(
         if first[c] >= n or (second[c] >= n and not is_wall[c]):
             return _ended(OTHER, np.zeros(k), np.zeros((n, 2)), 0)
     whole = system_at(first, second, is_wall, normal, mass, left, np.zeros(k))
-    end, reaction, velocity, disks, iterations, bound = reactions_of(whole, tolerance, True)
+    end, reaction, velocity, disks, iterations, bound = reactions_of(
+        whole, tolerance, np.bool_(True)
+    )
     if end == SOLVED:
         return certified(whole, reaction, velocity, disks, iterations, bound)
     return _ended(end, reaction, velocity, iterations)

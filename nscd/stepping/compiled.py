@@ -85,7 +85,8 @@ def stepped(bodies: Any, step: float, restitution: float, gained: float, toleran
 def _solved(system: Any, before: Any, tolerance: float) -> Any:
     """How it ended, λ (k,), u⁺ (n,2), iterations and error: first without the contacts that disks as
     fast as before could not close; with all of them where that is not the answer of all."""
-    k, (end, error, sweeps) = len(system.first), (SOLVED, 0.0, 0)
+    # numbers of NumPy: a literal would compile a kernel once more
+    k, end, error, sweeps = len(system.first), SOLVED, 0.0, 0
     reaction, velocity = np.zeros(k), system.free
     for attempt in range(2):
         chosen = _likely(system, before) if attempt == 0 else np.arange(k)
@@ -94,9 +95,11 @@ def _solved(system: Any, before: Any, tolerance: float) -> Any:
             continue
         if tolerance >= LOOSE:
             end, disks = SOLVED, len(velocity)
-            pushed, velocity, done, _ = descend(part, MARGIN * tolerance, MOST_SWEEPS, -1, np.inf)
+            pushed, velocity, done, _ = descend(
+                part, MARGIN * tolerance, np.int64(MOST_SWEEPS), np.int64(-1), np.inf
+            )
         else:
-            end, pushed, velocity, disks, done, _ = reactions_of(part, tolerance, False)
+            end, pushed, velocity, disks, done, _ = reactions_of(part, tolerance, np.bool_(False))
         sweeps += done
         reaction = np.zeros(k)
         reaction[chosen] = pushed
