@@ -139,7 +139,7 @@ def _descend(
 
 
 @njit(cache=True)
-def descend(system: Any, tolerance: float, most: int, steady: int, redundant: float) -> Any:
+def descend(system: Any, tolerance: float, most: Any, steady: Any, redundant: float) -> Any:
     """Descend to the tolerance, or for a number of sweeps.
 
     most: sweeps

@@ -92,7 +92,7 @@ def _solve(
 
 
 @njit(cache=True)
-def reactions_of(whole: Any, tolerance: float, bounded: bool) -> Any:
+def reactions_of(whole: Any, tolerance: float, bounded: Any) -> Any:
     """Solve a system: how it ended, λ (k,), u⁺ (n,2), disks that were not answered in closed form,
     iterations, and where `bounded` √(Σ m |u − u⁺|²) at most (offsets are then to be 0)."""
     reaction, velocity = np.zeros(len(whole.first)), whole.free.copy()

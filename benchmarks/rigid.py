@@ -1,0 +1,87 @@
+"""The rigid engine beside LAMMPS on the same scenes: CPU seconds, overlap, balance.
+
+    python benchmarks/rigid.py [--scenes arch jam corridor arch_5000] [--share 1.0] [--out FOLDER]
+
+Every row is a whole run by the command's own path, in a process of its own, one after the other: its
+start is in the CPU time. The last line fits the price of the rigid engine, start and disk step, as
+`analysis/advice/price.py` has it."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from machine import describe
+from scipy.optimize import nnls
+
+from analysis.dumps import open_bodies, snapshot_of
+from analysis.engines.run import simulate
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import make
+from nscd import find_contacts
+
+# Simulated seconds.
+SCENES = {"arch": 12.0, "jam": 6.0, "corridor": 2.0, "arch_5000": 0.5}
+MODELS = (
+    ("rigid, exact", "rigid", {"rigid_tolerance": 1e-8}),
+    ("rigid, to 1e-4", "rigid", {"rigid_tolerance": 1e-4}),
+    ("LAMMPS, 1e6 N/m", "lammps", {"stiffness_N_per_m": 1e6}),
+    ("LAMMPS, 1e7 N/m", "lammps", {"stiffness_N_per_m": 1e7}),
+)
+
+
+def scene_of(name: str, duration: float) -> Scene:
+    """Make a scene, in ten frames and steps of 5 ms; `arch_5000` is `arch` with 5,000 people."""
+    known, _, disks = name.partition("_")
+    scene = make(known, disks=int(disks)) if disks else make(known)
+    return scene.with_run(duration_s=duration, frames=10, time_step_s=None, rigid_step_s=0.005)
+
+
+def overlap_of(folder: Path, scene: Scene) -> float:
+    """Measure the deepest overlap (m) in any frame."""
+    trajectory, walls = open_bodies(folder / "bodies.dump").trajectory, scene.wall_segments()
+    found = [
+        find_contacts(snapshot_of(trajectory[number]), walls, tolerance=1e-3).gap.min(initial=0.0)
+        for number in range(len(trajectory))
+    ]
+    return max(0.0, -float(min(found)))
+
+
+def main() -> None:
+    """Print the table, row by row."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
+    parser.add_argument("--share", type=float, default=1.0, help="of the simulated time")
+    parser.add_argument("--out", type=Path, default=None)
+    given = parser.parse_args()
+    print(describe(), end="\n\n")
+    print("| scene | simulated | model | steps | CPU s | CPU s per s | deepest overlap (m) |")
+    print("|---|---|---|---|---|---|---|", flush=True)
+    out = given.out or Path(tempfile.mkdtemp())
+    work, seconds = [], []
+    for name in given.scenes:
+        scene = scene_of(name, given.share * SCENES[name])
+        for title, engine, change in MODELS:
+            soft = engine == "lammps"
+            made = scene.with_contact(**change) if soft else scene.with_run(**change)
+            folder = out / f"{name}_{title.replace(' ', '_').replace('/', '_')}"
+            record, simulated = simulate(made, engine, folder), scene.run.duration_s
+            if title == MODELS[0][0]:
+                work.append(record.particle_steps)
+                seconds.append(record.cpu_seconds)
+            print(
+                f"| {name} | {simulated:g} s | {title} | {record.steps:,} | {record.cpu_seconds:.1f} | "
+                f"{record.cpu_seconds / simulated:.2g} | {overlap_of(folder, made):.1e} |",
+                flush=True,
+            )
+    if len(work) > 1:
+        taken = np.array(seconds)
+        rows = np.column_stack([1.0 / taken, np.array(work) / taken])
+        (start, step), _ = nnls(rows, np.ones(len(taken)))
+        print(f"\nrigid, exact: {start:.2g} s and {step:.2g} s for each disk and step")
+
+
+if __name__ == "__main__":
+    main()
