@@ -9,7 +9,7 @@ import numpy as np
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.crowds import RADIUS_M
 from nscd import Snapshot, Walls
-from nscd.stepping import Motion, StepError
+from nscd.stepping import Motion, Push, StepError
 
 SPEED_M_PER_S, RELAXATION_S, STEP_S = 2.0, 0.5, 0.005
 DISKS, SECONDS = 30, 3.0
@@ -42,8 +42,7 @@ def attempt(tolerance: float, seconds: float, folder: Path) -> Cell:
         snapshot,
         walls,
         step=STEP_S,
-        desired=lambda position: wish,
-        relaxation_time=RELAXATION_S,
+        push=Push(desired=lambda position: wish, relaxation_time=RELAXATION_S),
         tolerance=tolerance,
     )
     overlaps, residual = [], 0.0

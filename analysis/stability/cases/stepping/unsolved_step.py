@@ -10,7 +10,7 @@ import numpy as np
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.crowds import MASS_KG, RADIUS_M, disks
 from nscd import Walls
-from nscd.stepping import Motion, StepError
+from nscd.stepping import Motion, Push, StepError
 
 SPEED_M_PER_S, RELAXATION_S, STEP_S, STEPS = 2.0, 0.5, 0.005, 100
 DISKS = 12
@@ -37,8 +37,7 @@ def attempt(ratio: float, row: Tolerance, folder: Path) -> Cell:
         disks(places, mass=mass),
         Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]])),
         step=STEP_S,
-        desired=lambda position: wish,
-        relaxation_time=RELAXATION_S,
+        push=Push(desired=lambda position: wish, relaxation_time=RELAXATION_S),
         tolerance=row.value,
     )
     residual, made, why = 0.0, 0, ""
