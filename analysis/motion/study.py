@@ -21,6 +21,9 @@ from nscd.stepping import StepError
 
 # The other friction, of people and walls alike, that a scene without friction is run with.
 FRICTION = 0.4
+# From so many crowds on all models have all; else the costliest have the fewest that tell models
+# apart.
+MANY, FEW = 10, 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,19 +59,21 @@ def motion_runs(
 ) -> dict[str, list[EngineRun]]:
     """List the runs that a study needs, by the title of the model. Impulses are summed in all.
 
-    The first engine with springs runs at each stiffness; the others run crowd 0 at the first, since
-    they agree with it contact by contact."""
+    The first engine with springs runs at each stiffness, of fewer than ten crowds only three at those
+    after the first, which cost most; further ones run crowd 0 at the first, since they agree with it
+    contact by contact."""
     variants = [variant(scene, number).with_run(impulses=True) for number in range(crowds)]
     soft = [known.NAME for known in PENALTY if known.NAME in engines]
     runs: dict[str, list[EngineRun]] = {}
     for name in engines:
-        another = name in soft[1:]
         for k in _stiffnesses(scene, name, soft, stiffnesses):
-            made = [
-                one.with_contact(stiffness_N_per_m=k) for one in variants[: 1 if another else None]
-            ]
+            costly = name in soft and k != stiffnesses[0] and crowds < MANY
+            least = 1 if name in soft[1:] else FEW if costly else crowds
+            made = [one.with_contact(stiffness_N_per_m=k) for one in variants[:least]]
             title = model_title(made[0], name)
-            runs[title + (", one crowd" if another else "")] = [
+            if len(made) < crowds:
+                title += f", {len(made)} crowds" if len(made) > 1 else ", one crowd"
+            runs[title] = [
                 EngineRun(scene=one, engine=name, folder=_folder(out, one, name, index))
                 for index, one in enumerate(made)
             ]

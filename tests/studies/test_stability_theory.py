@@ -1,6 +1,7 @@
 """The atlas' theory against closed forms, and the failures of solvers at small size."""
 
 import dataclasses
+import pickle
 from fractions import Fraction
 
 import numpy as np
@@ -232,6 +233,7 @@ def test_a_map_draws_every_outcome_and_its_boundary():
 
 def test_rows_of_a_case_have_labels_of_their_own():
     for made in choose(None, quick=False):
+        pickle.dumps(made)  # other processes try its cells
         labels = [str(row) for row in made.rows.values]
         assert len(set(labels)) == len(labels), made.name
         assert not any("object at" in label or label[:1] == "(" for label in labels)

@@ -42,6 +42,11 @@ def attempt(margin: float, step_s: float, folder: Path) -> Cell:
     return Cell(outcome=outcome, reason=reason, said="0", numbers=numbers)
 
 
+def edge(step_s: float) -> float:
+    """Give the widest gap tried that closes within a step, over the way of one disk."""
+    return 2.0 * GAPS / (GAPS + 1)
+
+
 def case(quick: bool) -> Case:
     """Make the case."""
     margins = (0.5, 1.0, 3.0) if quick else (0.25, 0.5, 1.0, 1.5, 2.5, 4.0)
@@ -52,7 +57,6 @@ def case(quick: bool) -> Case:
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),
-        # the widest gap tried that closes within a step
-        theory=lambda step: 2.0 * GAPS / (GAPS + 1),
+        theory=edge,
         values={"gaps": GAPS},
     )
