@@ -8,10 +8,14 @@ The root of the project is the current folder. Each case has a number and is the
 import argparse
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 from tests.fuzz.law import sweep
 from tests.fuzz.material import Workshop
+
+# Cases between two lines of progress.
+EACH = 200
 
 
 def say(line):
@@ -34,7 +38,12 @@ def run():
         workshop = Workshop(Path(folder) / "runs")
         case_folder = given.keep or Path(folder) / "case"
         numbers = range(given.first, given.first + given.cases)
-        ends, faults = sweep(workshop, given.seed, numbers, case_folder, told=told)
+        ends, faults = Counter(), []
+        for start in range(0, given.cases, EACH):
+            part = numbers[start : start + EACH]
+            counted, found = sweep(workshop, given.seed, part, case_folder, told=told)
+            ends, faults = ends + counted, faults + found
+            say(f"{start + len(part)} cases, {len(faults)} faults so far")
     for end, count in sorted(ends.items()):
         say(f"{count:6d} {end}")
     say(f"{given.cases} cases, {len(faults)} faults")

@@ -3,55 +3,26 @@ one line that names file, line or field, in bounded time, and nothing else chang
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import io
-import os
 import random as randomness
 import re
 import shlex
 import shutil
-import signal
-import subprocess
-import sys
-import tempfile
 import time
-import warnings
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from analysis.cli import main
-from analysis.engines import run as engine_runs
-from analysis.engines.penalty import penalty_of
-from analysis.engines.record import EngineError
 from tests.fuzz import oracle
-from tests.fuzz.material import OPTIONS, ROOT, Material
+from tests.fuzz.material import OPTIONS, Material
 from tests.fuzz.mutations import damage, damage_words
-from tests.fuzz.oracle import FaultError, need
+from tests.fuzz.oracle import need
+from tests.fuzz.running import LONGEST_CPU_S, Outcome, TooLongError, call, forked, started
 
-# CPU time of a case, the compilation of kernels that it is the first to use included; of the clock
-# it may take longer, where the machine is busy.
-LONGEST_CPU_S, LONGEST_S = 90.0, 240.0
-# Disks times steps of a run that is worth an engine's time here.
-DEAR = 1e6
 # Lines of a command that ends well.
 BESIDE = re.compile(r"(warning|note): |.*: about \d|.* so far")
 INTERNAL = 70
-
-
-class TooLongError(BaseException):
-    """A case beyond its time."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    """How a case ended: exit status, what it said, seconds."""
-
-    status: int
-    said: str
-    printed: str
-    seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,11 +31,12 @@ class Case:
 
     material: Material
     words: tuple[str, ...]
-    process: bool
+    run: Callable[..., Outcome]
 
     @classmethod
     def of(cls, workshop, seed, number):
-        """The case of that number; one in 40 runs in a process of its own."""
+        """The case of that number; one in 40 runs in a process of its own, one in 400 in a Python of
+        its own."""
         random = randomness.Random(f"{seed} {number}")
         material = workshop.make(random)
         words, files = material.words, dict(material.files)
@@ -79,7 +51,7 @@ class Case:
         return cls(
             material=replace(material, files=files),
             words=words,
-            process=number % 40 == 39 and words[0] != "run",
+            run=_runner(number, words),
         )
 
     @property
@@ -97,7 +69,7 @@ def judge(case, folder):
         (here / name).parent.mkdir(exist_ok=True)
         (here / name).write_bytes(content)
     before = _tree(here)
-    outcome = (_process if case.process else _call)(case.words, here, spare)
+    outcome = case.run(case.words, here, spare)
     after = _tree(here)
     need(outcome.seconds < LONGEST_CPU_S, f"took {outcome.seconds:.0f} s")
     need(not list(spare.iterdir()), f"left {[p.name for p in spare.iterdir()]} behind")
@@ -212,6 +184,12 @@ def _options(words):
     return found
 
 
+def _runner(number, words):
+    if number % 40 != 39 or words[0] == "run":
+        return call
+    return started if number % 400 == 399 else forked
+
+
 def _tree(folder):
     """Path → what is there."""
     return {
@@ -225,76 +203,6 @@ def _tree(folder):
     }
 
 
-def _process(words, here, spare):
-    ended = subprocess.run(
-        [sys.executable, "-c", "from analysis.cli import main; main()", *words],
-        cwd=here,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(spare)},
-        capture_output=True,
-        text=True,
-        timeout=LONGEST_S,
-        stdin=subprocess.DEVNULL,
-        check=False,
-    )
-    seconds = 0.0  # what the clock says is bounded above
-    return Outcome(
-        status=ended.returncode, said=ended.stderr, printed=ended.stdout, seconds=seconds
-    )
-
-
-def _call(words, here, spare):
-    said, printed = io.StringIO(), io.StringIO()
-    before, argv, home = Path.cwd(), sys.argv, tempfile.tempdir
-    began, status = time.process_time(), 0
-    old = signal.signal(signal.SIGALRM, _too_long)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
-    try:
-        os.chdir(here)
-        sys.argv, tempfile.tempdir = ["percussions", *words], str(spare)
-        with (
-            contextlib.redirect_stderr(said),
-            contextlib.redirect_stdout(printed),
-            warnings.catch_warnings(),
-            _cheap_engines(),
-        ):
-            warnings.simplefilter("always")
-            main()
-    except SystemExit as end:
-        status = end.code if isinstance(end.code, int) else int(end.code is not None)
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, old)
-        os.chdir(before)
-        sys.argv, tempfile.tempdir = argv, home
-    return Outcome(
-        status=status,
-        said=said.getvalue(),
-        printed=printed.getvalue(),
-        seconds=time.process_time() - began,
-    )
-
-
-def _too_long(*_):
-    raise TooLongError
-
-
-@contextlib.contextmanager
-def _cheap_engines():
-    """Runs that would last are refused: they are not what is tested here."""
-    real = engine_runs.run_engine
-
-    def cheap(scene, name, folder, progress=None):
-        if penalty_of(scene).steps * len(scene.snapshot) > DEAR:
-            raise EngineError(f"{folder}: too dear for this test")
-        return real(scene, name, folder, progress)
-
-    engine_runs.run_engine = cheap
-    try:
-        yield
-    finally:
-        engine_runs.run_engine = real
-
-
 def sweep(workshop, seed, numbers, folder, limit_s=float("inf"), told=None):
     """Judge many cases; returns how often each end came, and the faults: (number, case, words)."""
     ends, faults, began = Counter(), [], time.monotonic()
@@ -304,10 +212,8 @@ def sweep(workshop, seed, numbers, folder, limit_s=float("inf"), told=None):
         case = Case.of(workshop, seed, number)
         try:
             outcome = judge(case, folder)
-            ends[
-                f"{case.words[0] if case.words else ''} {'accepted' if outcome.status == 0 else 'refused'}"
-            ] += 1
-        except (FaultError, subprocess.TimeoutExpired) as fault:
+            ends[f"{case.material.kind} {'accepted' if outcome.status == 0 else 'refused'}"] += 1
+        except (Exception, TooLongError) as fault:  # whatever is raised, the others go on
             faults.append((number, case, str(fault)))
             if told:
                 told(number, case, str(fault))

@@ -201,7 +201,7 @@ def check_json(content, may_be_null=MAY_BE_NULL):
 def data_rows(content):
     """Rows of the section Atoms of a data file, by id: strictly."""
     rows, section = {}, ""
-    for line in unpacked(content).decode("utf-8").splitlines()[1:]:
+    for line in unpacked(content).decode("utf-8", "replace").splitlines()[1:]:
         words = line.split("#")[0].split()
         if words and words[0].isalpha():
             section = words[0]

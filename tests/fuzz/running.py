@@ -1,0 +1,180 @@
+"""Run a command of a case: in this process, in a fork of it, or in a Python of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.cli import main
+from analysis.engines import run as engine_runs
+from analysis.engines.penalty import penalty_of
+from analysis.engines.record import EngineError
+from tests.fuzz.material import ROOT
+
+# CPU time of a case, the compilation of kernels that it is the first to use included; of the clock
+# it may take as much longer as the machine is busy, unless it waits for ever.
+LONGEST_CPU_S, LONGEST_S = 90.0, 1800.0
+# Disks times steps of a run that is worth an engine's time here.
+DEAR = 1e6
+
+
+class TooLongError(BaseException):
+    """A case beyond its time."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a case ended: exit status, what it said, seconds."""
+
+    status: int
+    said: str
+    printed: str
+    seconds: float
+
+
+def started(words, here, spare):
+    """Run a command in a Python of its own."""
+    before = _cpu_of_children()
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-c", "from analysis.cli import main; main()", *words],
+            cwd=here,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(spare)},
+            capture_output=True,
+            text=True,
+            timeout=LONGEST_S,
+            stdin=subprocess.DEVNULL,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise TooLongError(f"waits for more than {LONGEST_S:g} s") from None
+    return Outcome(
+        status=ended.returncode,
+        said=ended.stderr,
+        printed=ended.stdout,
+        seconds=_cpu_of_children() - before,
+    )
+
+
+def forked(words, here, spare):
+    """Run a command in a fork of this process, which has imported everything: its exit status and
+    output are those that a shell would see."""
+    before = _cpu_of_children()
+    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as said:
+        child = os.fork()
+        if not child:
+            status = 70
+            try:
+                os.dup2(printed.fileno(), 1)
+                os.dup2(said.fileno(), 2)
+                sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+                sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
+                status = _as_program(words, here, spare)
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(status)
+        ended = os.waitstatus_to_exitcode(_waited(child))
+        texts = []
+        for file in (said, printed):
+            file.seek(0)
+            texts.append(file.read().decode("utf-8"))
+    return Outcome(
+        status=ended, said=texts[0], printed=texts[1], seconds=_cpu_of_children() - before
+    )
+
+
+def _as_program(words, here, spare):
+    """The exit status of the program."""
+    os.chdir(here)
+    sys.argv, tempfile.tempdir = ["percussions", *words], str(spare)
+    warnings.resetwarnings()
+    warnings.simplefilter("default")
+    try:
+        with _cheap_engines():
+            main()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return 0
+
+
+def _waited(child):
+    """The status that a child ended with; it is ended after the longest time."""
+    ends = time.monotonic() + LONGEST_S
+    while time.monotonic() < ends:
+        found, status = os.waitpid(child, os.WNOHANG)
+        if found:
+            return status
+        time.sleep(0.01)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    raise TooLongError(f"waits for more than {LONGEST_S:g} s")
+
+
+def _cpu_of_children():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def call(words, here, spare):
+    """Run a command in this process."""
+    said, printed = io.StringIO(), io.StringIO()
+    before, argv, home = Path.cwd(), sys.argv, tempfile.tempdir
+    began, status = time.process_time(), 0
+    old = signal.signal(signal.SIGALRM, _too_long)
+    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+    try:
+        os.chdir(here)
+        sys.argv, tempfile.tempdir = ["percussions", *words], str(spare)
+        with (
+            contextlib.redirect_stderr(said),
+            contextlib.redirect_stdout(printed),
+            warnings.catch_warnings(),
+            _cheap_engines(),
+        ):
+            warnings.simplefilter("always")
+            main()
+    except SystemExit as end:
+        status = end.code if isinstance(end.code, int) else int(end.code is not None)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, old)
+        os.chdir(before)
+        sys.argv, tempfile.tempdir = argv, home
+    return Outcome(
+        status=status,
+        said=said.getvalue(),
+        printed=printed.getvalue(),
+        seconds=time.process_time() - began,
+    )
+
+
+def _too_long(*_):
+    raise TooLongError
+
+
+@contextlib.contextmanager
+def _cheap_engines():
+    """Runs that would last are refused: they are not what is tested here."""
+    real = engine_runs.run_engine
+
+    def cheap(scene, name, folder, progress=None):
+        if penalty_of(scene).steps * len(scene.snapshot) > DEAR:
+            raise EngineError(f"{folder}: too dear for this test")
+        return real(scene, name, folder, progress)
+
+    engine_runs.run_engine = cheap
+    try:
+        yield
+    finally:
+        engine_runs.run_engine = real
