@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.dumps import DumpError
-from analysis.engines import engine, installed
+from analysis.engines import PENALTY, engine, installed
 from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
 from analysis.engines.guard import RunStoppedError, died, full_disk
 from analysis.engines.process import run_command
 from analysis.engines.record import EngineError, RunRecord
+from analysis.engines.softness import softness_warning
 from analysis.engines.staging import locked, staged
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Task, do_all, workers
@@ -33,6 +34,8 @@ ROW_BYTES = 500
 _STEP = re.compile(r"^\s*(\d+)\s+[\d.e+-]+\s+\d+\s")  # step, time, disks, …
 _RESUMED = re.compile(r"^RESUMED at t = (\S+) s")
 log = logging.getLogger(__name__)
+# Engines with springs.
+SOFT = [known.NAME for known in PENALTY]
 
 
 def run_folder(out: Path, scene: Scene, engine_name: str) -> Path:
@@ -121,6 +124,8 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
             timing.time_step,
             timing.safe_time_step,
         )
+    if engine_name in SOFT and (words := softness_warning(scene)):
+        log.warning("%s: %s", scene.name, words)
     record = RunRecord.prepared(
         engine_name, installed(engine_name), chosen.deck_digest(), scene, timing
     )

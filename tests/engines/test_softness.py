@@ -1,0 +1,58 @@
+"""The number that says how soft a crowd is, and what is said before a run of it."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from analysis.compare.comparison import compare_run
+from analysis.compare.remarks import remarks
+from analysis.dumps import read_contacts
+from analysis.engines.run import simulate
+from analysis.engines.softness import softness, softness_warning
+from analysis.scene.parts import Analysis
+from analysis.scene.scene import read_scene
+from analysis.scene.shipped_scenes import make
+
+
+def test_it_is_the_total_push_over_stiffness_times_radius():
+    arch = read_scene("arch")
+    radius = arch.snapshot.radius.mean()
+    assert softness(arch) == pytest.approx(594 * 300 / (1e6 * radius))
+    assert softness(arch, 1e4) == pytest.approx(100 * softness(arch))
+    assert softness(read_scene("pair")) == 0
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "said"),
+    [
+        (1e6, None),
+        (1.2e5, "doubtful"),
+        (4e4, "not sound"),
+        (1e4, "no crowd"),
+    ],
+)
+def test_a_soft_crowd_is_named_before_it_runs(stiffness, said):
+    found = softness_warning(read_scene("arch").with_contact(stiffness_N_per_m=stiffness))
+    assert found is None if said is None else said in found
+
+
+def test_a_run_says_it(tmp_path, caplog):
+    scene = make("arch", disks=40).with_contact(stiffness_N_per_m=5e3)
+    with caplog.at_level(logging.WARNING, logger="analysis"):
+        simulate(scene.with_run(duration_s=0.02, frames=2), "lammps", tmp_path / "run")
+    assert "the total push over stiffness times radius is 14" in caplog.text
+
+
+@pytest.mark.parametrize(("stiffness", "marked"), [(3e4, True), (1e6, False)])
+def test_a_soft_snapshot_is_marked_as_not_comparable(tmp_path, stiffness, marked):
+    """Where one overlap in twenty is deeper than 0.03 r, by the engine's own dump."""
+    scene = make("arch", disks=40).with_contact(stiffness_N_per_m=stiffness)
+    scene = scene.with_run(duration_s=0.6, frames=2)
+    scene = scene.model_copy(update={"analysis": Analysis(kind="driven", time_s=0.6)})
+    simulate(scene, "lammps", tmp_path / "run")
+    found = compare_run(tmp_path / "run")
+    *_, last = read_contacts(tmp_path / "run" / "contacts.dump")
+    overlap = last.overlap[last.overlap > 0] / scene.snapshot.radius.mean()
+    assert (np.quantile(overlap, 0.95) > 0.03) == marked
+    assert any("not comparable" in words for words in remarks(found)) == marked
