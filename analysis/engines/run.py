@@ -16,6 +16,7 @@ from analysis.dumps import DumpError
 from analysis.engines import PENALTY, engine, installed
 from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
 from analysis.engines.guard import RunStoppedError, died, full_disk
+from analysis.engines.joints import friction_at_joints
 from analysis.engines.process import run_command
 from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.softness import softness_warning
@@ -124,8 +125,9 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
             timing.time_step,
             timing.safe_time_step,
         )
-    if engine_name in SOFT and (words := softness_warning(scene)):
-        log.warning("%s: %s", scene.name, words)
+    if engine_name in SOFT:
+        for words in filter(None, (softness_warning(scene), friction_at_joints(scene))):
+            log.warning("%s: %s", scene.name, words)
     record = RunRecord.prepared(
         engine_name, installed(engine_name), chosen.deck_digest(), scene, timing
     )
