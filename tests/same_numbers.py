@@ -4,7 +4,8 @@ files.
 Prints every place where a number, a verdict or a status differs, and exits with 1 if there is one.
 Seconds, dates, versions and digests may differ, and so may words: of a sentence only the numbers in
 it are compared. Claims are found by their statement, tables by their caption, rows by their first
-cell and columns by their head, so that what is added moves none of the others.
+cell and columns by their head, so that what is added moves none of the others. An error that states
+its own uncertainty may move within it.
 """
 
 import csv
@@ -82,6 +83,19 @@ def by_column(table):
     return {"rows": dict(zip(firsts, rows, strict=True)) if len(set(firsts)) == len(rows) else rows}
 
 
+def within_bars(key, old, new):
+    """Whether an error that states its own uncertainty is the same within that, or the uncertainty
+    not ten times what it was."""
+    if key.endswith("_bar") and old[key] is not None and new[key] is not None:
+        return new[key] <= max(10 * old[key], TOLERANCE)
+    bars = [
+        side.get(key.replace("total", "model").replace("_error", "_bar")) for side in (old, new)
+    ]
+    if not key.endswith("_error") or None in (*bars, old[key], new[key]):
+        return False
+    return abs(old[key] - new[key]) <= sum(bars)
+
+
 def differences(old, new, where=""):
     """Where the two differ, one line each."""
     if isinstance(old, dict) and isinstance(new, dict):
@@ -93,6 +107,8 @@ def differences(old, new, where=""):
                 yield f"{where}.{key}: only in the {'old' if key in old else 'new'} one"
             elif key in VERDICTS and old[key] != new[key]:
                 yield f"{where}.{key}: {old[key]} became {new[key]}"
+            elif within_bars(key, old, new):
+                continue
             else:
                 yield from differences(old[key], new[key], f"{where}.{key}")
     elif isinstance(old, list) and isinstance(new, list):

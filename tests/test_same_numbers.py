@@ -16,6 +16,11 @@ def test_what_is_added_and_what_time_passes_is_no_changed_number():
     assert list(differences(old, new)) == [".tables.Loads.rows.front: only in the new one"]
 
 
+def test_an_error_may_move_within_its_own_uncertainty():
+    old, new = {"a_error": 0.1, "a_bar": 1e-3}, {"a_error": 0.101, "a_bar": 2e-3}
+    assert not list(differences(old, new))
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -24,6 +29,8 @@ def test_what_is_added_and_what_time_passes_is_no_changed_number():
         ([{"statement": "s", "verdict": "holds"}], [{"statement": "s", "verdict": "fails"}]),
         ({"a": 1.0}, {}),
         ([1.0], [1.0, 2.0]),
+        ({"a_error": 0.1, "a_bar": 1e-3}, {"a_error": 0.103, "a_bar": 1e-3}),
+        ({"a_error": 0.1, "a_bar": 1e-3}, {"a_error": 0.1, "a_bar": 0.1}),
     ],
 )
 def test_what_changed_is_told(old, new):
