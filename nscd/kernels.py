@@ -1,4 +1,5 @@
-"""Compile the kernels before their first use, and check them on collisions whose answer is known."""
+"""Compile the kernels before their first use, and check them on collisions whose answer is
+known."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ COLLISIONS = (
 
 
 def compiled_wrongly() -> list[str]:
-    """Solve a pair with each law, on two cores; a line for each percussion that is not m_eff (1+e) U."""
+    """Solve a pair with each law, on two cores; a line for each percussion that is not m_eff (1+e)
+    U."""
     with ProcessPoolExecutor(len(COLLISIONS), mp_context=get_context("spawn")) as processes:
         return [line for found in processes.map(_wrong, COLLISIONS) for line in found]
 

@@ -17,9 +17,9 @@ AT_REST = 1e-12
 class ContactLaw:
     """Set Frémond's law of all contacts, p = k D(u⁺ + u⁻) + λ n + τ t with 0 ≤ λ ⟂ −C u⁺ ≥ 0.
 
-    Dissipation pushes and never pulls: along the normal it is k_n max(C(u⁺ + u⁻), 0), which is nothing
-    where a contact opens faster than it approached, so also where it was opening already. Such a contact
-    has no k_t either. (Contacts that are `maintained` have both everywhere.)
+    Dissipation pushes and never pulls: along the normal it is k_n max(C(u⁺ + u⁻), 0), which is
+    nothing where a contact opens faster than it approached, so also where it was opening already.
+    Such a contact has no k_t either. (Contacts that are `maintained` have both everywhere.)
 
     dissipation: kg, k_n along the normal
     restitution: e in [0, 1) in place of k_n: k_n = m_eff (1+e)/(1−e) per contact, 1/m_eff = 1/m_i +

@@ -51,8 +51,8 @@ class FrictionPart:
     state: (k,) of `ContactState`
     signorini: max|min(wλ, −v⁺)| / ‖u⁻‖∞, spins times radius included
     cone: max w_t(|τ| − μp_n)₊ / ‖u⁻‖∞
-    natural_map: the larger of signorini and max w_t|τ − Π(τ + s⁺/w_t)| / ‖u⁻‖∞, Π onto |τ| ≤ μp_n, s⁺
-        the sliding velocity
+    natural_map: the larger of signorini and max w_t|τ − Π(τ + s⁺/w_t)| / ‖u⁻‖∞, Π onto |τ| ≤ μp_n,
+        s⁺ the sliding velocity
     dissipation: Σ|μp_n|s⁺| − τs⁺|, what friction fails to dissipate, as a share of the kinetic
         energy before
     start: where the search for it began, which can decide between several answers
@@ -87,8 +87,8 @@ class Percussions:
         dissipate, and 0 where dissipation alone parts them, as in a rebound
     right_velocity: (n,2) m/s, u⁺
     right_spin: (n,) rad/s, ω⁺
-    residual: dimensionless, max|min(wλ, −v⁺)| / ‖u⁻‖∞ with w = 1/m_i + 1/m_j, v⁺ = C u⁺; with friction
-        its natural map
+    residual: dimensionless, max|min(wλ, −v⁺)| / ‖u⁻‖∞ with w = 1/m_i + 1/m_j, v⁺ = C u⁺; with
+        friction its natural map
     velocity_error: m/s, a proven bound of √(Σ m |u⁺ − exact|² / Σ m), spins included, see
         `nscd.solvers.velocity_error`; inf where none is known, as with friction
     momentum_error: dimensionless, the largest |m(u⁺−u⁻) + Dᵀp| of a disk, relative to the momentum
@@ -135,9 +135,9 @@ class Percussions:
     def over(self, window: float) -> Percussions:
         """Give the same answer with a window (s), over which its percussions are forces p/window.
 
-        That is the relaxation time τ where u⁻ is the desired velocity, the time step where it is the
-        velocity that the drive makes without contacts. Raises ValueError for a window that is not
-        positive."""
+        That is the relaxation time τ where u⁻ is the desired velocity, the time step where it is
+        the velocity that the drive makes without contacts. Raises ValueError for a window that is
+        not positive."""
         need = "a time > 0 s"
         if not number(window, "window", need) > 0:
             raise ValueError(f"window: {window}; {need} is needed")

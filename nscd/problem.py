@@ -134,8 +134,9 @@ class ContactProblem:
         return float((error / (self.mass[:, 0] * self.scale + received)).max(initial=0.0))
 
     def acting(self, velocity: Floats) -> ContactProblem:
-        """Take the problem in which k_n acts where it pushes for right velocities (n,d), not where it
-        would pull: p_n = k_n max(C(u + u⁻), 0) + λ. All k_n act at contacts that are maintained."""
+        """Take the problem in which k_n acts where it pushes for right velocities (n,d), not where
+        it would pull: p_n = k_n max(C(u + u⁻), 0) + λ. All k_n act at contacts that are
+        maintained."""
         if self.maintained or not self.normal_weight.any():
             return self
         pushes = self.approach(velocity + self.left) >= -ROUNDING * self.scale
@@ -146,7 +147,8 @@ class ContactProblem:
         number = np.cumsum(disks, dtype=np.int32) - np.int32(1)
         second = self.second[contacts]
         by_contact = (
-            "normal_first", "normal_second", "tangent_first", "tangent_second", "normal_weight", "tangent_weight",
+            "normal_first", "normal_second", "tangent_first", "tangent_second", "normal_weight",
+            "tangent_weight",
             "offset", "inverse_mass",
         )  # fmt: skip
         return replace(

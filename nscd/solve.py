@@ -19,8 +19,8 @@ from nscd.laws import ContactLaw
 from nscd.percussions import GAIN, Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
 from nscd.solvers.closed_form import ALONE, NOTHING
-from nscd.solvers.ladder import DESCENT, SOLVERS, at_once
-from nscd.solvers.one_sided import climb_one_sided
+from nscd.solvers.dissipation import solve_one_sided
+from nscd.solvers.ladder import DESCENT, SOLVERS, at_once, climb
 from nscd.solvers.small import SOLVED, UNSETTLED, Small, solve_small
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
@@ -31,9 +31,9 @@ INELASTIC = ContactLaw()
 class Search(TypedDict, total=False):
     """Say how the answer is searched for where it is not unique.
 
-    canonical: whether λ is to be the one of least elastic energy where contacts are redundant, which
-        is the default: least Σλ², the stiff limit of a packing of equal stiffness loaded from rest.
-        Any λ is cheaper; u⁺ is the same
+    canonical: whether λ is to be the one of least elastic energy where contacts are redundant,
+        which is the default: least Σλ², the stiff limit of a packing of equal stiffness loaded from
+        rest. Any λ is cheaper; u⁺ is the same
     starts: with friction, from how many percussions it is searched; 1 where left out"""
 
     canonical: bool
@@ -120,7 +120,7 @@ def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
 def _climb(task: Task, solver: str) -> Answer:
     """The answer; no number where a kernel divides by zero."""
     try:
-        return climb_one_sided(task, solver)
+        return solve_one_sided(task, lambda one: climb(one, solver))
     except ZeroDivisionError:  # by what underflowed
         nothing = np.full(len(task.problem.first), np.nan)
         nowhere = np.full_like(task.problem.left, np.nan)

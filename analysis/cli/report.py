@@ -62,10 +62,9 @@ def report(
     soft = _with_springs(names)
     chosen = [_chosen(read_scene(scene), stiffness) for scene in scenes]
     motions = [motion_of(one.scene, names, one.stiffnesses, seeds, runs) for one in chosen]
-    say_runs(runs_of(chosen, soft, motions, runs))
+    say_runs(needed := runs_of(chosen, soft, motions, runs))
     with progress() as bars:
-        # all at once, so that no core waits for the last run of a scene
-        run_ahead(runs_of(chosen, soft, motions, runs), bars)
+        run_ahead(needed, bars)  # all at once, so that no core waits for the last run of a scene
         moved = [in_motion(motion, last, bars) for motion in motions]
         studies = [
             study(
@@ -85,9 +84,8 @@ def report(
         failures += [(one.scene.name, failure) for failure in motion.failures] if motion else []
     _say(studies, failures)
     print(page.resolve().as_uri())
-    if failures or any(
-        comparison.answer.status != "solved" for made in studies for comparison in made.comparisons
-    ):
+    answers = [comparison.answer for made in studies for comparison in made.comparisons]
+    if failures or any(answer.status != "solved" for answer in answers):
         raise typer.Exit(1)
 
 

@@ -68,7 +68,8 @@ def study(
     for comparison in comparisons:
         if comparison.answer.status != "solved":
             warnings.append(
-                f"percussions of {comparison.record.engine}'s snapshot: {comparison.answer.status}: {comparison.answer.reason}"
+                f"percussions of {comparison.record.engine}'s snapshot: "
+                f"{comparison.answer.status}: {comparison.answer.reason}"
             )
         engine = comparison.record.engine
         for words in (*remarks(comparison), *comparison.answer.warnings):

@@ -70,8 +70,8 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
             if not (far := np.abs(data[name]) <= LARGEST_LENGTH).all():
                 row = int(np.argmin(far))
                 raise DumpError(
-                    f"{self.filename}, line {frame.line + order[row]}: {name}: {data[name][row]:g} m: a "
-                    "finite place is needed"
+                    f"{self.filename}, line {frame.line + order[row]}: {name}: "
+                    f"{data[name][row]:g} m: a finite place is needed"
                 )
         self._refuse_damage(table, frame)
         z, smallest = data["z"], float(np.abs(data["radius"]).min(initial=math.inf))
@@ -91,7 +91,8 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         return ts
 
     def _refuse_damage(self, table: Floats, frame: Frame) -> None:
-        """Refuse what is no number in columns of LAMMPS; those that a user computes may have none."""
+        """Refuse what is no number in columns of LAMMPS; those that a user computes may have
+        none."""
         for row, column in np.argwhere(~np.isfinite(table)):
             name = self._columns.names[column]
             if name not in WORDS and not name.startswith(COMPUTED):

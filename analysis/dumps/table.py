@@ -32,7 +32,8 @@ WORDS = frozenset({"element", "typelabel"})
 
 
 class DumpError(ValueError):
-    """Refuse a dump that cannot be used; the message names the file and the line, step or column."""
+    """Refuse a dump that cannot be used; the message names the file and the line, step or
+    column."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,5 @@
-"""Impulses over windows of time: what each pair and each wall of a run received, and the crowd then."""
+"""Impulses over windows of time: what each pair and each wall of a run received, and the crowd
+then."""
 
 from __future__ import annotations
 
@@ -64,8 +65,8 @@ class RunWindows:
     """Give the windows of a run between any two of its frames, each frame being read once."""
 
     def __init__(self, folder: Path, time_step_s: float) -> None:
-        """Open bodies.dump and impulses.dump of a folder. Raises DumpError where either is missing or
-        they do not fit each other."""
+        """Open bodies.dump and impulses.dump of a folder. Raises DumpError where either is missing
+        or they do not fit each other."""
         path = folder / "impulses.dump"
         if not path.exists():
             raise DumpError(f"{path}: no such file; {HOW}")

@@ -40,8 +40,8 @@ class Exposure:
         return self.windows[0].duration
 
     def time_above(self, limit: Limit) -> tuple[Floats, Floats]:
-        """Sum for each person or wall, or the crowd, the time above a limit (s), and find its longest
-        stretch without a break (s)."""
+        """Sum for each person or wall, or the crowd, the time above a limit (s), and find its
+        longest stretch without a break (s)."""
         total = longest = running = np.zeros(len(self.windows[0].above(limit)))
         for loads in self.windows:
             above = loads.above(limit)
@@ -61,8 +61,8 @@ class Exposure:
 
 
 def read_exposure(folder: Path, window_s: float = SHORTEST_S) -> Exposure:
-    """Read the loads of a finished run over windows of at least so many seconds, from the impulses of
-    every step.
+    """Read the loads of a finished run over windows of at least so many seconds, from the impulses
+    of every step.
 
     Raises EngineError and DumpError for a folder that does not hold one finished run with impulses,
     or one that is shorter than a window."""

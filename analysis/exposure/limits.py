@@ -1,4 +1,5 @@
-"""Limits as data: a number with unit, quantity, duration, population, source and how it was read."""
+"""Limits as data: a number with unit, quantity, duration, population, source and how it was
+read."""
 
 from __future__ import annotations
 

@@ -90,8 +90,8 @@ def _ranks(window: Window) -> tuple[Indices, Indices]:
 
 
 def _walls(scene: Scene, window: Window) -> dict[str, Floats]:
-    """Load (N) of each wall and largest line load (kN/m): of all stretches of 1 m, or the whole of a
-    shorter wall, the one that bears most."""
+    """Load (N) of each wall and largest line load (kN/m): of all stretches of 1 m, or the whole of
+    a shorter wall, the one that bears most."""
     load, line = np.zeros(len(scene.walls)), np.zeros(len(scene.walls))
     first, force = np.searchsorted(window.now.ids, window.keys[:, 0]), window.force
     for number, wall in enumerate(scene.walls):

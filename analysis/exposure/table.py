@@ -16,8 +16,9 @@ HEAD = ["limit", "value", "quantity", "who is above", "longest", "largest", "sou
 
 
 def write_exposure(exposure: Exposure, limits: Sequence[Limit], folder: Path) -> list[Path]:
-    """Write exposure_people.csv, exposure_walls.csv, exposure_crowd.csv (a row per window and person,
-    wall or crowd) and exposure_limits.csv (a row per limit and person, wall or crowd); return them.
+    """Write exposure_people.csv, exposure_walls.csv, exposure_crowd.csv (a row per window and
+    person, wall or crowd) and exposure_limits.csv (a row per limit and person, wall or crowd);
+    return them.
 
     Columns: docs/columns.md."""
     written = []

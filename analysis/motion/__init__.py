@@ -1,1 +1,2 @@
-"""Crowds in motion: one scene, several engines and crowds, as intervals over crowds and instants."""
+"""Crowds in motion: one scene, several engines and crowds, as intervals over crowds and
+instants."""

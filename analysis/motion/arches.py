@@ -1,4 +1,5 @@
-"""Arches: chains of people who press each other from the wall on one side of a door to the other."""
+"""Arches: chains of people who press each other from the wall on one side of a door to the
+other."""
 
 from __future__ import annotations
 

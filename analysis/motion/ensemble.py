@@ -66,8 +66,8 @@ class Ensemble:
     last_s: float
 
     def samples(self, measure: str) -> list[Floats]:
-        """Give the windows (w,) of each crowd that count. The flow and the lifetime of arches are one
-        number per crowd: people pass one by one, and in a window there are none or one."""
+        """Give the windows (w,) of each crowd that count. The flow and the lifetime of arches are
+        one number per crowd: people pass one by one, and in a window there are none or one."""
         if measure == "arch_lifetime":
             lives = [series.lifetimes(self.last_s) for series in self.series]
             return [np.array([np.mean(one)]) for one in lives if len(one)]
@@ -92,8 +92,8 @@ class Ensemble:
         )
 
     def above(self, other: Ensemble, measure: str) -> Difference | None:
-        """Compare the medians with those of another model, by drawing crowds again (bootstrap); None
-        where the other's is zero or either has fewer than three crowds."""
+        """Compare the medians with those of another model, by drawing crowds again (bootstrap);
+        None where the other's is zero or either has fewer than three crowds."""
         mine, theirs = self.samples(measure), other.samples(measure)
         if min(len(mine), len(theirs)) < 3:
             return None
@@ -116,8 +116,8 @@ def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> float:
 
 
 def correlation_windows(samples: Sequence[Floats]) -> float:
-    """Count how many windows make one independent one: 1 + 2 Σ ρ of the windows of a crowd about the
-    mean of all, until the correlation is lost; at most all windows of a crowd."""
+    """Count how many windows make one independent one: 1 + 2 Σ ρ of the windows of a crowd about
+    the mean of all, until the correlation is lost; at most all windows of a crowd."""
     every = np.stack(samples) - np.concatenate(samples).mean()
     windows = every.shape[1]
     variance = float((every**2).mean())

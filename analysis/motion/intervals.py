@@ -21,7 +21,8 @@ def count_cell(found: Interval) -> str:
 
 
 def two(value: float) -> str:
-    """Write two significant digits, and no powers of ten: these are loads to be read side by side."""
+    """Write two significant digits, and no powers of ten: these are loads to be read side by
+    side."""
     short = float(f"{value:.2g}")
     return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
 

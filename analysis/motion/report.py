@@ -29,8 +29,8 @@ class Chosen:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moving:
-    """Hold the runs of a scene in motion, by model; and, of fewer crowds, those of the same with the
-    other friction."""
+    """Hold the runs of a scene in motion, by model; and, of fewer crowds, those of the same with
+    the other friction."""
 
     scene: Scene
     other: Scene

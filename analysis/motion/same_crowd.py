@@ -22,8 +22,8 @@ ROOM = {"walls": "walls", "drive": "drive", "body_force": "body force"}
 
 
 def check_same_crowd(first: tuple[Path, Scene], second: tuple[Path, Scene]) -> None:
-    """Raise DumpError naming what is different, of two runs (folder, scene); contact laws, steps and
-    durations may be."""
+    """Raise DumpError naming what is different, of two runs (folder, scene); contact laws, steps
+    and durations may be."""
     (folder, one), (other_folder, other) = first, second
     where = f"{other_folder}: not the crowd of {folder}: "
     crowd, other_crowd = one.snapshot, other.snapshot

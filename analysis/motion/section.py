@@ -16,8 +16,8 @@ from analysis.scene.variation import how_varied
 
 
 def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Section:
-    """Put a study of a scene in motion into words, a picture and a table; without: the same scene with
-    its own friction, where this one has another."""
+    """Put a study of a scene in motion into words, a picture and a table; without: the same scene
+    with its own friction, where this one has another."""
     words, scene = Words(__package__), study.scene
     name, title = f"{scene.name}-in-motion", words.text("title", title=scene.title)
     if without is not None:

@@ -17,7 +17,8 @@ from analysis.scene.scene import Scene, read_scene
 from nscd import Snapshot
 from nscd.arrays import Floats
 
-# The shortest window (s) that is worth comparing: below it a quantile of forces depends on the step.
+# The shortest window (s) that is worth comparing: below it a quantile of forces depends on the
+# step.
 SHORTEST_S = 0.1
 # Near the door (m).
 NEAR_M = 2.0
@@ -81,7 +82,8 @@ class Series:
 
 
 def read_series(folder: Path, time_step_s: float) -> Series:
-    """Read the windows of a run of a driven crowd. A window is as many frames as make 0.1 s or more.
+    """Read the windows of a run of a driven crowd. A window is as many frames as make 0.1 s or
+    more.
 
     Raises DumpError for a run without impulses."""
     scene = read_scene(folder / "scene.toml")
@@ -122,7 +124,8 @@ def passed(scene: Scene, now: Snapshot) -> float:
 
 
 def values_of(scene: Scene, window: Window) -> dict[str, float]:
-    """Measure a window: the loads, and of a driven crowd pressure, speed and density at the door."""
+    """Measure a window: the loads, and of a driven crowd pressure, speed and density at the
+    door."""
     now, force, pressed = window.now, window.force, pressing(window)
     load = window.at_people(force)
     values = {

@@ -20,7 +20,8 @@ LARGEST_OVERLAP = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """Hold what surrounds a snapshot and presses it: the parts of a scene that its percussions need.
+    """Hold what surrounds a snapshot and presses it: the parts of a scene that its percussions
+    need.
 
     walls
     wall_names: of the walls, in their order; their numbers from 1 where left out

@@ -61,8 +61,8 @@ class Reconciliation(BaseModel):
         return (
             f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
             f"people; {self.left_out} outside the walls were left out. As disks "
-            f"of radius {self.radius_m:.4g} m{spread} round the heads, the other {self.people} had overlaps: "
-            f"{self.overlaps_before} with each other, by up to {overlap:.1f} cm ({mean:.1f} cm in "
+            f"of radius {self.radius_m:.4g} m{spread} round the heads, the other {self.people} had "
+            f"overlaps: {self.overlaps_before} with each other, by up to {overlap:.1f} cm ({mean:.1f} cm in "
             f"the mean), and {self.wall_overlaps_before} with walls. They were moved until none "
             "overlap, together as little as possible (least sum of squares, a local minimum): "
             f"{moved:.1f} cm in the mean, {most:.1f} cm at most, {share:.0f} % of the people more "

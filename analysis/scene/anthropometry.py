@@ -30,8 +30,8 @@ class Group:
     mass: tuple[float, float]
 
     def bodies(self, deviation: Floats) -> tuple[Floats, Floats]:
-        """Return radius (n,) m and mass (n,) kg of people so many standard deviations (n,) above the
-        mean; the disk has the area of the ellipse of breadth and depth: r = ½ √(b d)."""
+        """Return radius (n,) m and mass (n,) kg of people so many standard deviations (n,) above
+        the mean; the disk has the area of the ellipse of breadth and depth: r = ½ √(b d)."""
         breadth, depth, mass = (
             mean + spread * deviation for mean, spread in (self.breadth, self.depth, self.mass)
         )
@@ -71,7 +71,8 @@ class Varied:
     """Say how people differ from each other.
 
     people: a key of PEOPLE; radius and mass are then those of its bodies
-    radius_share: without it, radii are uniform within so large a share above and below the given one
+    radius_share: without it, radii are uniform within so large a share above and below the given
+        one
     seed: of the random numbers
     """
 

@@ -28,8 +28,8 @@ Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
 Point = tuple[Length, Length]
 # Mean radius (m) and mean mass (kg) of the disks of a file.
 Means = tuple[float, float]
-# The key that may stand for desired speed or relaxation time, and the latter where only it is given: pushed
-# people lose their speed in 0.1 to 1 s.
+# The key that may stand for desired speed or relaxation time, and the latter where only it is
+# given: pushed people lose their speed in 0.1 to 1 s.
 PUSH, USUAL_RELAXATION_S = "push_N", 0.5
 
 
@@ -107,7 +107,8 @@ class Drive(Part):
         return self
 
     def target(self) -> tuple[Point, Point]:
-        """Give the segment whose nearest point people walk to (m): the door, or its centre twice."""
+        """Give the segment whose nearest point people walk to (m): the door, or its centre
+        twice."""
         if self.aim == "nearest":
             return self.door_start_m, self.door_end_m
         (x0, y0), (x1, y1) = self.door_start_m, self.door_end_m

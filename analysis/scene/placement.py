@@ -43,7 +43,8 @@ def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]
 def rooms_of(position: Floats, walls: Walls, door: Door | None) -> list[shapely.Polygon]:
     """Find the polygons that walls and door bound around people at (n,2) m, pillars being holes.
 
-    A pillar is a polygon within another one, or one that has neither the door nor anybody inside."""
+    A pillar is a polygon within another one, or one that has neither the door nor anybody
+    inside."""
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
     gate = shapely.LineString(door) if door else None
     faces = shapely.get_parts(shapely.polygonize([*lines, gate] if gate else lines))

@@ -214,8 +214,8 @@ def _path_of(name_or_path: str | Path) -> Path:
 
 
 def read_room(name_or_path: str | Path, means: Means | None = None) -> tuple[Room, str]:
-    """Read a room (a scene file with or without disks) and the comment at its head; means: radius (m)
-    and mass (kg) of the disks to come, where Young's modulus or a push stands in it.
+    """Read a room (a scene file with or without disks) and the comment at its head; means: radius
+    (m) and mass (kg) of the disks to come, where Young's modulus or a push stands in it.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
@@ -226,8 +226,8 @@ def read_room(name_or_path: str | Path, means: Means | None = None) -> tuple[Roo
 
 
 def _bodies(path: Path, content: dict[str, Any]) -> Snapshot:
-    """The disks of a scene file, with the bodies of people where it asks for them, and not yet pushed
-    apart."""
+    """The disks of a scene file, with the bodies of people where it asks for them, and not yet
+    pushed apart."""
     disks = _Disks.model_validate(content.get("disks"))
     given = read_data(path.parent / disks.data)
     if disks.people is None:

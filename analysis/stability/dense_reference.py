@@ -43,9 +43,9 @@ def exact_line(
     line, in exact arithmetic.
 
     M(u⁺ − u⁻) + Cᵀp = 0, p = k max(C(u⁺ + u⁻), 0) + λ, 0 ≤ λ ⟂ −C u⁺ ≥ 0 (see `ContactLaw`) with
-    one k (kg) per contact. Every choice of closed contacts, and of those where k acts, is tried until
-    one gives λ ≥ 0, C u⁺ ≤ 0 and the signs of C(u⁺ + u⁻): for short lines only. Raises ValueError
-    where none does, which the convexity of the problem excludes."""
+    one k (kg) per contact. Every choice of closed contacts, and of those where k acts, is tried
+    until one gives λ ≥ 0, C u⁺ ≤ 0 and the signs of C(u⁺ + u⁻): for short lines only. Raises
+    ValueError where none does, which the convexity of the problem excludes."""
     n = len(mass)
     before = [velocity[c] - velocity[c + 1] for c in range(n - 1)]
     for closed in itertools.product((True, False), repeat=n - 1):

@@ -34,16 +34,18 @@ class RigidReference:
 def rigid_reference(
     snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw | None = None
 ) -> RigidReference:
-    """Solve M(u⁺ − u⁻) + Cᵀ(κ + λ) = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0, κ = k max(C(u⁺ + u⁻), 0) (see `ContactLaw`).
+    """Solve M(u⁺ − u⁻) + Cᵀ(κ + λ) = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0, κ = k max(C(u⁺ + u⁻), 0) (see
+    `ContactLaw`).
 
     Without dissipation (k = 0) in closed form for a line of touching disks that is pressed together
-    everywhere (paper eqs. (5), (6)). Else by Lawson and Hanson's active set on dense matrices (scipy):
-    with s = κ/k − C u⁻ the pair (u⁺, s) is the nearest to (u⁻, −C u⁻), in the norm of N = diag(M, K),
-    of all with C u ≤ 0 and C u ≤ s; λ and κ minimise the distance of N^(−½)Eᵀ(λ, κ) to it, E the rows
-    of these constraints. The bound: what was found is the exact answer for E y ≤ c, with c = E y where
-    a percussion is > 0 and max(E y, 0) elsewhere, tiny. A shift by w with E w = c turns one problem
-    into the other, so |u⁺ − exact|_M ≤ 2 |w|_N ≤ 2 |c| / σ_min(E N^(−½)). Where E lacks full row rank:
-    |u⁺ − exact|²_M ≤ |p·v| + Σp* max(v, 0), from monotonicity, where Σp stands for Σp*."""
+    everywhere (paper eqs. (5), (6)). Else by Lawson and Hanson's active set on dense matrices
+    (scipy): with s = κ/k − C u⁻ the pair (u⁺, s) is the nearest to (u⁻, −C u⁻), in the norm of N =
+    diag(M, K), of all with C u ≤ 0 and C u ≤ s; λ and κ minimise the distance of N^(−½)Eᵀ(λ, κ) to
+    it, E the rows of these constraints. The bound: what was found is the exact answer for E y ≤ c,
+    with c = E y where a percussion is > 0 and max(E y, 0) elsewhere, tiny. A shift by w with E w =
+    c turns one problem into the other, so |u⁺ − exact|_M ≤ 2 |w|_N ≤ 2 |c| / σ_min(E N^(−½)). Where
+    E lacks full row rank: |u⁺ − exact|²_M ≤ |p·v| + Σp* max(v, 0), from monotonicity, where Σp
+    stands for Σp*."""
     n, mass = len(snapshot), np.repeat(snapshot.mass, 2)
     root, left = np.sqrt(mass), left_velocity.ravel()
     norm = float(np.linalg.norm(root * left))

@@ -61,7 +61,8 @@ def solve_with_friction(
 
 
 def _one_sided(problem: FrictionProblem, position: Floats, aim: float, seed: int) -> FrictionAnswer:
-    """The answer with the k_n that push, see `FrictionProblem.acting`: found in rounds, the best met."""
+    """The answer with the k_n that push, see `FrictionProblem.acting`: found in rounds, the best
+    met."""
     linear, best, least = problem, None, np.inf
     for _ in range(ROUNDS if problem.normal_weight.any() else 1):
         found = climb(linear, position, aim, seed)
@@ -99,7 +100,8 @@ def _certified(
     found: FrictionAnswer,
     tolerance: float,
 ) -> Percussions:
-    """The answer with its residuals, momentum and energy recomputed from percussions and velocities."""
+    """The answer with its residuals, momentum and energy recomputed from percussions and
+    velocities."""
     part = certificate(problem, found.reaction, found.friction, found.velocity, found.start)
     whole = Whole(problem, found.reaction, found.friction, found.velocity)
     tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])

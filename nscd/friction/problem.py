@@ -18,18 +18,26 @@ TINY = float(np.finfo(float).tiny)
 
 
 class FrictionProblem(NamedTuple):
-    """M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ (see `acting`), p_t = k_t T(u + u⁻) + τ, where
-    0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0), and τ T u = μ max(p_n, 0) |T u| (Coulomb:
-    maximum dissipation). C u: approach; T u: sliding of the first body along t = (−n_y, n_x)
-    relative to the second, spins included.
+    """Hold an impact with friction at k contacts of n disks.
 
-    first, second (k,): disks, second −1 for a wall; normal (k,2); lever (k,2) m: distance of the
-    contact from the centre of each disk, 0 for a wall; friction (k,): μ; normal_weight,
-    tangent_weight (k,) kg: k_n, k_t; offset (k,) m/s: b, 0 for an impact; mass (n,3) kg, kg, kg m²;
-    left (n,3) m/s, m/s, rad/s: u⁻; normal_inverse, tangent_inverse (k,) 1/kg: the diagonal of the
-    Delassus operator, w_n and w_t (3 w_n for solid disks); island (n,): number of the group of
-    touching disks that each belongs to; scale m/s: the largest |u⁻|, spins times their radius
-    included, which residuals are measured in."""
+    first, second: (k,) disks, second −1 for a wall
+    normal: (k,2)
+    lever: (k,2) m, distance of the contact from the centre of each disk, 0 for a wall
+    friction: (k,) μ
+    normal_weight, tangent_weight: (k,) kg, k_n and k_t
+    offset: (k,) m/s, b, 0 for an impact
+    mass: (n,3) kg, kg, kg m²
+    left: (n,3) m/s, m/s, rad/s, u⁻
+    normal_inverse, tangent_inverse: (k,) 1/kg, the diagonal of the Delassus operator, w_n and w_t
+        (3 w_n for solid disks)
+    island: (n,) number of the group of touching disks that each belongs to
+    scale: m/s, the largest |u⁻|, spins times their radius included, which residuals are measured in
+
+    M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ (see `acting`), p_t = k_t T(u + u⁻) +
+    τ, where 0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0), and τ T u = μ max(p_n, 0) |T u|
+    (Coulomb: maximum dissipation). C u: approach; T u: sliding of the first body along
+    t = (−n_y, n_x) relative to the second, spins included.
+    """
 
     first: Any
     second: Any
@@ -52,7 +60,8 @@ class FrictionProblem(NamedTuple):
         return bool(self.normal_weight.any() or self.tangent_weight.any())
 
     def acting(self, velocity: Any) -> FrictionProblem:
-        """The problem in which k_n acts where it pushes for right velocities (n,3), not where it would
+        """Return the problem in which k_n acts where it pushes for right velocities (n,3), not
+        where it would
         pull: p_n = k_n max(C(u + u⁻), 0) + λ."""
         v, s = np.empty((2, len(self.first)))
         contact_velocities(self, velocity + self.left, v, s)
@@ -130,7 +139,8 @@ def friction_problem(
 
 
 def chosen(problem: FrictionProblem, disks: Any, contacts: Any) -> FrictionProblem:
-    """The problem of some disks and contacts (indices), in these orders; islands numbered afresh."""
+    """The problem of some disks and contacts (indices), in these orders; islands numbered
+    afresh."""
     place = np.full(len(problem.mass), -1, dtype=np.int32)
     place[disks] = np.arange(len(disks), dtype=np.int32)
     second = problem.second[contacts]

@@ -38,7 +38,8 @@ def exact_velocity(snapshot, contacts, left, dissipation=None, maintained=False)
     """u⁺ (n,2) of the collision law with k = dissipation (k,) kg along the normals of disks without
     spin, as an array of Fractions; C u⁺ = 0 where maintained, whatever k.
 
-    A contact has a hard percussion, 0 ≤ λ ⟂ −C u⁺ ≥ 0, and with k > 0 a soft one that pushes and never
+    A contact has a hard percussion, 0 ≤ λ ⟂ −C u⁺ ≥ 0, and with k > 0 a soft one that pushes and
+    never
     pulls: 0 ≤ κ ⟂ κ/k − C(u⁺ + u⁻) ≥ 0."""
     n = len(snapshot)
     K = [Fraction(0)] * len(contacts)
@@ -82,7 +83,8 @@ def _rows(contacts, n):
 
 
 def _least(W, q, maintained):
-    """λ of min ½ λ·Wλ − λ·q over λ ≥ 0, or of W λ = q where maintained, and the indices that it needs."""
+    """λ of min ½ λ·Wλ − λ·q over λ ≥ 0, or of W λ = q where maintained, and the indices that it
+    needs."""
     k = len(q)
     reaction = [Fraction(0)] * k
     closed = []

@@ -112,8 +112,8 @@ def subgradient_of_indicator(slope, at, inside):
 
 
 def test_quadratic_dissipation_pulls_those_who_part():
-    """Two who walk apart with the k of e = 0.5: as printed p = k C(u⁺ + u⁻) + λ stops them, with λ ≥ 0
-    and C u⁺ = 0; the one-sided φ leaves them alone."""
+    """Two who walk apart with the k of e = 0.5: as printed p = k C(u⁺ + u⁻) + λ stops them, with λ
+    ≥ 0 and C u⁺ = 0; the one-sided φ leaves them alone."""
     pair = line([75.0, 75.0], [-1.0, 1.0])
     k, C = 37.5 * 1.5 / 0.5, np.array([[1.0, -1.0]])
     left, printed = pair.velocity[:, 0], np.zeros(2)

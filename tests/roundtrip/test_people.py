@@ -1,4 +1,5 @@
-"""Bodies of people, and pushes in newton: what a scene file may say in place of radii and speeds."""
+"""Bodies of people, and pushes in newton: what a scene file may say in place of radii and
+speeds."""
 
 import numpy as np
 import pytest

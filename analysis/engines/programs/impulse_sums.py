@@ -20,7 +20,8 @@ _PLACES = 1 << 12
 class ImpulseSums:
     """Sum the impulses of contacts, and write them into impulses.dump frame by frame.
 
-    A compiled table of all contacts since the last frame: numpy's own ways took longer than a step."""
+    A compiled table of all contacts since the last frame: numpy's own ways took longer than a
+    step."""
 
     def __init__(self, file: IO[str]) -> None:
         self._file = file
@@ -62,7 +63,8 @@ class ImpulseSums:
         self._used = _add_keys(self._keys, self._sums, keys[held], sums[held])
 
     def write(self, step: int) -> None:
-        """Write a frame with the sums since the last one, the smaller id first; then begin again."""
+        """Write a frame with the sums since the last one, the smaller id first; then begin
+        again."""
         held = np.flatnonzero(self._keys)
         held = held[np.argsort(self._keys[held])]
         keys, sums, one = self._keys[held], self._sums[held], (1 << _BITS) - 1

@@ -23,8 +23,8 @@ WIDE_IN = 6.5
 
 
 def loads_picture(scene: Scene, models: Sequence[Ensemble]) -> Figure:
-    """Draw crowd 0 in its last window by the first and the last model, people shaded by their largest
-    contact force between the limits of that quantity."""
+    """Draw crowd 0 in its last window by the first and the last model, people shaded by their
+    largest contact force between the limits of that quantity."""
     shown = [models[0], models[-1]] if len(models) > 1 else list(models)
     ends = [model.series[0].final for model in shown]
     windows = [window for window in ends if window is not None]

@@ -118,13 +118,7 @@ def import_crowd(
         ids=kept.ids + first,
     )
     scene = Scene.of(parts, name=name or room.stem, snapshot=snapshot)
-    try:
-        scene.check(heads.origin)
-    except SceneError as error:
-        raise SceneError(
-            f"{heads.origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
-            f"{room.name}: moved apart, {_after(error, heads.origin)}; a smaller radius may help"
-        ) from None
+    _check_fit(scene, heads.origin, room)
     report = Reconciliation(
         file=heads.file.name,
         frame=heads.frame,
@@ -140,6 +134,18 @@ def import_crowd(
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
     scene = scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)
+
+
+def _check_fit(scene: Scene, origin: str, room: Path) -> None:
+    """Raise SceneError for people who were moved apart and cannot be simulated all the same."""
+    try:
+        scene.check(origin)
+    except SceneError as error:
+        radii = scene.snapshot.radius
+        raise SceneError(
+            f"{origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
+            f"{room.name}: moved apart, {_after(error, origin)}; a smaller radius may help"
+        ) from None
 
 
 def _after(error: Exception, origin: str) -> str:

@@ -61,8 +61,8 @@ def test_those_who_part_are_left_alone(law):
 @pytest.mark.parametrize("restitution", [0.3, 0.9])
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_who_is_knocked_away_is_not_pulled_back(restitution, friction):
-    """A hits B head on; C, behind B's shoulder, approaches B slowly. B leaves faster than C came: A and
-    B rebound as a pair, C goes on as it was."""
+    """A hits B head on; C, behind B's shoulder, approaches B slowly. B leaves faster than C came: A
+    and B rebound as a pair, C goes on as it was."""
     turn = np.radians(110.0)
     towards = np.array([np.cos(turn), np.sin(turn)])
     start = disks(
@@ -87,8 +87,8 @@ def test_contacts_at_rest_keep_what_they_had():
 
 
 def test_energy_can_grow_where_a_contact_that_opens_is_caught_up_with():
-    """u₁⁻ = 1, u₂⁻ = 0, u₃⁻ = v, contact 1–2 nearly elastic: 2 and 3 go on together at s = (2 + v)/3,
-    and the energy has grown by m v(1 − v)/3."""
+    """u₁⁻ = 1, u₂⁻ = 0, u₃⁻ = v, contact 1–2 nearly elastic: 2 and 3 go on together at s = (2 +
+    v)/3, and the energy has grown by m v(1 − v)/3."""
     v = 0.4
     row = disks([[0, 0], [0.5, 0], [1.0, 0]], [[1.0, 0], [0, 0], [v, 0]])
     _, found = solved(row, restitution=1 - 1e-5)
