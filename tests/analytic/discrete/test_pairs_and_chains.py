@@ -154,7 +154,7 @@ def test_tangential_dissipation_turns_disks_and_keeps_angular_momentum():
 
 
 def test_energy_gain_is_warned_of():
-    """k > 0 on a contact that is already opening, with λ > 0 beside it, can gain energy; the answer
+    """k > 0 beside a contact that is already opening and is pressed can gain energy; the answer
     says so."""
     rng = np.random.default_rng(4)
     for _ in range(200):
