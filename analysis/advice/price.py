@@ -46,8 +46,8 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
 
 
-# Not in the library, whose entries are penalty runs: fitted to `cpu_seconds` and `steps` in the
-# run.json of `arch` and of `jam`.
+# Not in the library, whose entries are penalty runs: fitted to `arch`, `jam` and 5,000 people, exact
+# (benchmarks/rigid.py).
 RIGID_PRICE = Price(start_s=1.9, disk_step_s=4.6e-6)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +16,7 @@ from nscd.solvers.small import SOLVED
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
 from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, stepped
+from nscd.stepping.push import Push
 from nscd.stepping.search import Neighbours, neighbours, segments_of
 
 # An answer whose recomputed error is this many times what was asked is not used.
@@ -51,30 +51,6 @@ class StepReport:
     iterations: int
     repeats: int
     solver: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Push:
-    """Say what moves disks besides their contacts.
-
-    desired: u_d(q) (n,2) m/s of disks at q (n,2) m
-    relaxation_time: s, τ, in which a disk alone comes to it
-    acceleration: (x, y) m/s², of all
-
-    Raises ValueError for what is out of range."""
-
-    desired: Callable[[Floats], Floats] | None = None
-    relaxation_time: float = np.inf
-    acceleration: tuple[float, float] = (0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        tau = self.relaxation_time
-        if self.desired is not None and not (np.isfinite(tau) and tau > 0):
-            raise ValueError(f"relaxation_time: {tau} s; a time > 0 is needed")
-        if not np.isfinite(self.acceleration).all():
-            raise ValueError(
-                f"acceleration: {self.acceleration} m/s²; two finite numbers are needed"
-            )
 
 
 class Motion:
