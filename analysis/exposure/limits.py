@@ -120,10 +120,10 @@ class Limit(BaseModel):
 
     @property
     def cited(self) -> str:
-        """Give the source with how it was read: `X, quoted by Y`, `X (read in an excerpt)`."""
+        """Give the source with how it was read: `X, quoted by Y`, `X, read in an excerpt`."""
         if self.quoted_by:
             return f"{self.source}, quoted by {self.quoted_by}"
-        return self.source + (" (read in an excerpt)" if self.read == "excerpt" else "")
+        return self.source + (", read in an excerpt" if self.read == "excerpt" else "")
 
 
 class _File(BaseModel):

@@ -39,7 +39,12 @@ def report_section(study: Study, runs: Sequence[Run]) -> Section:
     return Section(
         number=scene.name,
         title=words.text("title", title=scene.title, time=scene.analysis.time_s),
-        introduction=[words.text("instant"), scene.notes, words.text("source", scene=scene)],
+        introduction=[
+            words.text("instant"),
+            words.text("determined", friction=scene.contact.friction),
+            scene.notes,
+            words.text("source", scene=scene),
+        ],
         words=_found(words, study, runs) if some else (),
         pictures=_pictures(words, study) if some else (),
         tables=_tables(words, study, runs) if some else (),
@@ -54,7 +59,6 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     for run in runs:
         block = "found" if run["difference_from_first_engine"] is None else "agree"
         said.append(words.text(block, run=run))
-    said.append(words.text("determined", friction=study.scene.contact.friction))
     said += _trends(words, runs, _moved(study))
     moving = max(c.balance.unbalanced for c in study.comparisons)
     if moving > MOVING:

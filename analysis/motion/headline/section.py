@@ -56,7 +56,7 @@ def headline_section(study: MotionStudy) -> Section | None:
     return Section(
         number=name,
         title=scene.title,
-        introduction=[words.text("what", **values, **_bodies(scene))],
+        introduction=[words.text("what", **values, **_bodies(scene)), words.text("people")],
         words=_said(words, study, models, values),
         pictures=[Picture(name=name, caption=caption, figure=loads_picture(scene, models))],
         tables=[_numbers(words, study, models), _limits(words, models, values)],
@@ -86,7 +86,8 @@ def _said(
     barriers = [one for one in known_limits() if one.depth_m is not None]
     said = [words.text("push", **_push(study.scene), green=GREEN_GUIDE_N)]
     above = [(one.title, count_cell(one.interval(above_key(named)))) for one in models]
-    said.append(words.text("above", limit=named, above=above, **values))
+    lasting = _lasting(named)
+    said.append(words.text("above", limit=named, above=above, lasting=lasting, **values))
     if any(one.interval("walls").median > 0 for one in models):
         line = [(one.title, interval_cell(one.interval("wall_line_load"))) for one in models]
         said.append(words.text("walls", line=line, least=barriers[0], most=barriers[-1]))
@@ -99,7 +100,7 @@ def _said(
         if known:
             said.append(words.text("models", model=models[0].title, differ=differ, alike=alike))
     said.append(words.text("soft", soft=list(soft.items()), no_crowd=NO_CROWD))
-    return [*said, words.text("people", **values)]
+    return said
 
 
 def _push(scene: Scene) -> dict[str, object]:
