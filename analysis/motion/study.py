@@ -13,7 +13,7 @@ from analysis.engines.run import EngineRun, run_ahead, run_folder
 from analysis.motion.ensemble import Ensemble
 from analysis.motion.series import read_series
 from analysis.pages.names import engine_name
-from analysis.pages.numbers import number
+from analysis.pages.numbers import number, significant
 from analysis.scene.scene import Scene
 from analysis.scene.variation import variant
 from analysis.support.progress import Progress
@@ -95,7 +95,7 @@ def model_title(scene: Scene, name: str) -> str:
         setting = f"k = {number(scene.contact.stiffness_N_per_m)} N/m"
     else:
         setting = f"h = {number(1e3 * engine(name).timing(scene).time_step)} ms"
-    friction = f", μ = {number(scene.contact.friction)}" if scene.contact.friction else ""
+    friction = f", μ = {significant(scene.contact.friction)}" if scene.contact.friction else ""
     return f"{engine_name(name)}, {setting}{friction}"
 
 
