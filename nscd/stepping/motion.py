@@ -24,6 +24,8 @@ STALLED = 10.0
 # Bodies that overlap at the start are pushed apart together with all within this many radii.
 REACH = 0.3
 PUSHES = 20
+# A step with friction that has no answer is made in halves, and those again: to 1/2^HALVINGS of it.
+HALVINGS = 4
 # Overlaps below this share of the mean radius are rounding.
 TOUCHING = 1e-12
 
@@ -36,7 +38,7 @@ class StepError(RuntimeError):
 class StepReport:
     """Say what a step did.
 
-    neighbours: the k candidates for contact
+    neighbours: the k candidates for contact; of both halves of a step that was made in halves
     reaction: (k,) N·s, their percussions along the normal
     friction: (k,) N·s, along t = (−n_y, n_x)
     residual: dimensionless, recomputed
@@ -139,7 +141,30 @@ class Motion:
 
     def advance(self) -> StepReport:
         """Make one step; repeat it with a larger margin where a disk went faster than the margin
-        allows for. Raises StepError where no solver reaches the tolerance; the state then stays."""
+        allows for. With friction a step that no solver solves is made in two halves, and those
+        again, down to 1/16: another step is another problem. Raises StepError where no solver
+        reaches the tolerance; the state then stays."""
+        return self._in_halves(HALVINGS if self._friction else 0)
+
+    def _in_halves(self, halvings: int) -> StepReport:
+        """One step, or both halves of it as one."""
+        state = self.position, self.velocity, self.spin, self.time, self._known
+        whole = self.step, self._share, self._gain
+        try:
+            return self._advance()
+        except StepError:
+            if not halvings:
+                raise
+        self.step, self._share, self._gain = (0.5 * part for part in whole)
+        try:
+            return _both(self._in_halves(halvings - 1), self._in_halves(halvings - 1))
+        except StepError:
+            self.position, self.velocity, self.spin, self.time, self._known = state
+            raise
+        finally:
+            self.step, self._share, self._gain = whole
+
+    def _advance(self) -> StepReport:
         h, a = self.step, self._share
         free = self.velocity + self._gain
         if self._desired is not None:
@@ -243,6 +268,21 @@ class Motion:
         bouncing = closing & (before > 2 * gained) & (before > 0)
         rebound = np.minimum(problem.offset, -self._restitution * before)
         return replace(problem, offset=np.where(bouncing, rebound, problem.offset))
+
+
+def _both(one: StepReport, other: StepReport) -> StepReport:
+    """Two steps as one: all their contacts, the worse of their residuals."""
+    return StepReport(
+        neighbours=Neighbours(
+            *map(np.concatenate, zip(one.neighbours, other.neighbours, strict=True))
+        ),
+        reaction=np.concatenate([one.reaction, other.reaction]),
+        friction=np.concatenate([one.friction, other.friction]),
+        residual=max(one.residual, other.residual),
+        iterations=one.iterations + other.iterations,
+        repeats=one.repeats + other.repeats,
+        solver=other.solver,
+    )
 
 
 def _problem(

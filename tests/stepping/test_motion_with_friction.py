@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from nscd import Snapshot, Walls
-from nscd.stepping import Motion, Push, WindowSums
+from nscd.stepping import Motion, Push, StepError, WindowSums
+from nscd.stepping import motion as step_module
 
 RADIUS, GRAVITY = 0.25, 9.81
 
@@ -80,3 +81,51 @@ def test_nonsense_is_named(field, value):
 def test_a_push_without_end_is_named(push):
     with pytest.raises(ValueError, match=r"acceleration|relaxation_time"):
         Push(**push)
+
+
+def rubbing_pair():
+    """A disk that slides into one that lies on the floor."""
+    pair = Snapshot(
+        position=[[0, RADIUS], [0.51, RADIUS]],
+        velocity=[[2.0, 0], [0, 0]],
+        radius=[RADIUS] * 2,
+        mass=[75] * 2,
+    )
+    gravity = Push(acceleration=(0.0, -GRAVITY))
+    return Motion(pair, floor(), step=8e-3, friction=0.3, push=gravity)
+
+
+def failing(monkeypatch, motion, longest):
+    """Let no solver solve a step that is longer."""
+    solve = step_module.solve_step
+
+    def pretended(*given):
+        found = solve(*given)
+        return found._replace(error=1.0) if motion.step > longest else found
+
+    monkeypatch.setattr(step_module, "solve_step", pretended)
+
+
+def test_a_step_that_is_not_solved_is_made_in_halves(monkeypatch):
+    whole, fine = rubbing_pair(), rubbing_pair()
+    fine.step, fine._gain = 2e-3, whole._gain / 4
+    sums = [fine.advance().reaction.sum() for _ in range(4)]
+    failing(monkeypatch, whole, 2e-3)
+    report = whole.advance()
+    for name in ("position", "velocity", "spin"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(fine, name))
+    assert report.reaction.sum() == pytest.approx(sum(sums), rel=1e-14)
+    assert len(report.neighbours.first) == len(report.reaction) == len(report.friction)
+    assert (whole.step, whole.time) == (8e-3, pytest.approx(8e-3))
+
+
+def test_a_step_that_no_half_solves_leaves_the_state(monkeypatch):
+    motion = rubbing_pair()
+    motion.advance()
+    failing(monkeypatch, motion, 0.0)
+    state = motion.position.copy(), motion.velocity.copy(), motion.spin.copy(), motion.time
+    with pytest.raises(StepError, match="not solved"):
+        motion.advance()
+    for now, before in zip((motion.position, motion.velocity, motion.spin), state, strict=False):
+        np.testing.assert_array_equal(now, before)
+    assert (motion.time, motion.step) == (state[3], 8e-3)
