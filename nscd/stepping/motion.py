@@ -155,7 +155,8 @@ class Motion:
         except StepError:
             if not halvings:
                 raise
-        self.step, self._share, self._gain = (0.5 * part for part in whole)
+        self.step, self._share = 0.5 * self.step, 0.5 * self._share
+        self._gain = 0.5 * self._gain
         try:
             return _both(self._in_halves(halvings - 1), self._in_halves(halvings - 1))
         except StepError:
@@ -274,7 +275,7 @@ def _both(one: StepReport, other: StepReport) -> StepReport:
     """Two steps as one: all their contacts, the worse of their residuals."""
     return StepReport(
         neighbours=Neighbours(
-            *map(np.concatenate, zip(one.neighbours, other.neighbours, strict=True))
+            *(np.concatenate(each) for each in zip(one.neighbours, other.neighbours, strict=True))
         ),
         reaction=np.concatenate([one.reaction, other.reaction]),
         friction=np.concatenate([one.friction, other.friction]),
