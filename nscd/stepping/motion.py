@@ -273,10 +273,9 @@ class Motion:
 
 def _both(one: StepReport, other: StepReport) -> StepReport:
     """Two steps as one: all their contacts, the worse of their residuals."""
+    pairs: Any = zip(one.neighbours, other.neighbours, strict=True)
     return StepReport(
-        neighbours=Neighbours(
-            *(np.concatenate(each) for each in zip(one.neighbours, other.neighbours, strict=True))
-        ),
+        neighbours=Neighbours(*(np.concatenate(pair) for pair in pairs)),
         reaction=np.concatenate([one.reaction, other.reaction]),
         friction=np.concatenate([one.friction, other.friction]),
         residual=max(one.residual, other.residual),
