@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
 from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, stepped
 from nscd.stepping.push import Push
+from nscd.stepping.report import StepError, StepReport, both
 from nscd.stepping.search import Neighbours, neighbours, segments_of
 
 # An answer whose recomputed error is this many times what was asked is not used.
@@ -28,31 +29,6 @@ PUSHES = 20
 HALVINGS = 4
 # Overlaps below this share of the mean radius are rounding.
 TOUCHING = 1e-12
-
-
-class StepError(RuntimeError):
-    """Say that a step has no answer within the tolerance, at what time, with what residual."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StepReport:
-    """Say what a step did.
-
-    neighbours: the k candidates for contact; of both halves of a step that was made in halves
-    reaction: (k,) N·s, their percussions along the normal
-    friction: (k,) N·s, along t = (−n_y, n_x)
-    residual: dimensionless, recomputed
-    iterations: of the solver
-    repeats: how often the margin was too small
-    solver: its name"""
-
-    neighbours: Neighbours
-    reaction: Floats
-    friction: Floats
-    residual: float
-    iterations: int
-    repeats: int
-    solver: str
 
 
 class Motion:
@@ -158,7 +134,7 @@ class Motion:
         self.step, self._share = 0.5 * self.step, 0.5 * self._share
         self._gain = 0.5 * self._gain
         try:
-            return _both(self._in_halves(halvings - 1), self._in_halves(halvings - 1))
+            return both(self._in_halves(halvings - 1), self._in_halves(halvings - 1))
         except StepError:
             self.position, self.velocity, self.spin, self.time, self._known = state
             raise
@@ -269,20 +245,6 @@ class Motion:
         bouncing = closing & (before > 2 * gained) & (before > 0)
         rebound = np.minimum(problem.offset, -self._restitution * before)
         return replace(problem, offset=np.where(bouncing, rebound, problem.offset))
-
-
-def _both(one: StepReport, other: StepReport) -> StepReport:
-    """Two steps as one: all their contacts, the worse of their residuals."""
-    pairs: Any = zip(one.neighbours, other.neighbours, strict=True)
-    return StepReport(
-        neighbours=Neighbours(*(np.concatenate(pair) for pair in pairs)),
-        reaction=np.concatenate([one.reaction, other.reaction]),
-        friction=np.concatenate([one.friction, other.friction]),
-        residual=max(one.residual, other.residual),
-        iterations=one.iterations + other.iterations,
-        repeats=one.repeats + other.repeats,
-        solver=other.solver,
-    )
 
 
 def _problem(
