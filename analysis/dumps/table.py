@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -265,6 +266,11 @@ class _Heads:
         """The box in x and y. Contacts across a periodic boundary would be missed."""
         if {"xy", "abc"} & set(flags):
             raise DumpError(f"{where}: a triclinic box; only boxes along x and y are read here")
+        for flag in flags:
+            if not re.fullmatch("[pfsm]{2}", flag):
+                raise DumpError(
+                    f"{where}: BOX BOUNDS: {flag[:40]!r} is not a boundary such as ff or pp"
+                )
         for axis, flag in zip("xy", flags, strict=False):
             if "p" in flag:
                 raise DumpError(
@@ -274,7 +280,7 @@ class _Heads:
         bounds = [self._value().split() for _ in range(3)]
         if any(len(words) != 2 for words in bounds):
             raise DumpError(f"{where}: BOX BOUNDS: two numbers for each of x, y, z are needed")
-        return [(self._number(a, "box"), self._number(b, "box")) for a, b in bounds[:2]]
+        return [(self._number(a, "box"), self._number(b, "box")) for a, b in bounds][:2]
 
     def _whole(self, what: str, most: int) -> int:
         word = self._value()

@@ -55,7 +55,7 @@ def frames_of(content):
         text = unpacked(content).decode("ascii")
     except UnicodeDecodeError:
         raise FaultError("a dump that is not ASCII was taken") from None
-    lines = iter([line for line in text.splitlines()])
+    lines = iter(text.removesuffix("\n").split("\n"))
     frames = []
     for line in lines:
         need(line.split() == ["ITEM:", "TIMESTEP"], f"a frame began with {line[:40]!r}")

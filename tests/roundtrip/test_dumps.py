@@ -138,6 +138,8 @@ DAMAGED = [
     (frame(0, [[1, 0, 0, 0.1, 1, 5]], FEW + " vx"), "missing columns: vy"),
     (frame(0, rows()).replace("ff ff pp", "pp ff pp"), r"line 5: the box is periodic in x"),
     (frame(0, rows()).replace("ff ff pp", "ff fp pp"), r"line 5: the box is periodic in y"),
+    (frame(0, rows()).replace("ff ff pp", "ff xf pp"), "line 5: BOX BOUNDS: 'xf' is not a boundary"),
+    (frame(0, rows()).replace("-0.5 0.5", "−0.5 0.5"), "line 8: box: '−0.5' is not a number"),
     (frame(0, rows()).replace("ff ff pp", "xy xz yz ff ff pp"), "line 5: a triclinic box"),
     (frame(0, [[*row[:4], 0.1 * row[0], *row[5:]] for row in rows()]), r"line 13: z from 0.1 to 0.4"),
     (frame(0, rows()).replace("\n4\n", "\n400000000\n"), "truncated"),
