@@ -3,6 +3,7 @@ the next time."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 import logging
@@ -157,11 +158,21 @@ def _version(name: str) -> str | None:
     return engine(name).version()
 
 
+@contextlib.contextmanager
+def _only_errors() -> Iterator[None]:
+    """Without warnings of a run: a time step beyond the safe one is meant here."""
+    log = logging.getLogger("analysis.engines.run")
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
 def _run(scene: Scene, setting: SoftSetting, folder: Path) -> dict[str, Any]:
     status, reason = PointStatus.OK, ""
-    # a time step beyond the safe one is meant here
-    logging.getLogger("analysis.engines.run").setLevel(logging.ERROR)
-    with _one_at_a_time:
+    with _one_at_a_time, _only_errors():
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:
             record = run_engine(scene, setting.engine, folder)

@@ -20,7 +20,7 @@ def test_page_loads_offline_and_its_numbers_are_in_the_text(percussions, tmp_pat
     address = made.stdout.strip().splitlines()[-1]
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     with opened(address, 390) as page:
-        assert page.locator("body > section:not(#reproduce)").count() == 6
+        assert page.locator("body > section:not(#reproduce)").count() == 8
         moving = rows_of(page, "jam-in-motion", "Forces and flow")
         for row, found in zip(
             moving, next(iter(numbers["jam"]["in_motion"]["models"].values())).values(), strict=True
