@@ -14,7 +14,7 @@ PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
-	@echo "make report    the report on the arch, a jam and a real crowd, in report/"
+	@echo "make report    the report on the arch and on a real crowd, in report/"
 	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
 	@echo "make test      lint, types and tests"
 	@echo "make lint      ruff and mypy"
@@ -84,7 +84,7 @@ $(VENV)/installed-test: $(VENV)/installed
 install: system $(VENV)/kernels
 
 report: install
-	@$(VENV)/bin/percussions report arch jam gate --out report
+	@$(VENV)/bin/percussions report arch gate --out report
 
 paper: install
 	@$(VENV)/bin/percussions paper --out paper
