@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -19,8 +20,18 @@ from pydantic import (
 from nscd import Walls
 from nscd.segments import nearest_on_segment
 
+# Engines do not read numbers whose squares or quotients underflow.
+SMALLEST = 1e-100
+
+
+def _no_dust(value: float) -> float:
+    if 0 < abs(value) < SMALLEST:
+        raise ValueError(f"{value:g} is nearer to 0 than {SMALLEST:g}; write 0")
+    return value
+
+
 # strict: neither `true` nor "1.0" is a number
-Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False), AfterValidator(_no_dust)]
 Positive = Annotated[Number, Field(gt=0)]
 Count = Annotated[int, Strict(), Field(ge=1)]
 # beyond this, distances leave double precision

@@ -71,6 +71,7 @@ CHANGES = [
     ("[drive]", "[drive", "line"),
     ("restitution = 0.1", "restitution = true", "contact.restitution: .*valid number"),
     ("restitution = 0.1", 'restitution = "0.1"', "contact.restitution: .*valid number"),
+    ("restitution = 0.1", "restitution = 1e-308", "contact.restitution: .*nearer to 0 than 1e-100"),
     ("frames = 40", "frames = 40.0", "run.frames: .*valid integer"),
     ("frames = 40", "frames = true", "run.frames: .*valid integer"),
     ("outward = [1.0, 0.0]", 'outward = ["1.0", 0.0]', "drive.outward.0: .*valid number"),
