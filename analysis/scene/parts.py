@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
-    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
     Strict,
     TypeAdapter,
     ValidationInfo,
+    field_validator,
     model_validator,
 )
 
@@ -24,14 +24,8 @@ from nscd.segments import nearest_on_segment
 SMALLEST = 1e-100
 
 
-def _no_dust(value: float) -> float:
-    if 0 < abs(value) < SMALLEST:
-        raise ValueError(f"{value:g} is nearer to 0 than {SMALLEST:g}; write 0")
-    return value
-
-
 # strict: neither `true` nor "1.0" is a number
-Number = Annotated[float, Strict(), Field(allow_inf_nan=False), AfterValidator(_no_dust)]
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 Count = Annotated[int, Strict(), Field(ge=1)]
 # beyond this, distances leave double precision
@@ -54,6 +48,14 @@ class Part(BaseModel):
     """A table of a scene file: no key that is not known, numbers that are numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*")
+    @classmethod
+    def _underflows_nowhere(cls, value: Any) -> Any:
+        for part in value if isinstance(value, tuple) else (value,):
+            if isinstance(part, float) and 0 < abs(part) < SMALLEST:
+                raise ValueError(f"{part:g} is nearer to 0 than {SMALLEST:g}; write 0")
+        return value
 
 
 class Wall(Part):
