@@ -58,7 +58,13 @@ def headline_section(study: MotionStudy) -> Section | None:
         title=scene.title,
         introduction=[words.text("what", **values, **_bodies(scene)), words.text("people")],
         words=_said(words, study, models, values),
-        pictures=[Picture(name=name, caption=caption, figure=loads_picture(scene, models))],
+        pictures=[
+            Picture(
+                name=f"{scene.name}-who-bears-most",
+                caption=caption,
+                figure=loads_picture(scene, models),
+            )
+        ],
         tables=[_numbers(words, study, models), _limits(words, models, values)],
     )
 
@@ -98,7 +104,8 @@ def _said(
         differ = [(title, signed(one.share)) for title, one in known.items() if one.distinguishable]
         alike = [title for title, one in known.items() if not one.distinguishable]
         if known:
-            said.append(words.text("models", model=models[0].title, differ=differ, alike=alike))
+            titles = {"model": models[0].title, "rigid": reference.title}
+            said.append(words.text("models", differ=differ, alike=alike, **titles))
     said.append(words.text("soft", soft=list(soft.items()), no_crowd=NO_CROWD))
     return said
 
