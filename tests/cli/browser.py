@@ -37,6 +37,17 @@ def rows_of(page, section, caption):
     raise AssertionError(f"no table '{caption}' in {section}")
 
 
+def has_its_numbers(section, content):
+    """A section has the rows and warnings of its numbers, and no empty cell."""
+    assert section.locator("tr").count() == sum(len(t["rows"]) + 1 for t in content["tables"])
+    assert section.locator("[role=alert]").count() == bool(content["warnings"])
+    for cells in (
+        section.locator("td").all_inner_texts(),
+        section.locator("th").all_text_contents(),
+    ):
+        assert all(cell.strip() for cell in cells)
+
+
 @contextlib.contextmanager
 def opened(address, width):
     """The page, on a screen so many pixels wide; it must load offline and without complaint, with
@@ -62,6 +73,8 @@ def opened(address, width):
             page.evaluate("[...document.images].filter(i => !i.complete || !i.naturalWidth).length")
             == 0
         )
+        ids = page.locator("[id]:not(svg *)").evaluate_all("all => all.map(one => one.id)")
+        assert len(set(ids)) == len(ids)
         # nothing scrolls sideways, and no value is off the screen
         width = page.viewport_size["width"]
         assert page.evaluate("document.documentElement.scrollWidth") <= width

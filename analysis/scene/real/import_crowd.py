@@ -87,17 +87,7 @@ def import_crowd(
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
-    if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
-        raise SceneError(
-            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is "
-            "needed"
-        )
-    if not 0 < mass < 1000:
-        raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
-    try:
-        radii, masses = (varied or Varied()).bodies(radius, mass, len(heads.ids))
-    except ValueError as error:
-        raise SceneError(str(error)) from None
+    radii, masses = _bodies(radius, mass, varied or Varied(), len(heads.ids))
     parts, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
     area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
@@ -134,6 +124,21 @@ def import_crowd(
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
     scene = scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
     return ImportedCrowd(scene=scene, heads=kept.position, report=report)
+
+
+def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Floats, Floats]:
+    """Radii (m) and masses (kg) of people; SceneError for what is out of range."""
+    if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
+        raise SceneError(
+            f"radius: {radius:g} m; between {SMALLEST_RADIUS_M:g} and {LARGEST_RADIUS_M:g} m is "
+            "needed"
+        )
+    if not 0 < mass < 1000:
+        raise SceneError(f"mass: {mass:g} kg; between 0 and 1000 kg is needed")
+    try:
+        return varied.bodies(radius, mass, people)
+    except ValueError as error:
+        raise SceneError(str(error)) from None
 
 
 def _check_fit(scene: Scene, origin: str, room: Path) -> None:
