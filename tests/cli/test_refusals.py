@@ -88,7 +88,8 @@ def test_counts_are_whole_and_positive(refused, words, value):
         (("run", "arch", "--stiffness", "1e300"), "would not end within a month"),
         (("run", "arch", "--duration", "1e300", "--stiffness", "1e300"), "too many steps"),
         (("run", "arch", "--duration", "1e12"), "would not end within a month"),
-        (("run", "pair", "--time-step", "1e-300"), "too many steps"),
+        (("run", "pair", "--time-step", "1e-300"), "run.time_step_s: 1e-300 is nearer to 0"),
+        (("run", "pair", "--time-step", "1e-99"), "would not end within a month"),
     ],
 )
 def test_words_that_are_not_known(refused, words, says):
