@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from analysis.advice.pilot import MOST_DISKS
 from analysis.advice.question import LOADS
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import percent, seconds
-from analysis.support.files import write_text
+from analysis.support.files import write_json
 
 
 def setting(candidate: Candidate) -> str:
@@ -130,6 +129,5 @@ def write_advice(advice: Advice, left: Sequence[str], folder: Path) -> Path:
         "measured": list(advice.measured),
         "left_out": list(left),
     }
-    text = json.dumps(content, indent=1, ensure_ascii=False)
-    write_text(folder / "advice.json", text + "\n")
+    write_json(folder / "advice.json", content)
     return folder / "advice.json"

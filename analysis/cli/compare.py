@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -139,10 +138,9 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
     from analysis.compare.contacts_csv import write_contacts
     from analysis.compare.remarks import remarks
     from analysis.compare.statistics import statistics
-    from analysis.pages.html import jsonable
     from analysis.pages.names import engine_label
     from analysis.pages.numbers import statistic
-    from analysis.support.files import write_text
+    from analysis.support.files import write_json
 
     # all of them before anything is written
     compared = [compare_run(folder, time, rigid_law) for folder in runs]
@@ -156,10 +154,7 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
         }
         said = remarks(comparison)
         write_contacts(folder / "comparison.csv", comparison)
-        content = jsonable(words | numbers | {"remarks": said})
-        write_text(
-            folder / "comparison.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-        )
+        write_json(folder / "comparison.json", words | numbers | {"remarks": said})
         for sentence in said:
             warn(f"{folder}: {sentence}")
         heads.append(f"{comparison.scene.name}: {engine_label(comparison)}")

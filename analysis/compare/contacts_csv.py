@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from analysis.compare.comparison import FORCE, Comparison
-from analysis.support.files import whole_file
+from analysis.support.files import write_rows
 
 
 def write_contacts(path: Path, comparison: Comparison) -> None:
@@ -19,7 +18,5 @@ def write_contacts(path: Path, comparison: Comparison) -> None:
     columns = [match.ids, match.is_wall, match.contacts.normal, match.contacts.gap]
     columns += [match.penalty, match.rigid, match.in_penalty, match.in_rigid, match.determined]
     cells = [column * 1 for whole in columns for column in np.atleast_2d(whole.T)]
-    with whole_file(path) as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow([*head, "in_penalty", "in_rigid", "determined"])
-        table.writerows(zip(*(column.tolist() for column in cells), strict=True))
+    head += ["in_penalty", "in_rigid", "determined"]
+    write_rows(path, head, zip(*(column.tolist() for column in cells), strict=True))

@@ -14,7 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from analysis.engines.timing import Timing
 from analysis.scene.parts import Count, Number, Positive
 from analysis.scene.scene import FileName, Scene, first_problem
-from analysis.support.files import write_text
+from analysis.support.files import write_json
 from analysis.support.reading import UnreadableError, read_text
 
 FILE = "run.json"
@@ -124,7 +124,7 @@ class RunRecord:
     def write(self, folder: Path) -> None:
         """Write run.json into the folder, whole."""
         content = dataclasses.asdict(self) | {"particle_steps": self.particle_steps}
-        write_text(folder / FILE, json.dumps(content, indent=2) + "\n")
+        write_json(folder / FILE, content)
 
     @classmethod
     def read(cls, folder: Path, *, even_stopped: bool = False) -> RunRecord:

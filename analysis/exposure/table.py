@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from analysis.exposure.exposure import Exposure
 from analysis.exposure.limits import QUANTITIES, Limit
 from analysis.pages.numbers import NONE, significant
-from analysis.support.files import write_text
+from analysis.support.files import write_rows
 
 HEAD = ["limit", "value", "quantity", "who is above", "longest", "largest", "source"]
 
@@ -28,9 +26,8 @@ def write_exposure(exposure: Exposure, limits: Sequence[Limit], folder: Path) ->
         ("crowd", _crowd(exposure)),
         ("limits", _limits(exposure, limits)),
     ):
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
-        write_text(folder / f"exposure_{of}.csv", text.getvalue())
+        head, *below = rows
+        write_rows(folder / f"exposure_{of}.csv", [*map(str, head)], below)
         written.append(folder / f"exposure_{of}.csv")
     return written
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from analysis.motion.pairwise import WindowComparison
 from analysis.motion.series import MEASURES
-from analysis.pages.html import jsonable
-from analysis.support.files import whole_file, write_text
+from analysis.support.files import write_json, write_rows
 
 CONTACTS_HEAD = [
     "start_s", "end_s", "first", "second", "is_wall", "in_first_run", "in_second_run",
@@ -30,25 +28,24 @@ def write_windows(folder: Path, compared: WindowComparison, runs: tuple[Path, Pa
         for run in ("first", "second")
     ]
     agreement = list(compared.windows[0].agreement())
-    with whole_file(paths[0]) as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["start_s", "end_s", *columns, *agreement])
-        for window in compared.windows:
-            values = [run[key] for key in measures for run in window.values]
-            table.writerow([window.start, window.end, *values, *window.agreement().values()])
-    with whole_file(paths[1]) as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(CONTACTS_HEAD)
-        for window in compared.windows:
-            for row, key in enumerate(window.keys.tolist()):
-                has = window.has[:, row].astype(int).tolist()
-                impulse = window.impulses[:, row].ravel().tolist()
-                table.writerow([window.start, window.end, *key, *has, *impulse])
-    write_text(paths[2], json.dumps(_content(compared, runs), indent=1, ensure_ascii=False) + "\n")
+    rows: list[list[object]] = []
+    for window in compared.windows:
+        values = [run[key] for key in measures for run in window.values]
+        rows.append([window.start, window.end, *values, *window.agreement().values()])
+    write_rows(paths[0], ["start_s", "end_s", *columns, *agreement], rows)
+    write_rows(paths[1], CONTACTS_HEAD, _contacts(compared))
+    write_json(paths[2], _content(compared, runs))
     return paths
 
 
-def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> Any:
+def _contacts(compared: WindowComparison) -> Iterator[list[object]]:
+    for window in compared.windows:
+        for row, key in enumerate(window.keys.tolist()):
+            has = window.has[:, row].astype(int).tolist()
+            yield [window.start, window.end, *key, *has, *window.impulses[:, row].ravel().tolist()]
+
+
+def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, Any]:
     windows = compared.windows
     measures = {
         key: {
@@ -62,14 +59,12 @@ def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> Any:
         }
         for key, found in compared.paired().items()
     }
-    return jsonable(
-        {
-            "first": str(runs[0]),
-            "second": str(runs[1]),
-            "window_s": windows[0].end - windows[0].start,
-            "windows": len(windows),
-            "from_s": windows[0].start,
-            "to_s": windows[-1].end,
-            "measures": measures,
-        }
-    )
+    return {
+        "first": str(runs[0]),
+        "second": str(runs[1]),
+        "window_s": windows[0].end - windows[0].start,
+        "windows": len(windows),
+        "from_s": windows[0].start,
+        "to_s": windows[-1].end,
+        "measures": measures,
+    }

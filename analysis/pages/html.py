@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import base64
-import math
-import os
+import io
 import re
 import urllib.parse
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -17,8 +17,9 @@ import markupsafe
 
 from analysis.engines.doctor import examine
 from analysis.pages.numbers import FILTERS, number, powers
-from analysis.pages.section import Cell, Drawn, Picture, Table
+from analysis.pages.section import Cell, Drawn, Picture, Section, Table
 from analysis.pages.words import html_of
+from analysis.support.files import whole_file
 
 DIGITS = 4
 # a cell of more letters than these wraps
@@ -88,30 +89,25 @@ def column_kind(table: Table, column: int) -> str:
     return cell_kind(table.rows[0][column], table.head[column]) if table.rows else ""
 
 
-def jsonable(value: Any) -> Any:
-    """Make null of what has no place in JSON: NaN and infinities."""
-    if isinstance(value, dict):
-        return {key: jsonable(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [jsonable(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
-def write_picture(picture: Picture | Drawn, folder: Path) -> str:
-    """Write the picture as PNG and PDF, each whole or not at all; return the PNG as base64 text."""
-    folder.mkdir(parents=True, exist_ok=True)
-    # without the date, so that the same picture is the same file
+def drawn(picture: Picture | Drawn) -> Drawn:
+    """Draw a picture, without the date, so that the same picture is the same file."""
+    if isinstance(picture, Drawn):
+        return picture
+    files = {}
     for suffix, dated in (("png", {}), ("pdf", {"CreationDate": None})):
-        path = folder / f"{picture.name}.{suffix}"
-        part = path.with_name(f".{path.name}.{os.getpid()}.part")
-        try:
-            if isinstance(picture, Drawn):
-                part.write_bytes(picture.png if suffix == "png" else picture.pdf)
-            else:
-                picture.figure.savefig(part, format=suffix, dpi=150, metadata=dated)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
-    return base64.b64encode((folder / f"{picture.name}.png").read_bytes()).decode("ascii")
+        file = io.BytesIO()
+        picture.figure.savefig(file, format=suffix, dpi=150, metadata=dated)
+        files[suffix] = file.getvalue()
+    return Drawn(name=picture.name, caption=picture.caption, **files)
+
+
+def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, str]:
+    """Write the pictures of sections as PNG and PDF, each whole or not at all; return the PNG as
+    base64 text, by name."""
+    images = {}
+    for picture in (drawn(one) for section in sections for one in section.pictures):
+        for suffix, content in (("png", picture.png), ("pdf", picture.pdf)):
+            with whole_file(folder / f"{picture.name}.{suffix}", "wb") as file:
+                file.write(content)
+        images[picture.name] = base64.b64encode(picture.png).decode("ascii")
+    return images

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -14,11 +13,11 @@ from analysis.compare.load_ranges import wall_ranges
 from analysis.compare.statistics import penalty_difference, statistics
 from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
-from analysis.pages.html import jsonable, render, write_picture
+from analysis.pages.html import render, write_pictures
 from analysis.pages.names import engine_name
 from analysis.pages.report_section import report_section
 from analysis.pages.section import Section
-from analysis.support.files import write_text
+from analysis.support.files import write_json, write_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,11 +58,7 @@ def write_report(
         if motion:
             sections += motion.sections
         sections.append(report_section(study, runs[study.scene.name]))
-    images = {
-        picture.name: write_picture(picture, folder / "figures")
-        for section in [*firsts, *sections]
-        for picture in section.pictures
-    }
+    images = write_pictures([*firsts, *sections], folder / "figures")
     page = render("report.html", firsts=firsts, sections=sections, images=images, command=command)
     numbers = {
         study.scene.name: {
@@ -74,8 +69,7 @@ def write_report(
         }
         for study, motion in zip(studies, moving, strict=True)
     }
-    text = json.dumps(jsonable(numbers), indent=1, ensure_ascii=False)
-    write_text(folder / "numbers.json", text + "\n")
+    write_json(folder / "numbers.json", numbers)
     write_text(folder / "index.html", page)
     return folder / "index.html"
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import functools
 import hashlib
-import io
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,7 +14,8 @@ from pathlib import Path
 import analysis
 import nscd
 from analysis.engines.run import Cost, EngineRun, run_ahead
-from analysis.pages.section import Claim, Drawn, Picture, Section, Table, Verdict
+from analysis.pages.html import drawn
+from analysis.pages.section import Claim, Drawn, Section, Table, Verdict
 from analysis.paper.continuum.bridge import section as bridge
 from analysis.paper.continuum.fig7_border import section as fig7
 from analysis.paper.continuum.fig8_turbulence import section as fig8
@@ -158,27 +158,12 @@ def _make(number: str, runs: Path, progress: Progress | None = None) -> Built:
     """Build and draw a section; in a process of its own it has nobody to tell its progress to."""
     part = next(part for part in (*DISCRETE, *CONTINUUM) if part.number == number)
     made_by, started = edition(), time.process_time()
-    section = drawn(part.build(runs, progress))
+    section = part.build(runs, progress)
+    section = replace(section, pictures=[drawn(picture) for picture in section.pictures])
     built = Built(section=section, cpu_seconds=time.process_time() - started)
     if not part.engine_runs:
         keep(built, folder_of(runs, part), made_by)
     return built
-
-
-def drawn(section: Section) -> Section:
-    """Draw the section's pictures, without the date, so that the same picture is the same file."""
-
-    def files(picture: Picture | Drawn) -> Drawn:
-        if isinstance(picture, Drawn):
-            return picture
-        png, pdf = io.BytesIO(), io.BytesIO()
-        picture.figure.savefig(png, format="png", dpi=150)
-        picture.figure.savefig(pdf, format="pdf", dpi=150, metadata={"CreationDate": None})
-        return Drawn(
-            name=picture.name, caption=picture.caption, png=png.getvalue(), pdf=pdf.getvalue()
-        )
-
-    return replace(section, pictures=[files(picture) for picture in section.pictures])
 
 
 def folder_of(runs: Path, part: Part) -> Path:

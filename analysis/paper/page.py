@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import os
 import time
 from collections.abc import Sequence
@@ -11,12 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.pages.html import jsonable, render, write_picture
+from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import number
 from analysis.pages.section import Section, Table, Verdict
 from analysis.paper.build import CONTINUUM, DISCRETE, Built, Part, build
 from analysis.paper.errata import errata
-from analysis.support.files import whole_file, write_text
+from analysis.support.files import write_json, write_rows, write_text
 from analysis.support.progress import Progress
 
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
@@ -105,15 +103,10 @@ def _write_page(
     other: str | None,
     started: float,
 ) -> None:
-    images = {
-        picture.name: write_picture(picture, folder / "figures")
-        for made in built
-        for picture in made.section.pictures
-    }
+    images = write_pictures((made.section for made in built), folder / "figures")
     write_claims(folder / f"{page.prefix}claims.csv", built)
     content = {made.section.number: _numbers(made) for made in built}
-    numbers = folder / f"{page.prefix}numbers.json"
-    write_text(numbers, json.dumps(jsonable(content), indent=1, ensure_ascii=False) + "\n")
+    write_json(folder / f"{page.prefix}numbers.json", content)
     text = render(
         page.template,
         command=command,
@@ -136,12 +129,12 @@ def _write_page(
 
 def write_claims(path: Path, built: Sequence[Built]) -> None:
     """Write one row per claim: figure, where in the paper, statement, verdict, reason."""
-    with whole_file(path) as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["figure", "where", "statement", "verdict", "reason"])
-        for made in built:
-            for claim in made.section.claims:
-                rows.writerow([made.section.number, *asdict(claim).values()])
+    rows = [
+        (made.section.number, *asdict(claim).values())
+        for made in built
+        for claim in made.section.claims
+    ]
+    write_rows(path, ("figure", "where", "statement", "verdict", "reason"), rows)
 
 
 def _contents(page: Page, built: Sequence[Built]) -> list[Section]:

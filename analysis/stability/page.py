@@ -3,21 +3,19 @@ beside it."""
 
 from __future__ import annotations
 
-import csv
-import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from analysis.pages.html import jsonable, render, write_picture
+from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import NONE, number, percent
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.stability.case import Boundary, Case, Map, Outcome, Row
 from analysis.stability.charts import LOOKS, draw_map, tick
-from analysis.support.files import whole_file, write_text
+from analysis.support.files import write_json, write_rows, write_text
 
 CELL_COLUMNS = (
     "case", "row", "column", "outcome", "own_status", "guard", "reason", "quantity", "value",
@@ -36,16 +34,10 @@ def write_atlas(
     command, quick, wall_seconds: how the maps were made, and how long that took (s)."""
     words = Words(__package__)
     sections = [_section(words, made) for made in maps]
-    images = {
-        picture.name: write_picture(picture, folder / "figures")
-        for section in sections
-        for picture in section.pictures
-    }
-    _write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
-    _write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
-    content = {made.case.name: _numbers(made) for made in maps}
-    text = json.dumps(jsonable(content), indent=1, ensure_ascii=False)
-    write_text(folder / "atlas.json", text + "\n")
+    images = write_pictures(sections, folder / "figures")
+    write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
+    write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
+    write_json(folder / "atlas.json", {made.case.name: _numbers(made) for made in maps})
     cells = [cell for made in maps for cell in made.cells.values()]
     wild = [
         cell for cell in cells if cell.guard and cell.outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)
@@ -115,13 +107,6 @@ def _boundary_rows(maps: Sequence[Map]) -> Iterator[tuple[object, ...]]:
             ends = (edge.low, edge.high, edge.measured, edge.theory)
             numbers = (*ends, edge.difference, edge.half_width)
             yield made.case.name, edge.row, *map(repr, numbers)
-
-
-def _write_rows(path: Path, head: Sequence[str], rows: Iterator[tuple[object, ...]]) -> None:
-    with whole_file(path) as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
-        writer.writerows(rows)
 
 
 def _numbers(made: Map) -> dict[str, Any]:

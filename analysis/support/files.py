@@ -4,9 +4,12 @@ results."""
 from __future__ import annotations
 
 import contextlib
+import csv
+import json
+import math
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -46,3 +49,24 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file whole or not at all."""
     with whole_file(path) as file:
         file.write(text)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write the content as JSON, whole or not at all; null stands for NaN and infinities."""
+    write_text(path, json.dumps(_finite(content), indent=1, ensure_ascii=False) + "\n")
+
+
+def write_rows(path: Path, head: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write the names of columns and rows below them as CSV, whole or not at all."""
+    with whole_file(path) as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(head)
+        table.writerows(rows)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

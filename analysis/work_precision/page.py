@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.pages.html import render, write_picture
+from analysis.pages.html import render, write_pictures
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, significant
 from analysis.pages.section import Picture, Section
@@ -38,11 +38,7 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
     sections = [_compared(words, chart)]
     sections += [_section(words, chart, quantity) for quantity in quantities]
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
-    images = {
-        picture.name: write_picture(picture, folder)
-        for section in sections
-        for picture in section.pictures
-    }
+    images = write_pictures(sections, folder)
     page = render(
         "chart.html",
         command=command,

@@ -3,7 +3,6 @@ errors."""
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import json
 from collections.abc import Sequence
@@ -12,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Self
 
-from analysis.support.files import whole_file, write_text
+from analysis.support.files import write_json, write_rows
 
 FORMAT = 2
 
@@ -135,11 +134,9 @@ COLUMNS = tuple(sorted(_FIELDS, key=lambda name: name not in ("scene", "disks"))
 def write_points(folder: Path, points: Sequence[Point], name: str = "points") -> None:
     """Write <name>.json and <name>.csv (one row per point), each whole or not at all."""
     content = {"format": FORMAT, "points": [point.to_json() for point in points]}
-    write_text(folder / f"{name}.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
-    with whole_file(folder / f"{name}.csv") as file:
-        rows = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        rows.writeheader()
-        rows.writerows(point.to_json() for point in points)
+    write_json(folder / f"{name}.json", content)
+    rows = (point.to_json().values() for point in points)
+    write_rows(folder / f"{name}.csv", COLUMNS, rows)
 
 
 def read_points(path: Path) -> list[Point]:

@@ -9,9 +9,9 @@ from browser import BROWSER, has_its_numbers, opened
 
 from analysis.engines import PENALTY, RunRecord
 from analysis.engines.run import Cost, EngineRun, run_ahead
-from analysis.pages.html import write_picture
+from analysis.pages.html import write_pictures
 from analysis.pages.numbers import number
-from analysis.pages.section import Picture
+from analysis.pages.section import Picture, Section
 from analysis.paper.errata import errata
 from analysis.scene.shipped_scenes import make
 
@@ -169,12 +169,13 @@ def test_errata_in_the_markdown_of_pages(tmp_path, words, shown):
 
 def test_an_interrupted_picture_leaves_the_earlier_one(tmp_path):
     class Broken:
-        def savefig(self, path, **kwargs):
-            path.write_bytes(b"half")
+        def savefig(self, file, **kwargs):
+            file.write(b"half")
             raise KeyboardInterrupt
 
+    broken = Picture(name="p", caption="", figure=Broken())
     (tmp_path / "p.png").write_bytes(b"whole")
     with pytest.raises(KeyboardInterrupt):
-        write_picture(Picture(name="p", caption="", figure=Broken()), tmp_path)
+        write_pictures([Section(number="1", title="", pictures=[broken])], tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["p.png"]
     assert (tmp_path / "p.png").read_bytes() == b"whole"
