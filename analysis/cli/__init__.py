@@ -1,7 +1,5 @@
 """The `percussions` command: what it does with whatever its commands raise."""
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import re

@@ -1,7 +1,5 @@
 """All commands, in the order of `--help`. A new one is a file with a function, and a line here."""
 
-from __future__ import annotations
-
 from analysis.cli.advise import advise
 from analysis.cli.app import app
 from analysis.cli.chart import chart

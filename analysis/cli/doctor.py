@@ -1,7 +1,5 @@
 """percussions doctor."""
 
-from __future__ import annotations
-
 import typer
 
 from analysis.cli.app import show

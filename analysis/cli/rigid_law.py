@@ -1,7 +1,5 @@
 """The contact law of the percussions, as an option."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Whether what is asked of a run is in it: contacts of its disks, an instant of it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.dumps import DumpError, DumpIndex, EngineContacts

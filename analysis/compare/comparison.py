@@ -1,8 +1,6 @@
 """Penalty against rigid, like with like: the same snapshot, contact by contact, disk by disk, wall
 by wall."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The contacts of a comparison as a table."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 """How far the mechanics leaves loads open: intervals of what disks and walls carry, in the unit of
 a comparison."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The contacts of two models on one snapshot, paired by ids."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a reader of a comparison must know, in sentences."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

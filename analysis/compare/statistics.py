@@ -1,7 +1,5 @@
 """Numbers of a comparison."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.compare.comparison import Comparison

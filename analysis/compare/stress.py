@@ -1,7 +1,5 @@
 """Stress of an engine's contact forces and of the percussions on the same snapshot."""
 
-from __future__ import annotations
-
 from numpy.typing import ArrayLike
 
 from analysis.compare.comparison import Comparison

@@ -1,8 +1,6 @@
 """A study: one scene run by several engines at several stiffnesses, each run compared with its
 percussions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

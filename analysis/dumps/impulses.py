@@ -1,7 +1,5 @@
 """Contact impulses of an impact: the engine's contact forces integrated over its dumps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

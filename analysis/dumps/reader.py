@@ -1,7 +1,5 @@
 """Body dumps in MDAnalysis: every column in float64, id order, whatever the row order."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -1,8 +1,6 @@
 """The frames of a LAMMPS text dump: where they are, and the numbers in each. Streaming, float64,
 checked."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

@@ -1,8 +1,6 @@
 """Impulses over windows of time: what each pair and each wall of a run received, and the crowd
 then."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

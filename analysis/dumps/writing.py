@@ -1,7 +1,5 @@
 """Frames in the form of LAMMPS' dumps, as every engine writes them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import IO
 

@@ -1,7 +1,5 @@
 """Whether two models approach each other as contacts grow stiffer: a fit over stiffnesses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The colours are Okabe and Ito's, which the colour-blind tell apart; markers, das
 repeat what they say. Shades of a quantity run from light (little) to dark (much) in every picture.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

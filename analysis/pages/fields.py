@@ -1,7 +1,5 @@
 """Fields in a room as pictures: filled contours, walls and exits, arrows."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pages: templates, tables, pictures as files and inside the page, values as JSON."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re

@@ -1,7 +1,5 @@
 """Names as they stand on a page and in the terminal."""
 
-from __future__ import annotations
-
 from analysis.compare.comparison import Comparison
 from analysis.pages.numbers import number
 

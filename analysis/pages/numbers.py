@@ -1,7 +1,5 @@
 """Numbers as they stand on a page, in a picture and in the terminal: the one set of formats."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The report: one self-contained HTML page from studies, with CSV, JSON and pictures beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path

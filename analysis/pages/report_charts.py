@@ -1,7 +1,5 @@
 """Pictures of the report: data → Figure, one function per chart."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

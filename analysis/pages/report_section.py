@@ -1,7 +1,5 @@
 """One scene of the report: what came out, its tables and its pictures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -19,8 +19,6 @@ A `words.md` is a list of blocks, each below a heading of level 2 that is its na
 Slots and loops are Jinja's. A float in a slot needs a filter, so that its digits are chosen.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from importlib import resources

@@ -1,7 +1,5 @@
 """The sections of the paper's pages: which there are, what each needs, and how they are built."""
 
-from __future__ import annotations
-
 import base64
 import functools
 import hashlib

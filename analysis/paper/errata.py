@@ -1,7 +1,5 @@
 """The errata of the paper, read from docs/errata.md."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The paper's pages: one self-contained HTML file each, with pictures, claims and tables beside."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Sequence

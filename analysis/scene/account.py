@@ -1,8 +1,6 @@
 """What was done to the heads of a real crowd to make a scene of them: the part `[reconciliation]`
 of a scene file."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field

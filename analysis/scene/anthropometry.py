@@ -1,7 +1,5 @@
 """Radii and masses of people, from a survey of bodies."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass

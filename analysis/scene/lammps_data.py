@@ -1,7 +1,5 @@
 """The initial state of a scene as a LAMMPS data file (atom_style sphere)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 """A dense crowd before a door, grown disk by disk: random, of any size, reproducible, without
 overlaps."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Is a crowd inside its room: overlaps, walls and doors of an initial state."""
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 

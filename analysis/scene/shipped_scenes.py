@@ -1,7 +1,5 @@
 """The product's scenes, made: the files in `scenes/` are what this module writes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 """Other crowds that the same words describe: by seed where a scene is made, by jitter where it is
 given."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

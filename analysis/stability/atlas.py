@@ -1,7 +1,5 @@
 """The atlas: all cases, tried in parallel."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

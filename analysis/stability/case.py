@@ -1,8 +1,6 @@
 """What the atlas is made of: a case, its cells (one attempt each) and its boundaries, measured and
 from theory."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,8 +1,6 @@
 """Cells of the atlas: of an engine's trial, judged from its dumps, and of a solver of percussions,
 judged against another way to the same answer."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.stability.case import Cell, Outcome

@@ -1,8 +1,6 @@
 """A map of a case as a picture: colour, letter and hatch say the outcome; lines say where theory
 puts its edge."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

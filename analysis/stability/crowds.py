@@ -1,8 +1,6 @@
 """The small crowds of the atlas: lines, closed rooms and triangular packings, as scenes without a
 file."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Reference percussions: dense non-negative least squares, no solver of this product."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from fractions import Fraction

@@ -1,8 +1,6 @@
 """What an engine's dumps hold, measured without asking the engine: energy, momentum, overlap,
 disks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

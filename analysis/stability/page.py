@@ -1,8 +1,6 @@
 """The atlas as a page: one self-contained HTML file, with maps, cells and boundaries as files
 beside it."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict

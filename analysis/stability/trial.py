@@ -3,8 +3,6 @@
 `analysis.engines.run.run_engine` has the guard stop a run that cannot be right; here such runs are
 what is looked for."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

@@ -3,8 +3,6 @@
 The suffix of the file says what is in it: `.npz` numpy arrays, `.json` anything else. A file that
 is missing, damaged or was kept under another key counts as not there."""
 
-from __future__ import annotations
-
 import base64
 import json
 import zipfile

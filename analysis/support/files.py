@@ -1,8 +1,6 @@
 """Writing files whole: to a temporary name, then renamed, so that an interrupted run leaves earlier
 results."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import json

@@ -1,7 +1,5 @@
 """The machine that something was measured on, in words."""
 
-from __future__ import annotations
-
 import functools
 import os
 import platform

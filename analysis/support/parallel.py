@@ -1,7 +1,5 @@
 """Work done in other processes: on the cores that there are, or on a Dask cluster."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import multiprocessing

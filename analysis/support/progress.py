@@ -1,7 +1,5 @@
 """Progress of long work."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 # Called with a label and the share that is done, 0 to 1.

@@ -1,7 +1,5 @@
 """Reading what comes from outside: plain or compressed, never without end."""
 
-from __future__ import annotations
-
 import bz2
 import gzip
 import importlib

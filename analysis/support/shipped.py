@@ -1,7 +1,5 @@
 """Where the scenes, decks, scripts and errata of the product are."""
 
-from __future__ import annotations
-
 import sysconfig
 from pathlib import Path
 

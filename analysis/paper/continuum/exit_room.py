@@ -1,7 +1,5 @@
 """The room of the paper's section 3.2.2, fields in it as means over a body, unsolved answers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache
 from typing import NamedTuple, Protocol

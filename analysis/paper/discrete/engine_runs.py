@@ -1,7 +1,5 @@
 """Engine runs that figures read: by which engine, how they end, and what those say that fail."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar

@@ -1,8 +1,6 @@
 """Touching disks in a line, and what laws other than percussions make of their impact: Newton's law
 and soft contacts."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls

@@ -1,8 +1,6 @@
 """A scene from a real crowd: one frame of a trajectory, its heads made disks, the overlaps
 reconciled."""
 
-from __future__ import annotations
-
 import json
 import textwrap
 from dataclasses import dataclass, replace

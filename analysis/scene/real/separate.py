@@ -1,7 +1,5 @@
 """The smallest displacement that makes overlapping disks a possible crowd."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

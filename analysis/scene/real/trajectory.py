@@ -1,7 +1,5 @@
 """Heads of a real crowd: positions and velocities of one frame of a trajectory file, by PedPy."""
 
-from __future__ import annotations
-
 import gzip
 import itertools
 import re

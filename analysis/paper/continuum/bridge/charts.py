@@ -1,8 +1,6 @@
 """Pictures of the bridge: trends with N, pressure against the distance from the exit, maps of the
 pressure."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A crowd of N disks in a room of fixed size before a 1 m exit that opens."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

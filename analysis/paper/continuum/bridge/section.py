@@ -1,7 +1,5 @@
 """The bridge: what do the percussions of ever more disks in the same room converge to?"""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Crowds of one size against the continuum models: distances and shares, one number per crowd."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The picture of Fig. 10: pressure and speed against the density."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Fig. 10: pressure and speed against the density, by the collision and by constitutive laws."""
 
-from __future__ import annotations
-
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.continuum.exit_room import MESH, unsolved

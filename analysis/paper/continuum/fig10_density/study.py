@@ -1,7 +1,5 @@
 """Fig. 10: the collision (11) for many densities, and the laws (M1), (M2), (L1), (L2) beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

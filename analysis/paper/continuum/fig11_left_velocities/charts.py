@@ -1,7 +1,5 @@
 """The picture of Fig. 11: right velocity and pressure side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

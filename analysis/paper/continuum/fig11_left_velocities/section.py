@@ -1,7 +1,5 @@
 """Fig. 11: right velocity and pressure for two left velocities, uniform and random."""
 
-from __future__ import annotations
-
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.continuum.exit_room import MESH, unsolved

@@ -1,7 +1,5 @@
 """Fig. 11: the collision (11) for left velocities that are uniform and random."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The picture of Fig. 7: mesh and border, pressure, what the walls give."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1

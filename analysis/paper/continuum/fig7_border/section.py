@@ -1,7 +1,5 @@
 """Fig. 7: the crowd's border of walls, exit and free border, and the collision (11) in it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.pages.section import Cell, Section, Verdict

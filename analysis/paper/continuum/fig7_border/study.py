@@ -1,7 +1,5 @@
 """Fig. 7: a crowd in a corner with walls, an exit and a free border, and norms that have limits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

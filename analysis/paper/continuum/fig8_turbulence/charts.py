@@ -1,7 +1,5 @@
 """Pictures of Fig. 8: the error against k_v, and maps of the two contact forces."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

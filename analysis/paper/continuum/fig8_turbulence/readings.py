@@ -1,7 +1,5 @@
 """Readings of Fig. 8's "error of the order of 10⁻²": what is compared, how, with what it agrees."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Fig. 8: the contact forces of the crowd turbulence against those of the proposed collision."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from analysis.pages.section import Cell, Section, Verdict

@@ -1,7 +1,5 @@
 """Fig. 8: errors against k_v, every reading of the error, and how the rival depends on δt."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple

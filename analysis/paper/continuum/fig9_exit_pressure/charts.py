@@ -1,7 +1,5 @@
 """Pictures of Fig. 9: maps of the pressures, their profiles, and the raw maximum."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

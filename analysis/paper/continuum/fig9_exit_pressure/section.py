@@ -1,7 +1,5 @@
 """Fig. 9: pressure before the exit by the proposed collision and by the first-order model."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fig. 9: both models in the room before the exit, and largest pressures on ever finer meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Error against CPU seconds of the meshes, as a picture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes

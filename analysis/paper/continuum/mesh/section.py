@@ -1,7 +1,5 @@
 """What a mesh buys: errors of (11) against CPU seconds, P1 and P2, uniform and graded meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,8 +1,6 @@
 """The collision (11) on many meshes: CPU seconds and errors, in a room against a fine solution and
 in the half-annulus."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

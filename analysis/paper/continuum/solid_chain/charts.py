@@ -1,8 +1,6 @@
 """The picture of 3.2.1: right velocities along chains, and the internal percussion for several
 densities."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

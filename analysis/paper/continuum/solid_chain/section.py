@@ -1,7 +1,5 @@
 """Section 3.2.1: the chain as a deformable rod against a wall, by (12)–(14), corrected."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from analysis.pages.section import Cell, Section, Verdict

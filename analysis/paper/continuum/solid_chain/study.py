@@ -1,7 +1,5 @@
 """Section 3.2.1: chains as deformable rods against a wall, by elements and in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

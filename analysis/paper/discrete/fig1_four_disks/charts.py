@@ -1,7 +1,5 @@
 """Pictures of the four disks: velocities by law, and against the dissipation."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

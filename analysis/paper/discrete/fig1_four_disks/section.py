@@ -1,7 +1,5 @@
 """Figure 1: four aligned disks, by the percussions, Newton's law of impact and soft contacts."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from analysis.engines.run import EngineRun

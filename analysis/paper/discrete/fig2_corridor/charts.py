@@ -1,7 +1,5 @@
 """Pictures of the push in a corridor: the network, the decay, the wave and the impulses."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

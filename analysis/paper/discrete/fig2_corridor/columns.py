@@ -1,7 +1,5 @@
 """How a push goes from column to column of disks: momentum through the gaps between them, waves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

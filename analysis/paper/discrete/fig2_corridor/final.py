@@ -1,7 +1,5 @@
 """The corridor some time after the push: where everybody is, as rigid and as soft disks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A push that soft contacts pass on: when it reaches each disk, how fast, with which impulses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

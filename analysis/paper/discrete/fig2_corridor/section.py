@@ -1,7 +1,5 @@
 """Figure 2: a push in a corridor; percussions act at a distance, soft contacts pass a wave on."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

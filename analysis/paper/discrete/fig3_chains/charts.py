@@ -1,7 +1,5 @@
 """Pictures of the chains: reactions along them, accuracy and cost against their length."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

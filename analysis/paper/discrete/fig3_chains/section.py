@@ -1,7 +1,5 @@
 """Figure 3: chains of pedestrians, free and against a wall, against the closed forms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from analysis.pages.section import Section, Table, Verdict

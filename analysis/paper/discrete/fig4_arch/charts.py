@@ -1,7 +1,5 @@
 """Pictures of the arch: against the dissipation, over random arches, against their size."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

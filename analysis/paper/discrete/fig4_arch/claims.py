@@ -1,7 +1,5 @@
 """What the paper says of its arch, judged on random ones and under other laws."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

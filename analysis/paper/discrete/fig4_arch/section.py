@@ -1,7 +1,5 @@
 """Figure 4: a crowd of equal masses pressed to an exit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

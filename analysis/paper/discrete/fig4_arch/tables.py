@@ -1,7 +1,5 @@
 """Tables of the arch: by dissipation, over random arches, by the number of people."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Picture of crowds by their distance to the exit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figure 5: a crowd of unequal masses pressed to an exit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A chain of people who press each other against a wall, under every force law."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

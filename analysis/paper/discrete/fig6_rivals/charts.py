@@ -1,7 +1,5 @@
 """Pictures of the rivals: a pair by its gap, chains against a wall, pressed crowds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What the paper says of its rivals, each statement tried on the same chains and crowds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

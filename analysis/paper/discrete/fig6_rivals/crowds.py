@@ -1,7 +1,5 @@
 """A crowd pressed to a door, as an engine left it, under every force law."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The evacuation of a room by the social force model (9), as its authors set it up."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """The force of one pair by its gap, under each law."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from nscd import Snapshot, find_contacts

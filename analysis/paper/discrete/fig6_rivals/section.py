@@ -1,8 +1,6 @@
 """The paper's 2.3 and Fig. 6: percussions against first-order model, social force and Löhner's
 law."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

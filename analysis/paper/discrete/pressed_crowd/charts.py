@@ -1,7 +1,5 @@
 """Pictures of a pressed crowd: who moves, who carries what, and the engines beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

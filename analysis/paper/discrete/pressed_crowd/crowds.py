@@ -1,7 +1,5 @@
 """Random crowds at an exit: gathered by an engine, at rest behind a blocked exit, or grown."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What figures 4 and 5 say alike of a pressed crowd: its forces, and the engines beside them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Time steps above critical, with damping."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from analysis.stability.case import Axis, Case, Cell, Outcome

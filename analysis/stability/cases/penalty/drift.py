@@ -1,7 +1,5 @@
 """Energy that drifts over many steps."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Crowds that start with disks inside one another."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from analysis.scene.scene import ContactModel, Run, Scene

@@ -1,7 +1,5 @@
 """Mass ratios in the engines' collision of two disks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Doors narrower than a disk."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

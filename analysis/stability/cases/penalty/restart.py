@@ -1,7 +1,5 @@
 """Runs that are cut in two."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

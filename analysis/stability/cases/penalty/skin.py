@@ -1,8 +1,6 @@
 """Contacts that an engine's search has not found in time: too small a skin, lists renewed too
 seldom."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Zero and nearly zero velocities, in the engines and in the solvers of percussions."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Stiffness against load and time step."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from analysis.scene.scene import ContactModel, Run

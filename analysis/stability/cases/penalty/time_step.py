@@ -1,7 +1,5 @@
 """Time steps above critical, without damping."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

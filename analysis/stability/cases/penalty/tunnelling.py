@@ -1,7 +1,5 @@
 """Disks too fast for a wall."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Answers that depend on the order in which contacts are listed."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

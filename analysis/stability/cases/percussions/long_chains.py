@@ -1,7 +1,5 @@
 """Long chains: how slowly projected Gauss–Seidel contracts, and when it gives up."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mass ratios in the solvers of percussions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contacts that open while k > 0 acts beside them."""
 
-from __future__ import annotations
-
 import dataclasses
 from fractions import Fraction
 from pathlib import Path

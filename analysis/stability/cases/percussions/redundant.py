@@ -1,7 +1,5 @@
 """Redundant packings: reactions that the mechanics leaves open."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

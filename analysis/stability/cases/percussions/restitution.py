@@ -1,7 +1,5 @@
 """Restitution toward 1 with many contacts."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Overlap that a tolerant solver leaves, step after step."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

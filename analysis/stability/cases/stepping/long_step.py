@@ -1,7 +1,5 @@
 """A step too long: people who pass each other are held back as if they touched."""
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Contacts that a step does not look for."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Friction without a unique answer."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

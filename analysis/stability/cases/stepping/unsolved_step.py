@@ -1,7 +1,5 @@
 """A solver that does not converge in mid-run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
