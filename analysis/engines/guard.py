@@ -18,7 +18,7 @@ import numpy as np
 
 from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
-from analysis.scene.parts import hertz_constant
+from analysis.scene.contact import hertz_constant
 from analysis.scene.scene import Scene
 from nscd import find_contacts
 from nscd.arrays import Floats

@@ -17,9 +17,11 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.account import Reconciliation
 from analysis.scene.anthropometry import apart, bodies_of
+from analysis.scene.contact import ContactModel
 from analysis.scene.lammps_data import read_data, write_data, written_mass
-from analysis.scene.parts import Analysis, ContactModel, Drive, Means, Part, Room, Run, Wall
+from analysis.scene.parts import Analysis, Drive, Room, Run, Wall
 from analysis.scene.placement import check_room
+from analysis.scene.values import Means, Part
 from analysis.support.files import write_text
 from analysis.support.reading import UnreadableError, read_text
 from analysis.support.shipped import shipped

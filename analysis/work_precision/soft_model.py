@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from analysis.engines.penalty import damping_ratio_for
-from analysis.scene.parts import hertz_constant
+from analysis.scene.contact import hertz_constant
 from analysis.scene.scene import Scene
 from nscd import Snapshot, Walls, find_contacts
 from nscd.arrays import Floats, Indices

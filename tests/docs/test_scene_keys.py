@@ -8,7 +8,8 @@ import pytest
 from documented import ROOT
 from pydantic import BaseModel
 
-from analysis.scene.parts import Material, Push
+from analysis.scene.contact import Material
+from analysis.scene.parts import Push
 from analysis.scene.scene import _SceneFile
 
 PAGE = ROOT / "docs/scenes.md"

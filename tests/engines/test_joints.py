@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.engines.joints import friction_at_joints
-from analysis.scene.parts import Analysis, ContactModel, Run, Wall
-from analysis.scene.scene import Scene
+from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
 from nscd import Snapshot
 
 INSIDE = (1.0, 1.0)

@@ -13,8 +13,7 @@ from analysis.exposure.exposure import Exposure, read_exposure
 from analysis.exposure.limits import QUANTITIES, Limit, LimitError, known_limits
 from analysis.exposure.loads import Loads, loads_of
 from analysis.exposure.table import exposure_rows, write_exposure
-from analysis.scene.parts import Analysis, ContactModel, Drive, Room, Run, Wall
-from analysis.scene.scene import Scene
+from analysis.scene.scene import Analysis, ContactModel, Drive, Room, Run, Scene, Wall
 from nscd import Snapshot
 
 PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5

@@ -7,7 +7,8 @@ from at_hand import require
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate as simulate_into
-from analysis.scene.parts import BodyForce, hertz_stiffness
+from analysis.scene.contact import hertz_stiffness
+from analysis.scene.parts import BodyForce
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft_reference import leapfrog, soft_reference
