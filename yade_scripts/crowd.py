@@ -84,7 +84,7 @@ def main(words):
     out.mkdir(parents=True, exist_ok=True)
     print(
         f"contact: {scene['contact']['law']}, stiffness {penalty.stiffness:g} N/m, "
-        f"friction {penalty.friction:g}\n"
+        f"of walls {penalty.wall_stiffness:g} N/m, friction {penalty.friction:g}\n"
         f"damping ratio {penalty.damping_ratio:.15g}, dashpots {penalty.damping:.15g} N s/m "
         f"between disks, {penalty.wall_damping:.15g} N s/m at walls (hooke)\n"
         f"restitution: asked {scene['contact']['restitution']:g}, obtained "
@@ -174,7 +174,7 @@ class Crowd:
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         if self.guarded:
             stored = sum(self.law.energy(i) for i in self.walls.touching())
-            self.guard = Guard(self.scene, self.disks, self.penalty, stored)
+            self.guard = Guard(self.scene, self.disks, self.penalty, stored, self._apart)
             self.watch.iterPeriod = self.watch.firstIterRun = self.guard.interval
             self.watch.dead = False
         self._first_half_step(force)
@@ -216,6 +216,12 @@ class Crowd:
             kind, words = broken
             self.broken = f"GUARD {kind} at t = {step * dt:.6g} s (step {step}): {words}"
             O.pause()
+
+    def _apart(self):
+        """The smallest distance of the centres of two disks that touch (m)."""
+        touching = [one for one in self.walls.touching() if one.id2 not in self.walls.numbers]
+        lengths = (one.geom.refR1 + one.geom.refR2 - one.geom.penetrationDepth for one in touching)
+        return min(lengths, default=math.inf)
 
     def _position(self):
         """Where the disks are after this step, (n,2) m; the observer may have asked already."""

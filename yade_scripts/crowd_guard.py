@@ -7,10 +7,10 @@ What it asks, why and with which limits: docs/results/guard.md.
 import math
 
 import numpy as np
-from scene_file import acceleration
+from scene_file import acceleration, speed_most
 from yade import utils
 
-OVERLAP_SHARE = 0.5  # of the harmonic mean of the two radii
+CENTRES_SHARE = 0.5  # of the smallest radius: no two centres are nearer
 STEP_SHARE = 0.1  # of a disk's radius
 ENERGY_SHARE = 0.05  # of the energy at the start and of everybody at the desired speed
 MOMENTUM_SHARE = 1e-9  # of sqrt(2 M E)
@@ -23,12 +23,9 @@ def interval_of(scene, disks, penalty):
     changes little; at least ten looks a run. A driven run is looked at where its drive is
     evaluated, if that is often enough."""
     drive = scene.get("drive")
-    speed = max(float(np.hypot(*disks.velocity.T).max()), drive["speed_m_per_s"] if drive else 0.0)
-    lasts = drive["relaxation_time_s"] if drive else scene["run"]["duration_s"]
-    speed += float(np.hypot(*acceleration(scene))) * lasts
     span = min(
-        2 * math.sqrt(disks.mass.min() / penalty.stiffness),
-        0.5 * disks.radius.min() / (speed + 1e-300),
+        2 * math.sqrt(disks.mass.min() / penalty.stiffest),
+        0.5 * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
         0.05 * drive["relaxation_time_s"] if drive else math.inf,
     )
     steps = max(1, min(int(span / penalty.time_step), penalty.steps // 10))
@@ -39,9 +36,10 @@ def interval_of(scene, disks, penalty):
 class Guard:
     """What a sound run keeps to. `look` gives the reason why it is not sound any more, or None."""
 
-    def __init__(self, scene, disks, penalty, stored):
-        """stored: the energy (J) of the overlaps at the start."""
-        self.disks, self.penalty = disks, penalty
+    def __init__(self, scene, disks, penalty, stored, centres_apart):
+        """stored: the energy (J) of the overlaps at the start; centres_apart: a function for the
+        smallest distance of two disks that touch (m)."""
+        self.disks, self.penalty, self.centres_apart = disks, penalty, centres_apart
         self.interval = interval_of(scene, disks, penalty)
         drive = scene.get("drive")
         self.relaxation_time = drive["relaxation_time_s"] if drive else math.inf
@@ -54,12 +52,7 @@ class Guard:
         self.weight = disks.mass[:, None] * acceleration(scene)
         walls = np.array([(wall["start_m"], wall["end_m"]) for wall in scene.get("walls", [])])
         self.walls = walls.reshape(-1, 2, 2)
-        along = self.walls[:, 1] - self.walls[:, 0]
-        self.wall_length = np.hypot(*along.T)
-        # along a wall and across it, each (walls, 2)
-        self.along = along / self.wall_length[:, None]
-        self.across = self.along[:, ::-1] * (-1.0, 1.0)
-        self.laid_over = self._inside(disks.position)
+        self.before = disks.position  # at the last look
         self.isolated = not drive and not len(self.walls) and not self.weight.any()
         self.momentum = disks.mass @ disks.velocity
         self.low, self.high = np.array(
@@ -77,9 +70,9 @@ class Guard:
         self.power = power
         return (
             self._lost(position)
-            or self._overlap(utils.maxOverlapRatio())
-            or (self._in_walls(position()) if len(self.walls) else None)
+            or self._overlap()
             or self._stride(kinetic, velocity)
+            or (self._through_walls(position()) if len(self.walls) else None)
             or self._energy(kinetic, position)
             or (self._momentum() if self.isolated else None)
         )
@@ -98,12 +91,17 @@ class Guard:
             return "energy", f"kinetic energy {kinetic:.6g} J, {can}"
         return None
 
-    def _overlap(self, share):
-        if not share <= OVERLAP_SHARE:
+    def _overlap(self):
+        # the overlap of two disks over the harmonic mean of their radii; two centres nearer than
+        # half the smallest radius have 1.5 at least
+        if utils.maxOverlapRatio() <= 2 - CENTRES_SHARE:
+            return None
+        share = self.centres_apart() / self.disks.radius.min()
+        if not share >= CENTRES_SHARE:
             return (
                 "overlap",
-                f"two disks overlap by {share:.3g} of their mean radius, "
-                f"at most {OVERLAP_SHARE:g} are allowed",
+                f"two centres are {share:.3g} of the smallest radius apart, at least "
+                f"{CENTRES_SHARE:g} are needed",
             )
         return None
 
@@ -118,23 +116,18 @@ class Guard:
         lost = int((~((where >= self.low) & (where <= self.high))).any(1).sum())
         return "lost", f"{lost} of {len(where)} disks are lost"
 
-    def _in_walls(self, position):
-        inside = self._inside(position)
-        if inside > self.laid_over:
-            return (
-                "overlap",
-                f"{inside} disks are in a wall by more than half the smallest radius, "
-                f"{self.laid_over} were at the start",
-            )
+    def _through_walls(self, position):
+        """Whether the straight way of a centre since the last look crosses a wall."""
+        before, self.before = self.before, position
+        passed = np.zeros(len(position), bool)
+        for start, end in self.walls:
+            sides = [_turn(end - start, place - start) for place in (before, position)]
+            ends = [_turn(position - before, corner - before) for corner in (start, end)]
+            passed |= (sides[0] * sides[1] < 0) & (ends[0] * ends[1] <= 0)
+        if passed.any():
+            words = f"the centre of {passed.sum()} of {len(position)} disks has passed a wall"
+            return "wall", words
         return None
-
-    def _inside(self, position):
-        """How many centres are nearer to a wall than half the smallest radius."""
-        start = self.walls[:, 0]
-        share = position @ self.along.T - (start * self.along).sum(1)
-        distance = position @ self.across.T - (start * self.across).sum(1)
-        near = np.abs(distance) < OVERLAP_SHARE * self.disks.radius.min()
-        return int((near & (share >= 0) & (share <= self.wall_length)).any(1).sum())
 
     def _stride(self, kinetic, velocity):
         dt, disks = self.penalty.time_step, self.disks
@@ -161,3 +154,8 @@ class Guard:
                 f"{MOMENTUM_SHARE:g} are allowed",
             )
         return None
+
+
+def _turn(one, other):
+    """The cross product of vectors (n,2) or (2,)."""
+    return one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]

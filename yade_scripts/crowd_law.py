@@ -17,30 +17,34 @@ from yade.wrapper import (
 )
 
 
+def beside(one, both):
+    """The value that gives `both` in series with `one`, 1/both = 1/one + 1/value, as YADE combines
+    two materials: negative where both > one, and 0 for an infinite one, which YADE leaves out."""
+    return 0.0 if both == one else one * both / (one - both)
+
+
 class Hooke:
     """max(0, k overlap + c approach), with a tangential spring where there is friction."""
 
     NO_TIME_S = 0.0
 
     def __init__(self, penalty):
-        k, c, wall_c = penalty.stiffness, penalty.damping, penalty.wall_damping
-        # YADE combines the values of two materials in series: 1/k = 1/k1 + 1/k2; the disk's 2c and
-        # this give wall_c
-        wall_cn = 2 * c * wall_c / (2 * c - wall_c) if c else 0.0
-        common = {
-            "kn": 2 * k,
-            "ks": 2 * penalty.tangential_stiffness,
-            "cs": 0.0,
-            "frictionAngle": math.atan(penalty.friction),
-            "density": 1.0,
-        }
-        self.disk, self.wall = ViscElMat(cn=2 * c, **common), ViscElMat(cn=wall_cn, **common)
+        disks = penalty.stiffness, penalty.tangential_stiffness, penalty.damping
+        walls = penalty.wall_stiffness, penalty.wall_tangential_stiffness, penalty.wall_damping
+        angle = math.atan(penalty.friction)
+        self.disk, self.wall = (
+            ViscElMat(kn=kn, ks=ks, cn=cn, cs=0.0, frictionAngle=angle, density=1.0)
+            for kn, ks, cn in (
+                [2 * value for value in disks],
+                [beside(2 * one, both) for one, both in zip(disks, walls, strict=True)],
+            )
+        )
         self.physics = Ip2_ViscElMat_ViscElMat_ViscElPhys()
         self.law = Law2_ScGeom_ViscElPhys_Basic()
 
     @staticmethod
     def energy(interaction):
-        """The energy (J) of an overlap; the walls are as stiff as the disks."""
+        """The energy (J) of an overlap."""
         overlap = max(0.0, interaction.geom.penetrationDepth)
         return 0.5 * interaction.phys.kn * overlap**2
 
@@ -50,7 +54,8 @@ class Hertz:
     friction.
 
     YADE's K is 4/3 of E1 E2/(E1 + E2) at Poisson's ratio 0. At a wall it takes half the disk's
-    radius for R, and the walls' modulus makes up for it. Its damping is 2 b sqrt(m kn) with the
+    radius for R, and the walls' modulus makes up for it: E1 E2/(E1 + E2) is sqrt(2) K_wall/K of
+    what it is of two disks. Its damping is 2 b sqrt(m kn) with the
     tangent stiffness kn = 1.5 K sqrt(R overlap), so b = sqrt(5/6) z."""
 
     NO_TIME_S = 1e-300  # YADE divides by it here
@@ -59,7 +64,8 @@ class Hertz:
         young = 1.5 * penalty.hertz_stiffness
         common = {"poisson": 0.0, "frictionAngle": 0.0, "density": 1.0}
         self.disk = FrictMat(young=young, **common)
-        self.wall = FrictMat(young=young / (math.sqrt(2) - 1), **common)
+        share = penalty.wall_stiffness / (math.sqrt(2) * penalty.stiffness)
+        self.wall = FrictMat(young=beside(young, share * young), **common)
         damping = math.sqrt(5 / 6) * penalty.damping_ratio
         self.physics = Ip2_FrictMat_FrictMat_MindlinPhys(
             betan=MatchMaker(algo="val", val=damping), betas=MatchMaker(algo="val", val=0.0)

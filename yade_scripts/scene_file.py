@@ -10,6 +10,7 @@ import numpy as np
 
 NUMBERS = {
     "stiffness": ("contact", "stiffness_N_per_m"),
+    "wall_stiffness": ("contact", "wall_stiffness_N_per_m"),
     "restitution": ("contact", "restitution"),
     "friction": ("contact", "friction"),
     "tangential_ratio": ("contact", "tangential_ratio"),
@@ -20,6 +21,7 @@ NUMBERS = {
 }
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
+CROSSING_FRACTION = 0.05  # of the smallest radius, in a step, at the fastest speed asked for
 
 
 class SceneFileError(ValueError):
@@ -72,6 +74,15 @@ def read_scene(path, given):
 def acceleration(scene):
     """What the body force gives to everybody, (2,) m/s2."""
     return np.array(scene.get("body_force", {}).get("acceleration_m_per_s2", (0.0, 0.0)), float)
+
+
+def speed_most(scene, disks):
+    """The fastest speed asked for (m/s): at the start, or of the drive, and what a body force
+    adds."""
+    drive = scene.get("drive")
+    speed = max(float(np.hypot(*disks.velocity.T).max()), drive["speed_m_per_s"] if drive else 0.0)
+    lasts = drive["relaxation_time_s"] if drive else scene["run"]["duration_s"]
+    return speed + float(np.hypot(*acceleration(scene))) * lasts
 
 
 def read_disks(path):
@@ -144,11 +155,14 @@ def damping_ratio_for(restitution):
 @dataclass(frozen=True)
 class Penalty:
     """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the
-    heaviest disks; hertz_stiffness: K of K sqrt(R) overlap^1.5."""
+    heaviest disks; hertz_stiffness: K of K sqrt(R) overlap^1.5; stiffest: of disks and walls."""
 
     stiffness: float
+    wall_stiffness: float
+    stiffest: float
     friction: float
     tangential_stiffness: float
+    wall_tangential_stiffness: float
     damping_ratio: float
     restitution: tuple
     damping: float
@@ -164,9 +178,15 @@ def penalty_of(scene, disks):
     """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
     contact, run, mass = scene["contact"], scene["run"], disks.mass
     k, ratio = contact["stiffness_N_per_m"], damping_ratio_for(contact["restitution"])
+    wall_k = contact.get("wall_stiffness_N_per_m", k)
+    friction = contact.get("friction", 0.0)
+    tangential = contact.get("tangential_ratio", 2 / 7) if friction else 0.0
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
     most = ratio * math.sqrt(mass.max() / mass.min()) if contact["law"] == "hooke" else ratio
-    safe = STEP_FRACTION * math.sqrt(mass.min() / k) / max(1.0, 2 * most)
+    safe = min(
+        STEP_FRACTION * math.sqrt(mass.min() / max(k, wall_k)) / max(1.0, 2 * most),
+        CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
+    )
     between = run["duration_s"] / run["frames"]
     if run.get("time_step_s"):
         step, interval = run["time_step_s"], max(1, round(between / run["time_step_s"]))
@@ -175,14 +195,15 @@ def penalty_of(scene, disks):
         step = between / interval
     return Penalty(
         stiffness=k,
-        friction=contact.get("friction", 0.0),
+        wall_stiffness=wall_k,
+        stiffest=max(k, wall_k),
+        friction=friction,
         damping_ratio=ratio,
-        tangential_stiffness=contact.get("tangential_ratio", 2 / 7) * k
-        if contact.get("friction", 0.0)
-        else 0.0,
+        tangential_stiffness=tangential * k,
+        wall_tangential_stiffness=tangential * wall_k,
         restitution=(restitution_of(most), restitution_of(ratio)),
         damping=2 * ratio * math.sqrt(k * mass.max() / 2),
-        wall_damping=2 * ratio * math.sqrt(k * mass.max()),
+        wall_damping=2 * ratio * math.sqrt(wall_k * mass.max()),
         hertz_stiffness=k / (1.5 * math.sqrt(0.5 * 0.01) * float(disks.radius.mean())),
         safe_time_step=safe,
         time_step=step,

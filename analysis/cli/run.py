@@ -24,6 +24,10 @@ def run(
         float | None,
         typer.Option(parser=positive, help="Contact stiffness in N/m, instead of the scene's."),
     ] = None,
+    wall_stiffness: Annotated[
+        float | None,
+        typer.Option(parser=positive, help="The same of walls in N/m, instead of the scene's."),
+    ] = None,
     restitution: Annotated[
         float | None, typer.Option(parser=share, help="Asked restitution, 0 to 1.")
     ] = None,
@@ -52,7 +56,12 @@ def run(
         )
     for warning in chosen.check(scene):
         warn(warning)
-    contact = given(stiffness_N_per_m=stiffness, restitution=restitution, law=law)
+    contact = given(
+        stiffness_N_per_m=stiffness,
+        wall_stiffness_N_per_m=wall_stiffness,
+        restitution=restitution,
+        law=law,
+    )
     timing = given(time_step_s=time_step, duration_s=duration)
     chosen = chosen.with_contact(**contact).with_run(**timing)
     if error is not None:

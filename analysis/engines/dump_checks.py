@@ -8,8 +8,8 @@ import numpy as np
 
 from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines.guard import (
+    CENTRES_SHARE,
     ENERGY_SHARE,
-    OVERLAP_SHARE,
     RunStoppedError,
     elastic_energy,
     energy_besides,
@@ -55,11 +55,11 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
     return np.array(energies).T
 
 
-def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene) -> None:
-    """Read the whole contact dump and raise RunStoppedError naming the time of the first frame that
-    cannot be right.
+def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene) -> float:
+    """Read the whole contact dump; return the largest overlap of its frames as a share of the
+    smaller radius. Raise RunStoppedError naming the time of the first frame that cannot be right.
 
-    Overlap: δ > r/2 of the smaller radius r. Energy: E = K + V − W with the kinetic energy K and
+    Overlap: two centres nearer than half the smallest radius. Energy: E = K + V − W with the kinetic energy K and
     the work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K
     √R δ^2.5). Without drive E never grows; with drive K stays below max(E at the start, ½ M (U + g
     τ)²) and the largest V so far (docs/results/guard.md)."""
@@ -72,7 +72,8 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
     margin = ENERGY_SHARE * (start + desired) + 1e-12
     # a tangential spring holds energy that is not in V and comes back
     keeps_all = not drive and scene.contact.friction == 0
-    most, stored = max(start, desired), 0.0
+    most, stored, deepest = max(start, desired), 0.0, 0.0
+    nearest = CENTRES_SHARE * float(snapshot.radius.min())
     try:
         index = index_contacts(path)
         if len(index.steps) != len(energies[0]):
@@ -81,10 +82,11 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
             )
         for frame, step in enumerate(index.steps):
             rows = index.table(frame)
-            overlap, elastic = _stored(rows, scene) if len(rows) else (0.0, 0.0)
-            if not overlap <= OVERLAP_SHARE:
-                deep = f"overlap: {overlap:.3g} of the smaller radius"
+            apart, overlap, elastic = _stored(rows, scene) if len(rows) else (np.inf, 0.0, 0.0)
+            if not apart >= nearest:
+                deep = f"overlap: two centres are {apart:.3g} m apart"
                 raise garbage(record, deep, step, "overlap")
+            deepest = max(deepest, overlap)
             kinetic, fallen = map(float, energies[:, frame])
             energy = kinetic + (0.0 if drive else elastic - fallen)
             stored = max(stored, elastic)
@@ -97,6 +99,7 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
                 most = min(most, energy)
     except DumpError as error:
         raise damaged(record, error, path.parent) from None
+    return deepest
 
 
 def damaged(record: RunRecord, error: ValueError, folder: Path) -> RunStoppedError:
@@ -105,8 +108,9 @@ def damaged(record: RunRecord, error: ValueError, folder: Path) -> RunStoppedErr
     return garbage(record, str(error).replace(f"{folder}/", ""))
 
 
-def _stored(rows: Floats, scene: Scene) -> tuple[float, float]:
-    """The largest overlap as a share of the smaller radius, and the energy of all overlaps (J)."""
+def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
+    """The smallest distance of two centres (m), the largest overlap as a share of the smaller
+    radius, and the energy of all overlaps (J)."""
     ids, radius = scene.snapshot.ids, scene.snapshot.radius
     order = np.argsort(ids)
     wall, overlap = rows[:, 2] > 0, rows[:, 5]
@@ -114,5 +118,6 @@ def _stored(rows: Floats, scene: Scene) -> tuple[float, float]:
     other = radius[order[np.searchsorted(ids[order], np.where(wall, rows[:, 0], rows[:, 1]))]]
     # against a wall the effective radius is the disk's own
     effective = np.where(wall, first, first * other / (first + other))
-    energy = float(elastic_energy(scene, overlap, effective).sum())
-    return float((overlap / np.minimum(first, other)).max()), energy
+    energy = float(elastic_energy(scene, overlap, effective, wall).sum())
+    apart = np.where(wall, np.inf, first + other - overlap)
+    return float(apart.min()), float((overlap / np.minimum(first, other)).max()), energy

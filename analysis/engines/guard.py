@@ -21,10 +21,10 @@ from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.contact import hertz_constant
 from analysis.scene.scene import Scene
 from nscd import find_contacts
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats
 
 # The limits; the decks and the script hold the same numbers.
-OVERLAP_SHARE = 0.5  # of the smaller radius
+CENTRES_SHARE = 0.5  # of the smallest radius: no two centres are nearer
 STEP_SHARE = 0.1  # of a disk's radius, in a step
 ENERGY_SHARE = 0.05  # of the energy at the start and of everybody at the desired speed
 MOMENTUM_SHARE = 1e-9  # of √(2 M E)
@@ -41,6 +41,8 @@ ADVICE = {
     "momentum": _SHORTER,
     "overlap": "give a stiffer contact (contact.stiffness_N_per_m), or a smaller time step where "
     "it is longer than the safe one",
+    "wall": "give stiffer walls (contact.wall_stiffness_N_per_m): they hold up to stiffness times "
+    "radius",
 }
 _SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$")
 _NOT_A_NUMBER = (
@@ -62,7 +64,7 @@ class RunStoppedError(EngineError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a guard said: kind (finite, lost, overlap, speed, energy, momentum or unsolved), its
+    """What a guard said: kind (finite, lost, overlap, wall, speed, energy, momentum or unsolved), its
     words, time (s) and step."""
 
     kind: str
@@ -173,16 +175,18 @@ def energy_besides(scene: Scene) -> float:
     # against a wall the effective radius is the disk's own
     effective = np.where(contacts.is_wall, r, r * s / (r + s))
     spinning = 0.5 * float(snapshot.inertia @ snapshot.spin**2)
-    return spinning + float(elastic_energy(scene, overlap, effective).sum())
+    return spinning + float(elastic_energy(scene, overlap, effective, contacts.is_wall).sum())
 
 
-def elastic_energy(scene: Scene, overlap: Floats, effective_radius: Floats) -> Floats:
-    """Energy (k,) J of contacts of overlap δ (k,) m and effective radius R (k,) m: ½ k δ² (hooke),
-    ⅖ K √R δ^2.5 (hertz)."""
-    k = scene.contact.stiffness_N_per_m
+def elastic_energy(
+    scene: Scene, overlap: Floats, effective_radius: Floats, is_wall: Flags
+) -> Floats:
+    """Energy (k,) J of contacts of overlap δ (k,) m, effective radius R (k,) m, with a disk or a
+    wall: ½ k δ² (hooke), ⅖ K √R δ^2.5 (hertz)."""
+    k = np.where(is_wall, scene.contact.at_walls, scene.contact.stiffness_N_per_m)
     if scene.contact.law == "hooke":
         hooke: Floats = 0.5 * k * overlap**2
         return hooke
-    constant = hertz_constant(k, float(scene.snapshot.radius.mean()))
+    constant = k * hertz_constant(1.0, float(scene.snapshot.radius.mean()))
     hertz: Floats = 0.4 * constant * np.sqrt(effective_radius) * overlap**2.5
     return hertz

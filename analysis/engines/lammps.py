@@ -117,6 +117,7 @@ def scene_deck(scene: Scene) -> str:
         "energy_besides": energy_besides(scene),
         "law": contact.law,
         "stiffness": contact.stiffness_N_per_m,
+        "wall_stiffness": contact.wall_stiffness_N_per_m,
         "restitution": contact.restitution,
         "friction": contact.friction,
         "tangential_ratio": contact.tangential_ratio,
@@ -131,7 +132,8 @@ def scene_deck(scene: Scene) -> str:
     if scene.body_force:
         values |= dict(zip(("gravity_x", "gravity_y"), scene.acceleration(), strict=True))
     values["walls"] = len(scene.walls)
-    lines = [f"variable {name} index {value}" for name, value in values.items()]
+    given = {name: value for name, value in values.items() if value is not None}
+    lines = [f"variable {name} index {value}" for name, value in given.items()]
     if scene.walls:
         columns = zip(*(_wall_values(wall) for wall in scene.walls), strict=True)
         names = ("wall_name", "wall_x_low", "wall_x_high", "wall_y_low", "wall_y_high", "wall_turn")

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from analysis.engines.guard import speed_most
 from analysis.engines.timing import Timing, divided
 from analysis.scene.scene import Scene
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
+# A disk of the fastest speed asked for moves no more of its radius in a step; the guard allows twice.
+CROSSING_FRACTION = 0.05
 
 
 def restitution_of(damping_ratio: float) -> float:
@@ -51,8 +54,8 @@ def damping_ratio_for(restitution: float) -> float:
 class Penalty(Timing):
     """Numbers of a scene's penalty law, the same in every engine with springs (SI).
 
-    One stiffness and one dashpot serve all disk contacts, another dashpot all wall contacts. The
-    dashpots have the asked damping ratio at the heaviest disks; lighter ones are damped more: their
+    One stiffness and one dashpot serve all disk contacts, others all wall contacts. The dashpots
+    have the asked damping ratio at the heaviest disks; lighter ones are damped more: their
     restitution is between restitution_least and restitution_most, which are what is really
     obtained. Hertz contacts have the tangent stiffness `stiffness` at an overlap of 1 % of the mean
     radius, and all the same damping ratio, so both restitutions are the same; the dashpot constants
@@ -60,36 +63,44 @@ class Penalty(Timing):
 
     stiffness: float  # N/m
     damping: float  # N·s/m, between disks
+    wall_stiffness: float  # N/m
     wall_damping: float  # N·s/m
-    tangential_stiffness: float  # N/m, 0 without friction
+    tangential_stiffness: float  # N/m, between disks; 0 without friction
+    wall_tangential_stiffness: float  # N/m
     friction: float
 
 
 def penalty_of(scene: Scene) -> Penalty:
     """The numbers of the scene's contact law and run. The safe time step is 0.1 √(m/k) / max(1, 2ζ)
-    at the lightest disk."""
+    at the lightest disk and the stiffest contact, and at most what takes a disk of the smallest
+    radius and the fastest speed asked for 0.05 r on its way."""
     contact, run, mass = scene.contact, scene.run, scene.snapshot.mass
-    k = contact.stiffness_N_per_m
+    k, wall_k = contact.stiffness_N_per_m, contact.at_walls
+    tangential = contact.tangential_ratio if contact.friction else 0.0
     ratio = damping_ratio_for(contact.restitution)
     lightest, heaviest = float(mass.min()), float(mass.max())
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
     largest_ratio = ratio * np.sqrt(heaviest / lightest) if contact.law == "hooke" else ratio
-    safe = float(STEP_FRACTION * np.sqrt(lightest / k) / max(1.0, 2 * largest_ratio))
+    shortest = float(np.sqrt(lightest / contact.stiffest) / max(1.0, 2 * largest_ratio))
+    crossing = float(scene.snapshot.radius.min()) / (speed_most(scene) + 1e-300)
+    safe = min(STEP_FRACTION * shortest, CROSSING_FRACTION * crossing)
     try:
         step, interval = divided(run, run.time_step_s, safe)
     except OverflowError as error:
         raise ValueError(
             f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}; "
-            f"the safe step is {safe:.3g} s at contact.stiffness_N_per_m = {k:g}"
+            f"the safe step is {safe:.3g} s at a stiffness of {contact.stiffest:g} N/m"
         ) from None
     return Penalty(
         stiffness=k,
         damping=2 * ratio * float(np.sqrt(k * heaviest / 2)),
-        wall_damping=2 * ratio * float(np.sqrt(k * heaviest)),
+        wall_stiffness=wall_k,
+        wall_damping=2 * ratio * float(np.sqrt(wall_k * heaviest)),
         damping_ratio=ratio,
         restitution_least=restitution_of(largest_ratio),
         restitution_most=restitution_of(ratio),
-        tangential_stiffness=contact.tangential_ratio * k if contact.friction else 0.0,
+        tangential_stiffness=tangential * k,
+        wall_tangential_stiffness=tangential * wall_k,
         friction=contact.friction,
         time_step=step,
         safe_time_step=safe,
@@ -100,4 +111,6 @@ def penalty_of(scene: Scene) -> Penalty:
 
 def penalty_setting(scene: Scene) -> str:
     """Name the law and the stiffness of a scene, as a part of a folder's name."""
-    return f"{scene.contact.law}_k{scene.contact.stiffness_N_per_m:.6g}"
+    contact = scene.contact
+    walls = f"_w{contact.at_walls:.6g}" if contact.wall_stiffness_N_per_m else ""
+    return f"{contact.law}_k{contact.stiffness_N_per_m:.6g}{walls}"

@@ -40,6 +40,9 @@ class RunRecord:
     record_digest: of all the rest of a finished run's record
     resumed_at_s: s, where the run went on from an interrupted one; its seconds are then those of
         the rest
+    stiffness_N_per_m, wall_stiffness_N_per_m: N/m, of disks and of walls; none of an engine without
+        springs
+    overlap_largest: of the frames, as a share of the smaller radius
     exit_state: prepared, finished, stopped (by its guard) or failed (the engine died, or its dumps
         cannot be right)
     reason, stopped_at_s: why and when (s) one of the last two ended
@@ -56,6 +59,9 @@ class RunRecord:
     damping_ratio: NotNegative
     restitution_least: NotNegative
     restitution_most: NotNegative
+    stiffness_N_per_m: Positive | None = None  # noqa: N815  (the unit is newton)
+    wall_stiffness_N_per_m: Positive | None = None  # noqa: N815
+    overlap_largest: NotNegative = 0.0
     wall_seconds: NotNegative = 0.0
     cpu_seconds: NotNegative = 0.0
     deck_digest: str = ""
@@ -89,6 +95,8 @@ class RunRecord:
             damping_ratio=timing.damping_ratio,
             restitution_least=timing.restitution_least,
             restitution_most=timing.restitution_most,
+            stiffness_N_per_m=timing.stiffness,
+            wall_stiffness_N_per_m=timing.wall_stiffness,
         )
 
     def finished(self, folder: Path) -> RunRecord:

@@ -32,6 +32,9 @@ MOST_STEPS = 2**31 - 1
 MOST_DISK_STEPS = 1e13
 # Of a disk in a frame of bodies.dump; contacts are about as much again.
 ROW_BYTES = 500
+# Overlaps beyond this share of a radius are said after a run: it is sound, its people are deep in
+# each other.
+DEEP_SHARE = 0.5
 _STEP = re.compile(r"^\s*(\d+)\s+[\d.e+-]+\s+\d+\s")  # step, time, disks, …
 _RESUMED = re.compile(r"^RESUMED at t = (\S+) s")
 log = logging.getLogger(__name__)
@@ -156,15 +159,19 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
         )
         if ended.status != 0:
             raise died(record, ended.status, step, ended.last, staging)
-        _check(scene.name, engine_name, staging, record)
+        deepest = _check(scene.name, engine_name, staging, record)
+        if deepest > DEEP_SHARE:
+            log.warning("%s: bodies overlap by up to %.2g of a radius", scene.name, deepest)
+        record = dataclasses.replace(record, overlap_largest=deepest)
         shutil.rmtree(staging / DECKS)
         record = record.finished(staging)
         record.write(staging)
     return record
 
 
-def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> None:
-    """Raise EngineError where what an engine left in the folder cannot be right."""
+def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> float:
+    """Raise EngineError where what an engine left in the folder cannot be right; return the largest
+    overlap as a share of the smaller radius."""
     # as the engine read it
     scene = read_scene(staging / "scene.toml").model_copy(update={"name": name})
     try:
@@ -173,7 +180,7 @@ def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> Non
             engine(engine_name).collect(scene, staging)
         except DumpError as error:
             raise damaged(record, error, staging) from None
-        check_contacts(staging / "contacts.dump", energies, record, scene)
+        return check_contacts(staging / "contacts.dump", energies, record, scene)
     except RunStoppedError:
         if full := full_disk(staging):
             raise EngineError(f"{engine_name}, {name}: {full}") from None

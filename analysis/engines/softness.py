@@ -32,10 +32,10 @@ def softness_warning(scene: Scene) -> str | None:
         if s < DOUBTFUL
         else "not sound: people will be deep in each other"
         if s < NO_CROWD
-        else "no crowd: disks will flow through each other and through walls"
+        else "no crowd: disks will flow through each other"
     )
     return (
         f"the total push over stiffness times radius is {s:.2g} "
-        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}); below {SOUND:g} a "
-        f"crowd is sound, this one is {what}"
+        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {what} (below "
+        f"{SOUND:g} sound, to {DOUBTFUL:g} doubtful, above {NO_CROWD:g} no crowd)"
     )

@@ -22,6 +22,7 @@ class Timing:
     frame_interval: steps between written frames
     damping_ratio: of the heaviest disks; 0 of an engine without dashpots
     restitution_least, restitution_most: what is obtained over the masses
+    stiffness, wall_stiffness: N/m, of disks and of walls; None of an engine without springs
     """
 
     time_step: float
@@ -31,6 +32,8 @@ class Timing:
     damping_ratio: float
     restitution_least: float
     restitution_most: float
+    stiffness: float | None = None
+    wall_stiffness: float | None = None
 
 
 def divided(run: Run, given_s: float | None, longest_s: float) -> tuple[float, int]:

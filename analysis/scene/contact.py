@@ -37,6 +37,7 @@ class ContactModel(Part):
 
     stiffness_N_per_m: N/m, k; of hertz the tangent stiffness at an overlap of 1 % of the mean
         radius; a file may give young_modulus_Pa and poisson_ratio instead
+    wall_stiffness_N_per_m: N/m, the same of walls; that of the disks where left out
     restitution: 0 to 1, of two bodies
     friction: coefficient; 0 is none
     tangential_ratio: stiffness of the tangential spring over k
@@ -44,9 +45,20 @@ class ContactModel(Part):
 
     law: Literal["hooke", "hertz"] = "hooke"
     stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
+    wall_stiffness_N_per_m: Positive | None = None  # noqa: N815
     restitution: Annotated[Number, Field(ge=0, le=1)]
     friction: Annotated[Number, Field(ge=0)] = 0.0
     tangential_ratio: Positive = 2 / 7
+
+    @property
+    def at_walls(self) -> float:
+        """Give the stiffness of walls (N/m)."""
+        return self.wall_stiffness_N_per_m or self.stiffness_N_per_m
+
+    @property
+    def stiffest(self) -> float:
+        """Give the larger stiffness of the two (N/m), which time steps follow."""
+        return max(self.at_walls, self.stiffness_N_per_m)
 
     @model_validator(mode="before")
     @classmethod

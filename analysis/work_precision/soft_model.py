@@ -46,6 +46,7 @@ class SoftModel:
         self._law: tuple[Any, ...] = _law(scene)
         self._drive = _drive(scene)
         self._acceleration = np.array(scene.acceleration())
+        self._walls = walls
 
     def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
         """Write the acceleration (n,2) m/s² at positions (n,2) m and velocities (n,2) m/s into
@@ -58,6 +59,22 @@ class SoftModel:
         out += self._acceleration
         if self._drive is not None:
             _add_drive(out, position, velocity, *self._drive)
+
+    def passes_a_wall(self, before: Floats, after: Floats) -> bool:
+        """Tell whether a centre that goes straight from `before` to `after` (n,2) m crosses a wall,
+        whose force would then turn round."""
+        start, end = self._walls.start[:, None], self._walls.end[:, None]
+        way, sides = (
+            after - before,
+            [_turn(end - start, place - start) for place in (before, after)],
+        )
+        ends = [_turn(way, corner - before) for corner in (start, end)]
+        return bool(((sides[0] * sides[1] < 0) & (ends[0] * ends[1] <= 0)).any())
+
+
+def _turn(one: Floats, other: Floats) -> Floats:
+    """The cross product of vectors (…, 2)."""
+    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
 def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
@@ -84,17 +101,19 @@ def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] 
     )
 
 
-def _law(scene: Scene) -> tuple[bool, float, float, float, float]:
-    """Hertz or not; k or K; ζ; dashpots of pairs and walls (N·s/m)."""
+def _law(scene: Scene) -> tuple[bool, float, float, float, float, float]:
+    """Hertz or not; k or K of pairs and of walls; ζ; dashpots of pairs and walls (N·s/m)."""
     contact, mass = scene.contact, scene.snapshot.mass
     ratio = damping_ratio_for(contact.restitution)
-    k = contact.stiffness_N_per_m
+    k, wall_k = contact.stiffness_N_per_m, contact.at_walls
     heaviest = float(mass.max())
     if contact.law == "hertz":
-        constant = hertz_constant(k, float(scene.snapshot.radius.mean()))
-        return True, constant, ratio, 0.0, 0.0
-    pair, wall = (2 * ratio * float(np.sqrt(k * m)) for m in (heaviest / 2, heaviest))
-    return False, k, ratio, pair, wall
+        radius = float(scene.snapshot.radius.mean())
+        return True, hertz_constant(k, radius), hertz_constant(wall_k, radius), ratio, 0.0, 0.0
+    pair, wall = (
+        2 * ratio * float(np.sqrt(a * m)) for a, m in ((k, heaviest / 2), (wall_k, heaviest))
+    )
+    return False, k, wall_k, ratio, pair, wall
 
 
 @njit(cache=True)
@@ -136,7 +155,8 @@ def _contact_forces(
     wall: Any,
     segments: Any,
     hertz: bool,
-    stiffness: float,
+    pair_stiffness: float,
+    wall_stiffness: float,
     ratio: float,
     pair_dashpot: float,
     wall_dashpot: float,
@@ -165,6 +185,7 @@ def _contact_forces(
         if w < 0:
             vx, vy = vx - v[j, 0], vy - v[j, 1]
         approach = vx * nx + vy * ny
+        stiffness = pair_stiffness if w < 0 else wall_stiffness
         if hertz:
             tangent = stiffness * np.sqrt(size * overlap)
             push = tangent * overlap + np.sqrt(5.0) * ratio * np.sqrt(m * tangent) * approach

@@ -116,7 +116,9 @@ def _step(scene: Scene, reach: float) -> tuple[Motion, int]:
     velocity += 0.5 * dt * acceleration
     frames = []
     for step in range(1, penalty.steps + 1):
+        before = start + moved
         moved += dt * velocity
+        _stay_inside(scene, model, before, start + moved)
         model.accelerate(acceleration, start + moved, velocity)
         if step in (penalty.steps // 2, penalty.steps):
             frames.append((moved.copy(), velocity + 0.5 * dt * acceleration))
@@ -128,7 +130,7 @@ def _step(scene: Scene, reach: float) -> tuple[Motion, int]:
 def _integrate(scene: Scene, tolerance: float, reach: float) -> tuple[Motion, int]:
     snapshot, model = scene.snapshot, SoftModel(scene, reach)
     n = len(snapshot)
-    period = float(np.sqrt(snapshot.mass.max() / scene.contact.stiffness_N_per_m))
+    period = float(np.sqrt(snapshot.mass.max() / scene.contact.stiffest))
     least = tolerance * _speed(scene)
 
     # displacements in lengths of a period, so that one tolerance (a speed) serves both halves
@@ -146,11 +148,19 @@ def _integrate(scene: Scene, tolerance: float, reach: float) -> tuple[Motion, in
         span = begin * scene.run.duration_s, end * scene.run.duration_s
         solver = DOP853(slope, span[0], start, span[1], rtol=tolerance, atol=least)
         while solver.status == "running":
+            before = snapshot.position + period * solver.y[: 2 * n].reshape(n, 2)
             message = solver.step()
             steps += 1
+            after = snapshot.position + period * solver.y[: 2 * n].reshape(n, 2)
+            _stay_inside(scene, model, before, after)
             if solver.status == "failed" or steps > MOST_STEPS:
                 raise ReferenceError(f"{scene.name}: {message or f'no end after {steps} steps'}")
         start = solver.y
         states.append(start.reshape(2, n, 2))
     moved = period * np.stack([state[0] for state in states])
     return Motion(displacement=moved, velocity=np.stack([state[1] for state in states])), steps
+
+
+def _stay_inside(scene: Scene, model: SoftModel, before: Floats, after: Floats) -> None:
+    if model.passes_a_wall(before, after):
+        raise ReferenceError(f"{scene.name}: the centre of a disk has passed a wall")

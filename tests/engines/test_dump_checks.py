@@ -40,7 +40,7 @@ def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
     with pytest.raises(EngineError, match=r"t = 0\.1 s .*energy .* 150 J; there can be 7[56]"):
         check_contacts(folder / "contacts.dump", again, record, scene)
     small = disks(scene, radius=np.full(2, 1e-3))
-    with pytest.raises(EngineError, match=r"overlap: .* of the smaller radius"):
+    with pytest.raises(EngineError, match=r"overlap: two centres are .* m apart"):
         check_contacts(folder / "contacts.dump", energies, record, small)
     with pytest.raises(EngineError, match="1 of 3 disks are lost"):
         check_bodies(folder / "bodies.dump", dataclasses.replace(record, disks=3), scene)

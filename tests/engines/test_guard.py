@@ -13,12 +13,13 @@ from at_hand import ROOT, require
 from analysis.compare.study import study
 from analysis.dumps import index_dump
 from analysis.engines import EngineError, RunRecord
-from analysis.engines.guard import ENERGY_SHARE, OVERLAP_SHARE, STEP_SHARE
+from analysis.engines.guard import CENTRES_SHARE, ENERGY_SHARE, STEP_SHARE
 from analysis.engines.lammps import scene_deck
 from analysis.engines.run import run_engine
 from analysis.pages.report import write_report
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from analysis.work_precision.soft_reference import ReferenceError, leapfrog
 from nscd import Snapshot
 
 ENGINES = ["lammps", "yade"]
@@ -108,7 +109,7 @@ def of_commands(name, scene, folder, command, decks="lammps_inputs", scripts="ya
 FAILURES = [
     (hot, "energy", 1, 10),
     (inside, "overlap", 1, 100),
-    (through_the_wall, "overlap", 100, 2500),
+    (through_the_wall, "wall", 100, 2500),
     (tunnelling, "speed", 1, 3),
     (away, "lost", 10000, 10200),
 ]
@@ -130,6 +131,20 @@ def test_the_plain_command_stops_with_the_reason_and_the_time(
     step = int(said[0][2])
     assert first <= step <= last
     assert float(said[0][1]) == pytest.approx(step * scene.run.time_step_s, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_stiffer_walls_hold_the_same_chain(tmp_path, command, name):
+    scene = through_the_wall().with_contact(wall_stiffness_N_per_m=3e5)
+    done = of_commands(name, scene, tmp_path, command)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+
+
+def test_the_reference_stops_where_the_engines_do():
+    scene = through_the_wall()
+    with pytest.raises(ReferenceError, match="the centre of a disk has passed a wall"):
+        leapfrog(scene)
+    leapfrog(scene.with_contact(wall_stiffness_N_per_m=3e5))
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -335,8 +350,8 @@ def test_the_engines_hold_the_limits_that_are_documented():
     deck = (ROOT / "lammps_inputs/guard.in").read_text()
     sound = next(line for line in deck.splitlines() if line.startswith("variable guard_sound"))
     assert f"(v_guard_stride<={STEP_SHARE:g})" in sound
-    assert f"(v_guard_overlap<={OVERLAP_SHARE:g})" in sound
+    assert f"(v_guard_apart>={CENTRES_SHARE:g})" in sound
     assert f"{ENERGY_SHARE:g}*(v_guard_start+v_guard_desired)" in deck
     script = (ROOT / "yade_scripts/crowd_guard.py").read_text()
-    for name, value in (("STEP", STEP_SHARE), ("OVERLAP", OVERLAP_SHARE), ("ENERGY", ENERGY_SHARE)):
+    for name, value in (("STEP", STEP_SHARE), ("CENTRES", CENTRES_SHARE), ("ENERGY", ENERGY_SHARE)):
         assert f"{name}_SHARE = {value:g}" in script

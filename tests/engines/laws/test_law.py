@@ -43,11 +43,15 @@ def few(law, body_force, **contact):
     )
 
 
-@pytest.mark.parametrize("restitution", [0.4, 1.0])
+STEEL = {"wall_stiffness_N_per_m": 1e6}
+CLOTH = {"wall_stiffness_N_per_m": 1e5, "restitution": 1.0}
+
+
 @pytest.mark.parametrize("body_force", [None, FALL], ids=["free", "falling"])
+@pytest.mark.parametrize("contact", [{}, {"restitution": 1.0}, STEEL, CLOTH], ids=str)
 @pytest.mark.parametrize("law", ["hooke", "hertz"])
-def test_three_programs_give_the_same_motion(simulate, law, body_force, restitution):
-    scene = few(law, body_force, restitution=restitution)
+def test_three_programs_give_the_same_motion(simulate, law, body_force, contact):
+    scene = few(law, body_force, **contact)
     motion = leapfrog(scene)
     assert np.abs(motion.displacement[1]).max() > 0.1
     for name in ENGINES:
@@ -102,6 +106,37 @@ def test_at_rest_the_floor_carries_the_weight(simulate, name, law):
     else:
         deep = weight / 2e5
     np.testing.assert_allclose(contacts.overlap, deep, rtol=1e-3)
+
+
+@pytest.mark.parametrize("name", [*ENGINES, "reference"])
+@pytest.mark.parametrize("law", ["hooke", "hertz"])
+def test_a_disk_is_as_deep_in_a_wall_as_its_energy(simulate, name, law):
+    """By hand, without a dashpot: v √(m/k) after a quarter of the period (Hertz: (5 m v²/(4 K
+    √R))^(2/5) after 1.4716 δ/v), and as fast as it came after twice that."""
+    stiffness, v, m, r = 5e5, 1.5, 75.0, 0.25
+    if law == "hooke":
+        deep = v * np.sqrt(m / stiffness)
+        quarter = 0.5 * np.pi * deep / v
+    else:
+        constant = stiffness / (1.5 * np.sqrt(0.5 * 0.01) * r)
+        deep = (1.25 * m * v**2 / (constant * np.sqrt(r))) ** 0.4
+        quarter = 1.47160 * deep / v
+    one = Snapshot(position=[[0.0, r]], velocity=[[0.0, -v]], radius=[r], mass=[m])
+    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
+    scene = few(law, None, wall_stiffness_N_per_m=stiffness, restitution=1.0)
+    scene = scene.model_copy(update={"snapshot": one, "walls": (floor,)})
+    scene = scene.with_run(duration_s=2 * quarter, frames=2, time_step_s=quarter / 1000)
+    if name == "reference":
+        motion = soft_reference(scene).motion
+        heights, velocity = r + motion.displacement[:, 0, 1], motion.velocity[-1, 0, 1]
+    else:
+        simulation = simulate(name, scene)
+        heights, velocity = simulation["y"][1:, 0], simulation["vy"][-1, 0]
+        # held with the stiffness of the wall, not of the disks
+        assert simulation.record.wall_stiffness_N_per_m == stiffness
+    assert r - heights[0] == pytest.approx(deep, rel=1e-5)
+    assert velocity == pytest.approx(v, rel=1e-5)
+    assert heights[1] == pytest.approx(r, abs=1e-5)
 
 
 @pytest.mark.parametrize("name", ENGINES)
