@@ -12,6 +12,11 @@ AdvisedError = Annotated[
     typer.Option(help="Let law, stiffness and time step be advised for this error, such as 5%."),
 ]
 
+WallStiffness = Annotated[
+    float | None,
+    typer.Option(parser=positive, help="The same of walls in N/m, instead of the scene's."),
+]
+
 
 def run(
     scene: SceneName,
@@ -24,10 +29,7 @@ def run(
         float | None,
         typer.Option(parser=positive, help="Contact stiffness in N/m, instead of the scene's."),
     ] = None,
-    wall_stiffness: Annotated[
-        float | None,
-        typer.Option(parser=positive, help="The same of walls in N/m, instead of the scene's."),
-    ] = None,
+    wall_stiffness: WallStiffness = None,
     restitution: Annotated[
         float | None, typer.Option(parser=share, help="Asked restitution, 0 to 1.")
     ] = None,

@@ -39,7 +39,7 @@ def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
     again[:, -1] = energies[:, 0]
     with pytest.raises(EngineError, match=r"t = 0\.1 s .*energy .* 150 J; there can be 7[56]"):
         check_contacts(folder / "contacts.dump", again, record, scene)
-    small = disks(scene, radius=np.full(2, 1e-3))
+    small = disks(scene, radius=np.full(2, 3e-4))
     with pytest.raises(EngineError, match=r"overlap: two centres are .* m apart"):
         check_contacts(folder / "contacts.dump", energies, record, small)
     with pytest.raises(EngineError, match="1 of 3 disks are lost"):

@@ -51,8 +51,8 @@ def inside():
 
 def through_the_wall():
     """A chain runs into a wall that is too soft to stop it."""
-    scene = read_scene("chain_wall").with_contact(stiffness_N_per_m=3e3, restitution=1.0)
-    return timing(scene, 1e-4, 1.0)
+    contact = {"stiffness_N_per_m": 1e5, "wall_stiffness_N_per_m": 3e3, "restitution": 1.0}
+    return timing(read_scene("chain_wall").with_contact(**contact), 1e-4, 1.0)
 
 
 def tunnelling():
@@ -135,7 +135,7 @@ def test_the_plain_command_stops_with_the_reason_and_the_time(
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_stiffer_walls_hold_the_same_chain(tmp_path, command, name):
-    scene = through_the_wall().with_contact(wall_stiffness_N_per_m=3e5)
+    scene = through_the_wall().with_contact(wall_stiffness_N_per_m=1e5)
     done = of_commands(name, scene, tmp_path, command)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
 
@@ -144,7 +144,7 @@ def test_the_reference_stops_where_the_engines_do():
     scene = through_the_wall()
     with pytest.raises(ReferenceError, match="the centre of a disk has passed a wall"):
         leapfrog(scene)
-    leapfrog(scene.with_contact(wall_stiffness_N_per_m=3e5))
+    leapfrog(scene.with_contact(wall_stiffness_N_per_m=1e5))
 
 
 @pytest.mark.parametrize("name", ENGINES)
