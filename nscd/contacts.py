@@ -201,9 +201,14 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     i, j, difference, distance, gap = (a[near][order] for a in (i, j, difference, distance, gap))
 
     disk, wall, to_wall, wall_distance = _wall_neighbours(snapshot, walls, tolerance)
-    if (distance == 0).any() or (wall_distance == 0).any():
+    coinciding = [(i[row], f"disk {snapshot.ids[j[row]]}") for row in np.flatnonzero(distance == 0)]
+    coinciding += [
+        (disk[row], f"wall {wall[row] + 1}") for row in np.flatnonzero(wall_distance == 0)
+    ]
+    if coinciding:
         raise ValueError(
-            "position: two disks, or a disk and a wall, coincide; their contact has no normal"
+            f"position: disk {snapshot.ids[coinciding[0][0]]} and {coinciding[0][1]} coincide; "
+            "their contact has no normal"
         )
     normal = np.concatenate([difference / distance[:, None], to_wall / wall_distance[:, None]])
     first = np.concatenate([i, disk])

@@ -44,8 +44,12 @@ def test_wall_gap_is_the_distance_to_the_segment(x, y):
 
 def test_what_is_refused():
     two = Snapshot(position=[[0, 0], [0, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1])
-    with pytest.raises(ValueError, match="coincide"):
+    with pytest.raises(ValueError, match="disk 1 and disk 2 coincide"):
         find_contacts(two, tolerance=0)
+    one = Snapshot(position=[[0, 0]], velocity=[[0, 0]], radius=[1], mass=[1])
+    line = Walls(start=[[5, 5], [-1, 0]], end=[[6, 5], [1, 0]])
+    with pytest.raises(ValueError, match="disk 1 and wall 2 coincide"):
+        find_contacts(one, line, tolerance=0)
     with pytest.raises(ValueError, match="tolerance"):
         find_contacts(two, tolerance=np.nan)
     with pytest.raises(ValueError, match="radius: 0 in row 1"):
