@@ -101,18 +101,19 @@ class Ensemble:
         if reference == 0:
             return None
         random = np.random.default_rng(0)
-        shares = [
-            _drawn(mine, random) / (_drawn(theirs, random) or np.nan) - 1 for _ in range(RESAMPLES)
-        ]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = _drawn(mine, random) / _drawn(theirs, random) - 1
+        shares[np.isinf(shares)] = np.nan
         low, high = np.nanquantile(shares, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
         median = float(np.median(np.concatenate(mine)))
         return Difference(share=median / reference - 1, low=float(low), high=float(high))
 
 
-def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> float:
-    """The median of as many crowds, drawn with replacement."""
-    chosen = random.integers(0, len(samples), len(samples))
-    return float(np.median(np.concatenate([samples[number] for number in chosen])))
+def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> Floats:
+    """The medians of as many crowds, drawn with replacement, RESAMPLES times."""
+    chosen = random.integers(0, len(samples), (RESAMPLES, len(samples)))
+    medians: Floats = np.median(np.stack(samples)[chosen].reshape(RESAMPLES, -1), axis=1)
+    return medians
 
 
 def correlation_windows(samples: Sequence[Floats]) -> float:

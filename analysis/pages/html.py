@@ -96,6 +96,8 @@ def drawn(picture: Picture | Drawn) -> Drawn:
         file = io.BytesIO()
         picture.figure.savefig(file, format=suffix, dpi=150, metadata=dated)
         files[suffix] = file.getvalue()
+        # the layout that the first one found serves the second
+        picture.figure.set_layout_engine("none")
     return Drawn(name=picture.name, caption=picture.caption, **files)
 
 
