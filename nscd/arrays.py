@@ -30,7 +30,7 @@ def read_only(
     largest: magnitude that is refused beyond
 
     Raises ValueError naming the field, and the first bad row, where shape or a value is wrong."""
-    array = _numbers(value, shape, name, "numbers").astype(np.float64)
+    array = _numbers(value, shape, name, "numbers").astype(np.float64, order="C")
     if not np.isfinite(array).all():
         row = int(np.argwhere(~np.isfinite(array))[0][0])
         raise ValueError(f"{name}: not a finite number in row {row}")
@@ -50,7 +50,7 @@ def whole_numbers(value: ArrayLike, shape: tuple[int, ...], name: str) -> Indice
     Raises ValueError naming the field where the shape is wrong or a value is not a whole number."""
     given = _numbers(value, shape, name, "whole numbers")
     with np.errstate(invalid="ignore"):
-        array = given.astype(np.int64)
+        array = given.astype(np.int64, order="C")
     if given.dtype.kind not in "ib" and not np.array_equal(given, array):
         row = int(np.argwhere(given != array)[0][0])
         raise ValueError(f"{name}: {given[row]} in row {row} is not a whole number")

@@ -81,7 +81,7 @@ class ContactLaw:
     def frictions(self, is_wall: Flags) -> Floats:
         """Choose μ (k,) of contacts, with walls where is_wall (k,)."""
         at_walls = self.friction if self.wall_friction is None else self.wall_friction
-        return np.where(is_wall, at_walls, self.friction)
+        return np.where(is_wall, float(at_walls), float(self.friction))
 
     def coefficients(self, inverse_mass: Floats) -> tuple[Floats, Floats]:
         """Compute k_n and k_t (k,) kg of contacts with inverse effective mass w (k,) 1/kg."""

@@ -186,7 +186,7 @@ def impact_problem(
     normal = np.array(contacts.normal)
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     mass = np.repeat(snapshot.mass[:, None], 2, axis=1)
-    left = left_velocity
+    left = np.array(left_velocity, order="C")
     rows = [normal, -normal, tangent, -tangent]
     if k_tangential.any():
         none = np.zeros(k)

@@ -41,7 +41,7 @@ def tree(task: Task) -> Answer:
     branches = branches_of(n, problem.first, problem.second)
     task.workspace.branches = branches
     given = Given(
-        problem.first, problem.normal_first, problem.mass[:, 0], problem.free, problem.offset
+        problem.first, problem.normal_first, problem.mass[:, 0].copy(), problem.free, problem.offset
     )
     closed = np.ones(k, dtype=np.bool_)
     reaction, u = np.zeros(k), problem.free.copy()

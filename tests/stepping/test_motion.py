@@ -110,7 +110,9 @@ def test_no_overlap_and_no_energy_gained(seed, step, restitution):
 @given(seed=st.integers(0, 2**31), margin=st.sampled_from([0.0, 0.02, 0.3]))
 def test_neighbours_are_those_of_the_contact_search(seed, margin):
     snapshot, walls = crowd(seed), box(-0.3, 4.0)
-    near = neighbours(snapshot.position, snapshot.radius, segments_of(walls), margin)
+    near = neighbours(
+        np.array(snapshot.position), np.array(snapshot.radius), segments_of(walls), margin
+    )
     contacts = find_contacts(snapshot, walls, tolerance=margin)
     pairs = set(
         zip(contacts.first[~contacts.is_wall], contacts.second[~contacts.is_wall], strict=True)
