@@ -82,9 +82,9 @@ def _ring() -> Snapshot:
 
 
 def _crowd(position: ArrayLike, velocity: ArrayLike) -> Snapshot:
-    n = len(np.asarray(position))
-    radius, mass = np.full(n, 0.25), np.full(n, 75.0)
-    return Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
+    place, speed = np.array(position, dtype=float), np.array(velocity, dtype=float)
+    radius, mass = np.full(len(place), 0.25), np.full(len(place), 75.0)
+    return Snapshot(position=place, velocity=speed, radius=radius, mass=mass)
 
 
 def _judged(name: str, answers: Iterable[Floats], right: ArrayLike) -> list[str]:
