@@ -36,7 +36,7 @@ class By:
         return f"{self.engine}, {self.symbol} = {self.value:g}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Axis:
     """One parameter of a map.
 

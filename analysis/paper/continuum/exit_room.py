@@ -1,8 +1,7 @@
-"""The room of the paper's section 3.2.2, fields in it as means over a body, unsolved answers."""
+"""The room of the paper's section 3.2.2, fields in it as means over a body."""
 
-from collections.abc import Iterable
 from functools import cache
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from skfem import MeshTri1
@@ -15,7 +14,6 @@ from nscd.continuum.pressure import body_fields
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.room import Room, square_room
 from nscd.continuum.space import Space
-from nscd.percussions import Status
 from nscd.stress import Kernel, smear
 
 SIDE, EXIT = 10.0, 1.0  # m; the paper gives the exit only
@@ -47,23 +45,6 @@ def map_of(room: Room = ROOM) -> Map:
     """Place points every 0.25 m in the room, and closer at the jambs, for every mesh the same."""
     mesh = mesh_of(room, MAP)
     return Map(mesh, Cells(mesh).integral(np.ones(mesh.nvertices)))
-
-
-class Answer(Protocol):
-    """What a solver says of its answer."""
-
-    @property
-    def status(self) -> Status:
-        """Whether it is solved."""
-
-    @property
-    def reason(self) -> str:
-        """Why it is not."""
-
-
-def unsolved(answers: Iterable[tuple[str, Answer]]) -> list[str]:
-    """Name the answers that are not solved, each with the reason."""
-    return [f"{what}: {a.status}: {a.reason}" for what, a in answers if a.status != Status.SOLVED]
 
 
 def body_pressure(answer: CollisionAnswer, room: Room = ROOM) -> Floats:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from skfem import MeshTri1
 
+from analysis.paper.answers import Answer
 from analysis.paper.continuum.bridge.crowd import (
     HALF_DOOR,
     KERNEL,
@@ -19,7 +20,6 @@ from analysis.paper.continuum.bridge.crowd import (
     to_exit,
     toward_exit,
 )
-from analysis.paper.continuum.exit_room import Answer
 from nscd.arrays import Floats
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import PERSON, TABLE_1, Medium

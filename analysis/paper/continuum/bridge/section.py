@@ -7,11 +7,11 @@ import numpy as np
 from analysis.pages.numbers import NONE, decimals
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
 from analysis.paper.continuum.bridge.charts import pressure_maps, profiles, trends
 from analysis.paper.continuum.bridge.crowd import KERNEL, NEAR, SOFTNESS, WITHIN
 from analysis.paper.continuum.bridge.models import Model
 from analysis.paper.continuum.bridge.study import PLAN, Plan, Size, study
-from analysis.paper.continuum.exit_room import unsolved
 from analysis.support.progress import Progress
 from nscd.arrays import Floats
 

@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from analysis.paper.answers import unsolved
 from analysis.paper.continuum.bridge.crowd import Packing, Sample, sample
 from analysis.paper.continuum.bridge.models import Crowd, Model, Models
-from analysis.paper.continuum.exit_room import unsolved
 from analysis.support.progress import Progress
 from nscd.arrays import Floats
 from nscd.stress import FlowField

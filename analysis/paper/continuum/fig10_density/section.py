@@ -2,20 +2,15 @@
 
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.continuum.exit_room import MESH, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import MESH
+from analysis.paper.continuum.fig10_density import study
 from analysis.paper.continuum.fig10_density.charts import curves
-from analysis.paper.continuum.fig10_density.study import (
-    FREE_SPEED,
-    GREATEST,
-    STEP,
-    Densities,
-    Solved,
-    densities,
-)
+from analysis.paper.continuum.fig10_density.study import Densities, Solved
 from analysis.support.progress import Progress
 from nscd.continuum.medium import PERSON
 
-SHOWN = (1.0, 3.5, 5.5, 7.0, GREATEST)  # people/m²
+SHOWN = (1.0, 3.5, 5.5, 7.0, study.GREATEST)  # people/m²
 # slower than this share of the free speed counts as congested
 CONGESTED = 0.1
 # pressures within this factor of each other belong on one axis
@@ -24,12 +19,12 @@ ONE_AXIS = 10.0
 
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 10: what (11) gives for each density, beside (M1), (M2), (L1) and (L2)."""
-    found = densities(mesh, progress)
+    found = study.densities(mesh, progress)
     words = Words(
         __package__,
         **{"found": found, "first": found.free[0], "last": found.free[-1], "here": found.here},
-        **{"free_speed": FREE_SPEED, "step": STEP, "person": PERSON},
-        adapted=found.adapted_speed(GREATEST),
+        **{"study": study, "person": PERSON},
+        adapted=found.adapted_speed(study.GREATEST),
     )
     return words.section(
         "10",
@@ -44,7 +39,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 
 def verdicts(found: Densities) -> dict[str, Verdict]:
     """Judge what the paper says of Fig. 10."""
-    first, last, slow = found.free[0], found.free[-1], CONGESTED * FREE_SPEED
+    first, last, slow = found.free[0], found.free[-1], CONGESTED * study.FREE_SPEED
     moving = [last.mean_speed > slow, found.adapted_speed(last.density) > slow]
     stopped = all(speed < slow for speed in last.laws)
     return {
@@ -59,8 +54,8 @@ def verdicts(found: Densities) -> dict[str, Verdict]:
 def _row(solved: Solved, found: Densities) -> list[Cell]:
     return [
         solved.density,
-        solved.largest / STEP,
-        solved.mean / STEP,
+        solved.largest / study.STEP,
+        solved.mean / study.STEP,
         solved.measured,
         PERSON * solved.printed,
         solved.power,

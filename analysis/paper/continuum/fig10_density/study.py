@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.paper.continuum.exit_room import ROOM, Answer, body_pressure, map_of
+from analysis.paper.answers import Answer
+from analysis.paper.continuum.exit_room import ROOM, body_pressure, map_of
 from analysis.support.progress import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide

@@ -2,17 +2,11 @@
 
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.continuum.exit_room import MESH, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import MESH
+from analysis.paper.continuum.fig11_left_velocities import study
 from analysis.paper.continuum.fig11_left_velocities.charts import maps
-from analysis.paper.continuum.fig11_left_velocities.study import (
-    DEVIATION,
-    MEAN,
-    NEAR,
-    SEEDS,
-    LeftVelocities,
-    Run,
-    left_velocities,
-)
+from analysis.paper.continuum.fig11_left_velocities.study import LeftVelocities, Run
 from analysis.support.progress import Progress
 from nscd.continuum.medium import table_1_medium
 
@@ -23,18 +17,19 @@ RANDOM = 0.2  # of the random part that comes back
 
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 11: right velocity and pressure for uniform and random left velocities."""
-    found = left_velocities(mesh)
+    found = study.left_velocities(mesh)
     words = Words(
         __package__,
-        **{"found": found, "even": found.even, "mean": MEAN, "deviation": DEVIATION, "near": NEAR},
-        length=table_1_medium().length,
+        **{"found": found, "even": found.even, "study": study, "length": table_1_medium().length},
     )
     return words.section(
         "11",
         pictures=[words.picture("fig_11_left_velocities", maps([found.even, found.drawn[0]]))],
         tables=[
             words.table("runs", [_row(run) for run in found.runs]),
-            words.table("echoes", [[s, *e] for s, e in zip(SEEDS, found.echoes, strict=True)]),
+            words.table(
+                "echoes", [[s, *e] for s, e in zip(study.SEEDS, found.echoes, strict=True)]
+            ),
             words.table(
                 "outflows",
                 [
@@ -50,11 +45,11 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 
 def verdicts(found: LeftVelocities) -> dict[str, Verdict]:
     """Judge what the paper says of Fig. 11."""
-    even, slow = found.even, STOPPED * MEAN
+    even, slow = found.even, STOPPED * study.MEAN
     stopped = even.walls.normal < slow and even.walls.along < slow
     return {
         "cancelled": Verdict.of(stopped, all(run.walls.largest < slow for run in found.runs)),
-        "maximal": Verdict.of(*(run.largest_from_exit < NEAR for run in found.runs)),
+        "maximal": Verdict.of(*(run.largest_from_exit < study.NEAR for run in found.runs)),
         "same_form": Verdict.of(even.cosine > ALIKE, even.cosine > SOMEHOW),
         "random": Verdict.of(abs(found.echo.share) > RANDOM),
     }

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from analysis.paper.answers import Answer
 from analysis.paper.continuum.exit_room import (
     ROOM,
-    Answer,
     body_mean,
     body_pressure,
     from_exit,

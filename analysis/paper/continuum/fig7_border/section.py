@@ -4,19 +4,11 @@ import numpy as np
 
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.continuum.exit_room import MESH, SIDE, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import MESH, SIDE
+from analysis.paper.continuum.fig7_border import study
 from analysis.paper.continuum.fig7_border.charts import border
-from analysis.paper.continuum.fig7_border.study import (
-    CROWD,
-    FOREVER,
-    PUSH,
-    SPEED,
-    Limits,
-    Run,
-    crowd_in_a_corner,
-    limits,
-    runs,
-)
+from analysis.paper.continuum.fig7_border.study import Limits, Run
 from analysis.support.progress import Progress
 from nscd.continuum.mesh import mesh_of
 
@@ -28,18 +20,17 @@ GROWS, SHRINKS = 0.5, 0.8
 
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 7: the three kinds of border, (11) there, which left velocities it takes."""
-    room = crowd_in_a_corner()
+    room = study.crowd_in_a_corner()
     shown = mesh_of(room, 1.25 * mesh)
-    alone, pushed = both = runs(room, mesh, np.ascontiguousarray(shown.p.T))
+    alone, pushed = both = study.runs(room, mesh, np.ascontiguousarray(shown.p.T))
     if progress:
         progress("Fig. 7", 0.5)
-    norms = limits(2.5 * mesh)
+    norms = study.limits(2.5 * mesh)
     words = Words(
         __package__,
-        **{"alone": alone, "pushed": pushed, "norms": norms, "forever": FOREVER},
-        **{"speed": SPEED, "push": PUSH, "length": CROWD.length, "side": SIDE},
+        **{"alone": alone, "pushed": pushed, "norms": norms, "study": study, "side": SIDE},
         residual=max(run.answer.residual for run in both),
-        enters=max(run.enters for run in both) / SPEED,
+        enters=max(run.enters for run in both) / study.SPEED,
         pulls=min(float(run.answer.wall_force.min()) for run in both),
         apart=max(run.apart for run in both),
     )
@@ -60,9 +51,9 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 
 def verdicts(both: list[Run], norms: Limits) -> dict[str, Verdict]:
     """Judge what the paper says of Fig. 7."""
-    apart = max(max(run.enters / SPEED, run.apart) for run in both)
+    apart = max(max(run.enters / study.SPEED, run.apart) for run in both)
     pushes = all(run.answer.wall_force.min() >= 0 for run in both)
-    grows = norms.growth[-1] > GROWS * FOREVER
+    grows = norms.growth[-1] > GROWS * study.FOREVER
     converges = norms.change[-1] < SHRINKS * norms.change[-2]
     well = Verdict.of(converges, False) if grows else Verdict.HOLDS
     return {"impenetrable": Verdict.of(apart < ROUNDING and pushes), "unique": well}

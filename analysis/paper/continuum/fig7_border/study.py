@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.paper.continuum.exit_room import BODY, ROOM, Answer, slopes
+from analysis.paper.answers import Answer
+from analysis.paper.continuum.exit_room import BODY, ROOM, slopes
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, toward_exit

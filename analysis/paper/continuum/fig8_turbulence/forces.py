@@ -9,7 +9,8 @@ from functools import cache, cached_property
 import numpy as np
 from skfem import MeshTri1
 
-from analysis.paper.continuum.exit_room import BODY, EXIT, MESH, SIDE, Answer, Map, map_of
+from analysis.paper.answers import Answer
+from analysis.paper.continuum.exit_room import BODY, EXIT, MESH, SIDE, Map, map_of
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, random_speeds, toward_exit

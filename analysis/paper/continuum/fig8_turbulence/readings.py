@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.paper.continuum.exit_room import MESH, SIDE, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import MESH, SIDE
 from analysis.paper.continuum.fig8_turbulence.forces import (
     Case,
     Forces,

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from analysis.paper.continuum.exit_room import EXIT, SIDE, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import EXIT, SIDE
 from analysis.paper.continuum.fig8_turbulence.forces import (
     Case,
     Pair,

@@ -7,7 +7,8 @@ import numpy as np
 from analysis.pages.numbers import decimals
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.continuum.exit_room import BODY, MESH, SIDE, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import BODY, MESH, SIDE
 from analysis.paper.continuum.fig9_exit_pressure.charts import maps, profiles, raw_maximum
 from analysis.paper.continuum.fig9_exit_pressure.study import (
     AT_EXIT,

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import curve_fit
 
+from analysis.paper.answers import Answer
 from analysis.paper.continuum.exit_room import (
     BODY,
     EXIT,
     ROOM,
-    Answer,
     body_mean,
     body_pressure,
     from_exit,

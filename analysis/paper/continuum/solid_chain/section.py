@@ -4,7 +4,8 @@ import numpy as np
 
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.continuum.exit_room import MESH, unsolved
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import MESH
 from analysis.paper.continuum.solid_chain.charts import velocities
 from analysis.paper.continuum.solid_chain.study import (
     AT,

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.paper.continuum.exit_room import Answer
+from analysis.paper.answers import Answer
 from nscd.arrays import Floats
 from nscd.continuum.closed_forms.chain import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide

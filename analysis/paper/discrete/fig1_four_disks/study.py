@@ -13,6 +13,7 @@ from scipy.optimize import bisect
 from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell
+from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
 from analysis.paper.discrete.line_of_disks import (
     aligned,
@@ -202,11 +203,8 @@ class FourDisks:
         """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
         warnings: list[str] = []
         fours, threes = (impacts_of(n, runs, warnings, progress) for n in (4, 3))
-        warnings += [
-            f"{i.law}, m = {i.mass[0]:g} kg: {i.answer.status}: {i.answer.reason}"
-            for i in fours + threes
-            if i.answer is not None and i.answer.status != "solved"
-        ]
+        solved = [(f"{i.law}, m = {i.mass[0]:g} kg", i.answer) for i in fours + threes]
+        warnings += unsolved((words, answer) for words, answer in solved if answer)
         ratios = np.geomspace(0.03, 300, 61)
         laws = [ContactLaw(dissipation=ratio * MASS) for ratio in ratios]
         four, pair = (

@@ -10,6 +10,7 @@ import numpy as np
 
 from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
+from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each
 from analysis.paper.discrete.fig2_corridor.columns import (
     Gaps,
@@ -98,9 +99,7 @@ class Corridor:
         """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
         scene = read_scene("corridor")
         found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
-        answer, warnings = found.answer, list[str]()
-        if answer.status != "solved":
-            warnings.append(f"percussions: {answer.status}: {answer.reason}")
+        warnings = unsolved([("percussions", found.answer)])
         pushes = each(push_runs(runs), partial(run_push, progress=progress), warnings)
         soft = each(final_runs(runs), partial(soft_final, progress=progress), warnings)
         finals = [rigid_final(scene), *soft]

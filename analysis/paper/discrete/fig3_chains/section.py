@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from analysis.pages.section import Section, Table, Verdict
 from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
 from analysis.paper.discrete.fig3_chains import charts, study
 from analysis.paper.discrete.fig3_chains.study import Chains, Trial
 from analysis.support.progress import Progress
@@ -29,12 +30,13 @@ def build(progress: Progress | None = None) -> Section:
             words.claim("at_one_speed", Verdict.of(max(chains.at_one_speed) < 1e-9)),
             words.claim("masses", Verdict.of(chains.change > 0.01)),
         ],
-        warnings=[
-            f"chain of {len(t.chain.mass)}, {', '.join(t.chain.words)}, {t.answer.solver}: "
-            f"{t.answer.status}: {t.answer.reason}"
+        warnings=unsolved(
+            (
+                f"chain of {len(t.chain.mass)}, {', '.join(t.chain.words)}, {t.answer.solver}",
+                t.answer,
+            )
             for t in chains.trials + chains.others
-            if t.answer.status != "solved"
-        ],
+        ),
     )
 
 

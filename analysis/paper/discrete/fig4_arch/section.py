@@ -9,6 +9,7 @@ from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Section
 from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
 from analysis.paper.discrete.fig4_arch import charts, claims, tables
 from analysis.paper.discrete.fig4_arch.claims import BLOCKED, FLOWING, HEAPS
 from analysis.paper.discrete.fig4_arch.dissipation import Maintained, Trial, dissipation_trials
@@ -116,10 +117,5 @@ def _as_printed(arch: Arch) -> Floats:
 
 
 def _trial_warnings(trials: Sequence[Trial]) -> list[str]:
-    out = []
-    for trial in trials:
-        answer = trial.arch.answer
-        if answer.status != "solved":
-            out.append(f"{trial.name}: {answer.status}: {answer.reason}")
-        out += [f"{trial.name}: {warning}" for warning in answer.warnings]
-    return out
+    own = [f"{trial.name}: {words}" for trial in trials for words in trial.arch.answer.warnings]
+    return unsolved((trial.name, trial.arch.answer) for trial in trials) + own

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq, root
 
+from analysis.paper.answers import unsolved
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from nscd import Contacts, Percussions, Snapshot, Walls, find_contacts
@@ -63,7 +64,7 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
     found = percussions_of(scene, snapshot, tolerance=1e-10)
     contacts, model = found.contacts, first_order(snapshot, found.contacts)
     drive = snapshot.mass * snapshot.velocity[:, 0] / relaxation_time
-    warnings = unsolved(scene.name, found.answer, model)
+    warnings = unsolved_of(scene.name, found.answer, model)
     law = SocialForceLaw()
     rest, error = _social_rest(snapshot, walls, drive, law)
     if error > 1e-6:
@@ -94,13 +95,9 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
     )
 
 
-def unsolved(name: str, answer: Percussions, model: FirstOrderAnswer) -> list[str]:
+def unsolved_of(name: str, answer: Percussions, model: FirstOrderAnswer) -> list[str]:
     """List which of the two answers for a scene are not solved, and why."""
-    return [
-        f"{name}, {law}: {found.status}: {found.reason}"
-        for law, found in (("percussions", answer), ("first-order model", model))
-        if found.status != "solved"
-    ]
+    return unsolved([(f"{name}, percussions", answer), (f"{name}, first-order model", model)])
 
 
 def mean_received(found: LoehnerForces) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from analysis.compare.comparison import compare_run
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.names import ENGINE_NAMES
-from analysis.paper.discrete.fig6_rivals.chains import all_pairs, mean_received, unsolved
+from analysis.paper.discrete.fig6_rivals.chains import all_pairs, mean_received, unsolved_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
@@ -122,7 +122,7 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
         undetermined=int((~match.determined[match.in_rigid]).sum()),
         sliding=np.hypot(*social.sliding.T),
         drive=wish,
-        warnings=unsolved(scene.name, comparison.answer, model),
+        warnings=unsolved_of(scene.name, comparison.answer, model),
     )
 
 

@@ -13,6 +13,7 @@ from analysis.engines.run import EngineRun
 from analysis.pages.names import engine_label
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
 from analysis.paper.discrete.pressed_crowd import charts
 from analysis.paper.discrete.pressed_crowd.arch import Arch, carried_interval
 from analysis.scene.scene import Scene
@@ -109,9 +110,8 @@ class CrowdWords:
 
     def warnings(self) -> list[str]:
         """List what a reader has to know of the runs and the answer."""
-        answer = self.arch.answer
-        own = f"percussions of the snapshot: {answer.status}: {answer.reason}"
-        return [*self.found.warnings, *([] if answer.status == "solved" else [own])]
+        own = unsolved([("percussions of the snapshot", self.arch.answer)])
+        return [*self.found.warnings, *own]
 
 
 def _engine_row(comparison: Comparison) -> Sequence[Cell]:

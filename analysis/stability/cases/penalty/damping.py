@@ -27,10 +27,9 @@ def case(quick: bool) -> Case:
     full = (0.025, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9)
     return Case(
         name="damping",
-        columns=Axis(label="time step / √(m/k)", values=(0.05, 0.2, 0.5, 1.0) if quick else full),
+        columns=Axis("time step / √(m/k)", (0.05, 0.2, 0.5, 1.0) if quick else full),
         rows=Axis(
-            label="asked restitution (LAMMPS)",
-            values=(1.0, 0.1) if quick else (1.0, 0.5, 0.2, 0.1, 0.01),
+            "asked restitution (LAMMPS)", (1.0, 0.1) if quick else (1.0, 0.5, 0.2, 0.1, 0.01)
         ),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,

@@ -53,8 +53,8 @@ def case(quick: bool) -> Case:
     full = (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
     return Case(
         name="drift",
-        columns=Axis(label="time step / √(m/k)", values=(0.02, 0.1, 0.5) if quick else full),
-        rows=Axis(label="engine", values=ENGINES),
+        columns=Axis("time step / √(m/k)", (0.02, 0.1, 0.5) if quick else full),
+        rows=Axis("engine", ENGINES),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN,),

@@ -86,8 +86,8 @@ def case(quick: bool) -> Case:
     full = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 1.9, 2.0)
     return Case(
         name="initial_overlap",
-        columns=Axis(label="overlap / r", values=(1e-3, 3e-2, 0.1, 2.0) if quick else full),
-        rows=Axis(label="who is given it", values=rows),
+        columns=Axis("overlap / r", (1e-3, 3e-2, 0.1, 2.0) if quick else full),
+        rows=Axis("who is given it", rows),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN,),

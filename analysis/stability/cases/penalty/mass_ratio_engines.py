@@ -86,10 +86,8 @@ def case(quick: bool) -> Case:
     full = (1.0, 2.0, 5.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6)
     return Case(
         name="mass_ratio_engines",
-        columns=Axis(
-            label="heavy mass / light mass", values=(1.0, 1.5, 1e2, 1e6) if quick else full
-        ),
-        rows=Axis(label="engine, asked restitution", values=tuple(rows)),
+        columns=Axis("heavy mass / light mass", (1.0, 1.5, 1e2, 1e6) if quick else full),
+        rows=Axis("engine, asked restitution", tuple(rows)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

@@ -91,11 +91,8 @@ def case(quick: bool) -> Case:
     full = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 1.1)
     return Case(
         name="narrow_door",
-        columns=Axis(
-            label="width of the door / diameter",
-            values=(0.5, 0.8, 0.97, 1.1) if quick else full,
-        ),
-        rows=Axis(label="engine, drive over k·r", values=(*rows, RIGID)),
+        columns=Axis("width of the door / diameter", (0.5, 0.8, 0.97, 1.1) if quick else full),
+        rows=Axis("engine, drive over k·r", (*rows, RIGID)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.LOST,),

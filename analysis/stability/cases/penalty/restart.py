@@ -65,10 +65,8 @@ def case(quick: bool) -> Case:
     """Make the case."""
     return Case(
         name="restart",
-        columns=Axis(
-            label="friction", values=(0.0, 0.5) if quick else (0.0, 0.01, 0.1, 0.3, 0.5, 1.0)
-        ),
-        rows=Axis(label="engine", values=ENGINES),
+        columns=Axis("friction", (0.0, 0.5) if quick else (0.0, 0.01, 0.1, 0.3, 0.5, 1.0)),
+        rows=Axis("engine", ENGINES),
         quantities=("difference of positions / r",),
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

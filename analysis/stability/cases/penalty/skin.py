@@ -89,13 +89,8 @@ def case(quick: bool) -> Case:
     unchecked = (Search("lammps", steps) for steps in every)
     return Case(
         name="skin",
-        columns=Axis(
-            label="skin of the neighbour list (m)", values=(0.01, 0.03, 0.1) if quick else full
-        ),
-        rows=Axis(
-            label="engine, renewal of its list",
-            values=(Search("lammps"), *unchecked, Search("yade")),
-        ),
+        columns=Axis("skin of the neighbour list (m)", (0.01, 0.03, 0.1) if quick else full),
+        rows=Axis("engine, renewal of its list", (Search("lammps"), *unchecked, Search("yade"))),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN,),

@@ -90,10 +90,8 @@ def case(quick: bool) -> Case:
         engines.append(By("yade", "Δt", 0.01))
     return Case(
         name="small_speeds",
-        columns=Axis(
-            label="speed (m/s)", values=(1.0, 1e-8, 1e-11, 1e-13, 1e-100, 0.0) if quick else full
-        ),
-        rows=Axis(label="solver; engine, time step (√(m/k))", values=(*SOLVERS, *engines)),
+        columns=Axis("speed (m/s)", (1.0, 1e-8, 1e-11, 1e-13, 1e-100, 0.0) if quick else full),
+        rows=Axis("solver; engine, time step (√(m/k))", (*SOLVERS, *engines)),
         quantities=SOLVER_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

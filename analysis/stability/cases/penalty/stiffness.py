@@ -74,10 +74,8 @@ def case(quick: bool) -> Case:
     powers = range(2, 7) if quick else range(1, 9)
     return Case(
         name="stiffness",
-        columns=Axis(label="stiffness ratio k·r / F", values=tuple(10.0**p for p in powers)),
-        rows=Axis(
-            label="time step (s), LAMMPS", values=(0.003,) if quick else (0.001, 0.003, 0.01)
-        ),
+        columns=Axis("stiffness ratio k·r / F", tuple(10.0**p for p in powers)),
+        rows=Axis("time step (s), LAMMPS", (0.003,) if quick else (0.001, 0.003, 0.01)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),

@@ -83,8 +83,8 @@ def case(quick: bool) -> Case:
     steps = (0.5, 0.75, 1.1, 1.6) if quick else (0.2, 0.4, 0.6, 0.75, 0.9, 1.1, 1.3, 1.6)
     return Case(
         name="time_step",
-        columns=Axis(label="time step / √(m/k)", values=steps),
-        rows=Axis(label="packing, engine", values=tuple(rows)),
+        columns=Axis("time step / √(m/k)", steps),
+        rows=Axis("packing, engine", tuple(rows)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),

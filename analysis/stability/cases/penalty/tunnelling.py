@@ -49,8 +49,8 @@ def case(quick: bool) -> Case:
     full = (0.1, 0.3, 0.5, 0.7, 0.9, 0.95, 1.1, 1.3, 2.0)
     return Case(
         name="tunnelling",
-        columns=Axis(label="speed / (r √(k/m))", values=(0.5, 0.9, 1.3) if quick else full),
-        rows=Axis(label="engine, time step (√(m/k))", values=tuple(rows)),
+        columns=Axis("speed / (r √(k/m))", (0.5, 0.9, 1.3) if quick else full),
+        rows=Axis("engine, time step (√(m/k))", tuple(rows)),
         quantities=ENGINE_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.LOST,),

@@ -89,11 +89,9 @@ def case(quick: bool) -> Case:
     return Case(
         name="long_chains",
         columns=Axis(
-            label="disks in the chain",
-            values=(10.0, 50.0, 120.0, 250.0) if quick else full,
-            whole=True,
+            "disks in the chain", (10.0, 50.0, 120.0, 250.0) if quick else full, whole=True
         ),
-        rows=Axis(label="solver", values=SOLVERS),
+        rows=Axis("solver", SOLVERS),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.NOT_CONVERGED,),

@@ -30,8 +30,8 @@ def case(quick: bool) -> Case:
     ratios = (1.0, 1e3, 1e6) if quick else (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6)
     return Case(
         name="mass_ratio_solvers",
-        columns=Axis(label="heavy mass / light mass", values=ratios),
-        rows=Axis(label="solver", values=SOLVERS),
+        columns=Axis("heavy mass / light mass", ratios),
+        rows=Axis("solver", SOLVERS),
         quantities=SOLVER_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.NOT_CONVERGED,),

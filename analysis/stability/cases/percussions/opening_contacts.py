@@ -62,14 +62,12 @@ def case(quick: bool) -> Case:
     return Case(
         name="opening_contacts",
         columns=Axis(
-            label="speed with which the second contact opens (m/s)",
-            values=(0.02, 0.3, 0.7, 1.5) if quick else full,
+            "speed with which the second contact opens (m/s)",
+            (0.02, 0.3, 0.7, 1.5) if quick else full,
         ),
         rows=Axis(
-            label="k / m",
-            values=(1.0, 10.0, 50.0)
-            if quick
-            else (0.1, 1.0, 3.0, 6.0, 8.0, 12.0, 20.0, 50.0, 200.0),
+            "k / m",
+            (1.0, 10.0, 50.0) if quick else (0.1, 1.0, 3.0, 6.0, 8.0, 12.0, 20.0, 50.0, 200.0),
         ),
         quantities=(*SOLVER_QUANTITIES, "change of energy / energy", "warnings"),
         attempt=attempt,

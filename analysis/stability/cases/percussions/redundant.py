@@ -82,10 +82,9 @@ def case(quick: bool) -> Case:
     return Case(
         name="redundant",
         columns=Axis(
-            label="disks along a side",
-            values=(2.0, 4.0, 7.0) if quick else (2.0, 3.0, 4.0, 5.0, 6.0, 8.0),
+            "disks along a side", (2.0, 4.0, 7.0) if quick else (2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
         ),
-        rows=Axis(label="solver", values=ROWS),
+        rows=Axis("solver", ROWS),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

@@ -35,8 +35,8 @@ def case(quick: bool) -> Case:
     powers = (2, 8, 15) if quick else (1, 2, 4, 6, *range(8, 16))
     return Case(
         name="restitution",
-        columns=Axis(label="1 − e", values=tuple(float(f"1e-{power}") for power in powers)),
-        rows=Axis(label="solver", values=SOLVERS_WITH_DISSIPATION),
+        columns=Axis("1 − e", tuple(float(f"1e-{power}") for power in powers)),
+        rows=Axis("solver", SOLVERS_WITH_DISSIPATION),
         quantities=SOLVER_QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE, Outcome.NOT_CONVERGED),

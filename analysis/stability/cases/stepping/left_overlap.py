@@ -65,8 +65,8 @@ def case(quick: bool) -> Case:
     tolerances = (1e-8, 1e-4, 1e-1) if quick else (1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
     return Case(
         name="left_overlap",
-        columns=Axis(label="tolerance of a step", values=tolerances),
-        rows=Axis(label="time pressed (s)", values=(SECONDS,) if quick else (SECONDS, 4 * SECONDS)),
+        columns=Axis("tolerance of a step", tolerances),
+        rows=Axis("time pressed (s)", (SECONDS,) if quick else (SECONDS, 4 * SECONDS)),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE, Outcome.NOT_CONVERGED),

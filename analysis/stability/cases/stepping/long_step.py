@@ -61,8 +61,8 @@ def case(quick: bool) -> Case:
     ways = (0.01, 0.06, 0.25, 1.0) if quick else (0.01, 0.02, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0)
     return Case(
         name="long_step",
-        columns=Axis(label="way in a step / radius", values=ways),
-        rows=Axis(label="clearance (m)", values=(0.001, 0.01)),
+        columns=Axis("way in a step / radius", ways),
+        rows=Axis("clearance (m)", (0.001, 0.01)),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

@@ -50,8 +50,8 @@ def case(quick: bool) -> Case:
     margins = (0.5, 1.0, 3.0) if quick else (0.25, 0.5, 1.0, 1.5, 2.5, 4.0)
     return Case(
         name="missed_contacts",
-        columns=Axis(label="margin of the search / way in a step", values=margins),
-        rows=Axis(label="step (s)", values=(0.005, 0.02)),
+        columns=Axis("margin of the search / way in a step", margins),
+        rows=Axis("step (s)", (0.005, 0.02)),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

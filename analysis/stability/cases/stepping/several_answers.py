@@ -59,8 +59,8 @@ def case(quick: bool) -> Case:
     values = (0.3, 1.0, 3.0) if quick else (0.1, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
     return Case(
         name="several_answers",
-        columns=Axis(label="friction", values=values),
-        rows=Axis(label="angle between the normals (°)", values=(90.0, 120.0, 150.0)),
+        columns=Axis("friction", values),
+        rows=Axis("angle between the normals (°)", (90.0, 120.0, 150.0)),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.INACCURATE,),

@@ -57,8 +57,8 @@ def case(quick: bool) -> Case:
     ratios = (1.0, 1e4, 1e8) if quick else (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8)
     return Case(
         name="unsolved_step",
-        columns=Axis(label="mass ratio", values=ratios),
-        rows=Axis(label="tolerance", values=(Tolerance(1e-4), Tolerance(1e-6), Tolerance(1e-8))),
+        columns=Axis("mass ratio", ratios),
+        rows=Axis("tolerance", (Tolerance(1e-4), Tolerance(1e-6), Tolerance(1e-8))),
         quantities=QUANTITIES,
         attempt=attempt,
         fails_as=(Outcome.NOT_CONVERGED,),
