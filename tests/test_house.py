@@ -4,6 +4,7 @@ others may use."""
 import ast
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,31 @@ def test_folders_are_small():
         > FOLDER_FILES
     }
     assert not crowded
+
+
+# What is done in one module only, by the words that do it there.
+ONE_HOME = {
+    r"ProcessPoolExecutor\(|\.Pool\(": "analysis/support/parallel.py",
+    r"subprocess\.(Popen|run|call|check_\w+)\(|os\.system\(": "analysis/engines/process.py",
+    r"os\.(replace|rename)\(|indent=1, ensure_ascii|csv\.\w*[wW]riter\(": "analysis/support/files.py",
+    r"np\.(savez|load)\(|pickle\.|shelve\.|joblib": "analysis/support/cache.py",
+    r"\.savefig\(": "analysis/pages/html.py",
+    r'"#[0-9A-Fa-f]{6}"': "analysis/pages/drawing.py",
+    r"maketrans\(": "analysis/pages/numbers.py",
+    r"\bfree_speed: float = \d": "nscd/continuum/medium.py",
+}
+# For a reason of their own: nscd imports nothing from analysis; the rows of a dump stream.
+EXCEPTED = {"nscd/kernels.py", "nscd/show.py", "analysis/percussions/dump_to_csv.py"}
+
+
+def test_what_several_rooms_need_is_written_once():
+    sources = {
+        str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+        for path in modules("nscd", "analysis")
+    }
+    for words, home in ONE_HOME.items():
+        found = {name for name, text in sources.items() if re.search(words, text)}
+        assert found - EXCEPTED == {home}, words
 
 
 def test_the_measures_see_what_is_too_large(tmp_path):

@@ -22,6 +22,9 @@ BLUE, ORANGE, GREEN, PINK = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
 SKY, VERMILION, YELLOW, BLACK = "#56B4E9", "#D55E00", "#F0E442", "#000000"
 # edges and quiet lines, levels, the grid, disks that carry no value
 DARK_GREY, GREY, GRID, PALE = "#666666", "#BBBBBB", "#E5E5E5", "#F2F2F2"
+# faces of disks that wait, walk or push; words in yellow
+WHITE, PALE_BLUE, PALER_BLUE, PALE_ORANGE = "#FFFFFF", "#DDEAF3", "#EEF3F7", "#F6D9A8"
+DARK_YELLOW = "#6B6100"
 COLOURS = (BLUE, ORANGE, GREEN, PINK)
 MARKERS = "osD^v"
 LINES = ("-", "--", ":", "-.")

@@ -19,6 +19,7 @@ from analysis.pages.drawing import (
     LINES,
     MARKERS,
     ORANGE,
+    PALE_BLUE,
     add_scale,
     contact_lines,
     draw_disks,
@@ -38,7 +39,7 @@ def scene_picture(scene: Scene) -> Figure:
     size = size_of(snapshot.position, float(snapshot.radius.max()), 1)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
-    draw_disks(axes, snapshot, "#DDEAF3")
+    draw_disks(axes, snapshot, PALE_BLUE)
     draw_walls(axes, _walls(scene))
     drive = scene.drive
     velocity = drive.desired_velocity(snapshot.position) if drive else snapshot.velocity

@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from analysis.pages.drawing import BLACK, DARK_GREY, GREY, ORANGE, SKY, VERMILION, YELLOW
+from analysis.pages.drawing import BLACK, DARK_GREY, GREY, ORANGE, SKY, VERMILION, WHITE, YELLOW
 from analysis.pages.numbers import significant
 from analysis.stability.case import Axis, Map, Outcome, Row
 
 # Okabe–Ito, of clearly different lightness, with a letter and a hatch of its own
 LOOKS = {
-    Outcome.STABLE: ("#FFFFFF", "S", ""),
+    Outcome.STABLE: (WHITE, "S", ""),
     Outcome.INACCURATE: (YELLOW, "I", ".."),
     Outcome.ENERGY_GAIN: (ORANGE, "E", "//"),
     Outcome.LOST: (VERMILION, "L", "xx"),

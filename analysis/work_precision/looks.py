@@ -14,6 +14,7 @@ from analysis.pages.drawing import (
     BLACK,
     BLUE,
     DARK_GREY,
+    DARK_YELLOW,
     GREEN,
     GREY,
     GRID,
@@ -26,7 +27,7 @@ from analysis.pages.drawing import (
 from analysis.work_precision.point import Point
 
 # Edges of what is too light for a thin line.
-DARK = {GREY: DARK_GREY, YELLOW: "#6B6100"}
+DARK = {GREY: DARK_GREY, YELLOW: DARK_YELLOW}
 # Least distance of two labels at the side of a panel, as a share of its height.
 APART = 0.05
 

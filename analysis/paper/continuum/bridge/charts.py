@@ -14,9 +14,9 @@ from analysis.paper.continuum.bridge.crowd import (
     WITHIN,
     Packing,
     points,
-    to_exit,
 )
 from analysis.paper.continuum.bridge.study import Size
+from analysis.paper.continuum.exit_room import to_exit
 from nscd.arrays import Floats
 
 COLOURS = {Packing.TOUCHING: ORANGE, Packing.NEAR: GREEN, Packing.PRESSED: BLUE}

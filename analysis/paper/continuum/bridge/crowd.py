@@ -5,13 +5,14 @@ from enum import StrEnum
 
 import numpy as np
 
+from analysis.paper.continuum.exit_room import EXIT, to_exit
 from analysis.scene.packing import heap, press
 from nscd import Percussions, Snapshot, Walls, find_contacts, solve
 from nscd.arrays import Floats
 from nscd.continuum.medium import PERSON
 from nscd.stress import FlowField, Kernel, StressField, flow_field, stress_field
 
-HALF_DOOR = 0.5  # m
+HALF_DOOR = 0.5 * EXIT  # m
 SPEED = 2.0  # m/s, toward the nearest point of the exit
 PEOPLE, RADIUS = 600, 0.215  # how many of which mean radius (m) make up the crowd's mass and size
 MASS = PERSON * PEOPLE
@@ -115,12 +116,6 @@ def toward_exit(position: Floats) -> Floats:
     distance = np.hypot(*way.T)[:, None]
     velocity: Floats = SPEED * np.divide(way, distance, out=np.zeros_like(way), where=distance > 0)
     return velocity
-
-
-def to_exit(position: Floats) -> Floats:
-    """Distance to the nearest point of the exit (n,) m."""
-    distance: Floats = np.hypot(position[:, 0], np.maximum(np.abs(position[:, 1]) - HALF_DOOR, 0.0))
-    return distance
 
 
 def area(size: float) -> float:

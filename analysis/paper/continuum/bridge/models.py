@@ -17,9 +17,9 @@ from analysis.paper.continuum.bridge.crowd import (
     SPEED,
     area,
     points,
-    to_exit,
     toward_exit,
 )
+from analysis.paper.continuum.exit_room import to_exit
 from nscd.arrays import Floats
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import PERSON, TABLE_1, Medium

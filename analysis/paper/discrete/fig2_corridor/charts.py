@@ -18,6 +18,8 @@ from analysis.pages.drawing import (
     LINES,
     MARKERS,
     ORANGE,
+    PALE_ORANGE,
+    PALER_BLUE,
     circles,
     contact_lines,
     draw_walls,
@@ -33,7 +35,7 @@ KINDS: Sequence[tuple[str, str, Any]] = (
     ("non-local", BLUE, "-"),
     ("local (a pushing disk takes part)", BLACK, (0, (2, 1))),
 )
-RESTING, PUSHING = "#EEF3F7", "#F6D9A8"
+RESTING, PUSHING = PALER_BLUE, PALE_ORANGE
 DIFFERENCE = "rms(∫f dt − p) / rms(∫f dt) (–)"
 
 
