@@ -18,7 +18,7 @@ BIN_M = 0.5
 def dissipation(trials: Sequence[Trial]) -> Figure:
     """Draw percussions and reactions against the dissipation k: along and across, along only."""
     figure = Figure(figsize=(10.5, 4.2), layout="constrained")
-    axes = figure.subplots(1, 2)
+    axes = figure.subplots(1, 2, sharey=True)
     ticks = [0, 1, 10, 100, 1e3, 1e4]
     for axis, across in zip(axes, (True, False), strict=True):
         _forces(axis, [trial for trial in trials if trial.across == across])
@@ -27,10 +27,11 @@ def dissipation(trials: Sequence[Trial]) -> Figure:
         axis.annotate("m_eff", (EFFECTIVE_MASS, 0.5), **at)
         axis.set_xscale("symlog", linthresh=1.0)
         axis.set_xticks(ticks, ["0", "1", "10", "100", "1000", "10000"])
-        axis.set(xlabel="dissipation k (kg)", ylabel="force (kN)", xlim=(-0.1, 1.5e4))
+        axis.set(xlabel="dissipation k (kg)", xlim=(-0.1, 1.5e4))
         title = "k along and across the contacts (paper)" if across else "k along the normals only"
         axis.set_title(title, fontsize=10)
         axis.grid(alpha=0.3)
+    axes[0].set(ylabel="force (kN)", ylim=(0, None))
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=8)
     return figure

@@ -127,12 +127,17 @@ def dissipation(words: Words, trials: Sequence[Trial]) -> Claim:
     change = changes(paper)
     moderate = max(value for k, value in change.items() if k <= EFFECTIVE_MASS)
     strong = max(change.values())
-    at_pair = next(t for t in paper if t.dissipation == EFFECTIVE_MASS).forces.max()
+    normal = changes([trial for trial in trials if not trial.across])[EFFECTIVE_MASS]
+    without, at_pair = (
+        next(t.forces for t in paper if t.dissipation == k) for k in (0.0, EFFECTIVE_MASS)
+    )
     return words.claim(
         "dissipation",
         Verdict.of(moderate >= DIFFERENT, strong >= DIFFERENT),
         shown=[(k, value) for k, value in change.items() if k in SHOWN],
         effective=EFFECTIVE_MASS,
         moderate=moderate,
-        contact=abs(at_pair / paper[0].forces.max() - 1),
+        contact=abs(at_pair.max() / without.max() - 1),
+        mean=abs(at_pair.mean() / without.mean() - 1),
+        normal=normal,
     )
