@@ -94,8 +94,8 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
     ]
     span, windows = compared.windows[0], len(compared.windows)
     title = (
-        f"{compared.scenes[0].name}: impulses over windows of {significant(span.end - span.start)} s, "
-        f"{windows} from {span.start:.4g} to {compared.windows[-1].end:.4g} s"
+        f"{compared.scenes[0].name}: impulses over windows of "
+        f"{significant(span.end - span.start)} s, {windows} from {span.start:.4g} to {compared.windows[-1].end:.4g} s"
     )
     rows = []
     for key, found in compared.paired().items():

@@ -8,8 +8,8 @@ from analysis.compare.comparison import Comparison
 from analysis.dumps.impulses import FRAMES_NEEDED_FROM
 from analysis.engines.rigid import NAME as RIGID
 
-# Overlap over mean radius that a twentieth of the contacts may exceed: at 0.03 the loads of people in a
-# snapshot of `arch` already differ by a third from its percussions.
+# Overlap over mean radius that a twentieth of the contacts may exceed: at 0.03 the loads of people
+# in a snapshot of `arch` already differ by a third from its percussions.
 DEEP = 0.03
 # Restitutions that differ by less are the same to a reader.
 ALIKE = 0.01
@@ -21,8 +21,8 @@ def remarks(comparison: Comparison) -> list[str]:
     contact, words = comparison.scene.contact, []
     if record.engine == RIGID:
         words.append(
-            "a rigid contact has no force at an instant: the engine's forces are means since the frame "
-            "before, not like with like; compare two runs by windows"
+            "a rigid contact has no force at an instant: the engine's forces are means since the "
+            "frame before, not like with like; compare two runs by windows"
         )
     if contact.friction != law.friction:
         words.append(
@@ -33,14 +33,15 @@ def remarks(comparison: Comparison) -> list[str]:
         match = comparison.match
         words.append(
             f"both models have friction {law.friction:g}: the balance leaves forces open where "
-            f"contacts stick, {int(match.determined.sum())} of {len(match.determined)} are determined"
+            f"contacts stick; {int(match.determined.sum())} of {len(match.determined)} are "
+            "determined"
         )
     if comparison.percussions.window is not None:
         deep = deep_overlap(comparison)
         if deep > DEEP:
             words.append(
-                f"this snapshot is not comparable contact by contact: of its overlaps one in twenty is "
-                f"deeper than {deep:.2g} of the mean radius (at most {DEEP:g}), and percussions of so "
+                "this snapshot is not comparable contact by contact: of its overlaps one in twenty "
+                f"is deeper than {deep:.2g} of the mean radius (at most {DEEP:g}), and percussions of so "
                 "soft a crowd are not its forces; compare the run with a rigid one over windows: "
                 "percussions compare RUN RIGID_RUN --window 0.1"
             )
@@ -68,7 +69,8 @@ def remarks(comparison: Comparison) -> list[str]:
 
 
 def deep_overlap(comparison: Comparison) -> float:
-    """Return the overlap, over the mean radius, that one in twenty of the engine's contacts exceeds."""
+    """Return the overlap, over the mean radius, that one in twenty of the engine's contacts
+    exceeds."""
     overlap = -comparison.match.contacts.gap[comparison.match.in_penalty]
     pressed = overlap[overlap > 0]
     radius = float(comparison.snapshot.radius.mean())

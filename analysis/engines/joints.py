@@ -17,14 +17,14 @@ def friction_at_joints(scene: Scene) -> str:
     where it stands at the start.
 
     Walls that meet hand a disk from one to the next where they are in line, or at a corner that
-    points at it. Its tangential spring then begins anew, and is back after a sliding of μF/k_t."""
+    points at it. Its tangential spring then begins at zero, and is back after a sliding of μF/k_t."""
     if not scene.contact.friction or not (joints := _passed(scene)):
         return ""
     law = penalty_of(scene)
     length = law.friction * FORCE / law.tangential_stiffness
     return (
-        f"friction at {joints} joints of walls: the tangential spring of a disk that slides over one "
-        f"begins anew; its friction is too small over the next {length:.2g} m (at {FORCE:g} N, "
+        f"friction at {joints} joints of walls: the tangential spring of a disk that slides over "
+        f"one begins again at zero; its friction is too small over the next {length:.2g} m (at {FORCE:g} N, "
         "in proportion to the force)"
     )
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from analysis.scene.scene import Scene
 
-# Measured with crowds of 75 to 1,200 at 2·10³ to 10⁸ N/m: below SOUND nobody is deeper than 0.35 r in
-# another once the flow is steady; above DOUBTFUL a crowd stands more than a third denser; at NO_CROWD disks
-# flow through each other.
+# Measured with crowds of 75 to 1,200 at 2·10³ to 10⁸ N/m: below SOUND nobody is deeper than 0.35 r
+# in another once the flow is steady; above DOUBTFUL a crowd stands more than a third denser; at
+# NO_CROWD disks flow through each other.
 SOUND, DOUBTFUL, NO_CROWD = 6.0, 17.0, 50.0
 
 

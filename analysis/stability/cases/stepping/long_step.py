@@ -21,7 +21,7 @@ def worst(clearance: float) -> tuple[float, float]:
     """Find the distance along the way (m), and the length of a step (m) from which on it is wrong.
 
     Two disks pass with a clearance (m). From d before the nearest point the linearised gap allows
-    v h d/ρ ≤ ρ − 2r with ρ² = d² + (2r + clearance)²; d is where that is reached by the least v h."""
+    v h d/ρ ≤ ρ − 2r with ρ² = d² + (2r + clearance)²; d is where the least v h reaches that."""
     beside = 2 * RADIUS_M + clearance
 
     def reach(ahead: float) -> float:

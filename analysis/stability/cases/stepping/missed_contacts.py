@@ -17,8 +17,8 @@ QUANTITIES = ("largest overlap / way in a step", "gaps missed", "gaps tried")
 
 
 def attempt(margin: float, step_s: float, folder: Path) -> Cell:
-    """Let two disks run into each other from many gaps, where a step looks as far as so many ways of
-    one disk; what it does not see passes freely."""
+    """Let two disks run into each other from many gaps, where a step looks as far as so many ways
+    of one disk; what it does not see passes freely."""
     way = SPEED_M_PER_S * step_s
     missed, deepest = 0, 0.0
     for gap in np.linspace(0.0, 2 * way, GAPS + 2)[1:-1]:

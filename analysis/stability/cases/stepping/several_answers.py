@@ -35,7 +35,8 @@ def wedged(apart_deg: float, random: np.random.Generator) -> tuple[Snapshot, Con
 
 
 def attempt(friction: float, apart_deg: float, folder: Path) -> Cell:
-    """Solve for many disks between two walls from several starts, and see how far apart their u⁺ are."""
+    """Solve for many disks between two walls from several starts, and see how far apart their u⁺
+    are."""
     random = np.random.default_rng(7)
     spreads, unsolved = [], 0
     for _ in range(DRAWN):
