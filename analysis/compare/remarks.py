@@ -33,7 +33,7 @@ def remarks(comparison: Comparison) -> list[str]:
         match = comparison.match
         words.append(
             f"both models have friction {law.friction:g}: the balance leaves forces open where "
-            f"contacts stick; {int(match.determined.sum())} of {len(match.determined)} are "
+            f"contacts stick, {int(match.determined.sum())} of {len(match.determined)} are "
             "determined"
         )
     if comparison.percussions.window is not None:
