@@ -21,7 +21,13 @@ from analysis.cli.app import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.motion.precision.settings import SettingRuns
     from analysis.scene.scene import Scene
+
+# Crowds of whole runs: they about double what a chart costs.
+SEEDS = 3
 
 
 def chart(
@@ -29,6 +35,15 @@ def chart(
     quick: Annotated[
         bool, typer.Option("--quick", help="A coarse chart: few settings, and one size.")
     ] = False,
+    seeds: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=1000,
+            help="Crowds that every engine runs from start to end, for errors of means; 0: none. "
+            "Left out: 3, none of a quick chart.",
+        ),
+    ] = None,
     runs: Runs = Path("out"),
     scheduler: Scheduler = None,
     jobs: Jobs = None,
@@ -36,10 +51,16 @@ def chart(
 ) -> None:
     """Measure cost against error of every method on a scene.
 
+    Each on one instant, and the engines on whole runs of several crowds.
+
     Writes a page with charts, and its points as CSV and JSON.
 
     Example: percussions chart arch --out chart/arch
     """
+    from analysis.motion.precision.measured import measure
+    from analysis.motion.precision.page import whole_runs_section
+    from analysis.motion.precision.points import points_of, write_whole_runs
+    from analysis.motion.precision.settings import whole_runs_of
     from analysis.scene.scene import read_scene
     from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart
@@ -47,12 +68,17 @@ def chart(
 
     chosen = read_scene(scene)
     check_chart(chosen)
-    _say_expected(chosen, runs, quick, jobs)
+    crowds = (0 if quick else SEEDS) if seeds is None else seeds
+    whole = whole_runs_of(chosen, crowds, runs)
+    _say_expected(chosen, runs, quick, jobs, whole)
     with progress() as bars:
         made = build_chart(
             chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
         )
-    page = write_chart(made, out, command_line())
+        found = measure(chosen, whole, progress=bars, processes=jobs) if whole else None
+    page = write_chart(made, out, command_line(), [whole_runs_section(found)] if found else ())
+    if found:
+        write_whole_runs(out, list(points_of(found)))
     for quantity in made.measured.quantities:
         head, rows = front_table(made, quantity)
         title = f"Pareto fronts, all methods and soft contacts alone: {quantity.words}"
@@ -67,7 +93,9 @@ def chart(
     print(page.resolve().as_uri())
 
 
-def _say_expected(scene: Scene, runs: Path, quick: bool, jobs: int | None) -> None:
+def _say_expected(
+    scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[SettingRuns]
+) -> None:
     from analysis.advice.price import expected_seconds
     from analysis.engines import PENALTY
     from analysis.work_precision.soft_runs import FULL, QUICK, run_folder, scene_of, settings_of
@@ -83,4 +111,6 @@ def _say_expected(scene: Scene, runs: Path, quick: bool, jobs: int | None) -> No
         if not run_folder(folder, setting).exists()
     ]
     seconds = sum(expected_seconds(scene_of(window, one), one.engine) for one in missing)
-    say_expected(seconds, f"{len(missing)} runs of engines", jobs)
+    more = [run for one in whole for run in one.every if not run.is_finished()]
+    seconds += sum(expected_seconds(run.scene, run.engine) for run in more)
+    say_expected(seconds, f"{len(missing) + len(more)} runs of engines", jobs)

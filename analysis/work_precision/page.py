@@ -25,9 +25,9 @@ CROSSES = ("method", "setting", "quantity", "CPU s", "numerical", "status", "rea
 SIZES = ("method", "disks", "setting", "CPU s", "numerical", "model")
 
 
-def write_chart(chart: Chart, folder: Path, command: str) -> Path:
+def write_chart(chart: Chart, folder: Path, command: str, more: Sequence[Section] = ()) -> Path:
     """Write `index.html`, `points`, `pareto` and `scaling` as CSV and JSON, and the pictures as PNG
-    and PDF; return the path of the page."""
+    and PDF; return the path of the page. more: sections that come last."""
     measured = chart.measured
     points, quantities = measured.points, measured.quantities
     write_points(folder, points)
@@ -38,6 +38,7 @@ def write_chart(chart: Chart, folder: Path, command: str) -> Path:
     sections = [_compared(words, chart)]
     sections += [_section(words, chart, quantity) for quantity in quantities]
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
+    sections += more
     images = write_pictures(sections, folder)
     page = render(
         "chart.html",
