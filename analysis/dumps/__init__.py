@@ -7,12 +7,11 @@ from analysis.dumps.contacts import (
     index_contacts,
     read_contacts,
 )
-from analysis.dumps.reader import BodiesReader, frame_at, open_bodies, snapshot_of
+from analysis.dumps.reader import frame_at, open_bodies, snapshot_of
 from analysis.dumps.table import DumpError, DumpIndex, index_dump
 
 __all__ = [
     "CONTACT_COLUMNS",
-    "BodiesReader",
     "DumpError",
     "DumpIndex",
     "EngineContacts",

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from analysis.engines.guard import speed_most
 from analysis.engines.timing import Timing, divided
@@ -39,6 +38,8 @@ def damping_ratio_for(restitution: float) -> float:
         return 0.0
     if restitution <= restitution_of(LARGEST_DAMPING_RATIO):
         return LARGEST_DAMPING_RATIO
+    from scipy.optimize import brentq
+
     return float(
         brentq(
             lambda z: restitution_of(z) - restitution,
