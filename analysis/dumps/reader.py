@@ -1,5 +1,7 @@
 """Body dumps: opened as an MDAnalysis Universe, and the disks of a frame."""
 
+from __future__ import annotations
+
 import json
 import math
 from collections.abc import Sequence
