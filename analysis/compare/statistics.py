@@ -69,5 +69,13 @@ def relative_difference(a: Floats, b: Floats) -> float:
     return float(np.sqrt(((b - a) ** 2).mean())) / size if size else float("nan")
 
 
+def exponent(x: Floats, y: Floats) -> float:
+    """Fit a of y ∝ xᵃ by least squares of the logarithms; NaN for fewer than two points."""
+    known = np.isfinite(y) & (y > 0)
+    if known.sum() < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])
+
+
 def _mean(values: Floats) -> float:
     return float(values.mean()) if len(values) else 0.0

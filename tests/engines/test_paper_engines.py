@@ -8,7 +8,7 @@ import pytest
 from at_hand import require
 from scipy.integrate import solve_ivp
 
-from analysis.compare.statistics import statistics
+from analysis.compare.statistics import exponent, statistics
 from analysis.engines import lammps, yade
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
@@ -17,11 +17,7 @@ from analysis.paper.discrete.fig1_four_disks import section as four_disks
 from analysis.paper.discrete.fig2_corridor import final
 from analysis.paper.discrete.fig2_corridor import section as corridor
 from analysis.paper.discrete.fig2_corridor.columns import long_wave_speed
-from analysis.paper.discrete.fig2_corridor.push import (
-    exponent,
-    push_scene,
-    run_push,
-)
+from analysis.paper.discrete.fig2_corridor.push import push_scene, run_push
 from analysis.paper.discrete.line_of_disks import cradle_scene
 from analysis.scene.scene import read_scene
 from nscd import find_contacts

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from analysis.percussions.dense_reference import dense_percussions
 from analysis.stability.atlas import attempt, boundary, choose
 from analysis.stability.case import Axis, Boundary, By, Case, Cell, Map, Outcome
 from analysis.stability.cases.penalty import initial_overlap, narrow_door, small_speeds, tunnelling
@@ -29,7 +30,7 @@ from analysis.stability.cases.stepping import (
 )
 from analysis.stability.charts import LOOKS, draw_map
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
-from analysis.stability.dense_reference import dense_percussions, exact_line
+from analysis.stability.exact_line import exact_line
 from analysis.stability.page import told
 from nscd import ContactLaw, find_contacts, solve
 

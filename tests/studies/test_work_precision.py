@@ -11,7 +11,7 @@ from wall_line import line_at_a_wall
 
 from analysis.engines.penalty import damping_ratio_for, restitution_of
 from analysis.scene.shipped_scenes import make
-from analysis.stability.dense_reference import exact_line
+from analysis.stability.exact_line import exact_line
 from analysis.work_precision.chart import cheapest
 from analysis.work_precision.charts import scaling_picture, work_precision_picture
 from analysis.work_precision.looks import APART

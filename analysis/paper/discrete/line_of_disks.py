@@ -3,8 +3,8 @@ and soft contacts."""
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import nnls
 
+from analysis.percussions.dense_reference import dense_percussions
 from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot
 from nscd.arrays import Floats
@@ -32,21 +32,11 @@ def aligned(mass: ArrayLike, velocity: ArrayLike, radius: float = 0.25) -> Snaps
 
 
 def newton_impact(snapshot: Snapshot, contacts: Contacts, restitution: float) -> Floats:
-    """Velocities (n,2) m/s after an impact by Newton's law at all contacts at once: v = C u, C
-    M⁻¹Cᵀ = W,
-
-    0 ≤ λ ⟂ −(v⁺ + e v⁻) ≥ 0, that is λ minimises |M^(−1/2) Cᵀλ − (1+e) M^(1/2) u⁻| over λ ≥ 0; u⁺ =
-    u⁻ − M⁻¹Cᵀλ. Moreau's form of Newton's law; dense non-negative least squares, no solver of this
-    product. Raises ValueError for e outside [0, 1]."""
+    """Velocities (n,2) m/s after an impact by Newton's law at all contacts at once. Raises
+    ValueError for e outside [0, 1]."""
     if not 0 <= restitution <= 1:
         raise ValueError(f"restitution: {restitution}; 0 ≤ e ≤ 1 is needed")
-    n = len(snapshot)
-    closing = contacts.normal_matrix(n).toarray()
-    root = np.sqrt(np.repeat(snapshot.mass, 2))
-    left = snapshot.velocity.ravel()
-    reaction, _ = nnls(closing.T / root[:, None], (1 + restitution) * root * left)
-    right: Floats = (left - closing.T @ reaction / root**2).reshape(n, 2)
-    return right
+    return dense_percussions(snapshot, contacts, snapshot.velocity, restitution=restitution)[1]
 
 
 def impact_time(scene: Scene) -> float:

@@ -15,7 +15,7 @@ from analysis.paper.discrete.fig4_arch import claims
 from analysis.paper.discrete.fig4_arch import random_crowds as arch_seeds
 from analysis.paper.discrete.fig4_arch import section as figures
 from analysis.paper.discrete.fig4_arch.dissipation import Maintained, dissipation_trials
-from analysis.paper.discrete.fig4_arch.random_crowds import Sample, growth, warnings_of
+from analysis.paper.discrete.fig4_arch.random_crowds import Sample, warnings_of
 from analysis.paper.discrete.fig5_masses import section as arch_masses
 from analysis.paper.discrete.fig5_masses.uniformity import Uniformity
 from analysis.paper.discrete.pressed_crowd import crowds
@@ -251,11 +251,6 @@ def test_uniformity():
             arch, snapshot=replace(arch.snapshot, position=arch.snapshot.position * 0.3)
         )
         assert Uniformity.of(rings, values).verdict == verdict
-
-
-def test_growth_is_the_exponent():
-    samples = [sample(people=n) for n in (150, 600, 2400)]
-    assert growth(samples, [7.0 * s.people**0.5 for s in samples]) == pytest.approx(0.5)
 
 
 def test_unsolved_and_unproven_arches_are_named():

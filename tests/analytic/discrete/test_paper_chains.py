@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.compare.statistics import exponent
 from analysis.pages.section import Verdict
 from analysis.paper.discrete.fig1_four_disks.study import (
     influence,
@@ -20,10 +21,7 @@ from analysis.paper.discrete.fig2_corridor.columns import (
     local_contacts,
     long_wave_speed,
 )
-from analysis.paper.discrete.fig2_corridor.push import (
-    crossing_times,
-    exponent,
-)
+from analysis.paper.discrete.fig2_corridor.push import crossing_times
 from analysis.paper.discrete.fig3_chains import section as chains
 from analysis.paper.discrete.fig3_chains.study import LENGTHS, Chain, Trial, chain_of
 from analysis.paper.discrete.line_of_disks import aligned, newton_impact

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from analysis.compare.statistics import exponent
 from analysis.paper.answers import Answer
 from analysis.paper.continuum.exit_room import ROOM, body_pressure, map_of
 from analysis.support.progress import Progress
@@ -116,8 +117,7 @@ class Densities:
     @property
     def exponent(self) -> float:
         """Of the density, with which the largest pressure grows."""
-        largest = np.log([solved.largest for solved in self.free])
-        return float(np.polyfit(np.log(DENSITIES), largest, 1)[0])
+        return exponent(np.array(DENSITIES), np.array([solved.largest for solved in self.free]))
 
     def adapted_speed(self, density: float) -> float:
         """Mean speed (m/s) of (11) at a density where the speed of (L2) is wanted."""

@@ -121,11 +121,3 @@ def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
         share = (level - before) / (after - before)
         crossing[column] = times[frame - 1] + share * (times[frame] - times[frame - 1])
     return crossing
-
-
-def exponent(x: Floats, y: Floats) -> float:
-    """a of y ∝ xᵃ by least squares of the logarithms; NaN for fewer than two points."""
-    known = np.isfinite(y) & (y > 0)
-    if known.sum() < 2:
-        return float("nan")
-    return float(np.polyfit(np.log(x[known]), np.log(y[known]), 1)[0])

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.compare.statistics import exponent
 from analysis.engines.run import EngineRun
 from analysis.pages.names import ENGINE_NAMES
 from analysis.paper.answers import unsolved
@@ -25,7 +26,7 @@ from analysis.paper.discrete.fig2_corridor.final import (
     rigid_final,
     soft_final,
 )
-from analysis.paper.discrete.fig2_corridor.push import Push, exponent, push_scene, run_push
+from analysis.paper.discrete.fig2_corridor.push import Push, push_scene, run_push
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.progress import Progress

@@ -170,8 +170,3 @@ def warnings_of(samples: Sequence[Sample]) -> list[str]:
     if unproven:
         out.append("no proven interval for the largest sum of magnitudes: " + "; ".join(unproven))
     return out
-
-
-def growth(samples: Sequence[Sample], values: Sequence[float]) -> float:
-    """Fit the exponent a of value ∝ N^a, by least squares in the logarithms."""
-    return float(np.polyfit(np.log([s.people for s in samples]), np.log(values), 1)[0])

@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from analysis.compare.statistics import exponent
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
@@ -16,7 +19,6 @@ from analysis.paper.discrete.fig4_arch.dissipation import Maintained, Trial, dis
 from analysis.paper.discrete.fig4_arch.random_crowds import (
     PEOPLE,
     Sample,
-    growth,
     heaps,
     survey,
     survey_runs,
@@ -92,7 +94,7 @@ def _section(
         largest=arch.normal_forces().max(),
         opening=arch.opening(),
         approach=(arch.approach(_as_printed(arch)), arch.approach(arch.answer.right_velocity)),
-        growth=lambda name: growth(samples, [getattr(s, name) for s in samples]),
+        growth=lambda name: exponent(*(_numbers(samples, of) for of in ("people", name))),
         several=several,
         stopped=(len(soft), len(BLOCKED_SEEDS)),
         pictures=pictures,
@@ -107,6 +109,10 @@ def _section(
         warnings=[*crowd.warnings(), *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
     )
     return replace(section, words=[*crowd.items(), *section.words])
+
+
+def _numbers(samples: Sequence[Sample], name: str) -> Floats:
+    return np.array([getattr(s, name) for s in samples], dtype=np.float64)
 
 
 def _as_printed(arch: Arch) -> Floats:

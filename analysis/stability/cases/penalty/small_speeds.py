@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.percussions.dense_reference import dense_percussions
 from analysis.scene.scene import Run
 from analysis.stability.case import Axis, By, Case, Cell, Outcome
 from analysis.stability.cells import SOLVER_QUANTITIES, SOLVERS, engine_cell, solver_cell
@@ -19,7 +20,6 @@ from analysis.stability.crowds import (
     rhombus,
     scene_of,
 )
-from analysis.stability.dense_reference import dense_percussions
 from analysis.stability.frames import run_frames
 from nscd import solve
 

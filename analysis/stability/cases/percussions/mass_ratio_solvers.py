@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.percussions.dense_reference import dense_percussions
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.cells import SOLVER_QUANTITIES, SOLVERS, solver_cell
 from analysis.stability.crowds import MASS_KG, contacts_of, corner_walls, disks, rhombus
-from analysis.stability.dense_reference import dense_percussions
 from nscd import solve
 
 ACROSS = 5

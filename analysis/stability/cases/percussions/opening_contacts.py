@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.cells import SOLVER_QUANTITIES, solver_cell
 from analysis.stability.crowds import MASS_KG, contacts_of, disks, line
-from analysis.stability.dense_reference import exact_line
+from analysis.stability.exact_line import exact_line
 from nscd import ContactLaw, solve
 
 # Of the energy: a gain above this is none of rounding.

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.percussions.dense_reference import dense_percussions
 from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.crowds import contacts_of, corner_walls, disks, rhombus
-from analysis.stability.dense_reference import dense_percussions
 from nscd import Contacts, Percussions, Snapshot, Status, solve
 from nscd.indeterminacy.determinacy import admissible_determinacy
 
