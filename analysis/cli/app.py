@@ -35,6 +35,15 @@ app = typer.Typer(
 )
 
 
+def path(text: str) -> Path:
+    """Read the path of an option: an option in its place is one whose own value was left out."""
+    if str(text).startswith("--"):
+        raise typer.BadParameter(
+            f"{text}: a path is needed; write ./{text} for a file of that name"
+        )
+    return Path(text)
+
+
 def positive(text: str) -> float:
     """Read the number of an option, which must be finite and above 0."""
     number = _number(text)
@@ -82,8 +91,10 @@ def _number(text: str) -> float:
         return math.nan
 
 
-Out = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
-Runs = Annotated[Path, typer.Option(help="Folder for the runs; unchanged ones are used again.")]
+Out = Annotated[Path, typer.Option("--out", parser=path, help="Folder for the results.")]
+Runs = Annotated[
+    Path, typer.Option(parser=path, help="Folder for the runs; unchanged ones are used again.")
+]
 SceneName = Annotated[str, typer.Argument(help="Name of a scene, or its .toml file.")]
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")

@@ -14,6 +14,7 @@ from analysis.cli.app import (
     Scheduler,
     given,
     not_negative,
+    path,
     positive,
     processes,
     progress,
@@ -99,7 +100,7 @@ Openness = Annotated[
         "faster than the second, the last slow."
     ),
 ]
-Table = Annotated[Path, typer.Option(help="CSV file, one row per contact.")]
+Table = Annotated[Path, typer.Option(parser=path, help="CSV file, one row per contact.")]
 
 
 def solve(

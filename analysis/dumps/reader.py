@@ -13,7 +13,7 @@ import numpy as np
 from analysis.dumps.table import DumpError, index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
-from nscd.arrays import Floats
+from nscd.arrays import LARGEST, Floats
 
 if TYPE_CHECKING:
     from MDAnalysis import Universe
@@ -40,8 +40,8 @@ def open_bodies(path: str | Path, time_step: float | None = None) -> Universe:
     path = Path(path)
     if time_step is None:
         time_step = _recorded_time_step(path)
-    elif not 0 < time_step < math.inf:
-        raise DumpError(f"time_step: {time_step} s; a finite time above 0 is needed")
+    elif not 0 < time_step <= LARGEST:
+        raise DumpError(f"time_step: {time_step} s; a time above 0 and up to {LARGEST:g} is needed")
     universe = Universe.empty(max(1, *index_dump(path).counts, 1), trajectory=False)
     universe.load_new(str(path), format=BodiesReader, dt=time_step)
     return universe

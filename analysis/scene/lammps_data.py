@@ -1,5 +1,6 @@
 """The initial state of a scene as a LAMMPS data file (atom_style sphere)."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +111,8 @@ def _row(where: str, section: str, words: list[str]) -> list[float]:
         if not NUMBER.fullmatch(word):
             raise ValueError(f"{where}: {section}: {word[:40]!r} is not a number")
         values.append(float(word))
+        if not math.isfinite(values[-1]):
+            raise ValueError(f"{where}: {section}: {word[:40]}: a finite number is needed")
     return values
 
 
@@ -120,6 +123,8 @@ def _snapshot(path: Path, atoms: Floats, motion: Floats) -> Snapshot:
         raise ValueError(f"{path}: Velocities: the ids differ from those of Atoms")
     if np.ptp(atoms[:, 6]) > 0:
         raise ValueError(f"{path}: Atoms: z differs between disks; a crowd is in one plane")
+    if motion[:, 3:6].any():
+        raise ValueError(f"{path}: Velocities: v_z, ω_x or ω_y is not 0; a crowd is in one plane")
     radius = 0.5 * atoms[:, 2]
     try:
         return Snapshot(

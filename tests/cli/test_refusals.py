@@ -120,6 +120,12 @@ def test_an_empty_word_is_not_the_current_folder(refused, words, names):
     assert refused(*words) == f"percussions: {names}: empty; a value is needed"
 
 
+@pytest.mark.parametrize("words", [("solve", "a.dump", "--out"), ("run", "pair", "--out")])
+def test_an_option_is_no_path(refused, words):
+    said = refused(*words, "--out")
+    assert said.startswith("percussions: --out: --out: a path is needed")
+
+
 def test_a_table_does_not_replace_its_dump(refused, tmp_path):
     dump = tmp_path / "a.dump"
     dump.write_text("anything")

@@ -16,9 +16,10 @@ import numpy as np
 PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # Cells that may be empty: what no program proves, and what has no bound.
 MAY_BE_EMPTY = {"determined", "lower_Ns", "upper_Ns", "wall", "velocity_error_m_per_s"}
-# Answers without a meaning, such as correlations of two numbers, and bounds that do not exist.
+# Answers without a meaning, such as correlations of two numbers and the stiffness of the rigid
+# engine, and bounds that do not exist.
 MAY_BE_NULL = re.compile(
-    r"correlation|relative_difference|closure_error|unbalanced|reason|stopped|resumed"
+    r"correlation|stiffness|relative_difference|closure_error|unbalanced|reason|stopped|resumed"
 )
 
 

@@ -111,7 +111,7 @@ def test_bad_initial_states(tmp_path):
 
     for column, value, message in [
         (2, "0.0", r"radius: 0 in row 0"),
-        (4, "nan", r"position: not a finite number in row 0"),
+        (4, "nan", r"line 12: Atoms: nan: a finite number is needed"),
         (4, "5.0", r"disk 1 at \(5, .*outside the walls"),
         (2, "1.5", r"disk \d+ and .* overlap by"),
         (3, "word", r"line 12: Atoms: 'word' is not a number"),
@@ -174,6 +174,8 @@ def test_data_that_is_not_whole(tmp_path):
         (text.replace("2 atoms", "2000000000 atoms"), r"Atoms: 2 rows for 2000000000 atoms"),
         (text.replace("\n2 1 0.5", "\n2.7 1 0.5"), r"line 13: id: '2.7' where a whole number"),
         (text.replace("0.5 0.0 0.0\n", "0.5 0.0 0.5\n"), r"z differs between disks"),
+        (text.replace("0.5 0.0 0.0\n", "0.5 0.0 nan\n"), r"line 13: Atoms: nan: a finite number"),
+        (text.replace("2.0 0.0 0.0", "2.0 0.0 0.1"), r"v_z, ω_x or ω_y is not 0"),
         (text.replace("0.5 0.0 0.0\n", "0.5 0.0\n"), r"line 13: Atoms: 6 columns where 7 or 10"),
         (text.replace("Velocities", "Speeds"), r"line \d+: 'Speeds' where Atoms or Velocities"),
         (text.replace("0.5 0.0 0.0\n", "0_5 0.0 0.0\n"), r"'0_5' is not a number"),
