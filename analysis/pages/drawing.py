@@ -5,6 +5,7 @@ repeat what they say. Shades of a quantity run from light (little) to dark (much
 """
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -77,6 +78,11 @@ def draw_forces(axes: Axes, lines: Floats, force: Floats, norm: Normalize) -> No
     drawn = LineCollection(list(lines[order]), linewidths=list(widths), cmap=SHADES, norm=norm)
     drawn.set_array(force[order])
     axes.add_collection(drawn)
+
+
+def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **look: Any) -> None:
+    """Draw arrows of vectors (n,2) m that begin at points (n,2) m; look: what `quiver` takes."""
+    axes.quiver(*start.T, *vectors.T, angles="xy", scale_units="xy", scale=1, **look)
 
 
 def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.tri import Triangulation
 from skfem import MeshTri1
 
-from analysis.pages.drawing import BLACK, ORANGE, SHADES
+from analysis.pages.drawing import BLACK, ORANGE, SHADES, draw_vectors
 from nscd.arrays import Floats
 from nscd.continuum.room import Border, Room
 
@@ -61,7 +61,5 @@ def draw_arrows(axes: Axes, mesh: MeshTri1, vectors: Floats, spacing: float, sca
     """
     cell = np.floor(mesh.p.T / spacing).astype(int)
     _, chosen = np.unique(cell, axis=0, return_index=True)
-    axes.quiver(
-        *mesh.p[:, chosen], *(scale * vectors[chosen].T), angles="xy", scale_units="xy", scale=1,
-        width=0.0035, color=BLACK,
-    )  # fmt: skip
+    start = mesh.p[:, chosen].T
+    draw_vectors(axes, start, scale * vectors[chosen], width=0.0035, color=BLACK)

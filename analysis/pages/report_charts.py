@@ -24,6 +24,7 @@ from analysis.pages.drawing import (
     contact_lines,
     draw_disks,
     draw_forces,
+    draw_vectors,
     draw_walls,
     frame,
     size_of,
@@ -48,10 +49,7 @@ def scene_picture(scene: Scene) -> Figure:
         x, v = snapshot.position[moving], velocity[moving]
         label = "desired direction" if drive else "velocity at the start"
         length = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
-        axes.quiver(
-            *x.T, *(length * v).T, angles="xy", scale_units="xy", scale=1, color=ORANGE,
-            width=0.003, label=label,
-        )  # fmt: skip
+        draw_vectors(axes, x, length * v, color=ORANGE, width=0.003, label=label)
     if drive:
         (x0, y0), (x1, y1) = drive.door_start_m, drive.door_end_m
         axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK, draw_vectors
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.paper.continuum.fig7_border.study import Run, inward
 from nscd.continuum.pressure import body_wall_percussion
@@ -43,15 +43,7 @@ def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
         at = start + share * (end - start)
         vector = push(at)
         vector *= ARROW / np.hypot(*vector.T).max()
-        right.quiver(
-            *(at - vector).T,
-            *vector.T,
-            angles="xy",
-            scale_units="xy",
-            scale=1,
-            width=0.004,
-            color=BLUE,
-        )
+        draw_vectors(right, at - vector, vector, width=0.004, color=BLUE)
     for axes in (left, right):
         draw_room(axes, room)
         axes.set(xlabel="x (m)", xlim=(-7.8, 1.6), ylim=(-1.0, 7.0))

@@ -22,6 +22,7 @@ from analysis.pages.drawing import (
     PALER_BLUE,
     circles,
     contact_lines,
+    draw_vectors,
     draw_walls,
 )
 from analysis.pages.names import ENGINE_NAMES
@@ -105,15 +106,8 @@ def _draw_corridor(axes: Axes, corridor: Corridor) -> None:
 
 def _arrows(axes: Axes, position: Floats, velocity: Floats, metres_per_speed: float) -> None:
     moving = np.hypot(*velocity.T) > 1e-6
-    axes.quiver(
-        *position[moving].T,
-        *(metres_per_speed * velocity[moving]).T,
-        angles="xy",
-        scale_units="xy",
-        scale=1,
-        color=BLACK,
-        width=0.003,
-    )
+    shown = metres_per_speed * velocity[moving]
+    draw_vectors(axes, position[moving], shown, color=BLACK, width=0.003)
 
 
 def decay(corridor: Corridor) -> Figure:

@@ -18,6 +18,7 @@ from analysis.pages.drawing import (
     contact_lines,
     draw_disks,
     draw_forces,
+    draw_vectors,
     draw_walls,
 )
 from analysis.pages.names import engine_label
@@ -47,8 +48,7 @@ def snapshot(arch: Arch) -> Figure:
         axis.set_title(title, fontsize=10)
         add_scale(figure, axis, norm, label)
     moving = speed > 0.05 * np.quantile(speed, 0.9)
-    style = {"angles": "xy", "scale_units": "xy", "scale": 4.0, "width": 0.0025, "color": BLACK}
-    axes[1].quiver(*position[moving].T, *velocity[moving].T, **style)
+    draw_vectors(axes[1], position[moving], velocity[moving] / 4, width=0.0025, color=BLACK)
     for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
         most = position[arch.largest(values)]
         axis.annotate(
