@@ -21,6 +21,7 @@ from nscd.percussions import GAIN, Percussions, Status
 WHY = {
     "closed_form": "nothing presses: u⁻ is an answer",
     "sets": "Newton's method on the sets of open, stuck and sliding contacts",
+    "proximal": "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps",
     "dilation": "paths from the convex programme to Coulomb's law",
     "arc": "the curve from the convex programme to Coulomb's law, followed past its folds",
     "sweeps": "Gauss–Seidel sweeps, some accelerated",

@@ -17,7 +17,7 @@ from nscd.friction.sets import PENALTY, find_states, newton
 # hold, and for an answer that paths begin from; Newton's steps after the first look.
 GLANCE, EXACT, LOOKS = 1e-4, 1e-9, 2
 # In the order of their cost: the solver of an answer is the last one that an island needed.
-ROUTES = ("closed_form", "sets", "dilation", "arc", "sweeps", "path", "ray", "none")
+ROUTES = ("closed_form", "sets", "proximal", "dilation", "arc", "sweeps", "path", "ray", "none")
 
 
 class FrictionAnswer(NamedTuple):
@@ -59,11 +59,11 @@ def climb(
     from random percussions instead; `patient` or only as far as is quick. The residual decides; the
     best answer met is given."""
     k = len(problem.first)
-    disks, contacts = _pressed(problem)
+    disks, contacts = pressed(problem)
     if not len(contacts):
         none = np.zeros(k), np.zeros(k), problem.left.copy()
         return FrictionAnswer(*none, "closed_form", "rest", 0, 0)
-    joint = _part(problem, position, disks, contacts)
+    joint = part_of(problem, position, disks, contacts)
     part = joint.problem
     edges = start_edges(part)
     if seed:
@@ -76,7 +76,7 @@ def climb(
     for island in np.flatnonzero(errors > tolerance):
         here = np.flatnonzero(part.island == island)
         there = np.flatnonzero(part.island[part.first] == island)
-        one = _part(part, position[joint.disks], here, there)
+        one = part_of(part, position[joint.disks], here, there)
         search = Search(one.problem, one.factor, tolerance)
         if seed:
             search.run_from(seed)
@@ -96,8 +96,8 @@ def climb(
     return FrictionAnswer(reaction, friction, velocity, solver, start, pairs, pivots)
 
 
-def _pressed(problem: FrictionProblem) -> tuple[Any, Any]:
-    """Disks and contacts of the islands that something presses: some C u⁻ > b, or dissipation."""
+def pressed(problem: FrictionProblem) -> tuple[Any, Any]:
+    """Find disks and contacts of the islands that something presses: some C u⁻ > b, or dissipation."""
     v, s = np.empty((2, len(problem.first)))
     contact_velocities(problem, problem.left, v, s)
     island = problem.island[problem.first]
@@ -108,7 +108,8 @@ def _pressed(problem: FrictionProblem) -> tuple[Any, Any]:
     return np.flatnonzero(pressed[problem.island]), np.flatnonzero(pressed[island])
 
 
-def _part(problem: FrictionProblem, position: Any, disks: Any, contacts: Any) -> Part:
+def part_of(problem: FrictionProblem, position: Any, disks: Any, contacts: Any) -> Part:
+    """Take some disks and contacts (indices) out of a problem, with storage for their factors."""
     some = chosen(problem, disks, contacts)
     order, contact, factor = factor_of(np.array(position[disks]), some.first, some.second)
     disks, contacts = disks[order], contacts[contact]

@@ -67,11 +67,12 @@ def _slide(problem: Any, hold: Any, v: Any, v_left: Any, lam: Any, tau: Any) -> 
 
 @njit(cache=True)
 def settle(
-    problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, lam: Any, tau: Any, u: Any
-) -> bool:
+    problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, steps: int, lam: Any, tau: Any,
+    u: Any,
+) -> bool:  # fmt: skip
     """Solve with the states given: C u = b where closed, T u = 0 where stuck, τ = ±μ p_n where
-    sliding. lam, tau (k,) and u (n,3) are the start and are changed in place: proximal steps with
-    one factorisation. False where the factorisation fails."""
+    sliding. lam, tau (k,) and u (n,3) are the start and are changed in place: up to `steps`
+    proximal steps with one factorisation. False where the factorisation fails."""
     n, k = len(u), len(lam)
     weight = np.zeros((4, k))
     v, s, dv, ds = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
@@ -92,7 +93,7 @@ def settle(
     if not factorise(problem, factor, weight):
         return False
     before = np.inf
-    for _ in range(STEPS):
+    for _ in range(steps):
         contact_velocities(problem, u, v, s)
         off = 0.0
         _slide(problem, hold, v, v_left, lam, tau)
@@ -151,7 +152,7 @@ def newton(
             break
         seen[done] = key
         done += 1
-        if not settle(problem, factor, closed, hold, penalty, lam, tau, u):
+        if not settle(problem, factor, closed, hold, penalty, STEPS, lam, tau, u):
             break
         error = measure(problem, u, lam, tau, v, s)
         for c in range(k):

@@ -1,4 +1,4 @@
-"""The percussions of one step of a moving crowd: sweeps that begin from those of the step
+"""The percussions of one step of a moving crowd: a search that begins from those of the step
 before."""
 
 from __future__ import annotations
@@ -7,14 +7,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nscd.friction.ladder import climb
+from nscd.friction.ladder import climb, part_of, pressed
 from nscd.friction.measures import measure
-from nscd.friction.problem import FrictionProblem
-from nscd.friction.sweeps import anderson, gauss_seidel
+from nscd.friction.pivots.island import Search
+from nscd.friction.problem import FrictionProblem, chosen
+from nscd.friction.sweeps import anderson
 
-# Plain pairs of sweeps, then accelerated blocks (number, pairs in each) on a copy: the one goes on
-# where the other stalls.
-ROUNDS = ((0, 60, 10), (100, 60, 10), (400, 100, 10), (1600, 160, 10), (6400, 320, 10))
+# Accelerated blocks of sweeps, and pairs in each, before islands are looked at one by one.
+BLOCKS, BLOCK = 40, 8
+# In the order in which they are tried: the solver of an answer is the last that an island needed.
+ROUTES = ("sweeps", "proximal", "path", "none")
 
 
 class StepAnswer(NamedTuple):
@@ -40,30 +42,47 @@ def solve_step(
 ) -> StepAnswer:
     """Solve the contacts of a step from a guess (2,k) N·s of λ and τ, 0 where left out.
 
-    Sweeps of Gauss–Seidel, plain and accelerated in turn; the quick part of `climb` where they do
-    not reach the tolerance. The best answer met, with its error: the caller judges it. Needs a
-    problem without dissipation, for which λ and τ are the whole percussions. position (n,2) m."""
+    An island that nothing presses keeps its velocities. The others: accelerated sweeps of
+    Gauss–Seidel from the guess, all together; each island that these do not solve by proximal
+    steps of Newton's method and paths from where the sweeps ended; at last the quick part of
+    `climb`. So of several answers it gives one near the guess. The best answer met, with its error:
+    the caller judges it. Needs a problem without dissipation, for which λ and τ are the whole
+    percussions. position (n,2) m."""
     k = len(problem.first)
-    if not k:
-        return StepAnswer(np.empty(0), np.empty(0), problem.left.copy(), 0.0, 0, "none")
-    lam, tau = (np.zeros(k), np.zeros(k)) if guess is None else (guess[0].copy(), guess[1].copy())
-    u, pairs = problem.left.copy(), 0
-    best = StepAnswer(lam, tau, u, np.inf, 0, "none")
-    for plain, blocks, block in ROUNDS:
-        if plain:
-            _, made = gauss_seidel(problem, lam, tau, u, plain, 0.5 * tolerance)
-            pairs += made
-            best = _better(best, problem, (lam, tau, u), pairs)
-        if best.error > tolerance:
-            fast = lam.copy(), tau.copy(), u.copy()
-            _, made = anderson(problem, *fast, blocks, block, 0.5 * tolerance)
-            pairs += made
-            best = _better(best, problem, fast, pairs)
-        if best.error <= tolerance:
-            return best
+    lam, tau, u = np.zeros(k), np.zeros(k), problem.left.copy()
+    disks, contacts = pressed(problem)
+    if not len(contacts):
+        return StepAnswer(lam, tau, u, 0.0, 0, "none" if not k else "closed_form")
+    some, solver = chosen(problem, disks, contacts), "sweeps"
+    known = np.zeros((2, len(contacts))) if guess is None else guess[:, contacts]
+    along, across, there = known[0].copy(), known[1].copy(), some.left.copy()
+    _, pairs = anderson(some, along, across, there, BLOCKS, BLOCK, 0.5 * tolerance)
+    errors = _errors(some, along, across, there)
+    for island in np.flatnonzero(errors > tolerance):
+        here = np.flatnonzero(some.island == island)
+        held = np.flatnonzero(some.island[some.first] == island)
+        one = part_of(some, position[disks], here, held)
+        search = Search(one.problem, one.factor, tolerance, quick=True)
+        start = along[one.contacts], across[one.contacts], there[one.disks]
+        search.offer(*start, "sweeps")
+        search.by_proximal(*start)
+        along[one.contacts], across[one.contacts] = search.reaction, search.friction
+        there[one.disks] = search.velocity
+        pairs += search.pairs
+        solver = max(solver, search.route if search.solved else "none", key=ROUTES.index)
+    lam[contacts], tau[contacts], u[disks] = along, across, there
+    error = float(_errors(problem, lam, tau, u).max())
+    answer = StepAnswer(lam, tau, u, error, pairs, solver)
+    if error <= tolerance:
+        return answer
     found = climb(problem, position, tolerance, patient=False)
-    answer = found.reaction, found.friction, found.velocity
-    return _better(best, problem, answer, pairs + found.pairs, found.solver)
+    error = float(_errors(problem, found.reaction, found.friction, found.velocity).max())
+    pairs += found.pairs
+    if error < answer.error:
+        return StepAnswer(
+            found.reaction, found.friction, found.velocity, error, pairs, found.solver
+        )
+    return answer._replace(pairs=pairs)
 
 
 def carried_over(key: Any, percussions: Any, wanted: Any) -> Any:
@@ -78,16 +97,7 @@ def carried_over(key: Any, percussions: Any, wanted: Any) -> Any:
     return guess
 
 
-def _better(
-    best: StepAnswer,
-    problem: FrictionProblem,
-    answer: tuple[Any, Any, Any],
-    pairs: int,
-    solver: str = "sweeps",
-) -> StepAnswer:
-    lam, tau, u = answer
+def _errors(problem: FrictionProblem, lam: Any, tau: Any, u: Any) -> Any:
+    """The errors of the islands."""
     v, s = np.empty((2, len(lam)))
-    error = float(measure(problem, u, lam, tau, v, s).max())
-    if error < best.error:
-        return StepAnswer(lam.copy(), tau.copy(), u.copy(), error, pairs, solver)
-    return best._replace(pairs=pairs)
+    return measure(problem, u, lam, tau, v, s)

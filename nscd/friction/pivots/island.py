@@ -12,6 +12,8 @@ from nscd.friction.pivots.arc import trace
 from nscd.friction.pivots.path import ARRIVED, AWAY, clean, follow, open_all, perturb
 from nscd.friction.pivots.rates import LAM, SOFT, TAU, Path, path_of
 from nscd.friction.problem import FrictionProblem, contact_velocities
+from nscd.friction.proximal import PENALTY as SOFT_PENALTY
+from nscd.friction.proximal import proximal_newton
 from nscd.friction.sets import FREE, PENALTY, find_states, newton
 from nscd.friction.sweeps import anderson, gauss_seidel
 
@@ -20,12 +22,16 @@ ROUNDS, FINISH = 6, ((PENALTY, 2), (1e6, 2))
 # The end of a path is the reference of the next so often. Where the error falls to no less than
 # SLOW of itself (percussions drift at a constant rate), or a path closes on itself, contacts get
 # firmer by a tenth, down to FIRMEST; in the latter case with so many factorisations at most.
+# A search that is to be quick repeats it a few times only.
 REPEATS, FIRMEST, FIRMING, SLOW = 20, 1e-8, 3000, 0.5
+QUICK_REPEATS = 4
 # Pairs of sweeps at first; they double so often. A block of them between Anderson's combinations.
 PAIRS, DOUBLINGS, BLOCK = 200, 6, 10
 # Pivots in all for lowering the dilation (and a share of the contacts), for one local path at
 # first, and from the ray.
 DILATION_PIVOTS, DILATION_SHARE, LOCAL_PIVOTS, RAY_PIVOTS = 600, 2.0, 300, 20_000
+# Rounds of proximal steps, and pivots allowed for a path from where they stand; its noise.
+PROXIMAL, PROXIMAL_NOISE = ((8, 100), (16, 150), (32, 300), (64, 300)), 1e-2
 # Compliance along the curve of the dilation, and factorisations at most.
 CURVE, CURVE_FACTORS = 1e-4, 10_000
 # The largest island that is solved from the ray.
@@ -39,15 +45,19 @@ class Search:
     """The best answer so far for a problem whose factor is given, and the methods that better it.
 
     error; reaction, friction (k,) N·s, velocity (n,3); route: which method found it; pairs of
-    sweeps and pivots made."""
+    sweeps and pivots made. quick: the end of a path is not worked on for long."""
 
-    def __init__(self, problem: FrictionProblem, factor: Any, tolerance: float) -> None:
+    def __init__(
+        self, problem: FrictionProblem, factor: Any, tolerance: float, *, quick: bool = False
+    ) -> None:
         n, k = len(problem.mass), len(problem.first)
         self.problem, self.factor, self.tolerance = problem, factor, tolerance
         self.error, self.route = np.inf, "none"
         self.reaction, self.friction = np.zeros(k), np.zeros(k)
         self.velocity = problem.left.copy()
         self.pairs = self.pivots = 0
+        self._repeats = QUICK_REPEATS if quick else REPEATS
+        self._firming = 0 if quick else FIRMING
         self._path: Path | None = None
         self._scratch = np.empty((4, k))
         self._n = n
@@ -99,6 +109,19 @@ class Search:
         find_states(self.problem, v_left, v, s, lam, tau, closed, hold)
         return self._newton(closed, hold, (lam, tau, u), (rounds, PENALTY), route)
 
+    def by_proximal(self, lam: Any, tau: Any, u: Any) -> None:
+        """Proximal steps from percussions, which are changed, and paths from where they stand."""
+        weight = np.full(1, SOFT_PENALTY)
+        for rounds, pivots in PROXIMAL:
+            _, made = proximal_newton(
+                self.problem, self.factor, lam, tau, u, rounds, 0.5 * self.tolerance, weight
+            )
+            self.pairs += made
+            if self.offer(lam, tau, u, "proximal"):
+                return
+            if self._locally(lam, tau, u, pivots, self._noise(PROXIMAL_NOISE, rounds)):
+                return
+
     def by_dilation(self, lam: Any, tau: Any, u: Any) -> tuple[Any, Any]:
         """Paths from the convex programme's answer; the λ and τ that they reached."""
         path = self._storage()
@@ -141,7 +164,9 @@ class Search:
             if self.by_sets(fast[0].copy(), fast[1].copy(), fast[2].copy(), 3, "sweeps"):
                 return
             better = fast if two < one else plain
-            if not self.problem.dissipative and self._locally(*better, pivots, attempt):
+            if not self.problem.dissipative and self._locally(
+                *better, pivots, self._noise(1e-3 * 0.1**attempt, attempt)
+            ):
                 return
             pairs, pivots = 2 * pairs, int(1.5 * pivots)
 
@@ -156,12 +181,11 @@ class Search:
         if ended == ARRIVED:
             self._finish(path, "ray")
 
-    def _locally(self, lam: Any, tau: Any, u: Any, pivots: int, seed: int) -> bool:
+    def _locally(self, lam: Any, tau: Any, u: Any, pivots: int, noise: Any) -> bool:
         path = self._storage()
         path.compliance[0] = SOFT
         lam, tau = lam.copy(), tau.copy()
         clean(self.problem, 0.0, u, lam, tau)
-        noise = self._noise(1e-3 * 0.1**seed, seed)
         for way in (-1.0, 1.0):
             perturb(self.problem, path, lam, tau, noise)
             ended, made = follow(self.problem, self.factor, path, 1.0, way, pivots)
@@ -176,7 +200,7 @@ class Search:
         """From the end of a path, whose contacts are slightly soft, to the rigid answer: Newton's
         method on its sets, further paths about its percussions, and firmer contacts."""
         before = np.inf
-        for repeat in range(REPEATS):
+        for repeat in range(self._repeats):
             end = path.hold.copy(), path.held.copy(), path.u.copy()
             lam, tau, u = path.x[LAM].copy(), path.x[TAU].copy(), path.u.copy()
             error = self._error(lam, tau, u)
@@ -198,12 +222,12 @@ class Search:
             self.pivots += made
             if ended == ARRIVED:
                 continue
-            if path.compliance[0] <= FIRMEST:
+            if path.compliance[0] <= FIRMEST or not self._firming:
                 return False
             path.hold[:], path.held[:], path.u[:] = end
             path.push[:] = 0.0
             firm = float(np.log(0.1 * path.compliance[0]))
-            ended, _, made = trace(self.problem, self.factor, path, firm, FIRMING, True)
+            ended, _, made = trace(self.problem, self.factor, path, firm, self._firming, True)
             self.pivots += made
             if ended != ARRIVED:
                 return False
