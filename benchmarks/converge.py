@@ -5,7 +5,8 @@
 Each model is ENGINE:NUMBER, the number being the step (s) of the rigid engine or the stiffness (N/m)
 of another; the first is what the others are measured from. Runs that are in the folder are taken as
 they are; with --read nothing is run, and models are compared on the crowds that the folder has.
-Prints a table, writes FOLDER/converge.png and FOLDER/whole_runs.json and .csv."""
+Prints a table, writes FOLDER/converge.png and FOLDER/whole_runs.json and .csv. With --store the
+statistics named take the place of those that advice reads (analysis/advice/whole_runs.json)."""
 
 from __future__ import annotations
 
@@ -14,11 +15,14 @@ from pathlib import Path
 
 from machine import describe
 
+from analysis.advice import motion as advice
+from analysis.advice.motion import stored_whole_runs
 from analysis.motion.precision.measured import Precision, measure
 from analysis.motion.precision.page import whole_runs_picture, whole_runs_rows
-from analysis.motion.precision.points import points_of, write_whole_runs
+from analysis.motion.precision.points import content_of, points_of, write_whole_runs
 from analysis.motion.precision.settings import RIGID, Setting, crowds_of, runs_of
 from analysis.scene.scene import read_scene
+from analysis.support.files import write_json
 
 MODELS = (
     "rigid:0.001", "rigid:0.005", "rigid:0.02", "lammps:1e6", "lammps:1e7", "lammps:1e8",
@@ -53,6 +57,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=4.0)
     parser.add_argument("--models", nargs="+", default=MODELS)
     parser.add_argument("--read", action="store_true")
+    parser.add_argument("--store", nargs="+", default=[], metavar="STATISTIC")
     given = parser.parse_args()
     scene = read_scene(given.scene).with_run(
         duration_s=given.duration, frames=round(FRAMES * given.duration)
@@ -64,7 +69,12 @@ def main() -> None:
             print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
     found = measure(scene, every, read_only=True)
     print(describe(), table(found), sep="\n\n")
-    write_whole_runs(given.out, list(points_of(found)))
+    points = list(points_of(found))
+    write_whole_runs(given.out, points)
+    if given.store:
+        kept = [one for one in stored_whole_runs() if one.quantity not in given.store]
+        new = [one for one in points if one.quantity in given.store]
+        write_json(Path(advice.__file__).with_name(advice.FILE), content_of([*kept, *new]))
     whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
 
 

@@ -49,6 +49,11 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
 # Not in the library, whose entries are penalty runs: fitted to `arch`, `jam` and 5,000 people, exact
 # (benchmarks/rigid.py).
 RIGID_PRICE = Price(start_s=1.9, disk_step_s=4.6e-6)
+# What summing impulses costs besides: runs of `arch` of 1 s with and without (benchmarks/converge.py).
+IMPULSES = {
+    "lammps": Price(start_s=1.9, disk_step_s=4e-7),
+    "yade": Price(start_s=0.0, disk_step_s=3.9e-6),
+}
 
 
 @functools.cache
@@ -66,6 +71,6 @@ def expected_seconds(scene: Scene, engine: str) -> float:
         (point.method, point.law) for entry in stored_library().entries for point in entry.points
     }
     law = scene.contact.law if (engine, scene.contact.law) in known else "hooke"
-    return _stored_price(engine, law).of(
-        len(scene.snapshot) * engine_named(engine).timing(scene).steps
-    )
+    work = len(scene.snapshot) * engine_named(engine).timing(scene).steps
+    impulses = IMPULSES[engine].of(work) if scene.run.impulses and engine in IMPULSES else 0.0
+    return _stored_price(engine, law).of(work) + impulses

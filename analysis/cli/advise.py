@@ -9,7 +9,10 @@ from analysis.cli.app import Out, Runs, SceneName, progress
 
 Quantity = Annotated[
     str,
-    typer.Option(help="disk-load, contact-load, wall-load or displacement (of a driven crowd)."),
+    typer.Option(
+        help="Of an instant: disk-load, contact-load, wall-load or displacement. Of a whole run: "
+        "arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow."
+    ),
 ]
 Against = Annotated[
     Literal["rigid", "model"],
@@ -51,6 +54,13 @@ def advise(
     from analysis.advice.advised_run import methods_here
     from analysis.advice.choice import advise as choose
     from analysis.advice.library import stored_library
+    from analysis.advice.motion import (
+        FILE,
+        QUANTITIES,
+        advise_motion,
+        motion_lines,
+        write_motion_advice,
+    )
     from analysis.advice.question import Question, asked_error
     from analysis.advice.unneeded import left_out
     from analysis.advice.words import report, write_advice
@@ -58,6 +68,11 @@ def advise(
     from analysis.work_precision.point import read_points
 
     chosen = read_scene(scene)
+    if quantity in QUANTITIES:
+        own = None if chart is None else chart / FILE
+        moving = advise_motion(chosen, asked_error(error), quantity, methods_here(method), own)
+        print(*motion_lines(moving), write_motion_advice(moving, out), sep="\n")
+        raise typer.Exit(moving.choice is None)
     points = None if chart is None else read_points(chart / "points.json")
     methods = methods_here(method)
     question = Question(

@@ -217,6 +217,6 @@ def _of_driven(series: Series) -> dict[str, float]:
     }
     found["walls"] = 1e-3 * float(values["walls"][late].mean())
     found["walls_95"] = 1e-3 * float(np.quantile(values["walls"][late], 0.95))
-    if arrest.any() and series.time[-1] >= 2 * ARREST_S[1] - 1e-9:
+    if arrest.any() and series.time[-1] >= ARREST_S[1] - 1e-9:
         found["walls_arrest"] = 1e-3 * float(values["walls"][arrest].mean())
     return found

@@ -116,11 +116,16 @@ def _known(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
+def content_of(points: Sequence[WholeRunPoint]) -> dict[str, object]:
+    """Give what whole_runs.json holds."""
+    return {"format": FORMAT, "points": [dataclasses.asdict(point) for point in points]}
+
+
 def write_whole_runs(folder: Path, points: Sequence[WholeRunPoint]) -> None:
     """Write whole_runs.json and whole_runs.csv (one row per point), each whole or not at all."""
-    rows = [dataclasses.asdict(point) for point in points]
-    write_json(folder / f"{NAME}.json", {"format": FORMAT, "points": rows})
-    write_rows(folder / f"{NAME}.csv", COLUMNS, (row.values() for row in rows))
+    write_json(folder / f"{NAME}.json", content_of(points))
+    rows = (dataclasses.asdict(point).values() for point in points)
+    write_rows(folder / f"{NAME}.csv", COLUMNS, rows)
 
 
 def read_whole_runs(text: str, origin: str) -> list[WholeRunPoint]:
