@@ -64,7 +64,7 @@ class Hertz:
         young = 1.5 * penalty.hertz_stiffness
         common = {"poisson": 0.0, "frictionAngle": 0.0, "density": 1.0}
         self.disk = FrictMat(young=young, **common)
-        share = penalty.wall_stiffness / (math.sqrt(2) * penalty.stiffness)
+        share = penalty.hertz_wall_stiffness / (math.sqrt(2) * penalty.hertz_stiffness)
         self.wall = FrictMat(young=beside(young, share * young), **common)
         damping = math.sqrt(5 / 6) * penalty.damping_ratio
         self.physics = Ip2_FrictMat_FrictMat_MindlinPhys(
@@ -80,7 +80,7 @@ class Hertz:
 
 def law_of(scene, penalty):
     """The law that the scene asks for."""
-    return Hertz(penalty) if scene["contact"]["law"] == "hertz" else Hooke(penalty)
+    return Hooke(penalty) if scene["contact"]["law"] == "hooke" else Hertz(penalty)
 
 
 def interactions(law):

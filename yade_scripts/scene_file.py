@@ -19,6 +19,8 @@ NUMBERS = {
     "dt": ("run", "time_step_s"),
     "drive_interval": ("run", "drive_interval_steps"),
 }
+# of two bodies of mean radius, body_hertz: 18500 overlap^1.5, and their nominal stiffnesses
+BODY_HERTZ, BODY_STIFFNESS, BODY_AT_WALLS = 18500.0, 5445.0, 16290.0
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
 CROSSING_FRACTION = 0.05  # of the smallest radius, in a step, at the fastest speed asked for
@@ -61,13 +63,17 @@ def read_scene(path, given):
         except ValueError:
             raise SceneFileError(f"{name}={text}: not a number") from None
     contact = scene["contact"]
-    if contact["law"] not in ("hooke", "hertz"):
-        raise SceneFileError(f"{path}: contact.law: {contact['law']}; there are hooke and hertz")
-    if contact["law"] == "hertz" and contact.get("friction", 0.0):
+    if contact["law"] not in ("hooke", "hertz", "body_hertz"):
         raise SceneFileError(
-            f"{path}: contact.friction: {contact['friction']:g}; YADE runs hertz without friction "
-            "here, LAMMPS runs both"
+            f"{path}: contact.law: {contact['law']}; there are hooke, hertz and body_hertz"
         )
+    if contact["law"] != "hooke" and contact.get("friction", 0.0):
+        raise SceneFileError(
+            f"{path}: contact.friction: {contact['friction']:g}; YADE runs {contact['law']} without "
+            "friction here, LAMMPS runs both"
+        )
+    if contact["law"] == "body_hertz":
+        contact |= {"stiffness_N_per_m": BODY_STIFFNESS, "wall_stiffness_N_per_m": BODY_AT_WALLS}
     return scene
 
 
@@ -155,7 +161,8 @@ def damping_ratio_for(restitution):
 @dataclass(frozen=True)
 class Penalty:
     """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the
-    heaviest disks; hertz_stiffness: K of K sqrt(R) overlap^1.5; stiffest: of disks and walls."""
+    heaviest disks; hertz_stiffness: K of K sqrt(R) overlap^1.5, and of walls; stiffest: what time steps
+    follow."""
 
     stiffness: float
     wall_stiffness: float
@@ -168,6 +175,7 @@ class Penalty:
     damping: float
     wall_damping: float
     hertz_stiffness: float
+    hertz_wall_stiffness: float
     safe_time_step: float
     time_step: float
     frame_interval: int
@@ -183,8 +191,14 @@ def penalty_of(scene, disks):
     tangential = contact.get("tangential_ratio", 2 / 7) if friction else 0.0
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
     most = ratio * math.sqrt(mass.max() / mass.min()) if contact["law"] == "hooke" else ratio
+    radius, stiffest = float(disks.radius.mean()), max(k, wall_k)
+    hertz, hertz_wall = (value / (1.5 * math.sqrt(0.5 * 0.01) * radius) for value in (k, wall_k))
+    if contact["law"] == "body_hertz":
+        hertz = BODY_HERTZ / math.sqrt(0.5 * radius)
+        hertz_wall = 2 * hertz  # one body, where two disks are two in series
+        stiffest = 1.5 * hertz_wall * radius  # the tangent at a depth of the radius
     safe = min(
-        STEP_FRACTION * math.sqrt(mass.min() / max(k, wall_k)) / max(1.0, 2 * most),
+        STEP_FRACTION * math.sqrt(mass.min() / stiffest) / max(1.0, 2 * most),
         CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
     )
     between = run["duration_s"] / run["frames"]
@@ -196,7 +210,7 @@ def penalty_of(scene, disks):
     return Penalty(
         stiffness=k,
         wall_stiffness=wall_k,
-        stiffest=max(k, wall_k),
+        stiffest=stiffest,
         friction=friction,
         damping_ratio=ratio,
         tangential_stiffness=tangential * k,
@@ -204,7 +218,8 @@ def penalty_of(scene, disks):
         restitution=(restitution_of(most), restitution_of(ratio)),
         damping=2 * ratio * math.sqrt(k * mass.max() / 2),
         wall_damping=2 * ratio * math.sqrt(wall_k * mass.max()),
-        hertz_stiffness=k / (1.5 * math.sqrt(0.5 * 0.01) * float(disks.radius.mean())),
+        hertz_stiffness=hertz,
+        hertz_wall_stiffness=hertz_wall,
         safe_time_step=safe,
         time_step=step,
         frame_interval=interval,

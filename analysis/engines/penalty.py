@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.engines.guard import speed_most
 from analysis.engines.timing import Timing, divided
+from analysis.scene.contact import BODY
 from analysis.scene.scene import Scene
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
@@ -60,7 +61,8 @@ class Penalty(Timing):
     restitution is between restitution_least and restitution_most, which are what is really
     obtained. Hertz contacts have the tangent stiffness `stiffness` at an overlap of 1 % of the mean
     radius, and all the same damping ratio, so both restitutions are the same; the dashpot constants
-    are then those of the linear law of that stiffness."""
+    are then those of the linear law of that stiffness. `body` has the restitutions of the linear
+    law of its nominal stiffness: harder hits rebound more."""
 
     stiffness: float  # N/m
     damping: float  # N·s/m, between disks
@@ -78,11 +80,15 @@ def penalty_of(scene: Scene) -> Penalty:
     contact, run, mass = scene.contact, scene.run, scene.snapshot.mass
     k, wall_k = contact.stiffness_N_per_m, contact.at_walls
     tangential = contact.tangential_ratio if contact.friction else 0.0
-    ratio = damping_ratio_for(contact.restitution)
+    # damping on approach only gives the root of what a clipped dashpot gives
+    power = 0.5 if contact.law == BODY else 1.0
+    ratio = damping_ratio_for(contact.restitution ** (1 / power))
     lightest, heaviest = float(mass.min()), float(mass.max())
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
-    largest_ratio = ratio * np.sqrt(heaviest / lightest) if contact.law == "hooke" else ratio
-    shortest = float(np.sqrt(lightest / contact.stiffest) / max(1.0, 2 * largest_ratio))
+    by_mass = contact.law in ("hooke", BODY)
+    largest_ratio = ratio * np.sqrt(heaviest / lightest) if by_mass else ratio
+    stiffest = contact.stiffest(float(scene.snapshot.radius.mean()))
+    shortest = float(np.sqrt(lightest / stiffest) / max(1.0, 2 * largest_ratio))
     crossing = float(scene.snapshot.radius.min()) / (speed_most(scene) + 1e-300)
     safe = min(STEP_FRACTION * shortest, CROSSING_FRACTION * crossing)
     try:
@@ -90,7 +96,7 @@ def penalty_of(scene: Scene) -> Penalty:
     except OverflowError as error:
         raise ValueError(
             f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}; "
-            f"the safe step is {safe:.3g} s at a stiffness of {contact.stiffest:g} N/m"
+            f"the safe step is {safe:.3g} s at a stiffness of {stiffest:g} N/m"
         ) from None
     return Penalty(
         stiffness=k,
@@ -98,8 +104,8 @@ def penalty_of(scene: Scene) -> Penalty:
         wall_stiffness=wall_k,
         wall_damping=2 * ratio * float(np.sqrt(wall_k * heaviest)),
         damping_ratio=ratio,
-        restitution_least=restitution_of(largest_ratio),
-        restitution_most=restitution_of(ratio),
+        restitution_least=restitution_of(largest_ratio) ** power,
+        restitution_most=restitution_of(ratio) ** power,
         tangential_stiffness=tangential * k,
         wall_tangential_stiffness=tangential * wall_k,
         friction=contact.friction,

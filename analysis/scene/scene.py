@@ -17,7 +17,7 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.account import Reconciliation
 from analysis.scene.anthropometry import apart, bodies_of
-from analysis.scene.contact import ContactModel
+from analysis.scene.contact import AS_HERTZ, BODY, ContactModel
 from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.parts import Analysis, Drive, Room, Run, Wall
 from analysis.scene.placement import check_room
@@ -97,8 +97,11 @@ class Scene(Room):
             raise SceneError(first_problem(error)) from None
 
     def with_contact(self, **changes: object) -> Scene:
-        """Return the scene with some keys of its contact model changed. Raises SceneError naming
-        the key."""
+        """Return the scene with some keys of its contact model changed; the laws of a body bring
+        their stiffness. Raises SceneError naming the key."""
+        if changes.get("law") in (BODY, AS_HERTZ):
+            own: dict[str, object] = {"stiffness_N_per_m": None, "wall_stiffness_N_per_m": None}
+            changes = own | changes
         return self._with("contact", changes)
 
     def with_run(self, **changes: object) -> Scene:

@@ -8,20 +8,23 @@ import numpy as np
 from numba import njit
 
 from analysis.engines.penalty import damping_ratio_for
-from analysis.scene.contact import hertz_constant
+from analysis.scene.contact import AS_HERTZ, BODY, CHEST_N_PER_M, CHEST_N_PER_M2
 from analysis.scene.scene import Scene
 from nscd import Snapshot, Walls, find_contacts
 from nscd.arrays import Floats, Indices
 from nscd.segments import connect, is_of_another, share_of
+
+# Laws, as the kernel knows them.
+_HOOKE, _HERTZ, _BODY = 0, 1, 2
 
 
 class SoftModel:
     """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m, and g.
 
     A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
-    (hertz) while δ > 0. The dashpots are those of `penalty_of`, derived again from the law's
-    definition. The drive acts continuously. Contacts are looked for among those that are within
-    `reach` (m) at the start.
+    (hertz), or with a chest's force + max(0, cδ′) (body), while δ > 0. The dashpots are those of
+    `penalty_of`, derived again from the law's definition. The drive acts continuously. Contacts are
+    looked for among those that are within `reach` (m) at the start.
 
     Raises ValueError for friction, which has a memory that this model does not keep."""
 
@@ -101,19 +104,20 @@ def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] 
     )
 
 
-def _law(scene: Scene) -> tuple[bool, float, float, float, float, float]:
-    """Hertz or not; k or K of pairs and of walls; ζ; dashpots of pairs and walls (N·s/m)."""
+def _law(scene: Scene) -> tuple[int, float, float, float, float, float]:
+    """Which law; k or K of pairs and of walls; ζ; dashpots of pairs and walls (N·s/m)."""
     contact, mass = scene.contact, scene.snapshot.mass
-    ratio = damping_ratio_for(contact.restitution)
+    body = contact.law == BODY
+    ratio = damping_ratio_for(contact.restitution**2 if body else contact.restitution)
     k, wall_k = contact.stiffness_N_per_m, contact.at_walls
     heaviest = float(mass.max())
-    if contact.law == "hertz":
+    if contact.law in ("hertz", AS_HERTZ):
         radius = float(scene.snapshot.radius.mean())
-        return True, hertz_constant(k, radius), hertz_constant(wall_k, radius), ratio, 0.0, 0.0
+        return _HERTZ, *contact.hertz_constants(radius), ratio, 0.0, 0.0
     pair, wall = (
         2 * ratio * float(np.sqrt(a * m)) for a, m in ((k, heaviest / 2), (wall_k, heaviest))
     )
-    return False, k, wall_k, ratio, pair, wall
+    return _BODY if body else _HOOKE, k, wall_k, ratio, pair, wall
 
 
 @njit(cache=True)
@@ -154,7 +158,7 @@ def _contact_forces(
     second: Any,
     wall: Any,
     segments: Any,
-    hertz: bool,
+    law: int,
     pair_stiffness: float,
     wall_stiffness: float,
     ratio: float,
@@ -186,9 +190,13 @@ def _contact_forces(
             vx, vy = vx - v[j, 0], vy - v[j, 1]
         approach = vx * nx + vy * ny
         stiffness = pair_stiffness if w < 0 else wall_stiffness
-        if hertz:
+        if law == _HERTZ:
             tangent = stiffness * np.sqrt(size * overlap)
             push = tangent * overlap + np.sqrt(5.0) * ratio * np.sqrt(m * tangent) * approach
+        elif law == _BODY:
+            depth = 0.5 * overlap if w < 0 else overlap
+            push = CHEST_N_PER_M * depth + CHEST_N_PER_M2 * depth * depth
+            push += max(0.0, (pair_dashpot if w < 0 else wall_dashpot) * approach)
         else:
             push = stiffness * overlap + (pair_dashpot if w < 0 else wall_dashpot) * approach
         if push <= 0.0:

@@ -130,7 +130,9 @@ def _step(scene: Scene, reach: float) -> tuple[Motion, int]:
 def _integrate(scene: Scene, tolerance: float, reach: float) -> tuple[Motion, int]:
     snapshot, model = scene.snapshot, SoftModel(scene, reach)
     n = len(snapshot)
-    period = float(np.sqrt(snapshot.mass.max() / scene.contact.stiffest))
+    period = float(
+        np.sqrt(snapshot.mass.max() / max(scene.contact.stiffness_N_per_m, scene.contact.at_walls))
+    )
     least = tolerance * _speed(scene)
 
     # displacements in lengths of a period, so that one tolerance (a speed) serves both halves

@@ -63,6 +63,7 @@ CHANGES = [
     ("stiffness_N_per_m = 1000000.0", "stiffness_kN_per_m = 1000.0", "unknown key"),
     ("restitution", "wall_stiffness_N_per_m = 0.0\nrestitution", "contact.wall_stiffness_N_per_m"),
     ("restitution", "wall_stiffness_N_per_m = '3e5'\nrestitution", "wall_stiffness.*valid number"),
+    ('law = "hooke"', 'law = "body"', "contact: stiffness_N_per_m: law = body has a stiffness of"),
     ("duration_s = 2.0", "duration_s = nan", "run.duration_s"),
     ("restitution = 0.1", "restitution = 2", "contact.restitution"),
     ('law = "hooke"', 'law = "hook"', "contact.law"),

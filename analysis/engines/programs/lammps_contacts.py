@@ -16,6 +16,7 @@ import numpy as np
 
 from analysis.dumps import CONTACT_COLUMNS, DumpError, DumpIndex, index_dump
 from analysis.engines.penalty import Penalty, penalty_of
+from analysis.scene.contact import BODY, body_force
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file
 from nscd.arrays import Floats, Indices
@@ -39,7 +40,7 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
         for frame, step in enumerate(pairs.steps):
             tables = [law.rows(pairs.table(frame), frame)]
             tables += [
-                _wall_rows(wall.table(frame), number)
+                _wall_rows(wall.table(frame), number, scene.contact.law == BODY)
                 for number, wall in enumerate(touching, start=1)
             ]
             rows = np.concatenate(tables)
@@ -67,8 +68,12 @@ class _PairLaw:
         normal = -table[:, 7:9] / table[:, 2:3]
         overlap = radius[rank].sum(1) - table[:, 2]
         normal_force, tangential = -table[:, 3:5], -table[:, 5:7]
-        if self.scene.contact.law == "hooke":
-            approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
+        approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
+        if self.scene.contact.law == BODY:
+            elastic = body_force(overlap, np.zeros(len(overlap), bool))
+            size = elastic + self.penalty.damping * np.maximum(0.0, approach)
+            normal_force = size[:, None] * normal
+        elif self.scene.contact.law == "hooke":
             size = np.maximum(
                 0.0, self.penalty.stiffness * overlap + self.penalty.damping * approach
             )
@@ -109,12 +114,14 @@ class _PairLaw:
         return relative
 
 
-def _wall_rows(table: Floats, number: int) -> Floats:
-    """Contact rows of a raw wall table: id, x, y, radius, force on the disk, point of contact."""
+def _wall_rows(table: Floats, number: int, body: bool) -> Floats:
+    """Contact rows of a raw wall table: id, x, y, radius, force on the disk, point of contact; the
+    spring of the law `body` is not in that force."""
     to_wall = table[:, 6:8] - table[:, 1:3]
     distance = np.hypot(*to_wall.T)
     normal = to_wall / distance[:, None]
     ones = np.ones(len(table))
-    return np.column_stack(
-        [table[:, 0], number * ones, ones, normal, table[:, 3] - distance, -table[:, 4:6]]
-    )
+    overlap, force = table[:, 3] - distance, -table[:, 4:6]
+    if body:
+        force = force + body_force(overlap, ones > 0)[:, None] * normal
+    return np.column_stack([table[:, 0], number * ones, ones, normal, overlap, force])

@@ -7,7 +7,7 @@ from at_hand import require
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate as simulate_into
-from analysis.scene.contact import hertz_stiffness
+from analysis.scene.contact import AS_HERTZ, BODY, body_energy, body_force, hertz_stiffness
 from analysis.scene.parts import BodyForce
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
 from analysis.scene.shipped_scenes import make
@@ -47,14 +47,27 @@ STEEL = {"wall_stiffness_N_per_m": 1e6}
 CLOTH = {"wall_stiffness_N_per_m": 1e5, "restitution": 1.0}
 
 
-@pytest.mark.parametrize("body_force", [None, FALL], ids=["free", "falling"])
-@pytest.mark.parametrize("contact", [{}, {"restitution": 1.0}, STEEL, CLOTH], ids=str)
+@pytest.mark.parametrize(
+    ("body_force", "contact"),
+    [(None, {}), (FALL, {"restitution": 1.0}), (FALL, STEEL), (None, CLOTH)],
+    ids=["free", "falling", "steel", "cloth"],
+)
 @pytest.mark.parametrize("law", ["hooke", "hertz"])
 def test_three_programs_give_the_same_motion(simulate, law, body_force, contact):
-    scene = few(law, body_force, **contact)
+    _same_motion(simulate, few(law, body_force, **contact), ENGINES)
+
+
+@pytest.mark.parametrize("restitution", [0.4, 1.0])
+@pytest.mark.parametrize(("law", "engines"), [(BODY, ENGINES[:1]), (AS_HERTZ, ENGINES)])
+def test_the_laws_of_a_body_are_the_same_motion(simulate, law, engines, restitution):
+    scene = few(law, FALL, stiffness_N_per_m=None, restitution=restitution)
+    _same_motion(simulate, scene, engines)
+
+
+def _same_motion(simulate, scene, engines):
     motion = leapfrog(scene)
     assert np.abs(motion.displacement[1]).max() > 0.1
-    for name in ENGINES:
+    for name in engines:
         simulation = simulate(name, scene)
         moved = np.column_stack([simulation["x"][-1], simulation["y"][-1]])
         moved -= scene.snapshot.position
@@ -137,6 +150,56 @@ def test_a_disk_is_as_deep_in_a_wall_as_its_energy(simulate, name, law):
     assert r - heights[0] == pytest.approx(deep, rel=1e-5)
     assert velocity == pytest.approx(v, rel=1e-5)
     assert heights[1] == pytest.approx(r, abs=1e-5)
+
+
+def test_a_chest_is_as_deep_in_a_wall_as_its_energy(simulate):
+    """½ m v² = ½ A D² + ⅓ B D³, and the contact forces are A D + B D²."""
+    v, m, r = 0.8, 75.0, 0.25
+    one = Snapshot(position=[[0.0, r]], velocity=[[0.0, -v]], radius=[r], mass=[m])
+    floor = Wall(name="floor", start_m=(-1.0, 0.0), end_m=(1.0, 0.0))
+    scene = few(BODY, None, stiffness_N_per_m=None, restitution=1.0)
+    scene = scene.model_copy(update={"snapshot": one, "walls": (floor,)})
+    simulation = simulate("lammps", scene.with_run(duration_s=0.4, frames=100, time_step_s=1e-4))
+    deep = max(np.roots([108000 / 3, 5490 / 2, 0.0, -0.5 * m * v**2]).real)
+    assert r - simulation["y"].min() == pytest.approx(deep, rel=1e-4)
+    assert simulation["vy"][-1, 0] == pytest.approx(v, rel=1e-5)
+    for contacts in simulation.contacts:
+        force = 5490 * contacts.overlap + 108000 * contacts.overlap**2
+        np.testing.assert_allclose(-contacts.force[:, 1], force, rtol=1e-9)
+
+
+def test_a_body_as_hertz_is_within_8_percent():
+    """From 0.05 to 0.3 m between two people, and from half of that at a wall, which meets one."""
+    overlap, pair = np.linspace(0.05, 0.3, 100), np.zeros(100, bool)
+    for depth, wall in ((overlap, pair), (0.5 * overlap, ~pair)):
+        radius = 0.17
+        constant = few(AS_HERTZ, None, stiffness_N_per_m=None).contact.hertz_constants(radius)
+        effective = radius if wall.any() else 0.5 * radius
+        hertz = constant[int(wall.any())] * np.sqrt(effective) * depth**1.5
+        ratio = hertz / body_force(depth, wall)
+        assert 0.07 < np.abs(ratio - 1).max() < 0.085
+        np.testing.assert_allclose(np.gradient(body_energy(depth, wall), depth)[1:-1],
+                                   body_force(depth, wall)[1:-1], rtol=1e-3)  # fmt: skip
+
+
+def test_a_body_is_refused_where_it_cannot_be(tmp_path, monkeypatch):
+    scene = few(BODY, None, stiffness_N_per_m=None)
+    with pytest.raises(
+        EngineError, match=r"few: contact\.law: body; YADE has hooke, hertz and body"
+    ):
+        simulate_into(scene, "yade", tmp_path / "run")
+    with pytest.raises(EngineError, match=r"few: run\.impulses: LAMMPS sums none with contact"):
+        simulate_into(scene.with_run(impulses=True), "lammps", tmp_path / "run")
+    monkeypatch.setattr("analysis.engines.lammps._has_lepton", lambda: False)
+    with pytest.raises(
+        EngineError, match=r"this LAMMPS has no pair_style lepton/sphere .* law = bo"
+    ):
+        simulate_into(scene, "lammps", tmp_path / "run")
+    with pytest.raises(ValueError, match="friction: law = body has none"):
+        few(BODY, None, stiffness_N_per_m=None, friction=0.2)
+    with pytest.raises(ValueError, match="stiffness_N_per_m: law = body_hertz has a stiffness of"):
+        few(AS_HERTZ, None, stiffness_N_per_m=1e5)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -1,0 +1,260 @@
+"""Rigid or soft: each headline quantity of a crowd before a door against s = N F/(k r), relative to
+the rigid engine.
+
+    nice -n 19 python benchmarks/soft.py FOLDER [--read]
+
+Crowds of the shipped scene `arch`, of several sizes, pushes and seeds; walls are never softer than
+s = 3.5. Runs that are in the folder are taken as they are, and what was read of a run is kept in
+FOLDER/soft.csv: with --read nothing is run. Writes FOLDER/soft.png and prints the tables of
+docs/results/rigid_or_soft.md."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.dumps.windows import RunWindows
+from analysis.engines import EngineError
+from analysis.engines.run import EngineRun
+from analysis.engines.softness import DOUBTFUL, SOUND
+from analysis.motion.intervals import signed
+from analysis.motion.series import passed, pressing, values_of
+from analysis.pages.drawing import COLOURS, GRID
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
+
+# Push of a person (N) → desired speed (m/s) and relaxation time (s).
+PUSHES = {300.0: (2.0, 0.5), 100.0: (2.0, 1.5), 30.0: (0.6, 1.5)}
+RIGID = 0.0
+SOFTNESS = (RIGID, 0.1, 0.35, 1.0, 3.0, 9.0, 17.0)
+# People, push (N), crowds.
+FAMILIES = ((75, 300.0, 3), (300, 300.0, 3), (300, 100.0, 2), (300, 30.0, 2), (594, 300.0, 2))
+WALLS = 3.5
+DURATION_S, BEGIN_S = 5.0, 2.0
+MEASURES = {
+    "wall_load_N": "wall load per person inside",
+    "person_mean_N": "mean load of a person",
+    "contact_95_N": "95 % contact force",
+    "person_largest_N": "largest load of a person",
+    "flow_per_s": "flow",
+    "density_per_m2": "density within 2 m of the door",
+}
+BODY = "body"
+# Radii (m) of soft people who are tried, and of the rigid disks they are compared with.
+RADII, HARD_M = (0.17, 0.19, 0.21, 0.23, 0.25), 0.17
+BODY_PUSHES, BODY_PEOPLE, BODY_CROWDS = (100.0, 30.0), 150, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Name one run: people, push (N), s as words (0: rigid; body: the law of a chest), number of the
+    crowd, mean radius (m)."""
+
+    people: int
+    push: float
+    softness: str
+    crowd: int
+    radius: float = HARD_M
+
+    def run(self, out: Path) -> EngineRun:
+        """Make the run."""
+        scene = _crowd(self.people, 1 + self.crowd, self.radius)
+        assert scene.drive is not None
+        speed, time = PUSHES[self.push]
+        drive = scene.drive.model_copy(update={"speed_m_per_s": speed, "relaxation_time_s": time})
+        scene = scene.model_copy(update={"drive": drive})
+        scene = scene.with_run(duration_s=DURATION_S, frames=round(10 * DURATION_S), impulses=True)
+        engine = "lammps"
+        if self.softness == BODY:
+            scene = scene.with_contact(law="body_hertz", stiffness_N_per_m=None)
+        elif float(self.softness) == RIGID:
+            engine = "rigid"
+        else:
+            total = self.people * self.push / self.radius
+            k = total / float(self.softness)
+            scene = scene.with_contact(
+                stiffness_N_per_m=k, wall_stiffness_N_per_m=max(k, total / WALLS)
+            )
+        name = "_".join(str(value) for value in dataclasses.astuple(self))
+        return EngineRun(scene=scene, engine=engine, folder=out / name)
+
+
+def _crowd(people: int, seed: int, radius: float) -> Scene:
+    """The crowd of `arch` of other people, with a mean radius (m)."""
+    scene = make("arch", people, seed)
+    if radius == HARD_M:
+        return scene
+    disks = crowd_before_a_door(people, seed, radius)
+    walls, _ = room_with_a_door(
+        float(np.hypot(*disks.position.T).max()) + float(disks.radius.max())
+    )
+    return scene.model_copy(update={"snapshot": disks, "walls": walls})
+
+
+def cases() -> Iterator[Case]:
+    """List all runs, so that each crowd is whole before the next begins."""
+    for crowd in range(max(crowds for *_, crowds in FAMILIES)):
+        for people, push, crowds in FAMILIES:
+            if crowd < crowds:
+                yield from (Case(people, push, f"{s:g}", crowd) for s in SOFTNESS)
+        if crowd < BODY_CROWDS:
+            for push in BODY_PUSHES:
+                yield Case(BODY_PEOPLE, push, f"{RIGID:g}", crowd)
+                yield from (Case(BODY_PEOPLE, push, BODY, crowd, radius) for radius in RADII)
+
+
+def measured(run: EngineRun) -> dict[str, float]:
+    """Run a case, or take the finished run; give the means of its windows of 0.1 s."""
+    record = run.record()
+    rows = []
+    before = None
+    for window in RunWindows(run.folder, record.time_step_s).between_frames():
+        gone = passed(run.scene, window.now)
+        if window.start >= BEGIN_S - 1e-9:
+            values, inside = values_of(run.scene, window), len(window.now) - gone
+            loads = window.at_people(window.force)
+            rows.append(
+                {
+                    "wall_load_N": values["walls"] / inside,
+                    "person_mean_N": float(loads.sum()) / inside,
+                    "contact_95_N": float(np.quantile(pressing(window), 0.95)),
+                    "person_largest_N": values["person_largest"],
+                    "flow_per_s": (gone - (before or 0.0)) / window.duration,
+                    "density_per_m2": values["density_door"],
+                }
+            )
+        before = gone
+    means = {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+    return means | {"overlap_largest": record.overlap_largest, "cpu_s": record.cpu_seconds}
+
+
+def table_of(path: Path) -> dict[Case, dict[str, float]]:
+    """Read what is known of the runs."""
+    if not path.exists():
+        return {}
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    names = [field.name for field in dataclasses.fields(Case)]
+    return {
+        Case(
+            int(row["people"]), float(row["push"]), row["softness"], int(row["crowd"]), float(row["radius"])
+        ): {key: float(value) for key, value in row.items() if key not in names}
+        for row in rows
+    }  # fmt: skip
+
+
+def keep(path: Path, known: dict[Case, dict[str, float]]) -> None:
+    """Write what is known of the runs."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        rows = [dataclasses.asdict(case) | values for case, values in known.items()]
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+Known = dict[Case, dict[str, float]]
+
+
+def relative(known: Known, people: int, push: float, s: str, key: str) -> Sequence[float]:
+    """Give a measure over that of the rigid run, crowd by crowd."""
+    pairs = (
+        (values[key], known.get(dataclasses.replace(case, softness=f"{RIGID:g}")))
+        for case, values in known.items()
+        if (case.people, case.push, case.softness, case.radius) == (people, push, s, HARD_M)
+    )
+    return [mine / rigid[key] for mine, rigid in pairs if rigid and rigid[key]]
+
+
+def picture(known: Known) -> Figure:
+    """Draw each measure over the rigid one against s: a family of crowds each, means and the range
+    over crowds."""
+    figure = Figure(figsize=(11.0, 6.4), layout="constrained")
+    for axes, (key, title) in zip(figure.subplots(2, 3).ravel(), MEASURES.items(), strict=True):
+        axes.axhline(1.0, color=GRID, zorder=0)
+        axes.axvspan(SOUND, DOUBTFUL, color=GRID, alpha=0.35, zorder=0)
+        for number, (people, push, _) in enumerate(FAMILIES):
+            found = {s: relative(known, people, push, f"{s:g}", key) for s in SOFTNESS[1:]}
+            xs = [s for s, values in found.items() if values]
+            means = [float(np.mean(found[s])) for s in xs]
+            ends = [(m - min(found[s]), max(found[s]) - m) for s, m in zip(xs, means, strict=True)]
+            axes.errorbar(
+                np.array(xs) * 1.04 ** (number - 2), means, yerr=np.array(ends).T,
+                fmt="osD^v"[number] + "-", color=COLOURS[number % len(COLOURS)], capsize=3, lw=1, ms=5,
+                label=f"{people} people, {push:g} N",
+            )  # fmt: skip
+        axes.set(xscale="log", title=title, xlabel="s = N F/(k r)", ylabel="over the rigid value")
+        axes.set_ylim(bottom=0.0)
+    figure.axes[0].legend(fontsize=8, loc="lower left")
+    return figure
+
+
+def tables(known: Known) -> str:
+    """Write the tables of the page: each measure relative to rigid at each s, over all families;
+    soft people of other radii; cost."""
+    head = ["s", *MEASURES.values(), "largest overlap (r)"]
+    lines = [head, ["---"] * len(head)]
+    for s in SOFTNESS[1:]:
+        cells = [f"{s:g}"]
+        for key in MEASURES:
+            every = [v for n, f, _ in FAMILIES for v in relative(known, n, f, f"{s:g}", key)]
+            cells.append(_cell(every))
+        deep = [v["overlap_largest"] for c, v in known.items() if c.softness == f"{s:g}"]
+        lines.append([*cells, f"{max(deep, default=np.nan):.2f}"])
+    text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    first: list[str] = ["push (N)", "radius (m)", *MEASURES, "largest overlap (r)"]
+    lines = [first, ["---"] * len(first)]
+    for push in BODY_PUSHES:
+        for law, radius in [(f"{RIGID:g}", HARD_M), *((BODY, radius) for radius in RADII)]:
+            wanted = Case(BODY_PEOPLE, push, law, 0, radius)
+            rows = [v for c, v in known.items() if dataclasses.replace(c, crowd=0) == wanted]
+            if rows:
+                means = [f"{np.mean([row[key] for row in rows]):.3g}" for key in MEASURES]
+                deep = f"{max(row['overlap_largest'] for row in rows):.2f}"
+                name = f"{radius:g}" + (" rigid" if law != BODY else "")
+                lines.append([f"{push:g}", name, *means, deep])
+    text += "\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    total = sum(values["cpu_s"] for values in known.values())
+    return f"{text}\n\n{len(known)} runs, {total:.0f} CPU s"
+
+
+def _cell(values: Sequence[float]) -> str:
+    """The mean difference from 1 in percent, and the range of 90 % of the crowds."""
+    if not values:
+        return "–"
+    low, high = np.quantile(values, [0.05, 0.95])
+    shares = [signed(value - 1) for value in (float(np.mean(values)), float(low), float(high))]
+    return f"{shares[0]} ({shares[1]} to {shares[2]})"
+
+
+def main() -> None:
+    """Run every case that is not known, and draw."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--read", action="store_true")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    path = given.out / "soft.csv"
+    known = table_of(path)
+    for case in [] if given.read else cases():
+        if case in known:
+            continue
+        try:
+            known[case] = measured(case.run(given.out / "runs"))
+        except EngineError as error:
+            print(error, flush=True)
+            continue
+        keep(path, known)
+        print(*dataclasses.astuple(case), f"{known[case]['cpu_s']:.1f} CPU s", flush=True)
+    print(tables(known))
+    picture(known).savefig(given.out / "soft.png", dpi=120)
+
+
+if __name__ == "__main__":
+    main()
