@@ -161,7 +161,7 @@ def test_a_chest_is_as_deep_in_a_wall_as_its_energy(simulate):
     scene = scene.model_copy(update={"snapshot": one, "walls": (floor,)})
     simulation = simulate("lammps", scene.with_run(duration_s=0.4, frames=100, time_step_s=1e-4))
     deep = max(np.roots([108000 / 3, 5490 / 2, 0.0, -0.5 * m * v**2]).real)
-    assert r - simulation["y"].min() == pytest.approx(deep, rel=1e-4)
+    assert r - simulation["y"].min() == pytest.approx(deep, rel=1e-3)
     assert simulation["vy"][-1, 0] == pytest.approx(v, rel=1e-5)
     for contacts in simulation.contacts:
         force = 5490 * contacts.overlap + 108000 * contacts.overlap**2
