@@ -1,7 +1,7 @@
 """Rigid or soft: each headline quantity of a crowd before a door against s = N F/(k r), relative to
 the rigid engine.
 
-    nice -n 19 python benchmarks/soft.py FOLDER [--read]
+    nice -n 19 python benchmarks/crowds/soft.py FOLDER [--read]
 
 Crowds of the shipped scene `arch`, of several sizes, pushes and seeds; walls are never softer than
 s = 3.5. Runs that are in the folder are taken as they are, and what was read of a run is kept in
