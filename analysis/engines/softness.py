@@ -2,12 +2,44 @@
 
 from __future__ import annotations
 
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from typing import Literal
+
+from pydantic import TypeAdapter
+
 from analysis.scene.scene import Scene
 
 # Measured with crowds of 75 to 1,200 at 2·10³ to 10⁸ N/m: below SOUND nobody is deeper than 0.35 r
 # in another once the flow is steady; above DOUBTFUL a crowd stands more than a third denser; at
 # NO_CROWD disks flow through each other.
 SOUND, DOUBTFUL, NO_CROWD = 6.0, 17.0, 50.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """Say how stiff bodies are by one source.
+
+    low_N_per_m, high_N_per_m: N/m, of a contact between two people
+    words, what: who says so in short, and what of
+    source, read: where from, and whether read first-hand, in an excerpt or second-hand
+    """
+
+    name: str
+    words: str
+    low_N_per_m: float  # noqa: N815  (the unit is newton)
+    high_N_per_m: float  # noqa: N815
+    what: str
+    source: str
+    read: Literal["first-hand", "excerpt", "second-hand"]
+
+
+def known_bodies() -> dict[str, Body]:
+    """Read the ladder of stiffness of people, softest first, by name (bodies.toml)."""
+    text = resources.files(__package__).joinpath("bodies.toml").read_text(encoding="utf-8")
+    found = TypeAdapter(list[Body]).validate_python(tomllib.loads(text)["body"])
+    return {one.name: one for one in found}
 
 
 def softness(scene: Scene, stiffness: float | None = None) -> float:

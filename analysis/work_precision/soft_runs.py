@@ -29,7 +29,7 @@ from analysis.work_precision.point import PointStatus
 from analysis.work_precision.points_of import Answer, today
 from analysis.work_precision.window import Motion, Window
 
-# Times the scene's stiffness.
+# Times the scene's stiffness. Those of people stand in analysis/engines/bodies.toml.
 STIFFER = (1.0, 1e1, 1e2, 1e3, 1e4)
 # Time steps as shares of the safe one, also far beyond where an explicit method is stable.
 SHARES = (1 / 64, 1 / 16, 1 / 4, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)

@@ -9,7 +9,8 @@ from analysis.compare.comparison import compare_run
 from analysis.compare.remarks import remarks
 from analysis.dumps import read_contacts
 from analysis.engines.run import simulate
-from analysis.engines.softness import softness, softness_warning
+from analysis.engines.softness import known_bodies, softness, softness_warning
+from analysis.scene.contact import body_force
 from analysis.scene.parts import Analysis
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
@@ -21,6 +22,17 @@ def test_it_is_the_total_push_over_stiffness_times_radius():
     assert softness(arch) == pytest.approx(594 * 300 / (1e6 * radius))
     assert softness(arch, 1e4) == pytest.approx(100 * softness(arch))
     assert softness(read_scene("pair")) == 0
+
+
+def test_the_ladder_of_people_is_read_softest_first():
+    bodies = known_bodies()
+    assert list(bodies) == ["chest", "social_force", "lemons"]
+    ends = [k for one in bodies.values() for k in (one.low_N_per_m, one.high_N_per_m)]
+    assert ends == sorted(ends)
+    # the law of a chest, two in series, has such secants at overlaps up to 0.08 m
+    overlap = np.array([0.001, 0.08])
+    secant = body_force(overlap, np.zeros(2, bool)) / overlap
+    assert ends[0] < secant[0] < secant[1] < ends[1]
 
 
 @pytest.mark.parametrize(

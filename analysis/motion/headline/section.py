@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from analysis.engines.softness import NO_CROWD, softness
+from analysis.engines.softness import NO_CROWD, known_bodies, softness
 from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES, Limit, known_limits
 from analysis.motion.ensemble import Ensemble
@@ -31,8 +31,6 @@ HEADLINES: Mapping[str, Measure] = {
 NAMED = "asphyxia_minutes"
 # Pushes of people (N per person), and who says so; the words of the page name the sources.
 GREEN_GUIDE_N = (213.0, 219.0)
-# Stiffness of one chest against another (N/m), softest and stiffest.
-CHEST_N_PER_M = (2e3, 5e3)
 
 
 def headline_section(study: MotionStudy) -> Section | None:
@@ -87,7 +85,9 @@ def _said(
 ) -> list[str]:
     """What a safety engineer reads first, in sentences."""
     scene = study.scene
-    soft = {k: softness(scene, k) for k in (scene.contact.stiffness_N_per_m, *CHEST_N_PER_M)}
+    chest = known_bodies()["chest"]
+    ladder = (scene.contact.stiffness_N_per_m, chest.low_N_per_m, chest.high_N_per_m)
+    soft = [(k, softness(scene, k)) for k in ladder]
     named = next(one for one in limits_of_people() if one.name == NAMED)
     barriers = [one for one in known_limits() if one.depth_m is not None]
     said = [words.text("push", **_push(study.scene), green=GREEN_GUIDE_N)]
@@ -106,7 +106,7 @@ def _said(
         if known:
             titles = {"model": models[0].title, "rigid": reference.title}
             said.append(words.text("models", differ=differ, alike=alike, **titles))
-    said.append(words.text("soft", soft=list(soft.items()), no_crowd=NO_CROWD))
+    said.append(words.text("soft", soft=soft, no_crowd=NO_CROWD))
     return said
 
 
