@@ -41,7 +41,9 @@ def open_bodies(path: str | Path, time_step: float | None = None) -> Universe:
     if time_step is None:
         time_step = _recorded_time_step(path)
     elif not 0 < time_step <= LARGEST:
-        raise DumpError(f"time_step: {time_step} s; a time above 0 and up to {LARGEST:g} is needed")
+        raise DumpError(
+            f"time_step: {time_step} s; a finite time above 0, at most {LARGEST:g}, is needed"
+        )
     universe = Universe.empty(max(1, *index_dump(path).counts, 1), trajectory=False)
     universe.load_new(str(path), format=BodiesReader, dt=time_step)
     return universe

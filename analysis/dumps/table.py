@@ -1,6 +1,7 @@
 """The frames of a LAMMPS text dump: where they are, and the numbers in each. Streaming, float64,
 checked."""
 
+import functools
 import math
 import os
 import re
@@ -16,7 +17,6 @@ from analysis.support.reading import (
     LARGEST_WHOLE,
     NUMBER,
     UnreadableError,
-    is_compressed,
     next_line,
     open_file,
     whole_number,
@@ -57,7 +57,7 @@ class Frame:
     length: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class DumpIndex:
     """Hold where the frames of a dump are, and the names of the columns of its tables."""
 
@@ -65,12 +65,12 @@ class DumpIndex:
     frames: tuple[Frame, ...]
     columns: tuple[str, ...]
 
-    @property
+    @functools.cached_property
     def steps(self) -> tuple[int, ...]:
         """The step of each frame."""
         return tuple(frame.step for frame in self.frames)
 
-    @property
+    @functools.cached_property
     def counts(self) -> tuple[int, ...]:
         """The number of rows of each frame."""
         return tuple(frame.count for frame in self.frames)
@@ -81,7 +81,7 @@ class DumpIndex:
         Raises DumpError naming the line of a row that has not one number per column."""
         frame = self.frames[number]
         try:
-            content = _unpacked.read(self.path, frame.offset, frame.length)
+            content = _opened.read(self.path, frame.offset, frame.length)
         except DAMAGED as error:
             raise DumpError(f"{self.path}, step {frame.step}: damaged: {error}") from None
         rows = content.splitlines()
@@ -137,30 +137,28 @@ class DumpIndex:
         return column.astype(np.int64)
 
 
-class _Unpacked:
-    """The compressed dump that was read last stays open: forwards, it is then unpacked only
-    once."""
+class _Open:
+    """The dumps that were read last stay open: forwards, a compressed one is unpacked only once."""
+
+    most = 8
 
     def __init__(self) -> None:
-        self.key: object = None
-        self.file: IO[bytes] | None = None
+        self.files: dict[object, IO[bytes]] = {}
 
     def read(self, path: Path, offset: int, length: int) -> bytes:
         """Some bytes of a dump, plain or compressed."""
-        if not is_compressed(path):
-            with path.open("rb") as plain:
-                plain.seek(offset)
-                return plain.read(length)
-        key = (path, os.getpid(), path.stat().st_mtime_ns)
-        if self.file is None or self.key != key:
-            if self.file is not None:
-                self.file.close()
-            self.key, self.file = key, open_file(path)
-        self.file.seek(offset)
-        return self.file.read(length)
+        found = path.stat()
+        key = (path, os.getpid(), found.st_ino, found.st_mtime_ns)
+        if key not in self.files:
+            if len(self.files) == self.most:
+                self.files.pop(next(iter(self.files))).close()
+            self.files[key] = open_file(path)
+        file = self.files[key]
+        file.seek(offset)
+        return file.read(length)
 
 
-_unpacked = _Unpacked()
+_opened = _Open()
 
 
 def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:

@@ -58,12 +58,6 @@ def open_file(path: Path) -> IO[bytes]:
         ) from None
 
 
-def is_compressed(path: Path) -> bool:
-    """Whether a file begins as gz, bz2, xz or zst files do."""
-    with path.open("rb") as file:
-        return file.read(6).startswith(tuple(PACKED))
-
-
 def _zstd(path: Path) -> Any:
     try:
         library: Any = importlib.import_module("compression.zstd")

@@ -318,11 +318,11 @@ def test_the_command_ends_with_one_clear_line(tmp_path, command):
 
 def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
     require("lammps")
-    scene = timing(read_scene("four_disks").with_contact(restitution=0.9), 1e-5, 0.2, 200)
-    made = study(scene, ["lammps"], [1e6, 1e3], tmp_path / "runs")
+    scene = timing(read_scene("four_disks").with_contact(restitution=0.9), 1e-5, 0.3, 200)
+    made = study(scene, ["lammps"], [1e6, 1e2], tmp_path / "runs")
     page = write_report([made], tmp_path / "report", "percussions report four_disks").read_text()
     assert re.search(
-        r'role="alert"><h3 class="alarm">.*<li>lammps, k = 10<sup>3</sup> N/m: .*'
+        r'role="alert"><h3 class="alarm">.*<li>lammps, k = 10<sup>2</sup> N/m: .*'
         "stopped by its guard: overlap",
         page,
     )

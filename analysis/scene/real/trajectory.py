@@ -3,6 +3,7 @@
 import gzip
 import itertools
 import re
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -214,7 +215,10 @@ def _load(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.Traj
     try:
         if end not in BINARY:
             _check_rows(file, end)
-        return _loader(file, end, unit, frame_rate)()
+        # numpy's complaints of numbers that are none; the error that follows says more
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return _loader(file, end, unit, frame_rate)()
     except TrajectoryError:
         raise
     except UnreadableError as error:
