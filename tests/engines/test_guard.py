@@ -322,7 +322,7 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
     made = study(scene, ["lammps"], [1e6, 1e2], tmp_path / "runs")
     page = write_report([made], tmp_path / "report", "percussions report four_disks").read_text()
     assert re.search(
-        r'role="alert"><h3 class="alarm">.*<li>lammps, k = 10<sup>2</sup> N/m: .*'
+        r'role="alert"><h3 class="alarm">.*<li>lammps, k = 100 N/m: .*'
         "stopped by its guard: overlap",
         page,
     )
