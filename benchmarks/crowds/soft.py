@@ -191,6 +191,8 @@ def picture(known: Known) -> Figure:
         for number, (people, push, _) in enumerate(FAMILIES):
             found = {s: relative(known, people, push, f"{s:g}", key) for s in SOFTNESS[1:]}
             xs = [s for s, values in found.items() if values]
+            if not xs:
+                continue
             means = [float(np.mean(found[s])) for s in xs]
             ends = [(m - min(found[s]), max(found[s]) - m) for s, m in zip(xs, means, strict=True)]
             axes.errorbar(

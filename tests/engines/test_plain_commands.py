@@ -146,7 +146,7 @@ def test_a_deck_with_an_unknown_law_says_so(checkout, command):
         checkout,
     )
     assert done.returncode != 0
-    assert "law: jelly; there are hooke and hertz" in done.stdout
+    assert "law: jelly; there are hooke, hertz, body and body_hertz" in done.stdout
 
 
 @pytest.mark.parametrize(
