@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
 from nscd.contacts import find_contacts
+from nscd.friction.ladder import part_of
+from nscd.friction.pivots.island import Search
+from nscd.friction.problem import friction_problem
 from nscd.laws import ContactLaw
 from nscd.solve import solve
 from nscd.solvers.ladder import BY_NAME
@@ -47,6 +50,7 @@ def _by_others() -> list[str]:
     contacts = find_contacts(ring, tolerance=1e-9)
     found = solve(ring, contacts, law=ContactLaw(friction=0.3), tolerance=1e-10).right_velocity
     lines = [*_judged("friction", [found], 0.0), *_judged("a step", _steps(0.3), 0.0)]
+    lines += _judged("friction, when crowds slide", _searched(), 0.0)
     for solver in reversed(BY_NAME):
         found = solve(ring, contacts, tolerance=1e-10, solver=solver).right_velocity
         lines += _judged(solver, [found], 0.0)
@@ -71,6 +75,21 @@ def _steps(friction: float) -> Iterator[Floats]:
     motion = Motion(_ring(), step=1e-3, friction=friction)
     motion.advance()
     yield motion.velocity
+
+
+def _searched() -> Iterator[Floats]:
+    """Right velocities of the ring by the methods for crowds that slide."""
+    ring = _ring()
+    contacts, law = find_contacts(ring, tolerance=1e-9), ContactLaw(friction=0.3)
+    whole = friction_problem(ring, contacts, ring.velocity, law)
+    part = part_of(whole, ring.position, np.arange(len(ring)), np.arange(len(contacts)))
+    for method in (Search.by_proximal, Search.by_dilation):
+        search = Search(part.problem, part.factor, 1e-10)
+        method(search, *np.zeros((2, len(contacts))), part.problem.left.copy())
+        yield search.velocity
+    search = Search(part.problem, part.factor, 1e-10)
+    search.run_from(1)
+    yield search.velocity
 
 
 def _ring() -> Snapshot:

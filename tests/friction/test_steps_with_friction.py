@@ -8,7 +8,7 @@ from coulomb import Dense, violation
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
 from nscd.friction import carried_over, problem_of, solve_step
 
-FLOOR = Walls(start=[[-9.0, 0.0]], end=[[9.0, 0.0]])
+FLOOR = Walls(start=[[-99.0, 0.0]], end=[[99.0, 0.0]])
 
 
 def pile(rows=6):
@@ -63,6 +63,33 @@ def test_a_step_and_solve_may_find_different_answers_both_of_which_obey_the_law(
     assert violation(dense, found.reaction, found.friction.tangential, friction, mine) < 1e-6
     assert violation(dense, step.reaction, step.friction, friction, theirs) < 1e-6
     assert np.abs(mine - theirs).max() > 0.1
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.2])
+def test_a_pile_that_slides_is_solved_where_sweeps_do_not_reach(mu):
+    snapshot = pile(14)
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    problem = arrays(snapshot, contacts, mu)
+    step = solve_step(problem, snapshot.position, tolerance=1e-9)
+    again = solve_step(problem, snapshot.position, tolerance=1e-9)
+    assert step.solver in {"proximal", "path"}
+    assert step.error <= 1e-9
+    np.testing.assert_array_equal(step.velocity, again.velocity)
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    friction = np.full(len(contacts), mu)
+    wrong = violation(dense, step.reaction, step.friction, friction, step.velocity.ravel())
+    assert wrong < 1e-6 * dense.mass.max()
+
+
+def test_an_island_that_nothing_presses_keeps_its_velocities_whatever_the_guess():
+    snapshot = pile(2)
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    still = arrays(snapshot, contacts, 0.3)
+    still = still._replace(left=np.tile([0.1, 0.0, 0.0], (len(snapshot), 1)))
+    step = solve_step(still, snapshot.position, np.ones((2, len(contacts))))
+    np.testing.assert_array_equal(step.velocity, still.left)
+    assert not step.reaction.any()
+    assert not step.friction.any()
 
 
 def test_a_guess_that_is_the_answer_costs_one_block():

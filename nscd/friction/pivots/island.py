@@ -67,6 +67,9 @@ class Search:
         only by what is quick."""
         start = lam, tau, u
         if not self.problem.dissipative:
+            self.by_proximal(lam.copy(), tau.copy(), u.copy())
+            if self.solved:
+                return
             lam, tau = self.by_dilation(*start)
             if not self.solved and patient:
                 self.by_curve(*start)
