@@ -85,7 +85,8 @@ def _searched() -> Iterator[Floats]:
     part = part_of(whole, ring.position, np.arange(len(ring)), np.arange(len(contacts)))
     for method in (Search.by_proximal, Search.by_dilation):
         search = Search(part.problem, part.factor, 1e-10)
-        method(search, *np.zeros((2, len(contacts))), part.problem.left.copy())
+        none = np.zeros(len(contacts))
+        method(search, none, none.copy(), part.problem.left.copy())
         yield search.velocity
     search = Search(part.problem, part.factor, 1e-10)
     search.run_from(1)
