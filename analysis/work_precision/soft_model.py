@@ -49,7 +49,7 @@ class SoftModel:
         self._law: tuple[Any, ...] = _law(scene)
         self._drive = _drive(scene)
         self._acceleration = np.array(scene.acceleration())
-        self._walls = walls
+        self._ends = np.array(walls.start), np.array(walls.end)
 
     def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
         """Write the acceleration (n,2) m/s² at positions (n,2) m and velocities (n,2) m/s into
@@ -66,18 +66,23 @@ class SoftModel:
     def passes_a_wall(self, before: Floats, after: Floats) -> bool:
         """Tell whether a centre that goes straight from `before` to `after` (n,2) m crosses a wall,
         whose force would then turn round."""
-        start, end = self._walls.start[:, None], self._walls.end[:, None]
-        way, sides = (
-            after - before,
-            [_turn(end - start, place - start) for place in (before, after)],
-        )
-        ends = [_turn(way, corner - before) for corner in (start, end)]
-        return bool(((sides[0] * sides[1] < 0) & (ends[0] * ends[1] <= 0)).any())
+        return bool(_crosses(before, after, *self._ends))
 
 
-def _turn(one: Floats, other: Floats) -> Floats:
-    """The cross product of vectors (…, 2)."""
-    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+@njit(cache=True)
+def _crosses(before: Any, after: Any, start: Any, end: Any) -> bool:
+    """Whether any way (n,2) m crosses any wall (w,2) m: its ends are on both sides, and so are the
+    wall's of the way."""
+    for wall in range(len(start)):
+        x, y = end[wall, 0] - start[wall, 0], end[wall, 1] - start[wall, 1]
+        for disk in range(len(before)):
+            vx, vy = after[disk, 0] - before[disk, 0], after[disk, 1] - before[disk, 1]
+            sx, sy = before[disk, 0] - start[wall, 0], before[disk, 1] - start[wall, 1]
+            ex, ey = before[disk, 0] - end[wall, 0], before[disk, 1] - end[wall, 1]
+            side, other = x * sy - y * sx, x * (sy + vy) - y * (sx + vx)
+            if side * other < 0.0 and (vy * sx - vx * sy) * (vy * ex - vx * ey) <= 0.0:
+                return True
+    return False
 
 
 def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
