@@ -30,8 +30,10 @@ PAIRS, DOUBLINGS, BLOCK = 200, 6, 10
 # Pivots in all for lowering the dilation (and a share of the contacts), for one local path at
 # first, and from the ray.
 DILATION_PIVOTS, DILATION_SHARE, LOCAL_PIVOTS, RAY_PIVOTS = 600, 2.0, 300, 20_000
-# Rounds of proximal steps, and pivots allowed for a path from where they stand; its noise.
-PROXIMAL, PROXIMAL_NOISE = ((8, 100), (16, 150), (32, 300), (64, 300)), 1e-2
+# Rounds of proximal steps, and pivots allowed for a path from where they stand; with patience; the
+# noise of these paths.
+PROXIMAL, LATER = ((8, 100), (16, 150), (32, 300), (64, 300)), ((128, 400), (256, 400))
+PROXIMAL_NOISE = 1e-2
 # Compliance along the curve of the dilation, and factorisations at most.
 CURVE, CURVE_FACTORS = 1e-4, 10_000
 # The largest island that is solved from the ray.
@@ -67,10 +69,13 @@ class Search:
         only by what is quick."""
         start = lam, tau, u
         if not self.problem.dissipative:
-            self.by_proximal(lam.copy(), tau.copy(), u.copy())
+            moved = lam.copy(), tau.copy(), u.copy()
+            self.by_proximal(*moved)
             if self.solved:
                 return
             lam, tau = self.by_dilation(*start)
+            if not self.solved and patient:
+                self.by_proximal(*moved, LATER)
             if not self.solved and patient:
                 self.by_curve(*start)
         if not patient:
@@ -112,10 +117,13 @@ class Search:
         find_states(self.problem, v_left, v, s, lam, tau, closed, hold)
         return self._newton(closed, hold, (lam, tau, u), (rounds, PENALTY), route)
 
-    def by_proximal(self, lam: Any, tau: Any, u: Any) -> None:
-        """Proximal steps from percussions, which are changed, and paths from where they stand."""
+    def by_proximal(
+        self, lam: Any, tau: Any, u: Any, efforts: tuple[tuple[int, int], ...] = PROXIMAL
+    ) -> None:
+        """Proximal steps from percussions, which are changed, and paths from where they stand;
+        efforts: rounds, and pivots of the path after them."""
         weight = np.full(1, SOFT_PENALTY)
-        for rounds, pivots in PROXIMAL:
+        for rounds, pivots in efforts:
             _, made = proximal_newton(
                 self.problem, self.factor, lam, tau, u, rounds, 0.5 * self.tolerance, weight
             )
