@@ -215,8 +215,9 @@ def _of_driven(series: Series) -> dict[str, float]:
     found = {
         name: float(values[name][late].mean()) for name in ("contact_mean", "contact_95", "flow")
     }
-    found["walls"] = 1e-3 * float(values["walls"][late].mean())
     found["walls_95"] = 1e-3 * float(np.quantile(values["walls"][late], 0.95))
+    if not np.array_equal(late, arrest):  # in a run of 1 s both are the same
+        found["walls"] = 1e-3 * float(values["walls"][late].mean())
     if arrest.any() and series.time[-1] >= ARREST_S[1] - 1e-9:
         found["walls_arrest"] = 1e-3 * float(values["walls"][arrest].mean())
     return found

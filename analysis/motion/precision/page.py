@@ -8,6 +8,7 @@ from math import isfinite
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from analysis.motion.intervals import signed
 from analysis.motion.precision.measured import Bias, Measured, Precision
@@ -82,37 +83,43 @@ def whole_runs_picture(found: Precision) -> Figure:
         _draw(axes, found, name)
         axes.set(title=found.statistics[name].title, xscale="log")
         axes.set(xlabel="CPU time of a run (s)", ylabel="above the reference (%)")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
     for axes in panels[len(names) :]:
         axes.axis("off")
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False
-    )
+    handles, labels = panels[0].get_legend_handles_labels()
+    known = dict(zip(labels, handles, strict=True))
+    figure.legend(known.values(), known, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 
 def _draw(axes: Axes, found: Precision, name: str) -> None:
+    """One panel: an engine has a colour and a marker, which is hollow where it is coarse."""
     engines = list(dict.fromkeys(one.setting.engine for one in found.every))
-    shown = []
-    for place, engine in enumerate(engines):
-        own = [one for one in found.every if one.setting.engine == engine]
-        biases = [one.bias(found.reference, name) for one in own]
+    for one in found.every:
+        place = engines.index(one.setting.engine) % len(COLOURS)
+        bias, colour = one.bias(found.reference, name), COLOURS[place]
+        coarse = one.setting.is_coarse
         axes.errorbar(
-            [one.cpu_seconds for one in own],
-            [100 * bias.share for bias in biases],
-            yerr=np.array([_reach(bias) for bias in biases]).T,
-            fmt=MARKERS[place % len(MARKERS)],
-            color=COLOURS[place % len(COLOURS)],
+            [one.cpu_seconds],
+            [100 * bias.share],
+            yerr=np.array([_reach(bias)]).T,
+            fmt=MARKERS[place],
+            color=colour,
+            mfc="white" if coarse else colour,
             capsize=3,
-            label=engine_name(engine),
+            label="_" if coarse else engine_name(one.setting.engine),
         )
-        shown += [
-            (one.cpu_seconds, 100 * bias.share, one.setting.short, COLOURS[place % len(COLOURS)])
-            for one, bias in zip(own, biases, strict=True)
-        ]
-    for x, y, text, colour in shown:
-        axes.annotate(
-            text, (x, y), xytext=(5, 3), textcoords="offset points", fontsize=7, color=colour
-        )
+        if not coarse:
+            axes.annotate(
+                one.setting.short,
+                (one.cpu_seconds, 100 * bias.share),
+                xytext=(6, 4),
+                textcoords="offset points",
+                fontsize=8,
+                color=colour,
+            )
     axes.axhline(0.0, color=GRID, zorder=0)
     axes.margins(x=0.2, y=0.12)
 

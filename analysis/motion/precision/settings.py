@@ -11,7 +11,7 @@ from pathlib import Path
 from analysis.engines import ENGINES, PENALTY, engine
 from analysis.engines.run import EngineRun, run_folder
 from analysis.pages.names import engine_name
-from analysis.pages.numbers import number
+from analysis.pages.numbers import number, significant
 from analysis.scene.scene import Scene
 from analysis.scene.variation import variant
 
@@ -41,11 +41,16 @@ class Setting:
     longer: float = 1.0
 
     @property
+    def is_coarse(self) -> bool:
+        """Tell whether it is looser than its engine's own: tolerance, or a longer step."""
+        return self.tolerance is not None or self.longer != 1
+
+    @property
     def short(self) -> str:
         """Name it beside its engine: `5 ms`, `10⁶ N/m`."""
         if self.step_s is not None:
-            last = f", to {number(self.tolerance)}" if self.tolerance else ""
-            return f"{number(1e3 * self.step_s)} ms{last}"
+            last = f", to {significant(self.tolerance)}" if self.tolerance else ""
+            return f"{significant(1e3 * self.step_s)} ms{last}"
         last = f", {self.longer:g} × step" if self.longer != 1 else ""
         return f"{number(self.stiffness_N_per_m)} N/m{last}"
 
