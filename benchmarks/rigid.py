@@ -1,15 +1,17 @@
-"""The rigid engine beside LAMMPS on the same scenes: CPU seconds, overlap, balance.
+"""The rigid engine beside LAMMPS and YADE on the same scenes: CPU seconds, overlap, residual, energy.
 
     python benchmarks/rigid.py [--scenes arch jam corridor arch_5000] [--share 1.0] [--out FOLDER]
 
 Every row is a whole run by the command's own path, in a process of its own, one after the other: its
-start is in the CPU time. The last line fits the price of the rigid engine, start and disk step, as
+start is in the CPU time. The residual is the largest of a step from each frame, recomputed; the
+energy is the kinetic one at the end. The last line fits the price of the rigid engine, start and disk step, as
 `analysis/advice/price.py` has it."""
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +19,11 @@ from machine import describe
 from scipy.optimize import nnls
 
 from analysis.dumps import open_bodies, snapshot_of
+from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
-from nscd import find_contacts
+from nscd import Snapshot, find_contacts
 
 # Simulated seconds.
 SCENES = {"arch": 12.0, "jam": 6.0, "corridor": 2.0, "arch_5000": 0.5}
@@ -29,6 +32,7 @@ MODELS = (
     ("rigid, to 1e-4", "rigid", {"rigid_tolerance": 1e-4}),
     ("LAMMPS, 1e6 N/m", "lammps", {"stiffness_N_per_m": 1e6}),
     ("LAMMPS, 1e7 N/m", "lammps", {"stiffness_N_per_m": 1e7}),
+    ("YADE, 1e6 N/m", "yade", {"stiffness_N_per_m": 1e6}),
 )
 
 
@@ -39,14 +43,22 @@ def scene_of(name: str, duration: float) -> Scene:
     return scene.with_run(duration_s=duration, frames=10, time_step_s=None, rigid_step_s=0.005)
 
 
-def overlap_of(folder: Path, scene: Scene) -> float:
+def frames_of(folder: Path) -> list[Snapshot]:
+    """Read every frame of a run."""
+    trajectory = open_bodies(folder / "bodies.dump").trajectory
+    return [snapshot_of(trajectory[number]) for number in range(len(trajectory))]
+
+
+def overlap_of(frames: Sequence[Snapshot], scene: Scene) -> float:
     """Measure the deepest overlap (m) in any frame."""
-    trajectory, walls = open_bodies(folder / "bodies.dump").trajectory, scene.wall_segments()
-    found = [
-        find_contacts(snapshot_of(trajectory[number]), walls, tolerance=1e-3).gap.min(initial=0.0)
-        for number in range(len(trajectory))
-    ]
+    walls = scene.wall_segments()
+    found = [find_contacts(one, walls, tolerance=1e-3).gap.min(initial=0.0) for one in frames]
     return max(0.0, -float(min(found)))
+
+
+def residual_of(frames: Sequence[Snapshot], scene: Scene) -> float:
+    """Compute the largest residual (dimensionless) of a rigid step from each frame but the last."""
+    return max(motion_of(scene, one).advance().residual for one in frames[:-1])
 
 
 def main() -> None:
@@ -57,23 +69,30 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=None)
     given = parser.parse_args()
     print(describe(), end="\n\n")
-    print("| scene | simulated | model | steps | CPU s | CPU s per s | deepest overlap (m) |")
-    print("|---|---|---|---|---|---|---|", flush=True)
+    print(
+        "| scene | simulated | model | steps | CPU s | CPU s per s | deepest overlap (m) | "
+        "largest residual | energy (J) |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|", flush=True)
     out = given.out or Path(tempfile.mkdtemp())
     work, seconds = [], []
     for name in given.scenes:
         scene = scene_of(name, given.share * SCENES[name])
         for title, engine, change in MODELS:
-            soft = engine == "lammps"
+            soft = engine != "rigid"
             made = scene.with_contact(**change) if soft else scene.with_run(**change)
             folder = out / f"{name}_{title.replace(' ', '_').replace('/', '_')}"
             record, simulated = simulate(made, engine, folder), scene.run.duration_s
             if title == MODELS[0][0]:
                 work.append(record.particle_steps)
                 seconds.append(record.cpu_seconds)
+            frames = frames_of(folder)
+            residual = "–" if soft else f"{residual_of(frames, made):.1e}"
+            energy = 0.5 * frames[-1].mass @ (frames[-1].velocity ** 2).sum(1)
             print(
-                f"| {name} | {simulated:g} s | {title} | {record.steps:,} | {record.cpu_seconds:.1f} | "
-                f"{record.cpu_seconds / simulated:.2g} | {overlap_of(folder, made):.1e} |",
+                f"| {name} | {simulated:g} s | {title} | {record.steps:,} | "
+                f"{record.cpu_seconds:.1f} | {record.cpu_seconds / simulated:.2g} | "
+                f"{overlap_of(frames, made):.1e} | {residual} | {energy:.3g} |",
                 flush=True,
             )
     if len(work) > 1:

@@ -67,6 +67,24 @@ def main(words: Sequence[str] | None = None) -> int:
             file.close()
 
 
+def motion_of(scene: Scene, state: Snapshot) -> Motion:
+    """Make the motion of a scene from a state on."""
+    drive = scene.drive
+    return Motion(
+        state,
+        scene.wall_segments(),
+        step=timing(scene).time_step,
+        push=Push(
+            desired=drive.desired_velocity if drive else None,
+            relaxation_time=drive.relaxation_time_s if drive else np.inf,
+            acceleration=scene.acceleration(),
+        ),
+        restitution=scene.contact.restitution,
+        friction=scene.contact.friction,
+        tolerance=tolerance_of(scene),
+    )
+
+
 def _last_frame(out: Path, scene: Scene) -> tuple[int, Snapshot]:
     """The step and the state after which to go on: of the last frame that all dumps have whole,
     which then end with it; else of the start."""
@@ -114,20 +132,7 @@ class _Run:
     ) -> None:
         self.scene, self.timing, self.step = scene, timing(scene), step
         self.bodies, self.contacts, self.impulses = bodies, contacts, impulses
-        drive = scene.drive
-        self.motion = Motion(
-            state,
-            scene.wall_segments(),
-            step=self.timing.time_step,
-            push=Push(
-                desired=drive.desired_velocity if drive else None,
-                relaxation_time=drive.relaxation_time_s if drive else np.inf,
-                acceleration=scene.acceleration(),
-            ),
-            restitution=scene.contact.restitution,
-            friction=scene.contact.friction,
-            tolerance=tolerance_of(scene),
-        )
+        self.motion = motion_of(scene, state)
 
     def to_the_end(self) -> int:
         """Step to the end of the scene; return the exit status."""

@@ -97,7 +97,7 @@ def whole_runs_picture(found: Precision) -> Figure:
 def _draw(axes: Axes, found: Precision, name: str) -> None:
     """One panel: an engine has a colour and a marker, which is hollow where it is coarse."""
     engines = list(dict.fromkeys(one.setting.engine for one in found.every))
-    for one in found.every:
+    for at, one in enumerate(found.every):
         place = engines.index(one.setting.engine) % len(COLOURS)
         bias, colour = one.bias(found.reference, name), COLOURS[place]
         coarse = one.setting.is_coarse
@@ -115,7 +115,7 @@ def _draw(axes: Axes, found: Precision, name: str) -> None:
             axes.annotate(
                 one.setting.short,
                 (one.cpu_seconds, 100 * bias.share),
-                xytext=(6, 4),
+                xytext=(6, 4 - 13 * (at % 2)),
                 textcoords="offset points",
                 fontsize=8,
                 color=colour,

@@ -152,4 +152,5 @@ def whole_runs_of(scene: Scene, count: int, out: Path) -> list[SettingRuns]:
     if not count:
         return []
     engines = [known.NAME for known in ENGINES if known.find()]
-    return runs_of(settings_of(scene, engines), crowds_of(scene, count), out)
+    crowds = crowds_of(scene, count)
+    return runs_of(settings_of(crowds[0], engines), crowds, out)
