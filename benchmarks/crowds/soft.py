@@ -110,12 +110,12 @@ def cases() -> list[Case]:
     """List all runs: small crowds first, and of these one crowd after the other."""
     found = []
     for crowd in range(max(crowds for *_, crowds in FAMILIES)):
-        for people, push, crowds in FAMILIES:
-            if crowd < crowds:
-                found += [Case(people, push, f"{s:g}", crowd) for s in SOFTNESS]
         if crowd < BODY_CROWDS:
             for push, radius in itertools.product(BODY_PUSHES, RADII):
                 found.append(Case(BODY_PEOPLE, push, BODY, crowd, radius))
+        for people, push, crowds in FAMILIES:
+            if crowd < crowds:
+                found += [Case(people, push, f"{s:g}", crowd) for s in SOFTNESS]
     return sorted(found, key=lambda case: (case.people > BODY_PEOPLE, case.crowd))
 
 
