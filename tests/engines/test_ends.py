@@ -136,11 +136,13 @@ def test_a_limit_of_the_system_is_named(tmp_path, name, limit, says):
     require(name)
     make("arch", 500).with_run(duration_s=60.0, frames=600).write(tmp_path)
     program = (
-        "import resource, sys\n"
+        "import os, resource, sys\n"
         "from pathlib import Path\n"
         "from analysis.engines import EngineError\n"
         "from analysis.engines.run import run_engine\n"
         "from analysis.scene.scene import read_scene\n"
+        # the history of the user's IPython, which YADE opens, may be larger than the limit
+        "os.environ['IPYTHONDIR'] = os.path.abspath('ipython')\n"
         "kind, most = sys.argv[2:]\n"
         "if kind == '-f':\n"
         "    resource.setrlimit(resource.RLIMIT_FSIZE, (int(most) * 1024,) * 2)\n"
