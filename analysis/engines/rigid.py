@@ -46,8 +46,8 @@ def deck_digest() -> str:
 
 
 def timing(scene: Scene) -> Timing:
-    """Return when it steps: 0.06 of the mean radius over the fastest speed of the scene, shortened
-    a little to fit into the time between frames. Raises ValueError for steps that nobody can
+    """Return when it steps: the step that is asked for, else 0.06 of the mean radius over the
+    fastest speed of the scene, shortened a little to fit into the time between frames. Raises ValueError for steps that nobody can
     count."""
     run, e = scene.run, scene.contact.restitution
     reach = float(scene.snapshot.radius.mean())
@@ -56,7 +56,7 @@ def timing(scene: Scene) -> Timing:
         share * reach / speed if speed else run.duration_s for share in (STEP_SHARE, SAFE_SHARE)
     )
     try:
-        step, interval = divided(run, run.rigid_step_s, longest)
+        step, interval = divided(run, None, run.rigid_step_s or longest)
     except OverflowError as error:
         raise ValueError(
             f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}"

@@ -11,6 +11,8 @@ from analysis.scene.scene import Run
 
 # More steps between two frames than this are nobody's intention.
 UNCOUNTABLE = 1e200
+# By this share a quotient of two times may miss the whole number that it is.
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,5 +50,5 @@ def divided(run: Run, given_s: float | None, longest_s: float) -> tuple[float, i
         raise OverflowError("too many steps to count")
     if given_s:
         return given_s, max(1, round(between_frames / given_s))
-    interval = int(np.ceil(between_frames / longest_s))
+    interval = max(1, int(np.ceil(between_frames / longest_s * (1 - ROUNDING))))
     return between_frames / interval, interval

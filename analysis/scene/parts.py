@@ -123,7 +123,8 @@ class Run(Part):
     frames: how many after the first
     time_step_s: s, of LAMMPS and YADE; follows from the stiffness where left out
     drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
-    rigid_step_s: s, of the rigid engine; follows from radius and speed where left out
+    rigid_step_s: s, of the rigid engine at most; it is shortened to fit between frames. Follows
+        from radius and speed where left out
     rigid_tolerance: of the contact problem of a step; 1e-8 where left out
     impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time;
         the rigid engine always does
