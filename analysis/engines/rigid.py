@@ -47,8 +47,8 @@ def deck_digest() -> str:
 
 def timing(scene: Scene) -> Timing:
     """Return when it steps: the step that is asked for, else 0.06 of the mean radius over the
-    fastest speed of the scene, shortened a little to fit into the time between frames. Raises ValueError for steps that nobody can
-    count."""
+    fastest speed of the scene, shortened a little to fit into the time between frames. Raises
+    ValueError for steps that nobody can count."""
     run, e = scene.run, scene.contact.restitution
     reach = float(scene.snapshot.radius.mean())
     speed = _fastest(scene)
