@@ -95,7 +95,7 @@ lint: $(VENV)/installed-test
 
 test: system-test $(VENV)/installed
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/kernels lint
-	$(PYTHON) -m pytest -n auto --dist loadfile
+	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 bench: install
 	@$(PIP) --editable '.[bench]'

@@ -1,19 +1,41 @@
-"""The command as a user calls it: in a process of its own."""
+"""The command as a user calls it."""
 
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+# what the commands import when they are called, so that forks have it
+import analysis.advice.advised_run
+import analysis.compare.study
+import analysis.motion.precision.page
+import analysis.motion.report
+import analysis.paper.page
+import analysis.percussions.dump_to_csv
+import analysis.scene.real.import_crowd
+import analysis.stability.page
+import analysis.work_precision.page  # noqa: F401
+from tests.forked import ROOT, as_program, in_fork
+
 PROGRAM = "from analysis.cli import main; main()"
 
 
 @pytest.fixture
 def percussions(tmp_path):
-    """Run `percussions …` in an empty folder; returns the finished process."""
+    """Run `percussions …` in an empty folder, in a fork; returns the finished process."""
+
+    def call(*words, timeout=600):
+        words = [str(word) for word in words]
+        status, said, printed = in_fork(lambda: as_program(words, tmp_path), timeout)
+        return subprocess.CompletedProcess(["percussions", *words], status, printed, said)
+
+    return call
+
+
+@pytest.fixture
+def alone(tmp_path):
+    """The same in a Python of its own."""
 
     def call(*words, timeout=600):
         return subprocess.run(

@@ -32,12 +32,12 @@ def test_a_pipe_stays_a_pipe(tmp_path):
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 
-def test_the_command_writes_its_rows_to_a_device(percussions, tmp_path):
+def test_the_command_writes_its_rows_to_a_device(alone, tmp_path):
     (tmp_path / "touch.dump").write_text(
         "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n-9 9\n-9 9\n-1 1\n"
         "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.25 75 1 0\n2 0.5 0 0.25 75 -1 0\n"
     )
-    made = percussions("solve", "touch.dump", "--time-step", 1, "--out", "/dev/stdout")
+    made = alone("solve", "touch.dump", "--time-step", 1, "--out", "/dev/stdout")
     assert made.returncode == 0, made.stderr
     assert made.stdout.startswith("time_s,first,second")
     assert ",75," in made.stdout or ",75.0" in made.stdout

@@ -9,10 +9,11 @@ import time
 from importlib.metadata import version
 
 import pytest
-from conftest import PROGRAM, ROOT
+from conftest import PROGRAM
 
 from analysis.cli import app, main
 from analysis.scene import scene as scene_module
+from tests.forked import ROOT
 
 
 @pytest.mark.parametrize(
@@ -51,8 +52,8 @@ def test_long_work_is_announced(capsys):
     assert capsys.readouterr().err == "ten runs: about 5 min\n"
 
 
-def test_version(percussions):
-    made = percussions("--version")
+def test_version(alone):
+    made = alone("--version")
     assert made.stdout == f"percussions {version('crowd-percussions')}\n"
 
 

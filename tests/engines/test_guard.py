@@ -334,7 +334,10 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
 def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(tmp_path, command):
     require("lammps")
     hot().write(tmp_path)
-    done = percussions(command, tmp_path, "report", "pair", "pair.toml", "--engine", "lammps")
+    (tmp_path / "sound").mkdir()
+    read_scene("pair").with_run(duration_s=0.03, frames=1000).write(tmp_path / "sound")
+    scenes = "sound/pair.toml", "pair.toml"
+    done = percussions(command, tmp_path, "report", *scenes, "--engine", "lammps")
     assert done.returncode == 1
     page = (tmp_path / "report/index.html").read_text()
     assert re.search(r'role="alert"><h3 class="alarm">.*No run of this scene can be used', page)

@@ -19,6 +19,7 @@ from analysis.cli import main
 from analysis.engines import run as engine_runs
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import EngineError
+from tests.forked import TooLongError, as_program, in_fork
 from tests.fuzz.material import ROOT
 
 # CPU time of a case, the compilation of kernels that it is the first to use included; of the clock
@@ -26,10 +27,6 @@ from tests.fuzz.material import ROOT
 LONGEST_CPU_S, LONGEST_S = 90.0, 1800.0
 # Disks times steps of a run that is worth an engine's time here.
 DEAR = 1e6
-
-
-class TooLongError(BaseException):
-    """A case beyond its time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,58 +64,16 @@ def started(words, here, spare):
 
 
 def forked(words, here, spare):
-    """Run a command in a fork of this process, which has imported everything: its exit status and
-    output are those that a shell would see."""
+    """Run a command in a fork of this process, which has imported everything."""
     before = _cpu_of_children()
-    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as said:
-        child = os.fork()
-        if not child:
-            status = 70
-            try:
-                os.dup2(printed.fileno(), 1)
-                os.dup2(said.fileno(), 2)
-                sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
-                sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
-                status = _as_program(words, here, spare)
-            finally:
-                sys.stdout.flush()
-                sys.stderr.flush()
-                os._exit(status)
-        ended = os.waitstatus_to_exitcode(_waited(child))
-        texts = []
-        for file in (said, printed):
-            file.seek(0)
-            texts.append(file.read().decode("utf-8"))
-    return Outcome(
-        status=ended, said=texts[0], printed=texts[1], seconds=_cpu_of_children() - before
-    )
 
-
-def _as_program(words, here, spare):
-    """The exit status of the program."""
-    os.chdir(here)
-    sys.argv, tempfile.tempdir = ["percussions", *words], str(spare)
-    warnings.resetwarnings()
-    warnings.simplefilter("default")
-    try:
+    def program():
+        tempfile.tempdir = str(spare)
         with _cheap_engines():
-            main()
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else int(end.code is not None)
-    return 0
+            return as_program(words, here)
 
-
-def _waited(child):
-    """The status that a child ended with; it is ended after the longest time."""
-    ends = time.monotonic() + LONGEST_S
-    while time.monotonic() < ends:
-        found, status = os.waitpid(child, os.WNOHANG)
-        if found:
-            return status
-        time.sleep(0.01)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    raise TooLongError(f"waits for more than {LONGEST_S:g} s")
+    status, said, printed = in_fork(program, LONGEST_S)
+    return Outcome(status=status, said=said, printed=printed, seconds=_cpu_of_children() - before)
 
 
 def _cpu_of_children():

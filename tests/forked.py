@@ -1,0 +1,73 @@
+"""The command in a fork of this process, which has imported everything already: its exit status and
+output are those that a shell would see, a second or two sooner."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import tempfile
+import time
+import warnings
+from pathlib import Path
+
+from analysis.cli import main
+
+ROOT = Path(__file__).resolve().parents[1]
+INTERNAL = 70
+
+
+class TooLongError(BaseException):
+    """A command beyond its time."""
+
+
+def in_fork(program, longest_s):
+    """Call `program`, which returns an exit status, in a fork: its status, stderr and stdout."""
+    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as said:
+        child = os.fork()
+        if not child:
+            status = INTERNAL
+            try:
+                os.dup2(printed.fileno(), 1)
+                os.dup2(said.fileno(), 2)
+                sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+                sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
+                status = program()
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(status)
+        status = os.waitstatus_to_exitcode(_waited(child, longest_s))
+        texts = []
+        for file in (said, printed):
+            file.seek(0)
+            texts.append(file.read().decode("utf-8"))
+    return status, *texts
+
+
+def as_program(words, here):
+    """Run `percussions …` in a folder: its exit status."""
+    os.chdir(here)
+    # this very tree, whichever is installed, for the processes that it starts
+    os.environ["PYTHONPATH"] = str(ROOT)
+    sys.argv = ["percussions", *words]
+    warnings.resetwarnings()
+    warnings.simplefilter("default")
+    try:
+        main()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return 0
+
+
+def _waited(child, longest_s):
+    """The status that a child ended with; it is ended after the longest time."""
+    ends = time.monotonic() + longest_s
+    while time.monotonic() < ends:
+        found, status = os.waitpid(child, os.WNOHANG)
+        if found:
+            return status
+        time.sleep(0.01)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    raise TooLongError(f"waits for more than {longest_s:g} s")
