@@ -29,4 +29,5 @@ def two(value: float) -> str:
 
 def signed(share: float) -> str:
     """Write a share in per cent with its sign and two significant digits."""
-    return ("+" if share > 0 else "") + percent(share, 2)
+    text = percent(share, 2)
+    return f"+{text}" if share > 0 and text[0].isdigit() else text
