@@ -22,7 +22,7 @@ def run(
     scene: SceneName,
     engine: Annotated[
         str | None,
-        typer.Option(help="lammps or yade; lammps if left out, or what --error chooses."),
+        typer.Option(help="lammps, yade or rigid; lammps if left out, or what --error chooses."),
     ] = None,
     error: AdvisedError = None,
     stiffness: Annotated[

@@ -105,4 +105,4 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         self.ts.frame = -1
 
     def close(self) -> None:
-        """Close nothing: no file stays open between frames."""
+        """Close nothing: the file stays open until others have been read."""
