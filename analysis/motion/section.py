@@ -52,7 +52,7 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
         ],
         words=[*_found(words, study), *(_changed(words, study, without) if without else ())],
         pictures=[picture],
-        tables=[words.table("measures", _rows(study), **values)],
+        tables=[words.table("measures", _rows(study), counted=_counted(study).title, **values)],
         warnings=warnings,
     )
 
@@ -105,8 +105,13 @@ def _told(
     return said + ([words.text(blocks[1], model=one.title, names=alike, **values)] if alike else [])
 
 
+def _counted(study: MotionStudy) -> Ensemble:
+    """The model whose independent windows are counted."""
+    return study.reference or study.ensembles[0]
+
+
 def _rows(study: MotionStudy) -> list[list[Cell]]:
-    reference = study.reference or study.ensembles[0]
+    reference = _counted(study)
     rows: list[list[Cell]] = []
     for key, measure in MEASURES.items():
         cells = [interval_cell(one.interval(key)) for one in study.ensembles]
