@@ -6,8 +6,8 @@ from analysis.cli.chart import chart
 from analysis.cli.compare import compare
 from analysis.cli.doctor import doctor
 from analysis.cli.exposure import exposure
-from analysis.cli.import_crowd import import_
 from analysis.cli.paper import paper
+from analysis.cli.real.import_crowd import import_
 from analysis.cli.report import report
 from analysis.cli.run import run
 from analysis.cli.scenes import scenes

@@ -1,6 +1,8 @@
 """A scene from a real crowd: one frame of a trajectory, its heads made disks, the overlaps
 reconciled."""
 
+from __future__ import annotations
+
 import json
 import textwrap
 from dataclasses import dataclass, replace
@@ -20,7 +22,7 @@ from analysis.scene.real.trajectory import Heads, TrajectoryError
 from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.support.files import write_text
 from nscd import Snapshot, Walls, find_contacts
-from nscd.arrays import Flags, Floats
+from nscd.arrays import Flags, Floats, Indices
 
 # People farther than this from everyone have cells of this radius in the Voronoi densities.
 CELL_RADIUS_M = 0.8
@@ -70,6 +72,7 @@ def import_crowd(
     mass: float = 75.0,
     name: str | None = None,
     varied: Varied | None = None,
+    before: ImportedCrowd | None = None,
 ) -> ImportedCrowd:
     """Put the people of one frame as disks into the room of a TOML file.
 
@@ -78,6 +81,8 @@ def import_crowd(
     mass: kg
     varied: how people differ; nobody does where left out
     name: of the scene; the room's where left out
+    before: the crowd of a frame shortly before, with the same ids; people are then moved apart from
+        where its disks would be, so that contacts do not jump from one frame to the next
 
     People outside the polygon of walls and door (where there are walls) are left out. The others
     are moved as little as possible until no disks overlap (see `reconcile`); they keep the
@@ -94,8 +99,9 @@ def import_crowd(
     first = 0 if kept.ids.min() > 0 else 1 - int(kept.ids.min())
     walls = parts.wall_segments()
     outward = None if parts.drive is None else np.array(parts.drive.outward)
+    start = None if before is None else _moved_on(before, kept.ids + first, kept.position)
     try:
-        arranged = reconcile(kept.position, radii, walls, parts.door(), outward)
+        arranged = reconcile(kept.position, radii, walls, parts.door(), outward, start)
     except (OverlapError, ValueError) as error:
         raise OverlapError(f"{heads.origin}: {error}") from None
     snapshot = Snapshot(
@@ -137,6 +143,15 @@ def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Fl
         return varied.bodies(radius, mass, people)
     except ValueError as error:
         raise SceneError(str(error)) from None
+
+
+def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats) -> Floats:
+    """The disks of an earlier crowd, moved as their heads have moved since, (n,2) m; those who were
+    not there at their heads."""
+    snapshot, start = before.scene.snapshot, heads.copy()
+    _, now, then = np.intersect1d(ids, snapshot.ids, return_indices=True)
+    start[now] += snapshot.position[then] - before.heads[then]
+    return start
 
 
 def _check_fit(scene: Scene, origin: str, room: Path) -> None:

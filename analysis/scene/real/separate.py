@@ -37,8 +37,12 @@ def reconcile(
     walls: Walls | None = None,
     door: Walls | None = None,
     outward: Floats | None = None,
+    start: Floats | None = None,
 ) -> Arrangement:
     """Move disks at position (n,2) m with radius (n,) m as little as possible until none overlap.
+
+    start: (n,2) m, where the search begins, such as the answer of an instant before; at `position`
+        where left out
 
     min ½ Σ |q' − q|² subject to |q'_j − q'_i| ≥ r_i + r_j, distance to walls ≥ r, and centres on
     their own side of the door (one segment; `outward` (2,) points out). The constraints are not
@@ -51,7 +55,7 @@ def reconcile(
     settle; ValueError where two centres (or a centre and a wall) coincide."""
     n = len(position)
     reach = 2.0 * float(radius.max())
-    current = np.array(position, dtype=np.float64)
+    current = np.array(position if start is None else start, dtype=np.float64)
     for iteration in range(MAXIMUM_ITERATIONS):
         snapshot = Snapshot(
             position=current, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n)
@@ -60,7 +64,10 @@ def reconcile(
             find_contacts(snapshot, walls, tolerance=reach), current, door, outward, reach
         )
         overlap = float((SPARE_M - contacts.gap).max(initial=0.0))
-        if not len(contacts) or (iteration == 0 and overlap == 0):
+        if not len(contacts):
+            current = np.array(position, dtype=np.float64)
+            break
+        if start is None and iteration == 0 and overlap == 0:
             break
         # A contact problem of unit masses whose "velocity" is the displacement from the current
         # iterate; lengths are measured in radii (the scale of `left`).

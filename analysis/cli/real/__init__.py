@@ -1,0 +1,1 @@
+"""Commands that take a trajectory of real people."""
