@@ -30,7 +30,13 @@ RANKS = [
     ["analysis/compare"],
     ["analysis/pages"],
     ["analysis/exposure"],
-    ["analysis/motion", "analysis/work_precision", "analysis/stability", "analysis/paper"],
+    [
+        "analysis/motion",
+        "analysis/work_precision",
+        "analysis/stability",
+        "analysis/paper",
+        "analysis/push",
+    ],
     ["analysis/advice"],
     ["analysis/cli"],
 ]

@@ -8,6 +8,7 @@ from analysis.cli.doctor import doctor
 from analysis.cli.exposure import exposure
 from analysis.cli.paper import paper
 from analysis.cli.real.import_crowd import import_
+from analysis.cli.real.push import push
 from analysis.cli.report import report
 from analysis.cli.run import run
 from analysis.cli.scenes import scenes
@@ -17,6 +18,6 @@ from analysis.cli.stability import stability
 __all__ = ["app"]
 
 for command in (
-    scenes, run, import_, solve, compare, exposure, report, chart, stability, advise, paper, doctor
+    scenes, run, import_, solve, compare, exposure, report, chart, stability, advise, paper, push, doctor
 ):  # fmt: skip
     app.command(name=command.__name__.rstrip("_"))(command)

@@ -1,0 +1,289 @@
+"""A push trial: the heads of people one behind the other, as a motion along their row."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from analysis.scene.anthropometry import MEN, WOMEN, Group
+from analysis.support.reading import read_text
+from nscd.arrays import Floats
+
+# What a file must have, and what it may have besides; other columns are not read.
+NEEDED = ("id", "time", "x", "y")
+MASS, GENDER, NAME, ORDER = "Weight_kg", "Gender", "MoCap_ID", "Order_of_Participants_MoCap_ID"
+# Who moves faster than this along the row has been reached (m/s).
+ONSET_M_PER_S = 0.15
+# Heads that are missing for no longer than this are interpolated (s).
+LONGEST_GAP_S = 0.25
+# What is compared begins with the push, and ends so much later at the latest; the shortest (s).
+WINDOW_S, LEAST_S = 2.0, 0.8
+# A row is straight: nobody is farther beside the line through the first and the last (m).
+BESIDE_M = 0.5
+FASTEST_M_PER_S = 20.0
+GROUPS = {"male": MEN, "m": MEN, "female": WOMEN, "f": WOMEN, "w": WOMEN}
+
+
+class TrialError(ValueError):
+    """A trial that cannot be read; the message names the file and what is wrong in it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """Hold a row of n people from the push on, the one who is pushed first.
+
+    name: of the file; people: their names; notes: what was missing in the file and is taken from
+    elsewhere
+    time: (f,) s, from the frame before the push reaches the first
+    start_s: s, when it reaches the first, on that clock
+    along: (f, n) m, heads along the row, from the first head's start
+    depth: (n,) m, of the chests; depth_sd: m, of the mean of two; mass: (n,) kg
+    wall: m, along the row, None without
+    """
+
+    name: str
+    people: tuple[str, ...]
+    notes: tuple[str, ...]
+    time: Floats
+    start_s: float
+    along: Floats
+    depth: Floats
+    depth_sd: float
+    mass: Floats
+    wall: float | None
+
+    @property
+    def torso_gap(self) -> Floats:
+        """Give the room (n − 1,) m between chests at the start, (n,) with a wall; below 0 where
+        heads lean into each other."""
+        head = self.along[0]
+        gap = np.diff(head) - 0.5 * (self.depth[1:] + self.depth[:-1])
+        if self.wall is not None:
+            gap = np.append(gap, self.wall - head[-1] - 0.5 * self.depth[-1])
+        return np.asarray(gap)
+
+
+def read_trial(file: Path, wall_m: float | None = None) -> Trial:
+    """Read a trial: CSV with id, time (s), x, y (m), one row per head and frame, in any order.
+
+    wall_m: where a wall crosses the row, as its x or y in the file: of whichever the row follows
+
+    The first of the row is the first in the column of their order; without one, the lowest id.
+    Chests have the mean depth of their sex (ANSUR II). Heads missing for up to 0.25 s are
+    interpolated. Raises TrialError (and UnreadableError) naming the file, the person and the time.
+    """
+    table = _table(file)
+    ids = _ordered(file, table)
+    notes: list[str] = []
+    time, heads = _heads(file, table, ids, notes)
+    along, axis, origin = _along(file, heads, ids)
+    speed = speed_of(time, along[:, 0])
+    start = onset(time, speed)
+    if start is None:
+        raise TrialError(
+            f"{file}: person {ids[0]}, the first of the row, never goes forward faster than "
+            f"{ONSET_M_PER_S:g} m/s: nobody is pushed"
+        )
+    begin = int(np.searchsorted(time, start, side="right")) - 1
+    chosen = slice(begin, int(np.searchsorted(time, start + WINDOW_S, side="right")) + 1)
+    if time[-1] - start < LEAST_S:
+        raise TrialError(
+            f"{file}: only {time[-1] - start:.2g} s follow the push; at least {LEAST_S:g} s are "
+            "needed"
+        )
+    groups = _groups(table, ids, notes)
+    mass = _masses(file, table, ids, groups, notes)
+    shift = along[begin, 0]
+    return Trial(
+        name=file.name,
+        people=tuple(_names(table, ids)),
+        notes=tuple(notes),
+        time=time[chosen] - time[begin],
+        start_s=start - time[begin],
+        along=along[chosen] - shift,
+        depth=np.array([np.mean([group.depth[0] for group in each]) for each in groups]),
+        depth_sd=0.5 * float(np.hypot(MEN.depth[1], WOMEN.depth[1])),
+        mass=mass,
+        wall=None if wall_m is None else _wall(file, wall_m, axis, origin, along[begin]) - shift,
+    )
+
+
+def speed_of(time: Floats, along: Floats) -> Floats:
+    """Compute speeds (f,) or (f, n) m/s by central differences, one-sided at the ends."""
+    return np.asarray(np.gradient(along, time, axis=0))
+
+
+def onset(time: Floats, speed: Floats) -> float | None:
+    """Find when a speed (f,) first exceeds 0.15 m/s, between frames by interpolation (s)."""
+    above = speed > ONSET_M_PER_S
+    if not above.any():
+        return None
+    frame = int(np.argmax(above))
+    if not frame:
+        return float(time[0])
+    before, after = speed[frame - 1], speed[frame]
+    share = (ONSET_M_PER_S - before) / (after - before)
+    return float(time[frame - 1] + share * (time[frame] - time[frame - 1]))
+
+
+def _table(file: Path) -> pd.DataFrame:
+    try:
+        table = pd.read_csv(io.StringIO(read_text(file)), skipinitialspace=True, index_col=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise TrialError(f"{file}: not a table of commas: {error}".splitlines()[0]) from None
+    table.columns = [str(name).strip().lstrip("#").strip() for name in table.columns]
+    missing = [name for name in NEEDED if name not in table.columns]
+    if missing:
+        raise TrialError(
+            f"{file}: no column {', '.join(missing)}; needed are {', '.join(NEEDED)}, there are "
+            f"{', '.join(map(str, table.columns))[:200]}"
+        )
+    for name in NEEDED:
+        numbers = pd.to_numeric(table[name], errors="coerce")
+        words = table[name].notna() & numbers.isna()
+        if words.any() or (name in ("id", "time") and not np.isfinite(numbers).all()):
+            row = int(np.argmax(words | ~np.isfinite(numbers)))
+            raise TrialError(
+                f"{file}, line {row + 2}: {name}: {str(table[name].iloc[row])[:40]!r} is not a "
+                "number"
+            )
+        table[name] = numbers
+    twice = table.duplicated(["id", "time"])
+    if twice.any():
+        first = table[twice].iloc[0]
+        raise TrialError(f"{file}: person {first.id:g} is there twice at {first.time:g} s")
+    return table
+
+
+def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
+    """The ids from the first of the row to the last."""
+    ids = sorted(table.id.unique().tolist())
+    if len(ids) < 2:
+        raise TrialError(f"{file}: {len(ids)} person; a row has at least two")
+    if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
+        return ids
+    names = {str(_of(table, one, NAME)).strip(): one for one in ids}
+    words = [word.strip() for word in str(table[ORDER].dropna().iloc[0]).split(",")]
+    order = [names[word] for word in words if word in names]
+    if sorted(order) != ids:
+        raise TrialError(
+            f"{file}: {ORDER}: it has {', '.join(words)[:100]}, and {NAME} has "
+            f"{', '.join(names)[:100]}"
+        )
+    return order
+
+
+def _of(table: pd.DataFrame, one: float, column: str) -> object:
+    """What a column says of a person, first; None where it says nothing."""
+    if column not in table:
+        return None
+    found = table.loc[table.id == one, column].dropna()
+    return found.iloc[0] if len(found) else None
+
+
+def _names(table: pd.DataFrame, ids: list[float]) -> list[str]:
+    named = [_of(table, one, NAME) for one in ids]
+    return [str(name or f"{one:g}").strip() for name, one in zip(named, ids, strict=True)]
+
+
+def _heads(
+    file: Path, table: pd.DataFrame, ids: list[float], notes: list[str]
+) -> tuple[Floats, Floats]:
+    """Evenly spaced times (f,) s at which everybody is there, and heads (f, n, 2) m; what is
+    missing for a short time is interpolated."""
+    table = table[np.isfinite(table.x) & np.isfinite(table.y)]
+    seen = [table[table.id == one].sort_values("time") for one in ids]
+    for one, rows in zip(ids, seen, strict=True):
+        if len(rows) < 2:
+            raise TrialError(f"{file}: person {one:g} is seen in {len(rows)} frames")
+    first = max(rows.time.iloc[0] for rows in seen)
+    last = min(rows.time.iloc[-1] for rows in seen)
+    frames = np.unique(table.time[(table.time >= first) & (table.time <= last)])
+    if len(frames) < 3:
+        raise TrialError(f"{file}: {len(frames)} frames have everybody; at least 3 are needed")
+    step = float(np.median(np.diff(frames)))
+    time = first + step * np.arange(int((last - first) / step + 1e-6) + 1)
+    for one, rows in zip(ids, seen, strict=True):
+        there = rows.time.to_numpy()
+        apart = np.diff(there)
+        if apart.max() > LONGEST_GAP_S:
+            place = int(apart.argmax())
+            raise TrialError(
+                f"{file}: person {one:g} is missing from {there[place]:g} to "
+                f"{there[place + 1]:g} s; up to {LONGEST_GAP_S:g} s are interpolated"
+            )
+        if missing := len(np.setdiff1d(frames, there)):
+            notes.append(f"person {one:g}: {missing} of {len(frames)} frames were interpolated")
+    heads = np.stack(
+        [
+            np.stack([np.interp(time, rows.time, rows[name]) for name in ("x", "y")], axis=1)
+            for rows in seen
+        ],
+        axis=1,
+    )
+    fastest = np.hypot(*np.gradient(heads, time, axis=0).T).max()
+    if fastest > FASTEST_M_PER_S:
+        raise TrialError(
+            f"{file}: a head moves at {fastest:.3g} m/s; x and y in m and time in s are needed"
+        )
+    return time, heads
+
+
+def _along(file: Path, heads: Floats, ids: list[float]) -> tuple[Floats, Floats, Floats]:
+    """Heads (f, n) m along the row of the first frame, its axis (2,) and its origin (2,) m."""
+    origin, ends = heads[0, 0], heads[0, -1] - heads[0, 0]
+    axis = ends / (np.hypot(*ends) or 1.0)
+    along = (heads - origin) @ axis
+    beside = np.abs((heads[0] - origin) @ np.array([-axis[1], axis[0]]))
+    if (np.diff(along[0]) <= 0).any() or beside.max() > BESIDE_M:
+        raise TrialError(
+            f"{file}: the heads of {', '.join(f'{one:g}' for one in ids)} are not one behind the "
+            "other in the first frame: one straight row is needed, in the order of "
+            f"{ORDER} or of ids"
+        )
+    return along, axis, origin
+
+
+def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, heads: Floats) -> float:
+    """Where the row meets a wall at a coordinate of the file (m along the row)."""
+    way = int(np.argmax(np.abs(axis)))
+    place = float((wall_m - origin[way]) / axis[way])
+    if place <= heads[-1]:
+        last = origin[way] + heads[-1] * axis[way]
+        side = "above" if axis[way] > 0 else "below"
+        raise TrialError(
+            f"{file}: a wall at {'xy'[way]} = {wall_m:g} m is not in front of the last head, which "
+            f"is at {last:.3g} m: {'xy'[way]} {side} that is needed"
+        )
+    return place
+
+
+def _groups(table: pd.DataFrame, ids: list[float], notes: list[str]) -> list[tuple[Group, ...]]:
+    """Men, women or both, of each person."""
+    said = [str(_of(table, one, GENDER) or "").strip().lower() for one in ids]
+    if not all(word in GROUPS for word in said):
+        notes.append(f"{GENDER} is not known of everybody: the mean of men and women is taken")
+    return [(GROUPS[word],) if word in GROUPS else (MEN, WOMEN) for word in said]
+
+
+def _masses(
+    file: Path,
+    table: pd.DataFrame,
+    ids: list[float],
+    groups: list[tuple[Group, ...]],
+    notes: list[str],
+) -> Floats:
+    found = []
+    for one, group in zip(ids, groups, strict=True):
+        value = pd.to_numeric(_of(table, one, MASS), errors="coerce")
+        if value is None or not np.isfinite(value):
+            value = np.mean([each.mass[0] for each in group])
+            notes.append(f"person {one:g}: no {MASS}: {value:.3g} kg, the mean of ANSUR II")
+        elif not 0 < value < 1000:
+            raise TrialError(f"{file}: person {one:g}: {MASS}: {value:g}; kg are needed")
+        found.append(float(value))
+    return np.array(found)

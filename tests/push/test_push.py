@@ -1,0 +1,221 @@
+"""Pushed rows: a collision of two in closed form, what a trial may look like, and the real one."""
+
+import csv
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis import engines
+from analysis.push.hindcast import hindcast
+from analysis.push.page import summary, verdicts, write_hindcast
+from analysis.push.row import Inputs, rigid, soft
+from analysis.push.scores import NEVER_S, ONSET, baselines, odds, onsets, scored
+from analysis.push.trial import TrialError, read_trial
+from analysis.support.reading import UnreadableError
+
+REAL = next(
+    iter(sorted(Path(__file__).resolve().parents[2].parent.glob("shared/data/push*.csv"))), None
+)
+SPEED, GAP, RATE = 1.0, 0.2, 25
+needs_lammps = pytest.mark.skipif(
+    engines.engine("lammps").find() is None, reason="LAMMPS is not installed"
+)
+
+
+def table(people=2, frames=80, along="y", sign=-1.0, gap=GAP):
+    """Heads in a row: the first walks at 1 m/s from 0.2 s on, the others stand."""
+    time = np.arange(frames) / RATE
+    rows = []
+    for person in range(people):
+        place = person * (0.254 + gap) + (SPEED * np.maximum(time - 0.2, 0) if not person else 0.0)
+        for frame, (t, x) in enumerate(zip(time, np.broadcast_to(place, time.shape), strict=True)):
+            rows.append((person, frame, t, sign * x, 0.0, 80.0, "male"))
+    names = ["id", "frame", "time", along, "x" if along == "y" else "y", "Weight_kg", "Gender"]
+    return pd.DataFrame(rows, columns=names)
+
+
+def written(folder, content, **given):
+    path = folder / "heads.csv"
+    content.to_csv(path, index=False)
+    return read_trial(path, **given)
+
+
+def one(trial, gap=GAP, tau=1e6):
+    """A single case."""
+    gaps = np.full((1, len(trial.mass) - 1), gap)
+    return Inputs(arms=np.zeros(1), tau=np.full(1, tau), draw=np.zeros(1), gap=gaps)
+
+
+@pytest.fixture
+def trial(tmp_path):
+    return written(tmp_path, table())
+
+
+def test_what_is_read(trial):
+    assert trial.people == ("0", "1")
+    np.testing.assert_allclose(trial.torso_gap, GAP, atol=1e-3)
+    np.testing.assert_allclose(trial.depth, 0.254)
+    # central differences see the start a frame early: 0.15 of 0.5 m/s into it
+    assert trial.start_s == pytest.approx(0.3 / RATE)
+    assert onsets(trial, trial.along).tolist() == pytest.approx([0.0, NEVER_S], abs=1e-12)
+
+
+def test_two_rigid_people_collide_in_closed_form(trial):
+    """Without a floor the second leaves at the speed of the first, when the gap has closed."""
+    moved = rigid(trial, one(trial))
+    arrival = trial.time[np.argmax(trial.along[:, 0] > 1e-9)] - 1 / RATE + GAP / SPEED
+    expected = np.maximum(trial.time - arrival, 0.0) * SPEED
+    np.testing.assert_allclose(moved.along[0, :, 1] - trial.along[0, 1], expected, atol=6e-3)
+    assert moved.impulse[0] == pytest.approx(80.0 * SPEED, rel=1e-4)
+
+
+def test_the_floor_takes_speed(trial):
+    """A pushed person who is then left alone goes U τ (1 − exp(−t/τ))."""
+    stop = int(np.argmax(trial.along[:, 0] > GAP + 0.05))
+    along = trial.along.copy()
+    along[stop:, 0] = along[stop, 0] - 0.5
+    shown = rigid(dataclasses.replace(trial, along=along), one(trial, tau=0.5)).along[0, :, 1]
+    gone = trial.time[stop + 2 :] - trial.time[stop + 1]
+    left = shown[stop + 1]
+    speed = (shown[stop + 2] - left) / (1 / RATE) * (1 / RATE) / (0.5 * (1 - np.exp(-2 / RATE)))
+    expected = left + speed * 0.5 * (1 - np.exp(-gone / 0.5))
+    np.testing.assert_allclose(shown[stop + 2 :], expected, atol=4e-3)
+
+
+@needs_lammps
+def test_a_soft_collision_in_closed_form(trial):
+    """A critically damped contact that never pulls: the second is overtaken by its own spring. In
+    the overlap d, d'' + 2w d' + w² d = 0 with w² = k/m: d = v t exp(−w t), the force is
+    m (2w d' + w² d), at most 2 w m v at once, and it ends at w t = 2, with the second at v (1 + e⁻²)."""
+    stiffness = 5e4
+    two = Inputs(
+        arms=np.zeros(2), tau=np.array([0.5, 1e6]), draw=np.zeros(2), gap=np.full((2, 1), GAP)
+    )
+    moved = soft(trial, two, stiffness)
+    w = np.sqrt(stiffness / 80.0)
+    assert moved.largest[0] == pytest.approx(2 * w * 80.0 * SPEED, rel=0.06)
+    last = np.diff(moved.along[1, :, 1])[-5:] * RATE
+    np.testing.assert_allclose(last, SPEED * (1 + np.exp(-2)), rtol=2e-2)
+
+
+@needs_lammps
+def test_stiff_and_rigid_rows_agree(tmp_path):
+    """Five people, a floor: onsets at 10⁶ N/m are those of rigid people to half a frame."""
+    trial = written(tmp_path, table(people=5, gap=0.05))
+    case = one(trial, gap=0.05, tau=0.5)
+    hard, stiff = (
+        scored(trial, model.along) for model in (rigid(trial, case), soft(trial, case, 1e6))
+    )
+    np.testing.assert_allclose(stiff.onset, hard.onset, atol=0.5 / RATE)
+    assert (np.diff(hard.onset[0]) > 0).all()
+
+
+def test_a_wall_stops_the_row(tmp_path):
+    content = table(people=3, along="x", sign=1.0)
+    wall = 2 * (0.254 + GAP) + 0.127 + 0.1
+    trial = written(tmp_path, content, wall_m=wall)
+    assert trial.torso_gap[-1] == pytest.approx(0.1, abs=1e-3)
+    gaps = trial.torso_gap[None]
+    moved = rigid(trial, dataclasses.replace(one(trial), gap=gaps))
+    assert np.ptp(moved.along[0, :, 2]) == pytest.approx(0.1, abs=2e-3)
+    assert np.ptp(moved.along[0, :, 0]) == pytest.approx(2 * GAP + 0.1, abs=3e-3)
+    assert np.isnan(moved.impulse[0])
+
+
+def test_baselines_know_no_mechanics(trial):
+    case = one(trial)
+    base = baselines(trial, case)
+    first = trial.along[:, 0]
+    assert np.ptp(base["nobody"][0, :, 1]) == 0
+    np.testing.assert_allclose(
+        base["geometry"][0, :, 1] - trial.along[0, 1], np.maximum(first - GAP, 0), atol=1e-9
+    )
+    late = GAP / SPEED
+    np.testing.assert_allclose(
+        base["copy"][0, :, 1] - trial.along[0, 1],
+        np.interp(trial.time - late, trial.time, first),
+        atol=1e-9,
+    )
+
+
+def test_odds_favour_what_was_measured(trial):
+    moved = rigid(trial, one(trial)).along
+    measured = dataclasses.replace(trial, along=moved[0])
+    still = np.broadcast_to(trial.along[0], moved.shape).copy()
+    found = odds(measured, {"moved": scored(measured, moved), "still": scored(measured, still)})
+    assert found["moved"] == 1
+    assert found["still"] < 1e-6
+
+
+def test_order_gaps_and_columns_do_not_matter(tmp_path):
+    """Shuffled rows and columns, an order of names, lost and empty heads, no masses."""
+    whole = written(tmp_path, table(people=3))
+    content = table(people=3)
+    content["MoCap_ID"] = content.id.map({0: "A", 1: "B", 2: "C"})
+    content["id"] = content.id.map({0: 7, 1: 3, 2: 5})
+    content["Order_of_Participants_MoCap_ID"] = "Bag, A, B, C"
+    content.loc[(content.id == 3) & content.frame.between(20, 22), "x"] = np.nan
+    content = content[~((content.id == 5) & (content.frame == 30))]
+    content = content.drop(columns="Weight_kg").sample(frac=1.0, random_state=1)
+    mixed = written(tmp_path, content[sorted(content.columns)])
+    np.testing.assert_allclose(mixed.along, whole.along, atol=1e-12)
+    assert mixed.people == ("A", "B", "C")
+    assert mixed.mass.tolist() == [85.5] * 3
+    assert len(mixed.notes) == 5
+
+
+def changed(**columns):
+    content = table()
+    for name, value in columns.items():
+        content[name] = value
+    return content
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (table().drop(columns="time"), "no column time"),
+        (table(people=1), "a row has at least two"),
+        (changed(x="here"), "line 2: x: 'here' is not a number"),
+        (pd.concat([table(), table()]), "is there twice"),
+        (table(people=3).replace({"id": {1: 2, 2: 1}}), "one behind the other"),
+        (table(frames=5), "nobody is pushed"),
+        (table(frames=20), "follow the push"),
+        (table()[lambda t: ~((t.id == 1) & t.frame.between(20, 40))], "person 1 is missing from 0.76"),
+        (changed(Weight_kg=-3.0), "Weight_kg: -3"),
+        (changed(y=table().y * 100), "x and y in m"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(tmp_path, content, words):
+    with pytest.raises(TrialError, match=words):
+        written(tmp_path, content)
+
+
+def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):
+    with pytest.raises(TrialError, match="below that is needed"):
+        written(tmp_path, table(), wall_m=0.0)
+    with pytest.raises(UnreadableError, match="no such file"):
+        read_trial(tmp_path / "none.csv")
+
+
+@needs_lammps
+@pytest.mark.skipif(REAL is None, reason="no push trial in ../shared/data")
+def test_the_real_trial(tmp_path):
+    """What is known of it: its onsets, and that rigid people with chests that meet come near."""
+    found = hindcast(REAL, arms=(0.0,), stiffnesses=(2e3, 1.2e5))
+    np.testing.assert_allclose(
+        onsets(found.trial, found.trial.along), [0, 0.17, 0.26, 0.38, 0.61], atol=0.02
+    )
+    central = found.inputs.central
+    assert found.scored["rigid"].scores[ONSET][central] < 0.08
+    assert found.scored["2000"].scores[ONSET][central] > 0.3
+    assert set(found.together()) == {"rigid", "120000"}
+    assert "not validated" in verdicts(found)[3]
+    *files, page = write_hindcast(found, tmp_path, "percussions push")
+    assert "not validated" in page.read_text()
+    rows = list(csv.DictReader(files[0].read_text().splitlines()))
+    assert len(rows) == 6 * len(found.inputs.tau)
+    assert len(summary(found)) == 6
