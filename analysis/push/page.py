@@ -69,7 +69,9 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
         words=verdicts(found),
         pictures=[
             words.picture("onsets", _onsets(found), limit=ONSET_M_PER_S, tau=TAU_S, never=NEVER_S),
-            words.picture("heads", _heads(found), tau=TAU_S),
+            words.picture(
+                "heads", _heads(found), tau=TAU_S, posture=_posture(float(found.inputs.arms[0]))
+            ),
         ],
         tables=[*_tables(words, found), _models(words, found), _people(words, found)],
         files=["scores.csv", "onsets.csv"],
