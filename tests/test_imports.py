@@ -37,7 +37,7 @@ RANKS = [
         "analysis/paper",
         "analysis/push",
     ],
-    ["analysis/advice"],
+    ["analysis/advice", "analysis/film"],
     ["analysis/cli"],
 ]
 

@@ -7,6 +7,7 @@ from analysis.cli.compare import compare
 from analysis.cli.doctor import doctor
 from analysis.cli.exposure import exposure
 from analysis.cli.paper import paper
+from analysis.cli.real.film import film
 from analysis.cli.real.import_crowd import import_
 from analysis.cli.real.push import push
 from analysis.cli.report import report
@@ -18,6 +19,7 @@ from analysis.cli.stability import stability
 __all__ = ["app"]
 
 for command in (
-    scenes, run, import_, solve, compare, exposure, report, chart, stability, advise, paper, push, doctor
+    scenes, run, import_, solve, compare, film, exposure, report, chart, stability, advise, paper, push,
+    doctor,
 ):  # fmt: skip
     app.command(name=command.__name__.rstrip("_"))(command)

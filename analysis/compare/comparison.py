@@ -127,13 +127,8 @@ def compare_run(
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
     SceneError for the scene, DumpError where neither model has a contact, and where the impulses of
     an impact miss the momentum of the disks by more than 5 %."""
-    record = RunRecord.read(folder)
-    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
-    record.check_finished(folder, scene)
-    trajectory = open_bodies(folder / "bodies.dump", record.time_step_s).trajectory
-    index = index_contacts(folder / "contacts.dump")
-    if index.steps != trajectory.steps:
-        raise DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
+    run = open_run(folder)
+    record, scene, index, trajectory = run.record, run.scene, run.index, run.universe.trajectory
     impact = scene.analysis.kind == "impact"
     if impact and time is not None:
         raise DumpError(f"time: {time:g} s; an impact is compared over its whole run")
@@ -163,6 +158,31 @@ def compare_run(
         law=law,
         by_balance=known,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OpenRun:
+    """Hold a finished run, opened: its bodies as a universe, its contacts as an index."""
+
+    record: RunRecord
+    scene: Scene
+    universe: Any
+    index: DumpIndex
+
+
+def open_run(folder: Path) -> OpenRun:
+    """Open a finished run.
+
+    Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
+    SceneError for the scene."""
+    record = RunRecord.read(folder)
+    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
+    record.check_finished(folder, scene)
+    universe = open_bodies(folder / "bodies.dump", record.time_step_s)
+    index = index_contacts(folder / "contacts.dump")
+    if index.steps != universe.trajectory.steps:
+        raise DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
+    return OpenRun(record=record, scene=scene, universe=universe, index=index)
 
 
 def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:

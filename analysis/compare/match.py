@@ -53,9 +53,7 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
 
     determined: (k',), of the rigid contacts"""
     contacts, snapshot = found.contacts, found.snapshot
-    wall = contacts.is_wall
-    second = np.where(wall, contacts.second + 1, snapshot.ids[np.where(wall, 0, contacts.second)])
-    rigid_keys = _keys(snapshot.ids[contacts.first], second, wall)
+    rigid_keys = keys_of(found)
     engine_keys = _keys(engine.first, engine.second, engine.is_wall)
     keys = np.union1d(rigid_keys, engine_keys)
     at_rigid, at_engine = np.searchsorted(keys, rigid_keys), np.searchsorted(keys, engine_keys)
@@ -88,6 +86,14 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
         in_rigid=in_rigid,
         determined=fixed,
     )
+
+
+def keys_of(found: SnapshotPercussions) -> Indices:
+    """Give the key of each rigid contact of a snapshot, (k,), as in `Match.keys`."""
+    contacts, ids = found.contacts, found.snapshot.ids
+    wall = contacts.is_wall
+    second = np.where(wall, contacts.second + 1, ids[np.where(wall, 0, contacts.second)])
+    return _keys(ids[contacts.first], second, wall)
 
 
 def _keys(first: Indices, second: Indices, is_wall: Flags) -> Indices:

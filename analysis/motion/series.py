@@ -137,7 +137,7 @@ def values_of(scene: Scene, window: Window) -> dict[str, float]:
     }
     if scene.drive is None:
         return values
-    near = ~_gone(scene, now) & (_from_door(scene, now.position) <= NEAR_M)
+    near = near_door(scene, now)
     walking = np.hypot(*now.velocity[near].T)
     outline = 2 * np.pi * now.radius
     return values | {
@@ -145,6 +145,11 @@ def values_of(scene: Scene, window: Window) -> dict[str, float]:
         "speed_door": float(walking.mean()) if near.any() else 0.0,
         "density_door": float(near.sum()) / (0.5 * np.pi * NEAR_M**2),
     }
+
+
+def near_door(scene: Scene, now: Snapshot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Tell who (n,) is within 2 m of the door and has not passed it."""
+    return ~_gone(scene, now) & (_from_door(scene, now.position) <= NEAR_M)
 
 
 def _gone(scene: Scene, snapshot: Snapshot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

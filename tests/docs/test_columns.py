@@ -6,6 +6,8 @@ import re
 
 from documented import ROOT, columns
 
+from analysis.film import summary as film
+from analysis.film.frame import HEADLINES, SHOCK
 from analysis.motion.precision import points as whole_runs
 from analysis.percussions.table import COLUMNS
 from analysis.work_precision.point import Point
@@ -18,8 +20,14 @@ def words_in(path):
     return {word for text in texts if isinstance(text, str) for word in re.split(r"\W+", text)}
 
 
+def columns_of_film():
+    ends = ("", "low", "high")
+    forces = {film.column(key, "N", end) for key in HEADLINES for end in ends}
+    return forces | {film.column(key, "N·s", end) for key in SHOCK for end in ends} | {*film.HEAD}
+
+
 def test_columns_of_solve_and_chart():
-    assert set(COLUMNS) | set(whole_runs.COLUMNS) <= columns()
+    assert set(COLUMNS) | set(whole_runs.COLUMNS) | columns_of_film() <= columns()
     assert {field.name for field in dataclasses.fields(Point)} <= columns()
 
 
@@ -27,6 +35,7 @@ def test_no_column_is_named_that_nobody_writes():
     written = (
         set(COLUMNS) | set(whole_runs.COLUMNS) | {field.name for field in dataclasses.fields(Point)}
     )
+    written |= columns_of_film()
     pages = ["stability/page.py", "paper/page.py", "compare/contacts_csv.py", "dumps/contacts.py"]
     pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
     pages += ["motion/windows_files.py"]

@@ -1,11 +1,12 @@
 """percussions import."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from analysis.cli.app import Out, positive, share
+from analysis.cli.real.options import FrameRate, Mass, Unit
 
 
 def import_(
@@ -18,7 +19,7 @@ def import_(
     radius: Annotated[
         float, typer.Option(parser=positive, help="Radius of each disk in m.")
     ] = 0.18,
-    mass: Annotated[float, typer.Option(parser=positive, help="Mass of each person in kg.")] = 75.0,
+    mass: Mass = 75.0,
     radius_spread: Annotated[
         float,
         typer.Option(parser=share, help="Radii are uniform within this share about --radius."),
@@ -31,13 +32,8 @@ def import_(
     name: Annotated[
         str | None, typer.Option(help="Name of the scene; the room's by default.")
     ] = None,
-    unit: Annotated[
-        Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
-    ] = None,
-    frame_rate: Annotated[
-        float | None,
-        typer.Option(parser=positive, help="Frames per second, where the file does not say."),
-    ] = None,
+    unit: Unit = None,
+    frame_rate: FrameRate = None,
     window: Annotated[
         float,
         typer.Option(parser=positive, help="Time in s over which velocities are measured."),

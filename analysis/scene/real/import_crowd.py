@@ -99,7 +99,7 @@ def import_crowd(
     first = 0 if kept.ids.min() > 0 else 1 - int(kept.ids.min())
     walls = parts.wall_segments()
     outward = None if parts.drive is None else np.array(parts.drive.outward)
-    start = None if before is None else _moved_on(before, kept.ids + first, kept.position)
+    start = None if before is None else _moved_on(before, kept.ids + first, kept.position, area)
     try:
         arranged = reconcile(kept.position, radii, walls, parts.door(), outward, start)
     except (OverlapError, ValueError) as error:
@@ -145,13 +145,13 @@ def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Fl
         raise SceneError(str(error)) from None
 
 
-def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats) -> Floats:
-    """The disks of an earlier crowd, moved as their heads have moved since, (n,2) m; those who were
-    not there at their heads."""
+def _moved_on(before: ImportedCrowd, ids: Indices, heads: Floats, area: shapely.Polygon) -> Floats:
+    """The disks of an earlier crowd, moved as their heads have moved since, (n,2) m; at their heads
+    those who were not there, or whom this would take out of the room."""
     snapshot, start = before.scene.snapshot, heads.copy()
     _, now, then = np.intersect1d(ids, snapshot.ids, return_indices=True)
     start[now] += snapshot.position[then] - before.heads[then]
-    return start
+    return np.where(shapely.contains_xy(area, start)[:, None], start, heads)
 
 
 def _check_fit(scene: Scene, origin: str, room: Path) -> None:

@@ -1,0 +1,124 @@
+"""percussions film."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from analysis.cli.app import Out, command_line, progress, show
+from analysis.cli.real.options import FrameRate, Mass, Radii, Room, Unit
+
+if TYPE_CHECKING:
+    from analysis.film.frame import Reel
+    from analysis.film.frames import Frames
+
+RADII = (0.16, 0.18, 0.20)
+
+
+def film(
+    target: Annotated[
+        list[Path],
+        typer.Argument(help="Folders of finished runs of one scene, or one trajectory file."),
+    ],
+    frames: Annotated[
+        str | None,
+        typer.Option(help="first:last:step, both ends included. Left out: all, or about 50."),
+    ] = None,
+    room: Room = None,
+    radius: Radii = None,
+    mass: Mass = 75.0,
+    unit: Unit = None,
+    frame_rate: FrameRate = None,
+    parquet: Annotated[
+        bool, typer.Option("--parquet", help="Write film.parquet too (needs pyarrow).")
+    ] = False,
+    out: Out = Path("film"),
+) -> None:
+    """Make a film of the contact forces of a run, or of a real trajectory.
+
+    Writes film.html, which opens offline and plays, and film.csv. Runs (of LAMMPS, YADE and the
+    rigid engine, side by side) show what the engine wrote, the percussions of the same places, and
+    the difference. In a trajectory heads become disks that do not overlap, in every frame.
+
+    Exit status 1 if the percussions of a frame are not solved.
+
+    Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml
+    """
+    from analysis.film.frames import Frames
+    from analysis.film.page import write_film
+    from analysis.film.summary import write_table
+
+    if parquet and importlib.util.find_spec("pyarrow") is None:
+        raise ValueError("--parquet: needs pyarrow: pip install 'crowd-percussions[parquet]'")
+    chosen = None if frames is None else Frames.parse(frames)
+    folders = [one.is_dir() for one in target]
+    if all(folders):
+        if room or radius or unit or frame_rate:
+            raise ValueError("--room, --radius, --unit and --frame-rate: only of a trajectory file")
+        reels, source = _runs(target, chosen), ""
+    elif len(target) > 1:
+        odd = target[folders.index(False)]
+        raise ValueError(f"{odd}: no folder of a run; a film is of runs, or of one trajectory file")
+    elif room is None:
+        raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
+    else:
+        reels = _heads(target[0], room, sorted(radius or RADII), chosen, mass, unit, frame_rate)
+        source = target[0].name
+    for path in write_table(reels, out, parquet=parquet):
+        print(path)
+    page = write_film(reels, out, command_line(), source)
+    _say(reels)
+    print(page.resolve().as_uri())
+    if any(reel.unsolved for reel in reels):
+        raise typer.Exit(1)
+
+
+def _runs(folders: list[Path], frames: Frames | None) -> list[Reel]:
+    from analysis.film.of_runs import film_runs
+
+    with progress() as bars:
+        return film_runs(folders, frames, bars)
+
+
+def _heads(
+    file: Path,
+    room: Path,
+    radii: list[float],
+    frames: Frames | None,
+    mass: float,
+    unit: Unit,
+    frame_rate: float | None,
+) -> list[Reel]:
+    from analysis.film.of_heads import film_heads
+    from analysis.scene.real.trajectory import Recording
+
+    recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
+    with progress() as bars:
+        return film_heads(recording, room, radii, frames, mass=mass, progress=bars)
+
+
+def _say(reels: list[Reel]) -> None:
+    """The headline numbers, and every frame that is not solved."""
+    from analysis.film.frame import HEADLINES
+    from analysis.film.page import bands, interval_text
+    from analysis.film.summary import headline
+
+    columns = bands(reels)
+    rows = [
+        [
+            f"{measure.title} ({measure.unit})",
+            *(interval_text(headline(chosen, model, key)) for chosen, model in columns.values()),
+        ]
+        for key, measure in HEADLINES.items()
+    ]
+    show(["median (nine tenths)", *columns], rows)
+    for reel in reels:
+        for frame in reel.unsolved:
+            print(
+                f"{reel.title}, frame {frame.number}: {frame.status}: {frame.reason}",
+                file=sys.stderr,
+            )

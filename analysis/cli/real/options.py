@@ -1,0 +1,26 @@
+"""Options that commands on trajectories share."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from analysis.cli.app import positive
+
+Unit = Annotated[
+    Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
+]
+FrameRate = Annotated[
+    float | None,
+    typer.Option(parser=positive, help="Frames per second, where the file does not say."),
+]
+Mass = Annotated[float, typer.Option(parser=positive, help="Mass of each person in kg.")]
+Room = Annotated[Path | None, typer.Option(help="Of a trajectory: TOML file with walls and drive.")]
+Radii = Annotated[
+    list[float] | None,
+    typer.Option(
+        parser=positive,
+        help="Of a trajectory: radius in m, several times; the middle one counts, all make the "
+        "band. Left out: 0.16, 0.18 and 0.20.",
+    ),
+]

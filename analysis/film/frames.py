@@ -1,0 +1,45 @@
+"""Which frames of a file make a film."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+FORM = re.compile(r"(?P<first>\d{0,9})(?P<range>:(?P<last>\d{0,9})(:(?P<step>\d{1,9}))?)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frames:
+    """Choose every `step`-th frame from the first to the last, both included; None: of the file."""
+
+    first: int | None = None
+    last: int | None = None
+    step: int = 1
+
+    @classmethod
+    def parse(cls, text: str) -> Frames:
+        """Read `150:250:5` (every fifth from 150 to 250), `150:250`, `150:` or `150`.
+
+        Raises ValueError for anything else."""
+        found = FORM.fullmatch(text)
+        if not found or not text:
+            raise ValueError(f"frames: {text}; first:last:step is needed, such as 150:250:5")
+        first = int(found["first"]) if found["first"] else None
+        last = int(found["last"]) if found["last"] else None
+        frames = cls(
+            first=first, last=last if found["range"] else first, step=int(found["step"] or 1)
+        )
+        if frames.step < 1 or (frames.first or 0) > (frames.last or 10**9):
+            raise ValueError(f"frames: {text}; from first to last, with a step of at least 1")
+        return frames
+
+    def of(self, first: int, last: int, file: Path) -> list[int]:
+        """List the numbers of the frames of a file that has them from first to last.
+
+        Raises ValueError naming the file for frames that it has not."""
+        start = first if self.first is None else self.first
+        end = last if self.last is None else self.last
+        if not first <= start <= end <= last:
+            raise ValueError(f"frames: {start} to {end}; {file} has frames {first} to {last}")
+        return list(range(start, end + 1, self.step))

@@ -1,0 +1,95 @@
+"""Films of filmed crowds: heads made disks, frame by frame, and their percussions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from analysis.film.frame import Frame, Reel, frame_of
+from analysis.film.frames import Frames
+from analysis.percussions import Setting, SnapshotPercussions, percussions_of
+from analysis.scene.real.import_crowd import ImportedCrowd, import_crowd
+from analysis.scene.real.separate import OverlapError
+from analysis.scene.real.trajectory import Recording
+from analysis.scene.scene import Room, Scene, SceneError, read_room
+from analysis.support.progress import Progress
+from nscd import Snapshot
+from nscd.percussions import Status
+
+# So many frames, evenly spread, where none are asked for.
+USUAL = 50
+
+
+def film_heads(
+    recording: Recording,
+    room: Path,
+    radii: Sequence[float],
+    frames: Frames | None = None,
+    *,
+    mass: float = 75.0,
+    progress: Progress | None = None,
+) -> list[Reel]:
+    """Make a reel of a recording for each radius (m) of its people, in the order of the radii.
+
+    frames: of the file; about 50, evenly spread, where left out
+    mass: kg
+
+    In each frame people are moved apart from where the frame before left them. Where they cannot
+    be, the frame has the status `failed` and its reason. Raises TrajectoryError, SceneError and
+    ValueError naming the file, the frame, the person or the key."""
+    first, last = recording.ends
+    usual = Frames(step=max(1, round((last - first) / (USUAL - 1))))
+    numbers = (frames or usual).of(first, last, recording.file)
+    shift = max(0, 1 - int(recording.data.id.min()))
+    parts, _ = read_room(room, (float(np.mean(radii)), mass))
+    if parts.drive is None:
+        raise SceneError(f"{room}: drive: is missing; who walks where presses these people?")
+    reels = []
+    for radius in sorted(radii):
+        made: list[Frame] = []
+        crowd: ImportedCrowd | None = None
+        found: SnapshotPercussions | None = None
+        for number in numbers:
+            heads = recording.heads(number)
+            # velocities are not asked for: who is held has none, and sees where to walk
+            still = replace(heads, ids=heads.ids + shift, velocity=np.nan_to_num(heads.velocity))
+            time = number / recording.frame_rate
+            try:
+                crowd = import_crowd(still, radius=radius, room=room, mass=mass, before=crowd)
+            except (OverlapError, SceneError) as error:
+                made.append(_failed(number, time, str(error)))
+                continue
+            snapshot = replace(crowd.scene.snapshot, time=time)
+            found = percussions_of(Setting.of(crowd.scene), snapshot, before=found)
+            made.append(
+                frame_of(crowd.scene, number, found, heads=crowd.heads, account=crowd.report)
+            )
+            if progress:
+                share = (numbers.index(number) + 1) / len(numbers)
+                progress(f"film of {recording.file.name}, radius {radius:g} m", share)
+        reels.append(
+            Reel(
+                title=f"radius {radius:g} m",
+                engine="",
+                scene=_empty(parts, room),
+                frames=made,
+                radius=radius,
+                shift=shift,
+            )
+        )
+    return reels
+
+
+def _failed(number: int, time: float, reason: str) -> Frame:
+    return Frame(number=number, time=time, status=str(Status.FAILED), reason=reason)
+
+
+def _empty(parts: Room, room: Path) -> Scene:
+    """The room as a scene with nobody in it."""
+    nobody = Snapshot(
+        position=np.zeros((0, 2)), velocity=np.zeros((0, 2)), radius=np.zeros(0), mass=np.zeros(0)
+    )
+    return Scene.of(parts, name=room.stem, snapshot=nobody)

@@ -1,0 +1,62 @@
+"""Films of runs: an engine's contacts beside the percussions of the same snapshots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from analysis.compare.checks import check_contacts
+from analysis.compare.comparison import open_run, rigid_law_of
+from analysis.dumps import DumpError, contacts_at
+from analysis.film.frame import Reel, frame_of
+from analysis.film.frames import Frames
+from analysis.pages.names import engine_name
+from analysis.percussions import PercussionAnalysis
+from analysis.support.progress import Progress
+
+# The residual that the percussions of a comparison must reach.
+TOLERANCE = 1e-10
+# Runs whose frames differ by more than this share of the last time are not shown side by side.
+SAME = 1e-6
+
+
+def film_runs(
+    folders: Sequence[Path], frames: Frames | None = None, progress: Progress | None = None
+) -> list[Reel]:
+    """Make a reel of each finished run.
+
+    frames: of the dumps, from 0; all of them where left out
+
+    Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
+    ValueError for frames that are not there and for runs whose frames are not at the same times."""
+    reels = [_reel(folder, frames, progress) for folder in folders]
+    times = [np.array([frame.time for frame in reel.frames]) for reel in reels]
+    for folder, other in zip(folders[1:], times[1:], strict=True):
+        if len(other) != len(times[0]) or np.abs(other - times[0]).max() > SAME * times[0].max():
+            raise ValueError(f"{folder}: its frames are not at the times of those of {folders[0]}")
+    return reels
+
+
+def _reel(folder: Path, frames: Frames | None, progress: Progress | None) -> Reel:
+    """The frames of one run."""
+    run = open_run(folder)
+    count = len(run.index.frames)
+    chosen = (frames or Frames()).of(0, count - 1, folder)
+    analysis = PercussionAnalysis(
+        run.universe, run.scene, law=rigid_law_of(run.scene), tolerance=TOLERANCE
+    )
+    # one after the other: each is the guess of the next
+    analysis.run(frames=chosen)
+    made = []
+    for place, (number, found) in enumerate(zip(chosen, analysis.results.frames, strict=True)):
+        contacts = contacts_at(run.index, number)
+        check_contacts(run.index, number, contacts, found.snapshot, run.scene)
+        made.append(frame_of(run.scene, number, found, contacts))
+        if progress:
+            progress(f"film of {folder}", (place + 1) / len(chosen))
+    if not any(len(frame.lower) for frame in made):
+        raise DumpError(f"{folder}: no contact in any of its frames; there is nothing to see")
+    name = engine_name(run.record.engine)
+    return Reel(title=name, engine=run.record.engine, scene=run.scene, frames=made)

@@ -1,0 +1,254 @@
+"""The page of a film: headline intervals, viewer, series, limits, and how people were moved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from analysis.exposure.counts import above_key, limits_of_people
+from analysis.exposure.limits import QUANTITIES
+from analysis.film.charts import draw_series, draw_still
+from analysis.film.ends import MOST_OPEN
+from analysis.film.frame import ENGINE, HEADLINES, RIGID, Frame, Reel
+from analysis.film.summary import Headline, headline
+from analysis.film.viewer import packed
+from analysis.motion.intervals import two
+from analysis.pages.html import render, write_pictures
+from analysis.pages.names import engine_name
+from analysis.pages.numbers import NONE, decimals, significant
+from analysis.pages.section import Cell, Section, Table
+from analysis.pages.words import Words
+from analysis.percussions.setting import FORCE
+from analysis.support.files import write_text
+
+PAGE = "film.html"
+# A band: reels that are summed up together, and their model.
+Band = tuple[Sequence[Reel], str]
+
+
+def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -> Path:
+    """Write film.html with its pictures into a folder, each whole; return its path.
+
+    source: name of the file or the scene that was filmed"""
+    words = Words(__package__)
+    shared = _shared(reels)
+    still, series = _pictures(words, reels, shared)
+    images = write_pictures([Section(number="still", title="", pictures=[still, series])], folder)
+    tables = [_limits(words, reels, shared)] if _forces(reels) else []
+    if shared["radii"]:
+        tables.append(_moved(words, reels))
+    page = render(
+        PAGE,
+        title=reels[0].scene.title,
+        what=_what(words, reels, shared, source),
+        warnings=_warnings(words, reels),
+        headlines=_headlines(words, reels, shared),
+        still=still,
+        how=words.text("how"),
+        data=packed(reels),
+        sections=[
+            Section(
+                number="numbers",
+                title="In numbers",
+                pictures=[series],
+                tables=tables,
+                files=["film.csv"],
+            )
+        ],
+        images=images,
+        command=command,
+    )
+    write_text(folder / PAGE, page)
+    return folder / PAGE
+
+
+def bands(reels: Sequence[Reel]) -> dict[str, Band]:
+    """Name what has an interval of its own: the radii of a filmed crowd together, and each model of
+    each run."""
+    if reels[0].radius is not None:
+        return {RIGID: (reels, RIGID)}
+    found: dict[str, Band] = {}
+    for reel in reels:
+        name = engine_name(reel.engine)
+        found[name] = ([reel], ENGINE)
+        if RIGID in reel.models:
+            found[f"{RIGID}, places of {name}"] = ([reel], RIGID)
+    return found
+
+
+def interval_text(found: Headline | None) -> str:
+    """Write a headline with two digits: 350 (110 – 1 400); – where there is none."""
+    if found is None:
+        return NONE
+    return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
+
+
+def _shared(reels: Sequence[Reel]) -> dict[str, object]:
+    """What several blocks of words ask for."""
+    radii = [reel.radius for reel in reels if reel.radius is not None]
+    middle = reels[len(reels) // 2]
+    times = [frame.time for frame in middle.frames]
+    return {
+        "radii": (min(radii), max(radii)) if radii else None,
+        "middle": middle.radius,
+        "frames": len(times),
+        "start": times[0],
+        "end": times[-1],
+        "duration": times[-1] - times[0],
+        "rigid": True,
+    }
+
+
+def _forces(reels: Sequence[Reel]) -> bool:
+    """Whether the percussions are forces."""
+    shown = [(reel, model) for reel in reels for model in reel.models]
+    return all(frame.unit(model) == FORCE for reel, model in shown for frame in reel.frames)
+
+
+def _what(
+    words: Words, reels: Sequence[Reel], shared: Mapping[str, object], source: str
+) -> list[str]:
+    """What was filmed, and what presses it."""
+    middle = reels[len(reels) // 2]
+    shown = [frame for frame in middle.frames if frame.found is not None]
+    counts = [len(frame.found.snapshot) for frame in shown if frame.found is not None]
+    if middle.radius is None:
+        names = [reel.engine for reel in reels]
+        engines = [engine_name(name) for name in names]
+        soft = any(name != "rigid" for name in names)
+        about = {"people": max(counts), "engines": engines, "names": names, "soft": soft}
+        said = [words.text("run", **shared, **about)]
+    else:
+        done = [frame.account for frame in shown if frame.account is not None]
+        first = next(frame for frame in shown if frame.account is not None)
+        assert first.found is not None
+        said = [
+            words.text(
+                "heads",
+                **shared,
+                file=source,
+                first=middle.frames[0].number,
+                last=middle.frames[-1].number,
+                least=min(counts),
+                most=max(counts),
+                moved=float(np.mean([one.moved_mean_m for one in done])),
+                moved_most=max(one.moved_largest_m for one in done),
+                shift=middle.shift,
+            )
+        ]
+    drive = middle.scene.drive
+    if drive is None or not _forces(reels):
+        return [*said, words.text("impact")]
+    mass = np.concatenate([frame.found.snapshot.mass for frame in shown if frame.found is not None])
+    push = mass * drive.speed_m_per_s / drive.relaxation_time_s
+    ends = (float(push.min()), float(push.max()))
+    return [*said, words.text("push", push=ends, drive=drive)]
+
+
+def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
+    """Which frames are not solved."""
+    return [
+        words.text(
+            "unsolved",
+            count=len(bad),
+            of=len(reel.frames),
+            title=reel.title,
+            numbers=", ".join(str(frame.number) for frame in bad),
+            reason=bad[0].reason or bad[0].status,
+        )
+        for reel in reels
+        if (bad := reel.unsolved)
+    ]
+
+
+def _headlines(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> Table:
+    """Every headline number as an interval, in each model."""
+    columns = bands(reels)
+    rows: list[list[Cell]] = []
+    unbounded = 0
+    for key, measure in HEADLINES.items():
+        found = [headline(chosen, model, key) for chosen, model in columns.values()]
+        known = [one for one in found if one is not None]
+        if not known:
+            continue
+        unbounded = max(unbounded, *(one.unbounded for one in known))
+        units = [_unit(chosen, model, measure.unit) for chosen, model in columns.values()]
+        same = len(set(units)) == 1
+        cells = [
+            interval_text(one) + ("" if same or one is None else f" {unit}")
+            for one, unit in zip(found, units, strict=True)
+        ]
+        name = f"{measure.title} ({units[0]})" if same else measure.title
+        rows.append([name, *cells, significant(known[0].independent, 2)])
+    note = words.text("note", count=unbounded, most=MOST_OPEN) if unbounded else ""
+    return words.table("headlines", rows, **shared, columns=list(columns), note=note)
+
+
+def _unit(reels: Sequence[Reel], model: str, unit: str) -> str:
+    """The unit of a measure, which of an impact is that of the percussions."""
+    shown = next(frame for frame in reels[0].frames if frame.found is not None)
+    own = shown.unit(model)
+    return unit if own == FORCE else own
+
+
+def _pictures(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]):  # type: ignore[no-untyped-def]
+    """The frame that carries most, of the middle reel, and all numbers over time."""
+    middle = reels[len(reels) // 2]
+
+    def largest(frame: Frame) -> float:
+        return 0.0 if frame.found is None else float(frame.size(middle.models[-1]).max(initial=0.0))
+
+    frame = max(middle.frames, key=largest)
+    about = {"title": middle.title, "number": frame.number, "time": frame.time}
+    return (
+        words.picture("still", draw_still(middle, frame, middle.models[-1]), **about),
+        words.picture("series", draw_series(reels), **shared),
+    )
+
+
+def _limits(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> Table:
+    """How many people are above each limit at an instant."""
+    columns = bands(reels)
+    rows: list[list[Cell]] = [
+        [
+            f"{significant(limit.number, 4)} {limit.unit}",
+            f"{limit.what}; {limit.population}",
+            QUANTITIES[limit.quantity].title,
+            *(_counts(headline(*band, above_key(limit))) for band in columns.values()),
+            limit.cited,
+        ]
+        for limit in limits_of_people()
+    ]
+    return words.table("limits", rows, **shared, columns=list(columns))
+
+
+def _counts(found: Headline | None) -> str:
+    if found is None:
+        return NONE
+    median, low, high = (decimals(end, 0) for end in (found.median, found.low, found.high))
+    return f"{median} ({low} – {high})"
+
+
+def _moved(words: Words, reels: Sequence[Reel]) -> Table:
+    """What was done to the heads, radius by radius."""
+    rows: list[list[Cell]] = []
+    for reel in reels:
+        done = [frame.account for frame in reel.frames if frame.account is not None]
+        if not done:
+            continue
+        columns = (
+            ([one.overlaps_before for one in done], 0),
+            ([100 * one.overlap_before_largest_m for one in done], 1),
+            ([100 * one.moved_mean_m for one in done], 1),
+            ([100 * one.moved_largest_m for one in done], 1),
+            ([100 * one.moved_share_over_1_cm for one in done], 0),
+            ([one.contacts_after + one.wall_contacts_after for one in done], 0),
+        )
+        cells = [
+            f"{decimals(min(values), places)} – {decimals(max(values), places)}"
+            for values, places in columns
+        ]
+        rows.append([significant(reel.radius), *cells])
+    return words.table("moved", rows)

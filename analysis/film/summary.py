@@ -1,0 +1,134 @@
+"""A film in numbers: its headlines as intervals, and a row per frame and model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.film.frame import HEADLINES, RIGID, Ends, Frame, Reel
+from analysis.motion.ensemble import LEVEL, correlation_windows
+from analysis.percussions.setting import FORCE
+from analysis.support.files import whole_file, write_rows
+
+# Columns before those of the headline numbers.
+HEAD = ("reel", "model", "radius_m", "frame", "time_s", "people", "status", "moved_mean_m",
+        "moved_largest_m")  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Headline:
+    """Hold a number of a film as an interval.
+
+    median: of the frames, of the middle radius
+    low, high: of nine tenths of the frames, over all radii and all that the mechanics allows
+    frames: how many there are
+    independent: how many of them count as independent, by their correlation time
+    unbounded: frames whose ends were not computed, or have no high end; the answer stands there
+    """
+
+    median: float
+    low: float
+    high: float
+    frames: int
+    independent: float
+    unbounded: int
+
+
+def headline(reels: Sequence[Reel], model: str, key: str) -> Headline | None:
+    """Sum up a number of reels that make one band; None where no frame of the middle one has it."""
+    middle = _values(reels[len(reels) // 2], model, key)
+    if not middle:
+        return None
+    lows: dict[int, float] = {}
+    highs: dict[int, float] = {}
+    unbounded = set()
+    for reel in reels:
+        for number, ends in _values(reel, model, key).items():
+            low, high = band(ends)
+            lows[number] = min(low, lows.get(number, low))
+            highs[number] = max(high, highs.get(number, high))
+            if np.isnan([ends.low, ends.high]).any():
+                unbounded.add(number)
+    answers = np.array([ends.value for ends in middle.values()])
+    tail = 0.5 - LEVEL / 2
+    return Headline(
+        median=float(np.median(answers)),
+        low=float(np.quantile(list(lows.values()), tail)),
+        high=float(np.quantile(list(highs.values()), 1 - tail)),
+        frames=len(answers),
+        independent=len(answers) / correlation_windows([answers]),
+        unbounded=len(unbounded),
+    )
+
+
+def band(ends: Ends) -> tuple[float, float]:
+    """Give the ends of a number; the number itself where one is not known."""
+    low, high = (ends.value if np.isnan(end) else end for end in (ends.low, ends.high))
+    return min(low, ends.value), max(high, ends.value)
+
+
+def _values(reel: Reel, model: str, key: str) -> dict[int, Ends]:
+    """A number in every solved frame that has it."""
+    unsolved = {frame.number for frame in reel.unsolved} if model == RIGID else set()
+    return {
+        frame.number: frame.values[model][key]
+        for frame in reel.frames
+        if frame.number not in unsolved and key in frame.values.get(model, {})
+    }
+
+
+def column(key: str, unit: str, end: str = "") -> str:
+    """Name a column of a headline number: walls_N, walls_low_N, pressure_door_N_per_m."""
+    own = HEADLINES[key].unit
+    of = own.replace("/", "_per_") if unit == FORCE else "Ns"
+    return "_".join(part for part in (key, end, of) if part)
+
+
+def table(reels: Sequence[Reel]) -> tuple[list[str], list[list[object]]]:
+    """Give the names of the columns, and a row per reel, frame and model."""
+    rows = [row for reel in reels for frame in reel.frames for row in _rows(reel, frame)]
+    names = [*HEAD, *dict.fromkeys(name for row in rows for name in row if name not in HEAD)]
+    return names, [[row.get(name) for name in names] for row in rows]
+
+
+def _rows(reel: Reel, frame: Frame) -> Iterator[Mapping[str, object]]:
+    for model in reel.models:
+        done = frame.account
+        row: dict[str, object] = {
+            "reel": reel.title,
+            "model": reel.engine if model != RIGID else RIGID,
+            "radius_m": reel.radius,
+            "frame": frame.number,
+            "time_s": frame.time,
+            "people": 0 if frame.found is None else len(frame.found.snapshot),
+            "status": frame.status if model == RIGID else None,
+            "moved_mean_m": done.moved_mean_m if done else None,
+            "moved_largest_m": done.moved_largest_m if done else None,
+        }
+        for key in HEADLINES:
+            ends = frame.values.get(model, {}).get(key)
+            if ends is None:
+                continue
+            unit = frame.unit(model)
+            for end, value in (("", ends.value), ("low", ends.low), ("high", ends.high)):
+                if model == RIGID or not end:
+                    row[column(key, unit, end)] = None if np.isnan(value) else value
+        yield row
+
+
+def write_table(reels: Sequence[Reel], folder: Path, *, parquet: bool = False) -> list[Path]:
+    """Write film.csv and, where asked for, film.parquet; return them.
+
+    Columns: docs/columns.md. Raises ValueError where pyarrow is missing."""
+    names, rows = table(reels)
+    write_rows(folder / "film.csv", names, rows)
+    if not parquet:
+        return [folder / "film.csv"]
+    import pandas as pd
+
+    with whole_file(folder / "film.parquet", "wb") as file:
+        pd.DataFrame(rows, columns=names).to_parquet(file, index=False)
+    return [folder / "film.csv", folder / "film.parquet"]

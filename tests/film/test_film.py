@@ -1,0 +1,110 @@
+"""Films: what the page, the viewer and the table show is what was computed."""
+
+import base64
+import csv
+import gzip
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.film.frame import RIGID
+from analysis.film.frames import Frames
+from analysis.film.of_heads import film_heads
+from analysis.film.summary import headline, write_table
+from analysis.film.viewer import packed
+from analysis.percussions import percussions_of
+from analysis.scene.real.import_crowd import import_crowd
+from analysis.scene.real.trajectory import Recording, read_heads
+from nscd import find_contacts
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+EXCERPT, GATE = SCENES / "gate_excerpt.txt", SCENES / "rooms" / "gate.toml"
+sys.path.append(str(Path(__file__).resolve().parents[1] / "cli"))
+
+
+@pytest.fixture(scope="module")
+def reels():
+    """Three frames of the shipped trajectory, with two radii."""
+    recording = Recording.read(EXCERPT)
+    return film_heads(recording, GATE, [0.16, 0.18], Frames.parse("400:410:5"))
+
+
+def unpacked(reels):
+    return json.loads(gzip.decompress(base64.b64decode(packed(reels))))
+
+
+def test_the_first_frame_is_that_of_an_import(reels):
+    scene = import_crowd(read_heads(EXCERPT, 400), radius=0.18, room=GATE).scene
+    found = percussions_of(scene, scene.snapshot)
+    frame = reels[1].frames[0]
+    assert frame.status == "solved"
+    np.testing.assert_array_equal(frame.found.snapshot.position, scene.snapshot.position)
+    assert frame.values[RIGID]["contact_largest"].value == pytest.approx(found.largest)
+
+
+def test_nobody_overlaps_and_everybody_balances_in_every_frame(reels):
+    """Σ of the forces on a person is m (u⁺ − u⁻)/τ, in any frame."""
+    for frame in (frame for reel in reels for frame in reel.frames):
+        found = frame.found
+        gaps = find_contacts(found.snapshot, found.setting.walls, tolerance=1e-6).gap
+        assert gaps.min(initial=0.0) > -1e-7
+        total = np.zeros((len(found.snapshot), 2))
+        rank = np.searchsorted(found.snapshot.ids, frame.match.ids)
+        for force, (first, second), wall in zip(
+            frame.match.rigid, rank, frame.match.is_wall, strict=True
+        ):
+            total[first] -= force
+            if not wall:
+                total[second] += force
+        change = found.answer.right_velocity - found.left_velocity
+        gained = found.snapshot.mass[:, None] * change / 0.5
+        np.testing.assert_allclose(total, gained, atol=1e-3)
+
+
+def test_a_frame_starts_from_the_one_before(reels):
+    """Disks follow their heads: nobody jumps farther than the heads moved and were pushed apart."""
+    for reel in reels:
+        for before, after in zip(reel.frames, reel.frames[1:], strict=False):
+            ids, i, j = np.intersect1d(
+                before.found.snapshot.ids, after.found.snapshot.ids, return_indices=True
+            )
+            jump = after.found.snapshot.position[j] - before.found.snapshot.position[i]
+            walked = after.heads[j] - before.heads[i]
+            assert len(ids) > 40
+            assert np.hypot(*(jump - walked).T).max() < 0.1
+
+
+def test_the_viewer_has_the_numbers_of_the_film(reels):
+    for made, reel in zip(unpacked(reels)["reels"], reels, strict=True):
+        place = {}
+        for coded, frame in zip(made["frames"], reel.frames, strict=True):
+            people = np.cumsum(coded["p"])
+            for one, step in zip(people, np.reshape(coded["x"], (-1, 2)), strict=True):
+                place[one] = place.get(one, 0) + step
+            ids = np.array(made["ids"])
+            np.testing.assert_array_equal(ids[people], frame.found.snapshot.ids)
+            shown = np.array([place[one] for one in people]) * 1e-3
+            assert np.abs(shown - frame.found.snapshot.position).max() <= 0.51e-3
+            np.testing.assert_array_equal(ids[np.cumsum(coded["a"])], frame.match.ids[:, 0])
+            size = np.array(coded["f"][0]) * made["step"]
+            assert np.abs(size - frame.size(RIGID)).max() <= made["step"]
+    assert made["step"] < 1e-3 * frame.found.largest
+
+
+def test_the_table_has_a_row_for_each_radius_and_frame(reels, tmp_path):
+    write_table(reels, tmp_path)
+    with (tmp_path / "film.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["radius_m"], row["frame"]) for row in rows] == [
+        (radius, frame) for radius in ("0.16", "0.18") for frame in ("400", "405", "410")
+    ]
+    for row in rows:
+        ends = [float(row[f"contact_largest{end}_N"]) for end in ("_low", "", "_high")]
+        assert ends == sorted(ends)
+    found = headline(reels, RIGID, "contact_largest")
+    values = [float(row["contact_largest_N"]) for row in rows]
+    assert found.median == pytest.approx(np.median(values[3:]))
+    assert min(values) <= found.low <= found.median <= found.high <= max(values)
