@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
 
 from nscd.arrays import (
     Flags,
@@ -19,7 +18,11 @@ from nscd.arrays import (
     whole_numbers,
 )
 from nscd.bodies import Snapshot, Walls
+from nscd.cells import pairs_within
 from nscd.segments import connect, own_nearest
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 # Normals may be off unit length by this: files have few digits.
 UNIT = 1e-6
@@ -27,9 +30,8 @@ UNIT = 1e-6
 FARTHEST = 1e9
 # The search goes this much farther than asked, since it rounds; the gap decides.
 MARGIN = 1 + 1e-12
-# So many pairs take about 1 GB. Up to FEW disks, or within WIDE of the smallest radius, there are
-# not so many.
-MOST_PAIRS, FEW, WIDE = 50_000_000, 10_000, 8.0
+# So many pairs take about 1 GB.
+MOST_PAIRS = 50_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -124,6 +126,8 @@ class Contacts:
 
     def normal_matrix(self, n: int) -> csr_array:
         """Assemble C of v = C u with u = (u₁x, u₁y, u₂x, …): sparse (k, 2n)."""
+        from scipy.sparse import csr_array  # slow to import, and few need it
+
         k, pairs = len(self), np.flatnonzero(~self.is_wall)
         rows = np.concatenate([np.arange(k), np.arange(k), pairs, pairs])
         columns = np.concatenate(
@@ -192,7 +196,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
         raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
     position, radius = snapshot.position, snapshot.radius
-    i, j = _pairs_within(position, radius, tolerance)
+    i, j = _pairs_near(position, radius, tolerance)
     difference = position[j] - position[i]
     distance = np.hypot(*difference.T)
     gap = distance - radius[i] - radius[j]
@@ -240,21 +244,17 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
     return 4 * float(np.finfo(float).eps) * largest
 
 
-def _pairs_within(position: Floats, radius: Floats, tolerance: float) -> tuple[Indices, Indices]:
+def _pairs_near(position: Floats, radius: Floats, tolerance: float) -> tuple[Indices, Indices]:
     """Pairs i < j that are within the largest diameter and the tolerance (m), and a few just
     beyond."""
-    if len(position) < 2:
-        none = np.empty(0, dtype=np.int64)
-        return none, none
-    tree, reach = cKDTree(position), (2 * float(radius.max()) + tolerance) * MARGIN
-    crowded = len(position) > FEW and reach > WIDE * float(radius.min())
-    if crowded and tree.count_neighbors(tree, reach) > 2 * MOST_PAIRS:
+    reach = (2 * float(radius.max(initial=0.0)) + tolerance) * MARGIN
+    pairs = pairs_within(position, reach, MOST_PAIRS)
+    if pairs is None:
         raise ValueError(
             f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
             "other, the largest diameter and the tolerance"
         )
-    pairs = tree.query_pairs(reach, output_type="ndarray")
-    return pairs.min(1).astype(np.int64), pairs.max(1).astype(np.int64)
+    return pairs
 
 
 def _wall_neighbours(

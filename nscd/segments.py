@@ -44,6 +44,29 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
     return nearest
 
 
+@njit(cache=True)
+def headed(position: Any, start: Any, end: Any, outward: Any, place: Any, speed: float) -> Any:
+    """Velocities (n,2) m/s of who walks at a speed to the nearest point of a segment; along
+    `outward` on it, and beyond the line through `place` across `outward`.
+
+    position (n,2) m; start, end, place (2,) m; outward (2,) unit vector"""
+    velocity = np.empty_like(position)
+    along = (end[0] - start[0], end[1] - start[1])
+    square = along[0] * along[0] + along[1] * along[1]
+    for i in range(len(position)):
+        x, y = position[i, 0], position[i, 1]
+        share = (x - start[0]) * along[0] + (y - start[1]) * along[1]
+        share = min(max(share / square, 0.0), 1.0) if square > 0.0 else 0.0
+        dx, dy = start[0] + share * along[0] - x, start[1] + share * along[1] - y
+        distance = np.hypot(dx, dy)
+        beyond = (x - place[0]) * outward[0] + (y - place[1]) * outward[1] >= 0.0
+        if beyond or distance == 0.0:
+            velocity[i, 0], velocity[i, 1] = speed * outward[0], speed * outward[1]
+        else:
+            velocity[i, 0], velocity[i, 1] = speed * (dx / distance), speed * (dy / distance)
+    return velocity
+
+
 def _dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(a @ b if b.ndim == 1 else (a * b).sum(1))
 

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from nscd.arrays import Floats, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
-from nscd.friction.answer import solve_with_friction
 from nscd.laws import ContactLaw
 from nscd.percussions import GAIN, Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
@@ -101,6 +100,8 @@ def solve(
             return _of_small(snapshot, contacts, small, tolerance, started)
     contacts.check_disks(n)
     if law.frictional:
+        from nscd.friction.answer import solve_with_friction  # slow to import
+
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
     # What overflows is not finite, and is said to be failed.
     with np.errstate(all="ignore"):

@@ -11,7 +11,7 @@ from analysis.engines import PENALTY
 from analysis.engines.run import EngineRun
 from analysis.motion.headline.section import headline_numbers, headline_section
 from analysis.motion.section import motion_numbers, motion_section
-from analysis.motion.study import FRICTION, MANY, motion_runs, study_motion
+from analysis.motion.study import FEW, FRICTION, MANY, motion_runs, study_motion
 from analysis.pages.report import InMotion
 from analysis.scene.scene import Scene
 from analysis.support.progress import Progress
@@ -45,12 +45,12 @@ def motion_of(
     if scene.drive is None or scene.analysis.kind == "impact" or not crowds:
         return None
     other = scene.with_contact(friction=0.0 if scene.contact.friction else FRICTION)
-    fewer = min(crowds, max(3, crowds // 2))
-    soft = [known.NAME for known in PENALTY if known.NAME in engines]
-    # further engines with springs would show once more that they agree; a rigid step with friction
-    # costs ten to thirty times one without
-    dear = ["rigid"] if other.contact.friction and crowds < MANY else []
-    some = [name for name in engines if name not in [*soft[1:], *dear]]
+    fewer, some = crowds, engines
+    if crowds < MANY:
+        fewer = min(crowds, max(FEW, crowds // 2))
+        soft = [known.NAME for known in PENALTY if known.NAME in engines]
+        # further engines with springs would show once more that they agree
+        some = [name for name in engines if name not in soft[1:]]
     return Moving(
         scene=scene,
         other=other,

@@ -59,16 +59,17 @@ def motion_runs(
 ) -> dict[str, list[EngineRun]]:
     """List the runs that a study needs, by the title of the model. Impulses are summed in all.
 
-    The first engine with springs runs at each stiffness, of fewer than ten crowds only three at those
-    after the first, which cost most; further ones run crowd 0 at the first, since they agree with it
-    contact by contact."""
+    The first engine with springs runs at each stiffness, further ones at the first. Of ten crowds or
+    more all run everything. Of fewer only three run at the stiffnesses after the first, which cost
+    most, and further engines run crowd 0, since they agree with the first contact by contact."""
     variants = [variant(scene, number).with_run(impulses=True) for number in range(crowds)]
     soft = [known.NAME for known in PENALTY if known.NAME in engines]
     runs: dict[str, list[EngineRun]] = {}
     for name in engines:
         for k in _stiffnesses(scene, name, soft, stiffnesses):
-            costly = name in soft and k != stiffnesses[0] and crowds < MANY
+            costly = name in soft and k != stiffnesses[0]
             least = 1 if name in soft[1:] else FEW if costly else crowds
+            least = crowds if crowds >= MANY else least
             made = [one.with_contact(stiffness_N_per_m=k) for one in variants[:least]]
             title = model_title(made[0], name)
             if len(made) < crowds:

@@ -10,7 +10,7 @@ from pydantic import Field, Strict, TypeAdapter, ValidationInfo, model_validator
 from analysis.scene.contact import ContactModel
 from analysis.scene.values import Count, Number, Part, Point, Positive, means_of
 from nscd import Walls
-from nscd.segments import nearest_on_segment
+from nscd.segments import headed
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
 # given: pushed people lose their speed in 0.1 to 1 s.
@@ -89,13 +89,14 @@ class Drive(Part):
 
     def desired_velocity(self, position: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         """Compute u_d of disks at position (n,2) m, in m/s, shape (n,2)."""
-        start, end = (np.array(point) for point in self.target())
-        outward = np.array(self.outward)
-        to_door = nearest_on_segment(position, start, end) - position
-        distance = np.hypot(*to_door.T)
-        gone = ((position - np.array(self.door_start_m)) @ outward >= 0) | (distance == 0)
-        direction = to_door / np.where(distance > 0, distance, 1.0)[:, None]
-        return np.asarray(self.speed_m_per_s * np.where(gone[:, None], outward, direction))
+        velocity: np.ndarray[Any, Any] = headed(
+            np.array(position, dtype=np.float64, order="C"),
+            *self.target(),
+            self.outward,
+            self.door_start_m,
+            self.speed_m_per_s,
+        )
+        return velocity
 
 
 class Push(Part):

@@ -6,11 +6,13 @@ import dataclasses
 import numpy as np
 
 from analysis.scene.anthropometry import apart
-from analysis.scene.scene import Scene
+from analysis.scene.scene import Scene, SceneError
 from analysis.scene.shipped_scenes import SEEDED, make
 
 # How well the place (m) and the radius (share) of a person in a given scene are taken to be known.
 PLACE_M, RADIUS_SHARE = 0.02, 0.02
+# A crowd in which somebody has come through the door or a wall is drawn again, so often at most.
+DRAWS = 50
 
 
 def variant(scene: Scene, number: int) -> Scene:
@@ -18,9 +20,10 @@ def variant(scene: Scene, number: int) -> Scene:
 
     A shipped scene of random disks is made with another seed. Any other has its places moved at
     random, by 2 cm in the mean square along each axis, and its radii multiplied by 1 ± 2 %; disks
-    that then overlap are pushed apart as little as possible.
+    that then overlap are pushed apart as little as possible. Where somebody is then outside the
+    walls, as who stood in the door may be, all are drawn again.
 
-    Raises StepError where they cannot be."""
+    Raises StepError where they cannot be pushed apart, SceneError where somebody stays outside."""
     if number == 0:
         return scene
     if scene.name in SEEDED and _is_shipped(scene):
@@ -28,13 +31,22 @@ def variant(scene: Scene, number: int) -> Scene:
         return scene.model_copy(update={"snapshot": crowd})
     random = np.random.default_rng([2, number])
     given = scene.snapshot
-    moved = dataclasses.replace(
-        given,
-        position=given.position + random.normal(0.0, PLACE_M, given.position.shape),
-        radius=given.radius * random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, len(given)),
-    )
-    crowd = apart(moved, scene.wall_segments())
-    return scene.model_copy(update={"snapshot": crowd, "reconciliation": None})
+    for draws in range(DRAWS):
+        moved = dataclasses.replace(
+            given,
+            position=given.position + random.normal(0.0, PLACE_M, given.position.shape),
+            radius=given.radius * random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, len(given)),
+        )
+        crowd = apart(moved, scene.wall_segments())
+        made = scene.model_copy(update={"snapshot": crowd, "reconciliation": None})
+        try:
+            made.check(f"{scene.name}, crowd {number}")
+        except SceneError:
+            if draws == DRAWS - 1:
+                raise
+        else:
+            break
+    return made
 
 
 def how_varied(scene: Scene) -> str:

@@ -10,7 +10,7 @@ from numba import njit
 
 from nscd.arrays import Flags, Floats
 from nscd.solvers.cholesky.factor import factorise
-from nscd.solvers.closing import EXACT, PENALTY, close_contacts
+from nscd.solvers.closing import CLOSED, EXACT, PENALTY, close_contacts
 from nscd.solvers.projected_gradient import descend
 from nscd.solvers.system import System, approach, even, stiffness
 from nscd.solvers.task import UNKNOWN, Answer, Held, Task
@@ -107,7 +107,7 @@ def close_set(
     theta = PENALTY * stiffness(system)
     closed = closed.copy()
     reaction, velocity, done, error, settled = _rounds(
-        system, task.factor, closed, theta, ROUNDS, thorough
+        system, task.factor, closed, theta, ROUNDS, thorough, CLOSED
     )
     task.workspace.held = Held(np.where(closed, theta, 0.0), closed) if settled else UNKNOWN
     least = bool(settled) and even(system.inverse_mass)
@@ -115,7 +115,9 @@ def close_set(
 
 
 @njit(cache=True)
-def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: Any, thorough: Any) -> Any:
+def _rounds(
+    system: Any, factor: Any, closed: Any, theta: Any, most: Any, thorough: Any, enough: Any
+) -> Any:
     k = len(closed)
     w, b, scale = system.inverse_mass, system.offset, system.scale
     weight, reaction, v, pressed = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
@@ -133,10 +135,10 @@ def _rounds(system: Any, factor: Any, closed: Any, theta: Any, most: Any, thorou
         u[:] = system.free
         reaction[:] = 0.0
         approach(system, u, v)
-        close_contacts(system, factor, closed, theta, reaction, u, v, np.int64(1))
+        close_contacts(system, factor, closed, theta, reaction, u, v, np.int64(1), enough)
         changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
         if thorough or changed <= few or done == most:
-            close_contacts(system, factor, closed, theta, reaction, u, v, np.int64(STEPS))
+            close_contacts(system, factor, closed, theta, reaction, u, v, np.int64(STEPS), enough)
             changed = _find_wrong(w, b, scale, closed, reaction, v, wrong)
             error = 0.0
             for c in range(k):

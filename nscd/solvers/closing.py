@@ -15,6 +15,8 @@ from nscd.solvers.task import Answer, Held, Task
 PENALTY = 1e6
 # Gaps and openings are known to this share of ‖u⁻‖∞.
 EXACT = 1e-14
+# To this share of it they are closed, where nothing less is enough.
+CLOSED = 1e-15
 # For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are
 # redundant.
 FIRM = 1e9
@@ -23,14 +25,15 @@ STEPS = 200
 
 @njit(cache=True)
 def close_contacts(
-    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: Any
-) -> int:
+    system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: Any, enough: Any
+) -> int:  # fmt: skip
     """Close contacts by the method of multipliers, λ ← λ + θ(Cu − b); return the steps taken.
 
     factor: of Â + CᵀΘC
     closed: (k,) the contacts
     reaction, u, v: (k,) λ, (n,d), (k,) C u, changed in place
     most: steps
+    enough: to this share of ‖u⁻‖∞
 
     λ is kept for the open contacts as well (it presses nothing there). u is corrected by the
     momentum that is still out of balance, so that rounding does not grow with θ."""
@@ -56,7 +59,7 @@ def close_contacts(
             reaction[c] += theta[c] * change[c]
             if closed[c]:
                 open_by = max(open_by, abs(v[c] - system.offset[c]))
-        if open_by <= 1e-15 * system.scale or (steps > 2 and open_by > 0.8 * before):
+        if open_by <= enough * system.scale or (steps > 2 and open_by > 0.8 * before):
             break
         before = open_by
     return steps
@@ -78,7 +81,7 @@ def maintained(task: Task) -> Answer:
         task.workspace.held = Held(theta, closed)
         reaction, velocity = np.zeros(k), system.free.copy()
         approach(system, velocity, v)
-        steps += close_contacts(system, factor, closed, theta, reaction, velocity, v, STEPS)
+        steps += close_contacts(system, factor, closed, theta, reaction, velocity, v, STEPS, CLOSED)
         if np.abs(v - system.offset).max() <= 100.0 * EXACT * system.scale:
             break
     return task.answer(reaction, velocity, steps, least=True)

@@ -10,7 +10,9 @@ from numba import njit
 
 from nscd.solvers.task import Answer, Task
 
-POWER_ITERATIONS = 20
+# More make steps shorter and sweeps more: momentum is stable up to 4/3 of the right step, and after
+# ten iterations the step is at most 1.1 of it (measured on crowds of 594 and 5,000).
+POWER_ITERATIONS = 10
 CHECK = 25
 MOST_SWEEPS = 200_000
 # The solver stops a little before the tolerance, so that rounding does not carry it beyond.
@@ -99,7 +101,7 @@ def _descend(
         now[c] = max(pull[c], 0.0) * step
         ahead[c] = now[c]
     closed = np.zeros(k, np.bool_)
-    momentum = 1.0
+    since = 0.0  # sweeps since the last restart
     for sweep in range(most):
         _gather(first, second, x, y, ahead, ux, uy)
         for i in range(n):
@@ -120,8 +122,8 @@ def _descend(
                 return np.maximum(ahead, 0.0), sweep + 1, True
             if sweep + 1 >= EARLY and pressed > redundant:
                 return np.maximum(ahead, 0.0), sweep + 1, False
-        further = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum * momentum))
-        beta = (momentum - 1.0) / further
+        beta = since / (since + 2.0)
+        since += 1.0
         uphill = 0.0
         for c in range(k):
             i, j = first[c], second[c]
@@ -131,9 +133,8 @@ def _descend(
             uphill += gradient * move
             now[c] = new
             ahead[c] = new + beta * move
-        momentum = further
         if uphill > 0.0:
-            momentum = 1.0
+            since = 0.0
             ahead[:] = now
     return now, most, False
 

@@ -17,7 +17,7 @@ from nscd.contacts import Contacts
 from nscd.solvers.active_set import ROUNDS, _rounds
 from nscd.solvers.cholesky.factor import factor_by_rows
 from nscd.solvers.closed_form import answer_at_once
-from nscd.solvers.closing import PENALTY
+from nscd.solvers.closing import CLOSED, PENALTY
 from nscd.solvers.projected_gradient import descend
 from nscd.solvers.system import EVEN, System, add_reactions, approach
 from nscd.solvers.task import Held
@@ -26,6 +26,8 @@ from nscd.solvers.velocity_error import _by_factor
 
 SWEEPS, STEADY, STEADY_SHARE = AT.few_sweeps, AT.steady, AT.steady_share
 ISOSTATIC, REDUNDANT = AT.isostatic, AT.redundant
+# To this share of the tolerance contacts are closed where no bound of the error is asked for.
+SHARE_OF_TOLERANCE = 1e-3
 # How a call ends.
 SOLVED, OTHER, UNSETTLED = 0, 1, 2
 
@@ -201,9 +203,11 @@ def _descend_and_close(
     end, bound = UNSETTLED, 0.0
     if (settled or share >= REDUNDANT) and not ISOSTATIC < share < REDUNDANT:
         theta = np.full(k, PENALTY * (1.0 / system.inverse_mass.max()))
+        # contacts of a step need not be closed to rounding
+        enough = CLOSED if bounded else max(CLOSED, SHARE_OF_TOLERANCE * tolerance)
         # numbers of NumPy: a literal would compile the kernel once more
         better, moved, done, error, exact = _rounds(
-            system, factor, closed, theta, np.int64(ROUNDS), np.bool_(False)
+            system, factor, closed, theta, np.int64(ROUNDS), np.bool_(False), enough
         )
         iterations += done
         if exact and error <= tolerance:

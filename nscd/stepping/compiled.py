@@ -47,7 +47,7 @@ class Stepped(NamedTuple):
     reaction: (k,) N·s
     velocity: (n,2) m/s, u⁺
     error: dimensionless, the residual or the imbalance of momentum, recomputed
-    iterations, repeats: of the solver; how often the margin was too small"""
+    iterations, repeats: of the solver; how often contacts were missed"""
 
     end: int
     neighbours: Neighbours
@@ -76,9 +76,42 @@ def stepped(bodies: Any, step: float, restitution: float, gained: float, toleran
             _rebound(system, bodies.velocity, restitution, gained)
         end, reaction, velocity, sweeps, error = _solved(system, bodies.velocity, tolerance)
         needed = 2.0 * step * fastest(velocity)
-        if end != SOLVED or needed <= margin or repeats == REPEATS:
+        if end != SOLVED or repeats == REPEATS or not missed(bodies, velocity, step, margin):
             return Stepped(end, near, reaction, velocity, error, sweeps, repeats)
         margin = needed
+
+
+@njit(cache=True)
+def missed(bodies: Any, velocity: Any, step: float, margin: float) -> bool:
+    """Tell whether velocities (n,2) m/s would close within a step (s) a gap beyond the margin (m)
+    within which contacts were looked for."""
+    needed = 2.0 * step * fastest(velocity)
+    if needed <= margin:
+        return False
+    near = find(bodies.position, bodies.radius, bodies.segments, needed)
+    for c in range(len(near.gap)):
+        i, j = near.first[c], near.second[c]
+        x, y = velocity[i, 0], velocity[i, 1]
+        if j >= 0:
+            x, y = x - velocity[j, 0], y - velocity[j, 1]
+        closing = step * (near.normal[c, 0] * x + near.normal[c, 1] * y)
+        if near.gap[c] > margin and closing > near.gap[c]:
+            return True
+    return False
+
+
+@njit(cache=True)
+def freed(velocity: Any, desired: Any, share: float, gain: Any) -> Any:
+    """Velocities (n,2) m/s after a step without contacts, (u + g + a u_d)/(1 + a), and the largest
+    component (m/s) of what they gained. Where nobody drives, desired is empty."""
+    free, most = np.empty_like(velocity), 0.0
+    for i in range(len(velocity)):
+        for a in range(2):
+            free[i, a] = velocity[i, a] + gain[a]
+            if len(desired):
+                free[i, a] = (free[i, a] + share * desired[i, a]) / (1.0 + share)
+            most = max(most, abs(free[i, a] - velocity[i, a]))
+    return free, most
 
 
 @njit(cache=True)

@@ -9,13 +9,12 @@ import numpy as np
 
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot, Walls
-from nscd.friction import carried_over, problem_of, solve_step
 from nscd.problem import ContactProblem
 from nscd.solvers.ladder import at_once, climb
 from nscd.solvers.small import SOLVED
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
-from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, stepped
+from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, freed, missed, stepped
 from nscd.stepping.push import Push
 from nscd.stepping.report import StepError, StepReport, both
 from nscd.stepping.search import Neighbours, neighbours, segments_of
@@ -143,10 +142,8 @@ class Motion:
 
     def _advance(self) -> StepReport:
         h, a = self.step, self._share
-        free = self.velocity + self._gain
-        if self._desired is not None:
-            free = (free + a * self._desired(self.position)) / (1 + a)
-        gained = float(np.abs(free - self.velocity).max(initial=0.0))
+        desired = self._desired(self.position) if self._desired else np.empty((0, 2))
+        free, gained = freed(self.velocity, desired, a, self._gain)
         done, velocity = self._at_once(free, gained) or self._by_ladder(free, gained)
         self.velocity = np.ascontiguousarray(velocity[:, :2])
         if self._friction:
@@ -161,8 +158,7 @@ class Motion:
         loose, many = self._tolerance >= LOOSE, len(self.mass) >= AT.large
         if self._friction or not len(self.mass) or (not loose and (many or not at_once())):
             return None
-        mass = (1 + self._share) * self.mass
-        bodies = Bodies(self.position, self.velocity, free, self.radius, mass, self._walls)
+        bodies = self._bodies(free)
         done = stepped(bodies, self.step, self._restitution, gained, self._tolerance)
         if done.end != SOLVED or not done.error <= STALLED * self._tolerance:
             return None
@@ -178,15 +174,13 @@ class Motion:
         return report, done.velocity
 
     def _by_ladder(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
-        h, mass = self.step, (1 + self._share) * self.mass
+        h, bodies = self.step, self._bodies(free)
         margin = 2 * h * max(fastest(free), fastest(self.velocity))
         repeats = -1
-        needed = np.inf
-        while needed > margin and repeats < REPEATS:
+        while True:
             repeats += 1
-            margin = margin if repeats == 0 else needed
             near = neighbours(self.position, self.radius, self._walls, margin)
-            problem = _problem(near, mass, free, self.position, near.gap / h)
+            problem = _problem(near, bodies.mass, free, self.position, near.gap / h)
             problem = self._rebounding(problem, near, gained)
             answer, tangential, error = (
                 self._rubbing(problem, near) if self._friction else self._smooth(problem)
@@ -196,7 +190,9 @@ class Motion:
                     f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
                     f"where {self._tolerance:.1e} was asked"
                 )
-            needed = 2 * h * fastest(answer.velocity)
+            if repeats == REPEATS or not missed(bodies, answer.velocity, h, margin):
+                break
+            margin = 2 * h * fastest(answer.velocity)
         report = StepReport(
             neighbours=near,
             reaction=answer.reaction,
@@ -208,12 +204,19 @@ class Motion:
         )
         return report, answer.velocity
 
+    def _bodies(self, free: Floats) -> Bodies:
+        mass = (1 + self._share) * self.mass
+        return Bodies(self.position, self.velocity, free, self.radius, mass, self._walls)
+
     def _smooth(self, problem: ContactProblem) -> tuple[Answer, Floats, float]:
         answer, error = _solve(problem, self._tolerance)
         return answer, np.zeros(len(answer.reaction)), error
 
     def _rubbing(self, problem: ContactProblem, near: Neighbours) -> tuple[Answer, Floats, float]:
         """The answer with Coulomb's law, velocities with spins (n,3), and its friction (k,) N·s."""
+        # slow to import, and most crowds have none
+        from nscd.friction import carried_over, problem_of, solve_step
+
         rubbing = problem_of(
             pairs=(near.first, near.second),
             normal=near.normal,

@@ -24,7 +24,7 @@ class StepReport:
     friction: (k,) N·s, along t = (−n_y, n_x)
     residual: dimensionless, recomputed
     iterations: of the solver
-    repeats: how often the margin was too small
+    repeats: how often contacts were missed
     solver: its name"""
 
     neighbours: Neighbours

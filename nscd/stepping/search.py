@@ -9,10 +9,8 @@ from numba import njit
 
 from nscd.arrays import Floats, Index32
 from nscd.bodies import Walls
+from nscd.cells import cells_of
 from nscd.segments import Segments, connect, is_of_another, share_of
-
-# A grid never has more cells than this times the number of disks: who has left the room may be far.
-CELLS_PER_DISK = 8
 
 
 class Neighbours(NamedTuple):
@@ -76,20 +74,8 @@ def find(position: Any, radius: Any, segments: Any, margin: float) -> Any:
 @njit(cache=True)
 def _search(position: Any, radius: Any, segments: Any, margin: float, out: Any) -> int:
     n, most = len(radius), len(out.gap)
-    cell = 2.0 * radius.max() + max(margin, 0.0)
-    x0, y0 = position[:, 0].min(), position[:, 1].min()
-    room = CELLS_PER_DISK * n + 64
-    nx = int(min((position[:, 0].max() - x0) / cell + 1.0, room))
-    ny = int(min((position[:, 1].max() - y0) / cell + 1.0, room / nx + 1.0))
-    head = np.full((nx, ny), -1, np.int32)
-    after = np.full(n, -1, np.int32)
-    at = np.empty((n, 2), np.int32)
-    for a in range(n - 1, -1, -1):
-        i = min(int(min((position[a, 0] - x0) / cell, room)), nx - 1)
-        j = min(int(min((position[a, 1] - y0) / cell, room)), ny - 1)
-        at[a, 0], at[a, 1] = i, j
-        after[a] = head[i, j]
-        head[i, j] = a
+    head, after, at = cells_of(position, 2.0 * radius.max() + max(margin, 0.0))
+    nx, ny = head.shape
     count = 0
     for a in range(n):
         for p in range(max(at[a, 0] - 1, 0), min(at[a, 0] + 2, nx)):

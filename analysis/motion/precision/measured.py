@@ -56,7 +56,12 @@ class Bias:
     @property
     def within(self) -> float:
         """Give the end of the interval that is farther from zero: what the error is at most."""
-        return max(abs(self.low), abs(self.high))
+        return farther(self.low, self.high)
+
+
+def farther(low: float, high: float) -> float:
+    """Give how far from zero the farther end of an interval is."""
+    return max(abs(low), abs(high))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

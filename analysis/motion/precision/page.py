@@ -21,6 +21,8 @@ from analysis.pages.words import Words
 from analysis.scene.variation import how_varied
 
 COLUMNS = 3
+# Between words above a panel, as a share of its width.
+APART = 0.06
 
 
 def whole_runs_section(found: Precision) -> Section:
@@ -81,7 +83,7 @@ def whole_runs_picture(found: Precision) -> Figure:
     panels = figure.subplots(lines, COLUMNS, squeeze=False).ravel()
     for axes, name in zip(panels, names, strict=False):
         _draw(axes, found, name)
-        axes.set(title=found.statistics[name].title, xscale="log")
+        axes.set_title(found.statistics[name].title, pad=52)
         axes.set(xlabel="CPU time of a run (s)", ylabel="above the reference (%)")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
@@ -97,7 +99,7 @@ def whole_runs_picture(found: Precision) -> Figure:
 def _draw(axes: Axes, found: Precision, name: str) -> None:
     """One panel: an engine has a colour and a marker, which is hollow where it is coarse."""
     engines = list(dict.fromkeys(one.setting.engine for one in found.every))
-    for at, one in enumerate(found.every):
+    for one in found.every:
         place = engines.index(one.setting.engine) % len(COLOURS)
         bias, colour = one.bias(found.reference, name), COLOURS[place]
         coarse = one.setting.is_coarse
@@ -111,17 +113,38 @@ def _draw(axes: Axes, found: Precision, name: str) -> None:
             capsize=3,
             label="_" if coarse else engine_name(one.setting.engine),
         )
-        if not coarse:
-            axes.annotate(
-                one.setting.short,
-                (one.cpu_seconds, 100 * bias.share),
-                xytext=(6, 4 - 13 * (at % 2)),
-                textcoords="offset points",
-                fontsize=8,
-                color=colour,
-            )
     axes.axhline(0.0, color=GRID, zorder=0)
-    axes.margins(x=0.2, y=0.12)
+    axes.set_xscale("log")
+    axes.margins(x=0.1, y=0.12)
+    _name(axes, found, name, engines)
+
+
+def _name(axes: Axes, found: Precision, name: str, engines: Sequence[str]) -> None:
+    """Write the settings above a panel, side by side in the order of their cost, each with a line
+    to its point: points lie too near to each other for words."""
+    named = sorted(
+        (one for one in found.every if not one.setting.is_coarse), key=lambda one: one.cpu_seconds
+    )
+    left, right = np.log(axes.get_xlim())
+    at = (np.log([one.cpu_seconds for one in named]) - left) / (right - left)
+    for place in range(1, len(at)):
+        at[place] = max(at[place], at[place - 1] + APART)
+    for place in reversed(range(len(at))):
+        at[place] = min(at[place], 1.0 - APART * (len(at) - 1 - place))
+    for one, share in zip(named, at, strict=True):
+        colour = COLOURS[engines.index(one.setting.engine) % len(COLOURS)]
+        axes.annotate(
+            one.setting.short,
+            (one.cpu_seconds, 100 * one.bias(found.reference, name).share),
+            xytext=(share, 1.03),
+            textcoords="axes fraction",
+            rotation=90,
+            ha="center",
+            va="bottom",
+            fontsize=8,
+            color=colour,
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6},
+        )
 
 
 def _reach(bias: Bias) -> Sequence[float]:

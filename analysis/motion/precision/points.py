@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from analysis.motion.precision.measured import Precision
+from analysis.motion.precision.measured import Precision, farther
 from analysis.motion.precision.settings import Setting
 from analysis.scene.scene import first_problem
 from analysis.support.files import write_json, write_rows
@@ -62,7 +62,7 @@ class WholeRunPoint:
         """Give what the error is at most: the end of the interval that is farther from zero."""
         if self.bias_low is None or self.bias_high is None:
             return None
-        return max(abs(self.bias_low), abs(self.bias_high))
+        return farther(self.bias_low, self.bias_high)
 
     @property
     def setting(self) -> Setting:
