@@ -18,8 +18,7 @@ from nscd.arrays import (
     whole_numbers,
 )
 from nscd.bodies import Snapshot, Walls
-from nscd.cells import pairs_within
-from nscd.segments import connect, own_nearest
+from nscd.segments import connect, own_nearest, pairs_within
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -9,8 +9,7 @@ from numba import njit
 
 from nscd.arrays import Floats, Index32
 from nscd.bodies import Walls
-from nscd.cells import cells_of
-from nscd.segments import Segments, connect, is_of_another, share_of
+from nscd.segments import Segments, cells_of, connect, is_of_another, share_of
 
 
 class Neighbours(NamedTuple):
