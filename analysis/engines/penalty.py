@@ -92,7 +92,7 @@ def penalty_of(scene: Scene) -> Penalty:
     crossing = float(scene.snapshot.radius.min()) / (speed_most(scene) + 1e-300)
     safe = min(STEP_FRACTION * shortest, CROSSING_FRACTION * crossing)
     try:
-        step, interval = divided(run, run.time_step_s, safe)
+        step, interval = divided(run, run.time_step_s or safe)
     except OverflowError as error:
         raise ValueError(
             f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}; "

@@ -56,7 +56,7 @@ def timing(scene: Scene) -> Timing:
         share * reach / speed if speed else run.duration_s for share in (STEP_SHARE, SAFE_SHARE)
     )
     try:
-        step, interval = divided(run, None, run.rigid_step_s or longest)
+        step, interval = divided(run, run.rigid_step_s or longest)
     except OverflowError as error:
         raise ValueError(
             f"{scene.name}: run.duration_s: {run.duration_s:g} s are {error}"

@@ -38,17 +38,14 @@ class Timing:
     wall_stiffness: float | None = None
 
 
-def divided(run: Run, given_s: float | None, longest_s: float) -> tuple[float, int]:
-    """Return the time step (s) and the steps between two frames.
-
-    given_s: a time step that is asked for; longest_s: otherwise the longest one, shortened a little
-        so that frames fall on the same instants whatever it is
+def divided(run: Run, longest_s: float) -> tuple[float, int]:
+    """Return the time step (s) and the steps between two frames: a step of at most longest_s,
+    shortened a little so that frames fall on the same instants whatever it is.
 
     Raises OverflowError where there are too many steps to count."""
     between_frames = run.duration_s / run.frames
-    if not between_frames / (given_s or longest_s) < UNCOUNTABLE:
+    if not between_frames / longest_s < UNCOUNTABLE:
         raise OverflowError("too many steps to count")
-    if given_s:
-        return given_s, max(1, round(between_frames / given_s))
     interval = max(1, int(np.ceil(between_frames / longest_s * (1 - ROUNDING))))
-    return between_frames / interval, interval
+    step = between_frames / interval
+    return (longest_s if abs(step - longest_s) <= ROUNDING * longest_s else step), interval

@@ -122,7 +122,8 @@ class Run(Part):
 
     duration_s: s
     frames: how many after the first
-    time_step_s: s, of LAMMPS and YADE; follows from the stiffness where left out
+    time_step_s: s, of LAMMPS and YADE at most; it is shortened to fit between frames. Follows from
+        the stiffness where left out
     drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
     rigid_step_s: s, of the rigid engine at most; it is shortened to fit between frames. Follows
         from radius and speed where left out

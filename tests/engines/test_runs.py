@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from at_hand import ROOT, require
 
+from analysis.engines import ENGINES as EVERY
 from analysis.engines import EngineError, RunRecord, engine
 from analysis.engines.run import finished_run, simulate
 from analysis.scene.scene import read_scene
@@ -148,6 +149,17 @@ def test_a_run_that_explodes_leaves_the_earlier_results(tmp_path, quick, name, t
     )
     assert content(folder) == before
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_given_step_is_shortened_to_fit_between_frames():
+    """So that the last frame is at the end, whatever the step; one that fits stays as it is."""
+    pair = read_scene("pair").with_run(duration_s=0.1, frames=3)
+    for known in EVERY:
+        timing = known.timing(pair.with_run(time_step_s=3e-4, rigid_step_s=3e-4))
+        assert timing.time_step == pytest.approx(0.1 / 3 / 112, rel=1e-14)
+        assert (timing.frame_interval, timing.steps) == (112, 336)
+        fits = known.timing(pair.with_run(frames=10000, time_step_s=2e-6, rigid_step_s=2e-6))
+        assert (fits.time_step, fits.frame_interval) == (2e-6, 5)
 
 
 def test_hot_contacts_are_found(tmp_path):

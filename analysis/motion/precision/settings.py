@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil
 from pathlib import Path
 
 from analysis.engines import ENGINES, PENALTY, engine
 from analysis.engines.run import EngineRun, run_folder
+from analysis.engines.timing import divided
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, significant
 from analysis.scene.scene import Scene
@@ -68,7 +68,7 @@ class Setting:
         if self.longer == 1:
             return made
         safe = engine(self.engine).timing(made).safe_time_step
-        return made.with_run(time_step_s=_dividing(made, self.longer * safe))
+        return made.with_run(time_step_s=divided(made.run, self.longer * safe)[0])
 
     def run(self, scene: Scene, out: Path) -> EngineRun:
         """Name the run of a scene with this setting in the folder."""
@@ -79,18 +79,12 @@ class Setting:
         )
 
 
-def _dividing(scene: Scene, longest_s: float) -> float:
-    """The longest step (s), up to one, that divides the time between frames."""
-    between = scene.run.duration_s / scene.run.frames
-    return float(f"{between / ceil(between / longest_s - 1e-9):.12g}")
-
-
 def settings_of(scene: Scene, engines: Sequence[str]) -> list[Setting]:
     """List the settings of a scene, the reference first: the rigid engine at its shortest step."""
     found = []
     if RIGID in engines:
         own = engine(RIGID).timing(scene).time_step
-        steps = [_dividing(scene, share * own) for share in STEPS]
+        steps = [divided(scene.run, share * own)[0] for share in STEPS]
         found += [Setting(engine=RIGID, step_s=step) for step in dict.fromkeys(steps)]
         found += [Setting(engine=RIGID, step_s=own, tolerance=one) for one in TOLERANCES]
     k = scene.contact.stiffness_N_per_m

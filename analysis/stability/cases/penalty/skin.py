@@ -22,7 +22,7 @@ from analysis.stability.frames import run_frames
 from analysis.stability.trial import Edit
 
 SPEED_M_PER_S = 1.0
-STEP_S = 0.1 * PERIOD_S
+STEP_S, FRAMES = 0.1 * PERIOD_S, 100
 RENEWAL = "neigh_modify every 1 delay 0 check yes binsize 1.0"
 
 
@@ -54,10 +54,10 @@ def attempt(skin: float, row: Search, folder: Path) -> Cell:
     """Let two disks meet, each at SPEED_M_PER_S, that start just outside the skin (m) of the row's
     neighbour list."""
     gap = skin * (1 + 1e-6)
-    duration = (gap + 4 * RADIUS_M) / SPEED_M_PER_S
+    between = np.ceil((gap + 4 * RADIUS_M) / SPEED_M_PER_S / (FRAMES * STEP_S)) * STEP_S
     scene = scene_of(
         disks(line(2, 2 * RADIUS_M + gap), [[SPEED_M_PER_S, 0.0], [-SPEED_M_PER_S, 0.0]]),
-        Run(duration_s=duration, frames=100, time_step_s=STEP_S),
+        Run(duration_s=FRAMES * between, frames=FRAMES, time_step_s=STEP_S),
     )
     frames = run_frames(scene, row.engine, folder, row.edits(skin))
     passed = len(frames.position) and frames.position[-1, 1, 0] < frames.position[-1, 0, 0]

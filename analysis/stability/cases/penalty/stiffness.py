@@ -1,5 +1,6 @@
 """Stiffness against load and time step."""
 
+from math import ceil
 from pathlib import Path
 
 from analysis.scene.scene import ContactModel, Run
@@ -38,7 +39,7 @@ def attempt(ratio: float, step: float, folder: Path) -> Cell:
     scene = scene_of(
         disks(position),
         Run(
-            duration_s=max(4.0, 4000 * step),
+            duration_s=FRAMES * step * ceil(max(4.0 / step, 4000.0) / FRAMES),
             frames=FRAMES,
             time_step_s=step,
             drive_interval_steps=1,
