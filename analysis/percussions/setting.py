@@ -33,7 +33,8 @@ class Setting:
     left_velocity: see `left_velocity_of`; None: desired where there is a drive, else dump
     window: s, Δt of the left velocity `free`
 
-    Raises ValueError naming the field for what is not finite, negative or unknown."""
+    Raises ValueError naming the field for what is not finite, negative or unknown, and for friction
+    of walls where there are none."""
 
     walls: Walls | None = None
     wall_names: tuple[str, ...] = ()
@@ -48,6 +49,8 @@ class Setting:
 
     def __post_init__(self) -> None:
         self.law  # noqa: B018  (refuses what is no coefficient)
+        if self.wall_friction is not None and not (self.walls is not None and len(self.walls)):
+            raise ValueError(f"wall_friction: {self.wall_friction:g}; there are no walls")
         if not 0 <= self.contact_tolerance < math.inf:
             raise ValueError(
                 f"contact_tolerance: {self.contact_tolerance} m; a finite length ≥ 0 is needed"

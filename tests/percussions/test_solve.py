@@ -122,6 +122,7 @@ def test_coinciding_disks_name_the_file(tmp_path):
         ({"left_velocity": "wished"}, "left_velocity: 'wished'; there are: desired, dump, free"),
         ({"friction": -0.1}, "friction: -0.1; a finite number ≥ 0"),
         ({"wall_friction": math.nan}, "wall_friction: nan; a finite number ≥ 0"),
+        ({"wall_friction": 0.3}, "wall_friction: 0.3; there are no walls"),
         ({"largest_overlap": math.nan}, "largest_overlap: nan; a share"),
         ({"time_step": math.nan}, "time_step: nan s; a finite time above 0"),
     ],
