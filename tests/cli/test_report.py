@@ -5,6 +5,7 @@ import json
 import pytest
 from browser import BROWSER, opened, rows_of
 
+from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 
 
@@ -61,10 +62,10 @@ def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
 
 
 def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_path, monkeypatch):
-    make("jam", 20).with_run(duration_s=1.0, frames=2).write(tmp_path)
+    read_scene("pair").with_run(duration_s=0.03, frames=100).write(tmp_path)
     monkeypatch.setenv("PATH", "/nonexistent")
     engines = ("--engine", "lammps", "--engine", "yade")
-    made = percussions("report", "jam.toml", *engines, "--stiffness", 1e6, "--seeds", 0)
+    made = percussions("report", "pair.toml", *engines, "--stiffness", 1e6, "--seeds", 0)
     assert made.returncode == 0, made.stderr
     assert "yade" in made.stderr
     assert "apt-get install --no-install-recommends yade" in made.stderr
