@@ -96,7 +96,8 @@ lint: $(VENV)/installed-test
 
 test: system-test $(VENV)/installed
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/kernels lint
-	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+	# one worker more than cores: engines that are awaited leave cores idle
+	$(PYTHON) -m pytest -n $$(( $$(nproc) + 1 )) --dist loadfile --no-loadscope-reorder
 
 bench: install
 	@$(PIP) --editable '.[bench]'
