@@ -12,14 +12,14 @@ from analysis.cli.real.import_crowd import import_
 from analysis.cli.real.push import push
 from analysis.cli.report import report
 from analysis.cli.run import run
-from analysis.cli.scenes import scenes
+from analysis.cli.scenes import new, scenes
 from analysis.cli.solve import solve
 from analysis.cli.stability import stability
 
 __all__ = ["app"]
 
 for command in (
-    scenes, run, import_, solve, compare, film, exposure, report, chart, stability, advise, paper, push,
+    scenes, new, run, import_, solve, compare, film, exposure, report, chart, stability, advise, paper, push,
     doctor,
 ):  # fmt: skip
     app.command(name=command.__name__.rstrip("_"))(command)

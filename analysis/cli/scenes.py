@@ -1,11 +1,12 @@
-"""percussions scenes."""
+"""percussions scenes and new."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, count, show, warn
+from analysis.cli.app import Out, count, positive, share, show, warn
 
 
 def scenes(
@@ -43,3 +44,83 @@ def scenes(
         ],
         numbers_from=4,
     )
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="Name of the scene.")],
+    people: Annotated[int, typer.Option(parser=count, help="How many people.")],
+    door: Annotated[
+        str,
+        typer.Option(help="Width in m; with --geometry its two ends: x,y,x,y in m."),
+    ],
+    room: Annotated[
+        str | None,
+        typer.Option(help="LENGTHxWIDTH in m; the door is in the middle of a side of WIDTH."),
+    ] = None,
+    geometry: Annotated[
+        Path | None,
+        typer.Option(help="WKT or GeoJSON file of the floor in m, instead of a room."),
+    ] = None,
+    people_from: Annotated[
+        str | None,
+        typer.Option(help="Radii and masses of a survey: 'ANSUR II', … men, … women."),
+    ] = None,
+    radius: Annotated[float, typer.Option(parser=positive, help="Mean radius in m.")] = 0.2,
+    radius_spread: Annotated[
+        float, typer.Option(parser=share, help="Radii are uniform within this share about it.")
+    ] = 0.1,
+    mass: Annotated[float, typer.Option(parser=positive, help="Mass of each in kg.")] = 75.0,
+    push: Annotated[
+        float, typer.Option(parser=positive, help="Push of a person who is held, in N.")
+    ] = 150.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(parser=positive, help="Desired speed in m/s; else push · 0.5 s / mass."),
+    ] = None,
+    duration: Annotated[
+        float, typer.Option(parser=positive, help="Time to simulate, in s.")
+    ] = 10.0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 1,
+    out: Out = Path("."),
+) -> None:
+    """Write a scene of a crowd before the door of a room, and a picture of it.
+
+    Example: percussions new my_room --room 8x6 --door 0.8 --people 150 --people-from "ANSUR II"
+    --push 100"""
+    from analysis.pages.report_charts import scene_picture
+    from analysis.scene.anthropometry import Varied
+    from analysis.scene.rooms import Crowd, from_geometry, read_area
+    from analysis.scene.rooms import room as rectangle
+    from analysis.support.files import whole_file
+
+    if (room is None) == (geometry is None):
+        raise ValueError("room: either --room or --geometry is needed")
+    if (out / f"{name}.toml").exists():
+        raise ValueError(f"{out / name}.toml: exists already; give another name or --out")
+    varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
+    crowd = Crowd(people=people, radius=radius, mass=mass, varied=varied, push=push, speed=speed)
+    if geometry is None:
+        length, width = _lengths("room", room or "", "x", 2)
+        (gap,) = _lengths("door", door, ",", 1)
+        scene = rectangle(name, length, width, gap, crowd, duration)
+    else:
+        x0, y0, x1, y1 = _lengths("door", door, ",", 4)
+        scene = from_geometry(name, read_area(geometry), ((x0, y0), (x1, y1)), crowd, duration)
+    made = scene.write(out)
+    picture = made.with_suffix(".png")
+    with whole_file(picture, "wb") as file:
+        scene_picture(scene).savefig(file, format="png", dpi=150)
+    print(scene.notes)
+    print(f"{made}\n{picture}\nnext: percussions report {made}")
+
+
+def _lengths(key: str, text: str, between: str, wanted: int) -> list[float]:
+    """The numbers of an option, in m."""
+    try:
+        numbers = [float(part) for part in text.split(between)]
+    except ValueError:
+        numbers = []
+    if len(numbers) != wanted or not all(map(math.isfinite, numbers)):
+        form = between.join(["m"] * wanted)
+        raise ValueError(f"{key}: {text!r}; numbers as {form} are needed")
+    return numbers

@@ -1,5 +1,6 @@
 """What a crowd is: scenes, their disks, rooms and packings."""
 
+from analysis.scene.rooms import Crowd, from_geometry, room
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -17,13 +18,16 @@ from analysis.scene.scene import (
 __all__ = [
     "Analysis",
     "ContactModel",
+    "Crowd",
     "Drive",
     "Room",
     "Run",
     "Scene",
     "SceneError",
     "Wall",
+    "from_geometry",
     "read_room",
     "read_scene",
+    "room",
     "scene_names",
 ]

@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import doctest
 import importlib.util
 import os
 import subprocess
@@ -49,6 +50,11 @@ def test_a_scene_by_hand(tmp_path):
     # what the scene's comment predicts
     for sums in compared.disk_sums():
         assert sums == pytest.approx([450 + 300, 300 + 150, 150], rel=1e-9)
+
+
+def test_a_scene_in_python():
+    page = str(ROOT / "docs/how_to/scene.md")
+    assert doctest.testfile(page, module_relative=False) == (0, 4)
 
 
 def test_an_engine_of_your_own(tmp_path, monkeypatch):
