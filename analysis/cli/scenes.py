@@ -87,7 +87,9 @@ def new(
 
     Example: percussions new my_room --room 8x6 --door 0.8 --people 150 --people-from "ANSUR II"
     --push 100"""
+    from analysis.pages.html import drawn
     from analysis.pages.report_charts import scene_picture
+    from analysis.pages.section import Picture
     from analysis.scene.anthropometry import Varied
     from analysis.scene.rooms import Crowd, from_geometry, read_area
     from analysis.scene.rooms import room as rectangle
@@ -100,18 +102,18 @@ def new(
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
     crowd = Crowd(people=people, radius=radius, mass=mass, varied=varied, push=push, speed=speed)
     if geometry is None:
-        length, width = _lengths("room", room or "", "x", 2)
         (gap,) = _lengths("door", door, ",", 1)
+        length, width = _lengths("room", room or "", "x", 2)
         scene = rectangle(name, length, width, gap, crowd, duration)
     else:
         x0, y0, x1, y1 = _lengths("door", door, ",", 4)
         scene = from_geometry(name, read_area(geometry), ((x0, y0), (x1, y1)), crowd, duration)
     made = scene.write(out)
-    picture = made.with_suffix(".png")
-    with whole_file(picture, "wb") as file:
-        scene_picture(scene).savefig(file, format="png", dpi=150)
-    print(scene.notes)
-    print(f"{made}\n{picture}\nnext: percussions report {made}")
+    shown = drawn(Picture(name=name, caption=scene.title, figure=scene_picture(scene)))
+    with whole_file(made.with_suffix(".png"), "wb") as file:
+        file.write(shown.png)
+    print(scene.notes, made, made.with_suffix(".png"), sep="\n")
+    print(f"next: percussions report {made}")
 
 
 def _lengths(key: str, text: str, between: str, wanted: int) -> list[float]:
