@@ -1,12 +1,17 @@
 """percussions scenes and new."""
 
+from __future__ import annotations
+
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from analysis.cli.app import Out, count, positive, share, show, warn
+
+if TYPE_CHECKING:
+    from analysis.scene.scene import Scene
 
 
 def scenes(
@@ -87,13 +92,9 @@ def new(
 
     Example: percussions new my_room --room 8x6 --door 0.8 --people 150 --people-from "ANSUR II"
     --push 100"""
-    from analysis.pages.html import drawn
-    from analysis.pages.report_charts import scene_picture
-    from analysis.pages.section import Picture
     from analysis.scene.anthropometry import Varied
     from analysis.scene.rooms import Crowd, from_geometry, read_area
     from analysis.scene.rooms import room as rectangle
-    from analysis.support.files import whole_file
 
     if (room is None) == (geometry is None):
         raise ValueError("room: either --room or --geometry is needed")
@@ -108,8 +109,18 @@ def new(
     else:
         x0, y0, x1, y1 = _lengths("door", door, ",", 4)
         scene = from_geometry(name, read_area(geometry), ((x0, y0), (x1, y1)), crowd, duration)
+    _written(scene, out)
+
+
+def _written(scene: Scene, out: Path) -> None:
+    """Write a scene and its picture, and say so."""
+    from analysis.pages.html import drawn
+    from analysis.pages.report_charts import scene_picture
+    from analysis.pages.section import Picture
+    from analysis.support.files import whole_file
+
     made = scene.write(out)
-    shown = drawn(Picture(name=name, caption=scene.title, figure=scene_picture(scene)))
+    shown = drawn(Picture(name=scene.name, caption=scene.title, figure=scene_picture(scene)))
     with whole_file(made.with_suffix(".png"), "wb") as file:
         file.write(shown.png)
     print(scene.notes, made, made.with_suffix(".png"), sep="\n")
