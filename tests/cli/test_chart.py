@@ -3,13 +3,17 @@
 import dataclasses
 import json
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from analysis.cli import main
 from analysis.cli.commands import app
 from analysis.engines import lammps
+from analysis.motion.precision.points import read_whole_runs
+from analysis.motion.precision.settings import whole_runs_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.stability.atlas import build, choose
@@ -28,6 +32,7 @@ from analysis.work_precision.soft_runs import (
     settings_of,
 )
 from analysis.work_precision.window import driven_window, impact_window
+from nscd import ContactLaw, find_contacts, solve
 
 pytestmark = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
 
@@ -136,6 +141,35 @@ def test_page_and_tables(tmp_path, monkeypatch):
     front = json.loads((tmp_path / "chart/pareto.json").read_text())["points"]
     assert front
     assert (tmp_path / "chart/contact_impulse.png").stat().st_size > 10_000
+
+
+def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
+    """One crowd by LAMMPS at the scene's stiffness; the chart of one instant is at hand."""
+    scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
+    at_hand = Chart(scene=scene, measured=measured, scaling=(), warnings=())
+    monkeypatch.setattr("analysis.work_precision.chart.build_chart", lambda *_, **__: at_hand)
+    monkeypatch.setattr("analysis.motion.precision.settings.ENGINES", (lammps,))
+    monkeypatch.setattr("analysis.motion.precision.settings.STIFFER", (1.0,))
+    monkeypatch.setattr("analysis.motion.precision.settings.LONGER_AT", 0)
+    scene.write(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    for runs in whole_runs_of(read_scene("four_disks.toml"), 1, Path("out")):
+        for run in runs.every:
+            run.record()  # here, which is quicker than in other processes
+    words = ["chart", "four_disks.toml", "--quick", "--seeds", "1", "--jobs", "1"]
+    made = CliRunner().invoke(app, words)
+    assert made.exit_code == 0, made.output
+    points = read_whole_runs((tmp_path / "chart/whole_runs.json").read_text(), "the chart")
+    found = {p.quantity: p.mean for p in points}
+    assert found.keys() == {"contact_sum", "contact_95"}  # there is no wall
+    contacts = find_contacts(scene.snapshot, tolerance=1e-9)
+    rigid = solve(scene.snapshot, contacts, law=ContactLaw(restitution=0.01))
+    impulses = np.hypot(*rigid.impulse.T).sum()
+    assert found["contact_sum"] == pytest.approx(impulses, rel=0.05)
+    assert all(p.cpu_seconds < p.with_impulses_s for p in points)
+    page = (tmp_path / "chart/index.html").read_text()
+    assert "LAMMPS, 10⁶ N/m" in page.split('id="whole_runs"')[1]
+    assert (tmp_path / "chart/whole_runs.csv").read_text().count("\n") == 1 + len(points)
 
 
 def test_a_driven_crowd_has_the_continuum_on_its_page(tmp_path):
