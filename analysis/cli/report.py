@@ -39,6 +39,9 @@ def report(
         float, typer.Option(parser=positive, help="How much of the end of each run counts, in s.")
     ] = 1.0,
     rigid_law: RigidLaw = None,
+    limits: Annotated[
+        list[Path] | None, typer.Option(help="TOML file with further limits; several times.")
+    ] = None,
     runs: Runs = Path("out"),
     out: Out = Path("report"),
 ) -> None:
@@ -54,10 +57,13 @@ def report(
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
+    from analysis.exposure.counts import limits_of_people
     from analysis.motion.report import in_motion, motion_of, runs_of, snapshot_runs
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene
 
+    own = tuple(limits or ())
+    limits_of_people(own)  # a wrong file is refused before anything runs
     names = engine or [known.NAME for known in ENGINES]
     soft = _with_springs(names)
     chosen = [_chosen(read_scene(scene), stiffness) for scene in scenes]
@@ -65,7 +71,7 @@ def report(
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     with progress() as bars:
         run_ahead(needed, bars)  # all at once, so that no core waits for the last run of a scene
-        moved = [in_motion(motion, last, bars) for motion in motions]
+        moved = [in_motion(motion, last, bars, own) for motion in motions]
         studies = [
             study(
                 one.scene.with_run(impulses=True) if motion else one.scene,

@@ -84,13 +84,17 @@ def runs_of(
 
 
 def in_motion(
-    moving: Moving | None, last_s: float, progress: Progress | None = None
+    moving: Moving | None,
+    last_s: float,
+    progress: Progress | None = None,
+    limits: tuple[Path, ...] = (),
 ) -> InMotion | None:
-    """Run and read a scene in motion; None where there are no runs of it."""
+    """Run and read a scene in motion; None where there are no runs of it. limits: files of users'
+    own."""
     if moving is None:
         return None
-    study = study_motion(moving.scene, moving.runs, last_s, progress)
-    rough = study_motion(moving.other, moving.rough, last_s, progress)
+    study = study_motion(moving.scene, moving.runs, last_s, progress, limits)
+    rough = study_motion(moving.other, moving.rough, last_s, progress, limits)
     numbers = motion_numbers(study) | {"exposure": headline_numbers(study)}
     return InMotion(
         first=headline_section(study),

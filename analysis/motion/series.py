@@ -81,9 +81,9 @@ class Series:
         return [arch.lifetime for arch in self.arches if arch.end > begins]
 
 
-def read_series(folder: Path, time_step_s: float) -> Series:
+def read_series(folder: Path, time_step_s: float, limits: tuple[Path, ...] = ()) -> Series:
     """Read the windows of a run of a driven crowd. A window is as many frames as make 0.1 s or
-    more.
+    more; limits: files of further ones.
 
     Raises DumpError for a run without impulses."""
     scene = read_scene(folder / "scene.toml")
@@ -98,7 +98,7 @@ def read_series(folder: Path, time_step_s: float) -> Series:
     arches = arches_of(scene, frames)
     rows = [
         values_of(scene, window)
-        | exposure_values(scene, window)
+        | exposure_values(scene, window, limits)
         | {"flow": out / window.duration, "arch_share": share_of(window, arches)}
         for window, out in zip(windows, gone, strict=True)
     ]

@@ -34,6 +34,7 @@ class MotionStudy:
     crowds: how many were asked for
     last_s: s, how much of the end of each run counts
     failures, warnings: what a reader should know
+    limits: files of users' limits
     """
 
     scene: Scene
@@ -42,6 +43,7 @@ class MotionStudy:
     last_s: float
     failures: Sequence[str]
     warnings: Sequence[str]
+    limits: tuple[Path, ...] = ()
 
     @property
     def friction(self) -> float:
@@ -113,6 +115,7 @@ def study_motion(
     runs: Mapping[str, Sequence[EngineRun]],
     last_s: float,
     progress: Progress | None = None,
+    limits: tuple[Path, ...] = (),
 ) -> MotionStudy:
     """Run what is not finished, on all cores, and read the series of all. A run that fails or is
     stopped is left out and named."""
@@ -124,7 +127,7 @@ def study_motion(
         series = []
         for index, run in enumerate(every):
             try:
-                series.append(read_series(run.folder, run.record().time_step_s))
+                series.append(read_series(run.folder, run.record().time_step_s, limits))
             except (EngineError, DumpError, StepError) as error:
                 said = f"{title}, crowd {index}: {error}"
                 (failures if isinstance(error, RunStoppedError) else warnings).append(said)
@@ -140,4 +143,5 @@ def study_motion(
         last_s=last_s,
         failures=failures,
         warnings=sorted(set(warnings)),
+        limits=limits,
     )

@@ -15,6 +15,18 @@ from analysis.scene.shipped_scenes import make
 from analysis.scene.variation import variant
 from nscd import find_contacts
 
+MINE = """
+[[limit]]
+name = "mine"
+number = 500.0
+unit = "N"
+quantity = "contact_largest"
+what = "my own"
+population = "adults"
+source = "my report, 2026"
+read = "first-hand"
+"""
+
 
 def ensemble(samples):
     """An ensemble whose wall loads are the samples, one row per crowd."""
@@ -100,7 +112,9 @@ def test_a_section_compares_lammps_with_the_rigid_model_and_says_what_friction_c
     moving = motion_of(scene, ["lammps", "rigid"], [1e6], 3, tmp_path)
     assert [len(every) for every in moving.runs.values()] == [3, 3]
     assert all("μ = 0.4" in name for name in moving.rough)
-    made = in_motion(moving, 0.2)
+    own = tmp_path / "mine.toml"
+    own.write_text(MINE)
+    made = in_motion(moving, 0.2, limits=(own,))
     assert not made.failures
     smooth, rough = made.sections
     for section in made.sections:
@@ -111,8 +125,10 @@ def test_a_section_compares_lammps_with_the_rigid_model_and_says_what_friction_c
     assert "Everybody pushes with **300 N**" in first.words[0]
     assert "Green Guide" in first.words[0]
     people, limits = first.tables
-    assert len(limits.rows) == 8
-    counts = [float(row[3].split(" ")[0]) for row in limits.rows[:6]]
+    assert len(limits.rows) == 9
+    assert "above_mine" in made.numbers["exposure"]["LAMMPS, k = 10⁶ N/m"]
+    assert [row[-1] for row in limits.rows if "my own" in row[1]] == ["my report, 2026"]
+    counts = [float(row[3].split(" ")[0]) for row in limits.rows[:7]]
     assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
     assert [row[0] for row in people.rows][-1] == "load on the worst metre of wall (kN/m)"
     said = " ".join(smooth.words)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -22,14 +23,15 @@ QUANTITY = "contact_largest"
 WIDE_IN = 6.5
 
 
-def loads_picture(scene: Scene, models: Sequence[Ensemble]) -> Figure:
+def loads_picture(scene: Scene, models: Sequence[Ensemble], files: tuple[Path, ...] = ()) -> Figure:
     """Draw crowd 0 in its last window by the first and the last model, people shaded by their
-    largest contact force between the limits of that quantity."""
+    largest contact force between the limits of that quantity; files: of further limits."""
     shown = [models[0], models[-1]] if len(models) > 1 else list(models)
     ends = [model.series[0].final for model in shown]
     windows = [window for window in ends if window is not None]
     loads = [loads_of(scene, window).person[QUANTITY] for window in windows]
-    limits = sorted({one.number for one in limits_of_people() if one.quantity == QUANTITY})
+    known = limits_of_people(files)
+    limits = sorted({one.number for one in known if one.quantity == QUANTITY})
     top = max(max(float(load.max(initial=0.0)) for load in loads), 1.5 * limits[-1])
     steps = [0.0, *limits, float(f"{top:.1g}")]
     norm = BoundaryNorm(steps, 256)

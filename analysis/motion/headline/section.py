@@ -60,10 +60,10 @@ def headline_section(study: MotionStudy) -> Section | None:
             Picture(
                 name=f"{scene.name}-who-bears-most",
                 caption=caption,
-                figure=loads_picture(scene, models),
+                figure=loads_picture(scene, models, study.limits),
             )
         ],
-        tables=[_numbers(words, study, models), _limits(words, models, values)],
+        tables=[_numbers(words, study, models), _limits(words, study, models, values)],
     )
 
 
@@ -88,7 +88,7 @@ def _said(
     chest = known_bodies()["chest"]
     ladder = (scene.contact.stiffness_N_per_m, chest.low_N_per_m, chest.high_N_per_m)
     soft = [(k, softness(scene, k)) for k in ladder]
-    named = next(one for one in limits_of_people() if one.name == NAMED)
+    named = next(one for one in limits_of_people(study.limits) if one.name == NAMED)
     barriers = [one for one in known_limits() if one.depth_m is not None]
     said = [words.text("push", **_push(study.scene), green=GREEN_GUIDE_N)]
     above = [(one.title, count_cell(one.interval(above_key(named)))) for one in models]
@@ -143,7 +143,9 @@ def _whether(one: Ensemble, reference: Ensemble, key: str) -> str:
     return f"{'yes' if found.distinguishable else 'no'}: {ends}"
 
 
-def _limits(words: Words, models: Sequence[Ensemble], values: Mapping[str, object]) -> Table:
+def _limits(
+    words: Words, study: MotionStudy, models: Sequence[Ensemble], values: Mapping[str, object]
+) -> Table:
     """How many people are above each limit at an instant, in each model."""
     rows: list[list[Cell]] = [
         [
@@ -153,7 +155,7 @@ def _limits(words: Words, models: Sequence[Ensemble], values: Mapping[str, objec
             *(count_cell(one.interval(above_key(limit))) for one in models),
             limit.cited,
         ]
-        for limit in limits_of_people()
+        for limit in limits_of_people(study.limits)
     ]
     return words.table("limits", rows, **values)
 
@@ -170,7 +172,9 @@ def _lasting(limit: Limit) -> str:
 
 def headline_numbers(study: MotionStudy) -> dict[str, object]:
     """Give how many people are above each limit, and the load on the worst metre of wall."""
-    keys = {above_key(one): "people" for one in limits_of_people()} | {"wall_line_load": "kN/m"}
+    keys = {above_key(one): "people" for one in limits_of_people(study.limits)} | {
+        "wall_line_load": "kN/m"
+    }
     return {
         one.title: {
             key: {
