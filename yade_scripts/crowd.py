@@ -55,6 +55,7 @@ from scene_file import (  # noqa: E402
     SceneFileError,
     acceleration,
     drive_force,
+    limit_drive,
     penalty_of,
     read_disks,
     read_scene,
@@ -81,6 +82,8 @@ def main(words):
     scene = read_scene(path, given)
     disks = read_disks(path.parent / scene["disks"]["data"])
     penalty = penalty_of(scene, disks)
+    if "drive" in scene:
+        limit_drive(scene, penalty.time_step)
     out.mkdir(parents=True, exist_ok=True)
     print(
         f"contact: {scene['contact']['law']}, stiffness {penalty.stiffness:g} N/m, "

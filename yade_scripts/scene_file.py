@@ -77,6 +77,13 @@ def read_scene(path, given):
     return scene
 
 
+def limit_drive(scene, time_step):
+    """Have the drive evaluated at the latest after a twentieth of its relaxation time."""
+    most = max(1, int(0.05 * scene["drive"]["relaxation_time_s"] / time_step + 1e-9))
+    every = scene["run"].get("drive_interval_steps", most)
+    scene["run"]["drive_interval_steps"] = min(every, most)
+
+
 def acceleration(scene):
     """What the body force gives to everybody, (2,) m/s2."""
     return np.array(scene.get("body_force", {}).get("acceleration_m_per_s2", (0.0, 0.0)), float)

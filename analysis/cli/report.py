@@ -62,8 +62,7 @@ def report(
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene
 
-    own = tuple(limits or ())
-    limits_of_people(own)  # a wrong file is refused before anything runs
+    limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
     names = engine or [known.NAME for known in ENGINES]
     soft = _with_springs(names)
     chosen = [_chosen(read_scene(scene), stiffness) for scene in scenes]
@@ -85,22 +84,23 @@ def report(
             for one, motion in zip(chosen, motions, strict=True)
         ]
         page = write_report(studies, out, command_line(), moved)
-    failures = [(made.scene.name, failure) for made in studies for failure in made.failures]
-    for one, motion in zip(chosen, moved, strict=True):
-        failures += [(one.scene.name, failure) for failure in motion.failures] if motion else []
-    _say(studies, failures)
+    well = _say(studies, [motion.failures if motion else [] for motion in moved])
     print(page.resolve().as_uri())
-    answers = [comparison.answer for made in studies for comparison in made.comparisons]
-    if failures or any(answer.status != "solved" for answer in answers):
-        raise typer.Exit(1)
+    raise typer.Exit(0 if well else 1)
 
 
-def _say(studies: Sequence[Study], failures: Sequence[tuple[str, str]]) -> None:
+def _say(studies: Sequence[Study], in_motion: Sequence[Sequence[str]]) -> bool:
+    """Say warnings and failures; tell whether there was no failure and all is solved."""
+    failures = [(made.scene.name, failure) for made in studies for failure in made.failures]
+    for made, failed in zip(studies, in_motion, strict=True):
+        failures += [(made.scene.name, failure) for failure in failed]
     for made in studies:
         for warning in made.warnings:
             warn(f"{made.scene.name}: {warning}")
     for where, failure in failures:
         print(f"failed: {where}: {failure}", file=sys.stderr)
+    answers = [comparison.answer for made in studies for comparison in made.comparisons]
+    return not failures and all(answer.status == "solved" for answer in answers)
 
 
 def _with_springs(names: Sequence[str]) -> list[str]:

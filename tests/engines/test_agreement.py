@@ -67,3 +67,15 @@ def test_friction_differs_by_the_overlap_and_less_in_stiffer_contacts(simulate, 
         )
     assert spins[0] < 2e-5
     assert spins[1] < 0.2 * spins[0]
+
+
+def test_the_drive_is_looked_at_twenty_times_in_a_relaxation_time(simulate):
+    """However long the step of soft bodies: from rest a lone walker comes to U (1 − exp(−t/τ)), here
+    to 1 %; ten steps between looks would give 7 % more."""
+    scene = make("arch", 2).with_contact(stiffness_N_per_m=2e3)
+    scene = scene.with_run(duration_s=0.2, frames=1)
+    tau, speed = scene.drive.relaxation_time_s, scene.drive.speed_m_per_s
+    for run in by_both(simulate, scene):
+        assert 10 * run.record.time_step_s > 0.05 * tau
+        found = np.hypot(run["vx"][-1], run["vy"][-1])
+        assert found.min() == pytest.approx(speed * (1 - np.exp(-0.2 / tau)), rel=1.5e-2)
