@@ -27,7 +27,7 @@ from analysis.engines.run import EngineRun
 from analysis.engines.softness import DOUBTFUL, SOUND
 from analysis.motion.intervals import signed
 from analysis.motion.series import passed, pressing, values_of
-from analysis.pages.drawing import COLOURS, GRID
+from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
 
@@ -37,10 +37,10 @@ RIGID = 0.0
 SOFTNESS = (RIGID, 0.35, 1.0, 3.0, 9.0, 17.0)
 # People, push (N), crowds.
 FAMILIES = (
-    (150, 300.0, 3),
-    (150, 100.0, 3),
-    (150, 30.0, 3),
-    (75, 300.0, 3),
+    (150, 300.0, 2),
+    (150, 100.0, 2),
+    (150, 30.0, 2),
+    (75, 300.0, 2),
     (300, 300.0, 2),
     (594, 300.0, 1),
 )
@@ -197,7 +197,7 @@ def picture(known: Known) -> Figure:
             ends = [(m - min(found[s]), max(found[s]) - m) for s, m in zip(xs, means, strict=True)]
             axes.errorbar(
                 np.array(xs) * 1.04 ** (number - 2.5), means, yerr=np.array(ends).T,
-                fmt="osD^v*"[number] + "-", color=COLOURS[number % len(COLOURS)], capsize=3, lw=1, ms=5,
+                fmt="osD^v*"[number] + "-", color=(*COLOURS, SKY, VERMILION)[number], capsize=3, lw=1, ms=5,
                 label=f"{people} people, {push:g} N",
             )  # fmt: skip
         axes.set(xscale="log", title=title, xlabel="s = N F/(k r)", ylabel="over the rigid value")
