@@ -72,7 +72,8 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
 
     wall_m: where a wall crosses the row, as its x or y in the file: of whichever the row follows
 
-    The first of the row is the first in the column of their order; without one, the lowest id.
+    The first of the row is the first in the column of their order; without one, who of the two at
+    the ends goes towards the others earlier.
     Chests have the mean depth of their sex (ANSUR II). Heads missing for up to 0.25 s are
     interpolated. Raises TrialError (and UnreadableError) naming the file, the person and the time.
     """
@@ -80,6 +81,9 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
     ids = _ordered(file, table)
     notes: list[str] = []
     time, heads = _heads(file, table, ids, notes)
+    if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
+        order = _by_place(time, heads)
+        ids, heads = [ids[place] for place in order], heads[:, order]
     along, axis, origin = _along(file, heads, ids)
     speed = speed_of(time, along[:, 0])
     start = onset(time, speed)
@@ -95,6 +99,10 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
             f"{file}: only {time[-1] - start:.2g} s follow the push; at least {LEAST_S:g} s are "
             "needed"
         )
+    moving = [ids[n] for n, v in enumerate(speed_of(time, along)[begin]) if v > ONSET_M_PER_S]
+    if not begin and moving:
+        named = ", ".join(f"{one:g}" for one in moving)
+        notes.append(f"already moving in the first frame: person {named}; the push began before")
     groups = _groups(table, ids, notes)
     mass = _masses(file, table, ids, groups, notes)
     shift = along[begin, 0]
@@ -160,7 +168,7 @@ def _table(file: Path) -> pd.DataFrame:
 
 
 def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
-    """The ids from the first of the row to the last."""
+    """The ids from the first of the row to the last; rising where no order is given."""
     ids = sorted(table.id.unique().tolist())
     if len(ids) < 2:
         raise TrialError(f"{file}: {len(ids)} person; a row has at least two")
@@ -175,6 +183,17 @@ def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
             f"{', '.join(names)[:100]}"
         )
     return order
+
+
+def _by_place(time: Floats, heads: Floats) -> list[int]:
+    """The order along the row of heads (f, n, 2) m, beginning where the push does."""
+    spread = heads[0] - heads[0].mean(0)
+    axis = np.linalg.svd(spread)[2][0]
+    order = np.argsort(spread @ axis)
+    ends = ((order[0], axis), (order[-1], -axis))
+    begins = [onset(time, speed_of(time, heads[:, end] @ way)) for end, way in ends]
+    early, late = (np.inf if begin is None else begin for begin in begins)
+    return (order if early <= late else order[::-1]).tolist()
 
 
 def _of(table: pd.DataFrame, one: float, column: str) -> object:

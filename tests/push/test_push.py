@@ -165,6 +165,14 @@ def test_order_gaps_and_columns_do_not_matter(tmp_path):
     assert mixed.people == ("A", "B", "C")
     assert mixed.mass.tolist() == [85.5] * 3
     assert len(mixed.notes) == 5
+    content = content.drop(columns="Order_of_Participants_MoCap_ID").drop(columns="MoCap_ID")
+    assert written(tmp_path, content).people == ("7", "3", "5")
+
+
+def test_a_push_that_began_before_the_file_is_said(tmp_path):
+    content = table()
+    (note,) = written(tmp_path, content[content.time > 0.5]).notes
+    assert "already moving in the first frame: person 0" in note
 
 
 def changed(**columns):
@@ -181,7 +189,7 @@ def changed(**columns):
         (table(people=1), "a row has at least two"),
         (changed(x="here"), "line 2: x: 'here' is not a number"),
         (pd.concat([table(), table()]), "is there twice"),
-        (table(people=3).replace({"id": {1: 2, 2: 1}}), "one behind the other"),
+        (table(people=3).assign(x=lambda t: 1.0 * (t.id == 1)), "one behind the other"),
         (table(frames=5), "nobody is pushed"),
         (table(frames=20), "follow the push"),
         (table()[lambda t: ~((t.id == 1) & t.frame.between(20, 40))], "person 1 is missing from 0.76"),
