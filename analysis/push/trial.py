@@ -193,7 +193,7 @@ def _by_place(time: Floats, heads: Floats) -> list[int]:
     ends = ((order[0], axis), (order[-1], -axis))
     begins = [onset(time, speed_of(time, heads[:, end] @ way)) for end, way in ends]
     early, late = (np.inf if begin is None else begin for begin in begins)
-    return (order if early <= late else order[::-1]).tolist()
+    return [int(place) for place in (order if early <= late else order[::-1])]
 
 
 def _of(table: pd.DataFrame, one: float, column: str) -> object:
