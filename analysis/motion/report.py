@@ -45,12 +45,10 @@ def motion_of(
     if scene.drive is None or scene.analysis.kind == "impact" or not crowds:
         return None
     other = scene.with_contact(friction=0.0 if scene.contact.friction else FRICTION)
-    fewer, some = crowds, engines
-    if crowds < MANY:
-        fewer = min(crowds, max(FEW, crowds // 2))
-        soft = [known.NAME for known in PENALTY if known.NAME in engines]
-        # further engines with springs would show once more that they agree
-        some = [name for name in engines if name not in soft[1:]]
+    fewer = crowds if crowds >= MANY else min(crowds, max(FEW, crowds // 2))
+    soft = [known.NAME for known in PENALTY if known.NAME in engines]
+    # further engines with springs would show once more that they agree
+    some = [name for name in engines if name not in soft[1:]]
     return Moving(
         scene=scene,
         other=other,
