@@ -48,7 +48,7 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
 
 # Not in the library, whose entries are penalty runs: fitted to `arch`, `jam` and 5,000 people, exact
 # (benchmarks/rigid.py).
-RIGID_PRICE = Price(start_s=1.9, disk_step_s=4.6e-6)
+RIGID_PRICE = Price(start_s=2.1, disk_step_s=2.5e-6)
 # What summing impulses costs besides: runs of `arch` of 1 s with and without (benchmarks/converge.py).
 IMPULSES = {
     "lammps": Price(start_s=1.9, disk_step_s=4e-7),
