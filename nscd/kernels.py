@@ -83,11 +83,13 @@ def _searched() -> Iterator[Floats]:
     contacts, law = find_contacts(ring, tolerance=1e-9), ContactLaw(friction=0.3)
     whole = friction_problem(ring, contacts, ring.velocity, law)
     part = part_of(whole, ring.position, np.arange(len(ring)), np.arange(len(contacts)))
-    for method in (Search.by_proximal, Search.by_dilation):
-        search = Search(part.problem, part.factor, 1e-10)
-        none = np.zeros(len(contacts))
-        method(search, none, none.copy(), part.problem.left.copy())
-        yield search.velocity
+    none = np.zeros((2, len(contacts)))
+    search = Search(part.problem, part.factor, 1e-10)
+    search.by_proximal(none[0].copy(), none[1].copy(), part.problem.left.copy())
+    yield search.velocity
+    search = Search(part.problem, part.factor, 1e-10)
+    search.by_point(search.points_from(none[0], none[1], part.problem.left), 1000)
+    yield search.velocity
     search = Search(part.problem, part.factor, 1e-10)
     search.run_from(1)
     yield search.velocity

@@ -17,7 +17,7 @@ from nscd.friction.sets import PENALTY, find_states, newton
 # hold, and for an answer that paths begin from; Newton's steps after the first look.
 GLANCE, EXACT, LOOKS = 1e-4, 1e-9, 2
 # In the order of their cost: the solver of an answer is the last one that an island needed.
-ROUTES = ("closed_form", "sets", "proximal", "dilation", "arc", "sweeps", "path", "ray", "none")
+ROUTES = ("closed_form", "sets", "proximal", "proximal_point", "sweeps", "path", "ray", "none")
 
 
 class FrictionAnswer(NamedTuple):

@@ -62,7 +62,7 @@ def solve_step(
         here = np.flatnonzero(some.island == island)
         held = np.flatnonzero(some.island[some.first] == island)
         one = part_of(some, position[disks], here, held)
-        search = Search(one.problem, one.factor, tolerance, quick=True)
+        search = Search(one.problem, one.factor, tolerance)
         start = along[one.contacts], across[one.contacts], there[one.disks]
         search.offer(*start, "sweeps")
         search.by_proximal(*start)

@@ -2,40 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from nscd.friction.dilation import BRINK, lower_dilation
 from nscd.friction.measures import measure
-from nscd.friction.pivots.arc import trace
 from nscd.friction.pivots.path import ARRIVED, AWAY, clean, follow, open_all, perturb
+from nscd.friction.pivots.point import BRINK, Point, proximal_points
 from nscd.friction.pivots.rates import LAM, SOFT, TAU, Path, path_of
 from nscd.friction.problem import FrictionProblem, contact_velocities
 from nscd.friction.proximal import PENALTY as SOFT_PENALTY
 from nscd.friction.proximal import proximal_newton
 from nscd.friction.sets import FREE, PENALTY, find_states, newton
-from nscd.friction.sweeps import anderson, gauss_seidel
+from nscd.friction.sweeps import anderson, gauss_seidel, velocities_of
 
 # Factorisations of Newton's method on the sets, and with other weights where it ends a path.
 ROUNDS, FINISH = 6, ((PENALTY, 2), (1e6, 2))
-# The end of a path is the reference of the next so often. Where the error falls to no less than
-# SLOW of itself (percussions drift at a constant rate), or a path closes on itself, contacts get
-# firmer by a tenth, down to FIRMEST; in the latter case with so many factorisations at most.
-# A search that is to be quick repeats it a few times only.
-REPEATS, FIRMEST, FIRMING, SLOW = 20, 1e-8, 3000, 0.5
-QUICK_REPEATS = 4
-# Pairs of sweeps at first; they double so often. A block of them between Anderson's combinations.
-PAIRS, DOUBLINGS, BLOCK = 200, 6, 10
-# Pivots in all for lowering the dilation (and a share of the contacts), for one local path at
-# first, and from the ray.
-DILATION_PIVOTS, DILATION_SHARE, LOCAL_PIVOTS, RAY_PIVOTS = 600, 2.0, 300, 20_000
-# Rounds of proximal steps, and pivots allowed for a path from where they stand; with patience; the
-# noise of these paths.
-PROXIMAL, LATER = ((8, 100), (16, 150), (32, 300), (64, 300)), ((128, 400), (256, 400))
+# The end of a path is the reference of the next so often, with contacts that get firmer by a tenth,
+# down to FIRMEST, where the error falls to no less than SLOW of itself.
+REPEATS, FIRMEST, SLOW = 4, 1e-8, 0.5
+# Pairs of sweeps at first; they double so often. Blocks of them between Anderson's combinations:
+# how many before a path, and pairs in each.
+PAIRS, DOUBLINGS, BLOCKS, BLOCK = 200, 6, 10, 8
+# Pivots allowed for a local path at first, and for one from the ray.
+LOCAL_PIVOTS, RAY_PIVOTS = 300, 5000
+# Rounds of proximal steps, and pivots allowed for a path from where they stand; how many of these
+# go before the proximal point method; the noise of these paths.
+PROXIMAL, FEW = ((8, 100), (16, 150), (32, 300), (64, 300)), 2
 PROXIMAL_NOISE = 1e-2
-# Compliance along the curve of the dilation, and factorisations at most.
-CURVE, CURVE_FACTORS = 1e-4, 10_000
+# The cost of steps of the proximal point method, in pivots: at first, further, and from another
+# start. They bound the time that a search may take.
+POINT, FURTHER, AGAIN = 1500, 8000, 5000
 # The largest island that is solved from the ray.
 RAY_CONTACTS = 1000
 
@@ -47,19 +45,15 @@ class Search:
     """The best answer so far for a problem whose factor is given, and the methods that better it.
 
     error; reaction, friction (k,) N·s, velocity (n,3); route: which method found it; pairs of
-    sweeps and pivots made. quick: the end of a path is not worked on for long."""
+    sweeps and pivots made."""
 
-    def __init__(
-        self, problem: FrictionProblem, factor: Any, tolerance: float, *, quick: bool = False
-    ) -> None:
+    def __init__(self, problem: FrictionProblem, factor: Any, tolerance: float) -> None:
         n, k = len(problem.mass), len(problem.first)
         self.problem, self.factor, self.tolerance = problem, factor, tolerance
         self.error, self.route = np.inf, "none"
         self.reaction, self.friction = np.zeros(k), np.zeros(k)
         self.velocity = problem.left.copy()
         self.pairs = self.pivots = 0
-        self._repeats = QUICK_REPEATS if quick else REPEATS
-        self._firming = 0 if quick else FIRMING
         self._path: Path | None = None
         self._scratch = np.empty((4, k))
         self._n = n
@@ -67,30 +61,35 @@ class Search:
     def run(self, lam: Any, tau: Any, u: Any, *, patient: bool) -> None:
         """Search from the convex programme's answer until one within the tolerance is found, or
         only by what is quick."""
-        start = lam, tau, u
-        if not self.problem.dissipative:
-            moved = lam.copy(), tau.copy(), u.copy()
-            self.by_proximal(*moved)
-            if self.solved:
-                return
-            lam, tau = self.by_dilation(*start)
-            if not self.solved and patient:
-                self.by_proximal(*moved, LATER)
-            if not self.solved and patient:
-                self.by_curve(*start)
-        if not patient:
+        if self.problem.dissipative:
+            if patient:
+                self.by_sweeps(lam, tau)
             return
+        moved, points = (lam.copy(), tau.copy(), u.copy()), self.points_from(lam, tau, u)
+        self.by_proximal(*moved, PROXIMAL[:FEW])
         if not self.solved:
-            self.by_sweeps(lam, tau)
-        if not self.solved and len(lam) <= RAY_CONTACTS and not self.problem.dissipative:
-            self.by_ray()
+            self.by_point(points, POINT)
+        if not self.solved:
+            self.by_proximal(*moved, PROXIMAL[FEW:])
+        if not self.solved and patient:
+            self.by_point(points, FURTHER)
+        if not self.solved and patient:
+            self.run_from(0)
 
     def run_from(self, seed: int) -> None:
-        """Search from random percussions within the cones."""
+        """Search from random percussions within the cones, from none with seed 0."""
         rng, k = np.random.default_rng(seed), len(self.reaction)
         lam = rng.exponential(self.problem.scale / self.problem.normal_inverse, k)
-        self.by_sweeps(lam, self.problem.friction * lam * rng.uniform(-1.0, 1.0, k))
-        if not self.solved and k <= RAY_CONTACTS and not self.problem.dissipative:
+        tau = self.problem.friction * lam * rng.uniform(-1.0, 1.0, k)
+        if self.problem.dissipative:
+            self.by_sweeps(lam, tau)
+            return
+        if not seed:
+            lam[:] = tau[:] = 0.0
+        points = self.points_from_sweeps(lam, tau)
+        if not self.solved:
+            self.by_point(points, AGAIN)
+        if not self.solved and k <= RAY_CONTACTS:
             self.by_ray(seed)
 
     @property
@@ -133,55 +132,56 @@ class Search:
             if self._locally(lam, tau, u, pivots, self._noise(PROXIMAL_NOISE, rounds)):
                 return
 
-    def by_dilation(self, lam: Any, tau: Any, u: Any) -> tuple[Any, Any]:
-        """Paths from the convex programme's answer; the λ and τ that they reached."""
-        path = self._storage()
-        path.compliance[0] = SOFT
-        most = DILATION_PIVOTS + int(DILATION_SHARE * len(lam))
-        reached = lower_dilation(self.problem, self.factor, path, lam, tau, u, most)
-        self.pivots += reached.pivots
-        if reached.dilation == 0.0:
-            self._finish(path, "dilation")
-        return reached.reaction, reached.friction
+    def by_point(self, points: Iterator[Point], effort: int) -> None:
+        """Steps of the proximal point method, at the cost of `effort` pivots: see `points_from`."""
+        path, there = self._storage(), np.empty_like(self.velocity)
+        while effort > 0:
+            point = next(points)
+            effort -= point.cost
+            self.pivots += point.pivots
+            if not point.made:
+                continue
+            velocities_of(self.problem, point.reaction, point.friction, there)
+            if self.offer(point.reaction, point.friction, there, "proximal_point"):
+                return
+            if not point.pivots:  # the states have settled
+                hold = path.hold.copy()
+                end = point.reaction.copy(), point.friction.copy(), there.copy()
+                if self._newton(hold != FREE, hold, end, (1, PENALTY), "proximal_point"):
+                    return
 
-    def by_curve(self, lam: Any, tau: Any, u: Any) -> None:
-        """The curve from the convex programme's answer as the dilation changes."""
-        path = self._storage()
-        lam, tau = lam.copy(), tau.copy()
-        clean(self.problem, 1.0, u, lam, tau)
-        path.dilation[0], path.compliance[0] = 1.0, CURVE
-        perturb(self.problem, path, lam, tau, self._noise(BRINK, 0))
-        ended, _, made = trace(self.problem, self.factor, path, 0.0, CURVE_FACTORS, False)
-        self.pivots += made
-        path.dilation[0] = 0.0
-        if ended == ARRIVED:
-            self._finish(path, "arc")
+    def points_from(self, lam: Any, tau: Any, u: Any) -> Iterator[Point]:
+        """Where the proximal point method goes from an answer."""
+        return proximal_points(self.problem, self.factor, self._storage(), (lam, tau, u))
+
+    def points_from_sweeps(self, lam: Any, tau: Any) -> Iterator[Point]:
+        """The same from accelerated sweeps from percussions, which are changed."""
+        u = np.empty_like(self.velocity)
+        _, made = anderson(self.problem, lam, tau, u, BLOCKS, BLOCK, 0.5 * self.tolerance)
+        self.pairs += made
+        self.offer(lam, tau, u, "sweeps")
+        return self.points_from(lam, tau, u)
 
     def by_sweeps(self, lam: Any, tau: Any) -> None:
-        """Long plain blocks of sweeps, short accelerated ones on a copy, Newton's method from both,
-        and paths from the better."""
+        """Long plain blocks of sweeps, short accelerated ones on a copy, and Newton's method: of a
+        problem with dissipation."""
         plain = lam.copy(), tau.copy(), np.empty_like(self.velocity)
-        pairs, pivots, aim = PAIRS, LOCAL_PIVOTS, 0.5 * self.tolerance
-        for attempt in range(DOUBLINGS + 1):
-            one, made = gauss_seidel(self.problem, *plain, pairs, aim)
+        pairs, aim = PAIRS, 0.5 * self.tolerance
+        for _ in range(DOUBLINGS + 1):
+            _, made = gauss_seidel(self.problem, *plain, pairs, aim)
             self.pairs += made
             if self._offer_whole(*plain, "sweeps"):
                 return
             fast = plain[0].copy(), plain[1].copy(), plain[2].copy()
-            two, made = anderson(self.problem, *fast, pairs // 2 // BLOCK, BLOCK, aim)
+            _, made = anderson(self.problem, *fast, pairs // 2 // BLOCK, BLOCK, aim)
             self.pairs += made
             if self._offer_whole(*fast, "sweeps"):
                 return
             if self.by_sets(fast[0].copy(), fast[1].copy(), fast[2].copy(), 3, "sweeps"):
                 return
-            better = fast if two < one else plain
-            if not self.problem.dissipative and self._locally(
-                *better, pivots, self._noise(1e-3 * 0.1**attempt, attempt)
-            ):
-                return
-            pairs, pivots = 2 * pairs, int(1.5 * pivots)
+            pairs *= 2
 
-    def by_ray(self, seed: int = 1) -> None:
+    def by_ray(self, seed: int) -> None:
         """A path from all contacts open: none that closes on itself can begin there."""
         path = self._storage()
         path.compliance[0] = SOFT
@@ -189,14 +189,14 @@ class Search:
         t = open_all(self.problem, path, noise)
         ended, made = follow(self.problem, self.factor, path, t, -1.0, RAY_PIVOTS)
         self.pivots += made
-        if ended == ARRIVED:
-            self._finish(path, "ray")
+        if ended == ARRIVED and not self._finish(path, "ray"):
+            self.by_point(self.points_from(path.x[LAM], path.x[TAU], path.u), POINT)
 
     def _locally(self, lam: Any, tau: Any, u: Any, pivots: int, noise: Any) -> bool:
         path = self._storage()
         path.compliance[0] = SOFT
         lam, tau = lam.copy(), tau.copy()
-        clean(self.problem, 0.0, u, lam, tau)
+        clean(self.problem, u, lam, tau)
         for way in (-1.0, 1.0):
             perturb(self.problem, path, lam, tau, noise)
             ended, made = follow(self.problem, self.factor, path, 1.0, way, pivots)
@@ -211,8 +211,7 @@ class Search:
         """From the end of a path, whose contacts are slightly soft, to the rigid answer: Newton's
         method on its sets, further paths about its percussions, and firmer contacts."""
         before = np.inf
-        for repeat in range(self._repeats):
-            end = path.hold.copy(), path.held.copy(), path.u.copy()
+        for repeat in range(REPEATS):
             lam, tau, u = path.x[LAM].copy(), path.x[TAU].copy(), path.u.copy()
             error = self._error(lam, tau, u)
             if self.offer(lam, tau, u, route):
@@ -231,17 +230,8 @@ class Search:
             perturb(self.problem, path, lam, np.clip(tau, -most, most), self._noise(BRINK, repeat))
             ended, made = follow(self.problem, self.factor, path, 1.0, -1.0, LOCAL_PIVOTS)
             self.pivots += made
-            if ended == ARRIVED:
-                continue
-            if path.compliance[0] <= FIRMEST or not self._firming:
-                return False
-            path.hold[:], path.held[:], path.u[:] = end
-            path.push[:] = 0.0
-            firm = float(np.log(0.1 * path.compliance[0]))
-            ended, _, made = trace(self.problem, self.factor, path, firm, self._firming, True)
-            self.pivots += made
             if ended != ARRIVED:
-                return False
+                break
         return False
 
     def _error(self, lam: Any, tau: Any, u: Any) -> float:

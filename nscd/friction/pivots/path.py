@@ -17,7 +17,6 @@ from nscd.friction.elimination import add_to
 from nscd.friction.pivots.rates import (
     CHANGES,
     LAM,
-    SOFT,
     TAU,
     S,
     V,
@@ -47,10 +46,7 @@ def margins(problem: Any, path: Any, c: int, t: float) -> Any:
         w = path.compliance[0] * problem.normal_inverse[c]
         gap = problem.offset[c] - x[V, c] - t * path.push[0, c] - w * path.held[0, c]
         rate = -dx[V, c] - path.push[0, c]
-        opens = path.dilation[0] * mu
-        if opens == 0.0:
-            return gap, rate, np.inf, 0.0
-        return gap - opens * slid, rate - opens * slides, gap + opens * slid, rate + opens * slides
+        return gap, rate, np.inf, 0.0
     if hold == STICK:
         one, two = mu * x[LAM, c], mu * dx[LAM, c]
         return one - x[TAU, c], two - dx[TAU, c], one + x[TAU, c], two + dx[TAU, c]
@@ -87,8 +83,6 @@ def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
         slid = path.x[S, c] + t * path.push[1, c]
         slid += path.compliance[0] * problem.tangent_inverse[c] * path.held[1, c]
         forward = slid >= 0.0 or problem.friction[c] == 0.0
-        if path.dilation[0] > 0.0 and problem.friction[c] > 0.0:
-            forward = which == 0
         path.hold[c] = FORWARD if forward else BACKWARD
         return 0
     if hold == STICK:
@@ -96,7 +90,7 @@ def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
         return 1
     if which == 0:
         path.hold[c] = FREE
-        return 0 if hold == FORWARD or path.dilation[0] == 0.0 else 1
+        return 0
     path.hold[c] = STICK
     return 0 if hold == FORWARD else 1
 
@@ -136,8 +130,7 @@ def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int
             if seen[a] == key:
                 return LOOP, pivot
         seen[pivot] = key
-        few = 0 if path.compliance[0] < SOFT else CHANGES
-        if path.slot[contact] < 0 and path.count[0] >= few:
+        if path.slot[contact] < 0 and path.count[0] >= CHANGES:
             if not restart(problem, factor, path, t):
                 return BROKEN, pivot
         elif path.slot[contact] < 0:
@@ -155,7 +148,7 @@ def _word(contact: int, hold: int) -> Any:
 
 
 @njit(cache=True)
-def clean(problem: Any, dilation: float, u: Any, lam: Any, tau: Any) -> None:
+def clean(problem: Any, u: Any, lam: Any, tau: Any) -> None:
     """Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact
     opens by more than it presses, ±μλ where it slides by more than it may still hold."""
     k = len(lam)
@@ -163,7 +156,7 @@ def clean(problem: Any, dilation: float, u: Any, lam: Any, tau: Any) -> None:
     contact_velocities(problem, u, v, s)
     for c in range(k):
         mu = problem.friction[c]
-        gap = problem.offset[c] - v[c] - dilation * mu * abs(s[c])
+        gap = problem.offset[c] - v[c]
         if problem.normal_inverse[c] * lam[c] <= gap or lam[c] <= 0.0:
             lam[c] = tau[c] = 0.0
         elif abs(s[c]) >= problem.tangent_inverse[c] * (mu * lam[c] - abs(tau[c])):
@@ -193,9 +186,7 @@ def perturb(problem: Any, path: Any, lam: Any, tau: Any, noise: Any) -> None:
                 hold, d = BACKWARD, min(0.0, -noise[c] - s)
             if mu == 0.0:
                 d = 0.0
-        a = gap - path.dilation[0] * mu * abs(s + d)
-        if hold == FREE:
-            a = min(0.0, a - noise[c])
+        a = gap if hold != FREE else min(0.0, gap - noise[c])
         path.hold[c] = hold
         path.push[0, c], path.push[1, c] = a, d
         path.held[0, c], path.held[1, c] = lam[c], tau[c]

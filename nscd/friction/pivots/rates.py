@@ -29,8 +29,7 @@ class Path(NamedTuple):
     τ at which contacts do not yield. changed, slot: contacts
     whose state is not that of `base`, and where they are in it; columns (2m,n,3): what unit
     percussions along n and t of each do with the matrix of then, gram (2m,2m) at each other,
-    known (2m,): `base_rate` at each; count (1,); compliance (1,);
-    dilation (1,): how much a contact that slides opens, of μ|T u|."""
+    known (2m,): `base_rate` at each; count (1,); compliance (1,)."""
 
     hold: Any
     base: Any
@@ -48,7 +47,6 @@ class Path(NamedTuple):
     known: Any
     count: Any
     compliance: Any
-    dilation: Any
 
 
 def path_of(n: int, k: int) -> Path:
@@ -70,7 +68,6 @@ def path_of(n: int, k: int) -> Path:
         known=np.zeros(2 * CHANGES),
         count=np.zeros(1, dtype=np.int64),
         compliance=np.full(1, SOFT),
-        dilation=np.zeros(1),
     )
 
 
@@ -83,10 +80,8 @@ def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
     w, wt = problem.normal_inverse[c], problem.tangent_inverse[c]
     if hold == STICK:
         return 1.0 / (path.compliance[0] * w), 1.0 / (path.compliance[0] * wt), 0.0, 0.0
-    across = slope(hold, problem.friction[c])
-    opens = path.dilation[0] * across
-    alpha = 1.0 / (path.compliance[0] * (w + opens * across * wt))
-    return alpha, alpha * across * opens, alpha * across, alpha * opens
+    alpha = 1.0 / (path.compliance[0] * w)
+    return alpha, 0.0, alpha * slope(hold, problem.friction[c]), 0.0
 
 
 @njit(cache=True)
@@ -95,7 +90,7 @@ def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> Non
     0.0).
 
     Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is
-    beyond the latter is the slip σ, C u + ta − b + ψμ|σ| = εw(λ − λ°), τ = ±μλ."""
+    beyond the latter is the slip σ, and τ = ±μλ."""
     for c in range(len(path.hold)):
         hold = path.hold[c]
         x[LAM, c] = x[TAU, c] = 0.0
@@ -109,10 +104,8 @@ def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> Non
         if hold == STICK:
             x[LAM, c], x[TAU, c] = pressed / w, slid / wt
         else:
-            across = slope(hold, problem.friction[c])
-            opens = path.dilation[0] * across
-            x[LAM, c] = (pressed + opens * slid) / (w + opens * across * wt)
-            x[TAU, c] = across * x[LAM, c]
+            x[LAM, c] = pressed / w
+            x[TAU, c] = slope(hold, problem.friction[c]) * x[LAM, c]
 
 
 @njit(cache=True)
