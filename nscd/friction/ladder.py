@@ -16,6 +16,8 @@ from nscd.friction.sets import PENALTY, find_states, newton
 # Accuracy of the convex programme: for a first look at the sets, which is enough where all contacts
 # hold, and for an answer that paths begin from; Newton's steps after the first look.
 GLANCE, EXACT, LOOKS = 1e-4, 1e-9, 2
+# An approach of no more than this, of the scale of velocities, presses nothing: what underflows.
+NOTHING = 1e-20
 # In the order of their cost: the solver of an answer is the last one that an island needed.
 ROUTES = ("closed_form", "sets", "proximal", "proximal_point", "sweeps", "path", "ray", "none")
 
@@ -101,7 +103,7 @@ def pressed(problem: FrictionProblem) -> tuple[Any, Any]:
     v, s = np.empty((2, len(problem.first)))
     contact_velocities(problem, problem.left, v, s)
     island = problem.island[problem.first]
-    closing = v > problem.offset
+    closing = v > problem.offset + NOTHING * problem.scale
     closing |= (problem.normal_weight > 0) | (problem.tangent_weight > 0)
     pressed = np.zeros(int(problem.island.max(initial=0)) + 1, dtype=np.bool_)
     pressed[island[closing]] = True

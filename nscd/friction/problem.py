@@ -14,7 +14,8 @@ from nscd.islands import components
 from nscd.laws import ContactLaw
 from nscd.problem import ROUNDING
 
-TINY = float(np.finfo(float).tiny)
+# Velocities are measured in no less, m/s: squares of what is far below are no numbers.
+SLOWEST = 1e-100
 
 
 class FrictionProblem(NamedTuple):
@@ -116,7 +117,7 @@ def problem_of(
         normal_inverse=normal_inverse,
         tangent_inverse=normal_inverse + spin_inverse,
         island=components(len(mass), first, second)[0],
-        scale=max(moving, rim, TINY),
+        scale=max(moving, rim, SLOWEST),
     )
 
 

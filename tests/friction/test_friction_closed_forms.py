@@ -244,3 +244,19 @@ def test_bad_requests_are_refused_by_name():
         solve(snapshot, contacts, law=ContactLaw(friction=0.1), starts=0)
     with pytest.raises(ValueError, match=r"^solver:"):
         solve(snapshot, contacts, law=ContactLaw(friction=0.1), solver="active_set")
+
+
+@pytest.mark.parametrize("speed", [1e-90, 1e-200, 1e-308, 5e-324])
+def test_speeds_whose_squares_are_no_numbers_have_an_answer(speed):
+    disks = Snapshot(
+        position=[[0.0, 0.2], [0.4, 0.2]],
+        velocity=[[speed, -speed], [-speed, 0.0]],
+        radius=[0.2, 0.2],
+        mass=[75.0, 75.0],
+        spin=[speed, 0.0],
+    )
+    floor = Walls(start=[[-9.0, 0.0]], end=[[9.0, 0.0]])
+    contacts = find_contacts(disks, floor, tolerance=1e-9)
+    found = solve(disks, contacts, law=ContactLaw(friction=0.05), tolerance=1e-10)
+    assert found.status == "solved"
+    assert np.abs(found.right_velocity).max() <= 2.0 * speed

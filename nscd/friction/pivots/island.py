@@ -32,8 +32,10 @@ LOCAL_PIVOTS, RAY_PIVOTS = 300, 5000
 PROXIMAL, FEW = ((8, 100), (16, 150), (32, 300), (64, 300)), 2
 PROXIMAL_NOISE = 1e-2
 # The cost of steps of the proximal point method, in pivots: at first, further, and from another
-# start. They bound the time that a search may take.
-POINT, FURTHER, AGAIN = 1500, 8000, 5000
+# start. They bound the time that a search may take. Newton's method is tried where no contact
+# changed, and after SOME steps nearer than NEAR.
+POINT, FURTHER, AGAIN = 1500, 11_000, 1500
+NEAR, SOME = 1e-5, 4
 # The largest island that is solved from the ray.
 RAY_CONTACTS = 1000
 
@@ -134,7 +136,7 @@ class Search:
 
     def by_point(self, points: Iterator[Point], effort: int) -> None:
         """Steps of the proximal point method, at the cost of `effort` pivots: see `points_from`."""
-        path, there = self._storage(), np.empty_like(self.velocity)
+        path, there, step = self._storage(), np.empty_like(self.velocity), 0
         while effort > 0:
             point = next(points)
             effort -= point.cost
@@ -144,11 +146,14 @@ class Search:
             velocities_of(self.problem, point.reaction, point.friction, there)
             if self.offer(point.reaction, point.friction, there, "proximal_point"):
                 return
-            if not point.pivots:  # the states have settled
-                hold = path.hold.copy()
-                end = point.reaction.copy(), point.friction.copy(), there.copy()
-                if self._newton(hold != FREE, hold, end, (1, PENALTY), "proximal_point"):
-                    return
+            step += 1
+            settled = self.error < NEAR and step % SOME == 0
+            if settled or not point.pivots:
+                for weight, _ in FINISH:
+                    hold = path.hold.copy()
+                    end = point.reaction.copy(), point.friction.copy(), there.copy()
+                    if self._newton(hold != FREE, hold, end, (1, weight), "proximal_point"):
+                        return
 
     def points_from(self, lam: Any, tau: Any, u: Any) -> Iterator[Point]:
         """Where the proximal point method goes from an answer."""
