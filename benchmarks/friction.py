@@ -11,8 +11,6 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import resource
-import signal
 import subprocess
 import sys
 import tempfile
@@ -39,8 +37,8 @@ SYSTEM_PYTHON = "/usr/bin/python3"  # python3-siconos lives with the system's ow
 SICONOS = Path(__file__).parent / "processes" / "siconos_friction.py"
 # Pairs of sweeps between two looks at the clock.
 BLOCK = 200
-# CPU seconds that Siconos' interpreter and matrices may take before its solver begins.
-STARTING = 5
+# Iterations of Siconos' solver whose time says how many the limit allows.
+TRIAL = 100
 
 
 class Result(NamedTuple):
@@ -113,39 +111,44 @@ def plain(problem: FrictionProblem, rows: Rows, limit: float) -> Result:
 
 
 def siconos(problem: FrictionProblem, rows: Rows, solver: str, limit: float) -> Result:
-    """One of Siconos' solvers in the system's Python, asked for ever less until 1e-10 is met."""
+    """One of Siconos' solvers in the system's Python, asked for ever less until 1e-10 is met or
+    its iterations have taken the limit."""
     both = sparse.vstack([rows.normal, rows.tangent]).tocsr()
     k = len(problem.first)
     both = -both[np.arange(2 * k).reshape(2, k).T.ravel()]
-    best, spent = Result(np.inf, np.inf, "no answer"), 0.0
+    best = Result(np.inf, np.inf, "no answer")
     with tempfile.TemporaryDirectory() as folder:
         given, found = Path(folder) / "given.npz", Path(folder) / "found.npy"
         np.savez(
             given, data=both.data, indices=both.indices, indptr=both.indptr,
             inverse=1.0 / rows.mass, velocity=both @ rows.left, friction=problem.friction,
         )  # fmt: skip
-        for asked in (1e-8, 1e-10, 1e-12):
-            most = int(max(limit - spent, 1.0)) + STARTING
-            words = [SYSTEM_PYTHON, SICONOS, given, solver, asked, 10_000_000, found]
-            try:
-                said = subprocess.run(
-                    [str(word) for word in words], capture_output=True, text=True, check=True,
-                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (most, most)),  # noqa: B023
-                )  # fmt: skip
-            except subprocess.CalledProcessError as error:
-                if error.returncode == -signal.SIGXCPU:
-                    return best if best.residual < np.inf else Result(limit, np.inf, "too long")
-                return best._replace(note="no python3-siconos, or it failed")
-            except OSError:
-                return best._replace(note="no python3-siconos")
+
+        def asked(tolerance: float, iterations: int) -> Result:
+            words = [SYSTEM_PYTHON, SICONOS, given, solver, tolerance, iterations, found]
+            said = subprocess.run(
+                [str(word) for word in words], capture_output=True, text=True, check=True
+            )
             seconds = float(json.loads(said.stdout.splitlines()[-1])["seconds"])
-            spent += seconds
             reaction = np.load(found)
             residual = rows.residual(problem, reaction[::2], reaction[1::2])
-            if residual < best.residual:
-                best = Result(seconds, residual, f"asked {asked:.0e}")
-            if residual <= TARGET:
-                break
+            return Result(seconds, residual, f"asked {tolerance:.0e}")
+
+        try:
+            trial = asked(1e-16, TRIAL)
+            most = max(int(limit * TRIAL / max(trial.seconds, 1e-3)), TRIAL)
+            for tolerance in (1e-8, 1e-10, 1e-12):
+                one = asked(tolerance, most)
+                if one.residual < best.residual:
+                    best = one
+                if one.residual <= TARGET:
+                    break
+                if one.seconds > 0.5 * limit:
+                    return best._replace(note=f"not within {most} iterations")
+        except subprocess.CalledProcessError:
+            return best._replace(note="no python3-siconos, or it failed")
+        except OSError:
+            return best._replace(note="no python3-siconos")
     return best
 
 
@@ -163,6 +166,18 @@ def cases(arguments: argparse.Namespace) -> Iterator[Case]:
             contacts, walls = setting.contacts(snapshot), scene.wall_segments()
             name = f"{folder.parent.name} frame {number}"
             yield Case(name, snapshot, walls, contacts, setting.left(snapshot)[0])
+
+
+def answers(
+    case: Case, problem: FrictionProblem, mu: float, arguments: argparse.Namespace
+) -> Iterator[tuple[str, Result]]:
+    """The solvers' names and results, each as soon as it is there."""
+    rows = Rows.of(problem)
+    yield "solve", own(case, problem, rows, mu)
+    if arguments.plain:
+        yield "Gauss–Seidel", plain(problem, rows, arguments.limit)
+    for name in arguments.siconos:
+        yield f"Siconos {name}", siconos(problem, rows, name, arguments.limit)
 
 
 def main() -> None:
@@ -190,18 +205,12 @@ def main() -> None:
             for mu in arguments.mu:
                 law = ContactLaw(friction=mu)
                 problem = friction_problem(case.snapshot, case.contacts, case.left_velocity, law)
-                rows = Rows.of(problem)
-                results = {"solve": own(case, problem, rows, mu)}
-                if arguments.plain:
-                    results["Gauss–Seidel"] = plain(problem, rows, arguments.limit)
-                for name in arguments.siconos:
-                    results[f"Siconos {name}"] = siconos(problem, rows, name, arguments.limit)
-                for solver, (seconds, residual, note) in results.items():
-                    line = [case.name, len(case.contacts), mu, solver]
-                    line += [f"{seconds:.4g}", f"{residual:.1e}", note]
+                for solver, result in answers(case, problem, mu, arguments):
+                    line = [case.name, len(case.contacts), mu, solver, f"{result.seconds:.4g}"]
+                    line += [f"{result.residual:.1e}", result.note]
                     table.writerow(line)
+                    file.flush()
                     print(" | ".join(map(str, line)), flush=True)
-                file.flush()
 
 
 if __name__ == "__main__":
