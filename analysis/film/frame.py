@@ -17,6 +17,7 @@ from analysis.percussions.setting import FORCE
 from analysis.percussions.snapshot import SnapshotPercussions
 from analysis.scene.account import Reconciliation
 from analysis.scene.scene import Scene
+from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
 from nscd.percussions import Status
 
@@ -132,18 +133,21 @@ class Reel:
         return [frame for frame in self.frames if frame.status != Status.SOLVED]
 
 
-def values_at(
-    scene: Scene, match: Match, found: SnapshotPercussions, model: str
-) -> dict[str, float]:
-    """Measure a model at an instant: HEADLINES, and of forces who is above each limit.
-
-    The instant is taken as a window of one second, whose impulses (N·s) are the forces (N)."""
+def window_of(match: Match, now: Snapshot, model: str) -> Window:
+    """Take what a model says of an instant as a window of one second, whose impulses (N·s) are the
+    forces (N); of the percussions of an impact it has these."""
     has, vector = (
         (match.in_penalty, match.penalty) if model == ENGINE else (match.in_rigid, match.rigid)
     )
-    now = found.snapshot
     keys = np.column_stack([match.ids, match.is_wall])[has]
-    window = Window(start=now.time - 1.0, end=now.time, now=now, keys=keys, impulse=vector[has])
+    return Window(start=now.time - 1.0, end=now.time, now=now, keys=keys, impulse=vector[has])
+
+
+def values_at(
+    scene: Scene, match: Match, found: SnapshotPercussions, model: str
+) -> dict[str, float]:
+    """Measure a model at an instant: HEADLINES, and of forces who is above each limit."""
+    window = window_of(match, found.snapshot, model)
     values = values_of(scene, window)
     named = {key: values[key] for key in HEADLINES if key in values}
     if model == RIGID and found.unit != FORCE:

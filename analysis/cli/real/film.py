@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.app import Out, command_line, progress, show
-from analysis.cli.real.options import FrameRate, Mass, Radii, Room, Unit
+from analysis.cli.real.options import Exports, FrameRate, Mass, Radii, Room, Unit
 
 if TYPE_CHECKING:
     from analysis.film.frame import Reel
@@ -33,6 +33,7 @@ def film(
     mass: Mass = 75.0,
     unit: Unit = None,
     frame_rate: FrameRate = None,
+    export: Exports = None,
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Write film.parquet too (needs pyarrow).")
     ] = False,
@@ -48,6 +49,7 @@ def film(
 
     Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml
     """
+    from analysis.film.export import export as export_film
     from analysis.film.frames import Frames
     from analysis.film.page import write_film
     from analysis.film.summary import write_table
@@ -70,6 +72,9 @@ def film(
         source = target[0].name
     for path in write_table(reels, out, parquet=parquet):
         print(path)
+    for form in dict.fromkeys(export or []):
+        for path in export_film(reels, form.value, out):
+            print(path)
     page = write_film(reels, out, command_line(), source)
     _say(reels)
     print(page.resolve().as_uri())

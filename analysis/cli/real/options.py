@@ -1,5 +1,6 @@
 """Options that commands on trajectories share."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -23,4 +24,16 @@ Radii = Annotated[
         help="Of a trajectory: radius in m, several times; the middle one counts, all make the "
         "band. Left out: 0.16, 0.18 and 0.20.",
     ),
+]
+
+
+class Form(StrEnum):
+    """For which program a film is exported: ParaView or OVITO."""
+
+    VTK = "vtk"
+    OVITO = "ovito"
+
+
+Exports = Annotated[
+    list[Form] | None, typer.Option(help="Write files for ParaView or OVITO too; several times.")
 ]
