@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from analysis.exposure.counts import limits_of_people
 from analysis.film.frame import ENGINE, HEADLINES, RIGID, Frame, Reel
-from analysis.film.summary import band
+from analysis.film.summary import band, unit_of
 from analysis.pages.drawing import (
     BLUE,
     COLOURS,
@@ -28,6 +28,7 @@ from analysis.pages.drawing import (
 )
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import significant
+from analysis.percussions.setting import FORCE
 
 # Shades of what the mechanics leaves open, and of the band of all radii.
 FAINT, FAINTER = 0.35, 0.15
@@ -35,32 +36,36 @@ FAINT, FAINTER = 0.35, 0.15
 BETWEEN = 0.08
 
 
-def draw_series(reels: Sequence[Reel], model: str = "") -> Figure:
-    """Draw each headline number over time: of runs every model, of a filmed crowd the middle
+def draw_series(reels: Sequence[Reel]) -> Figure:
+    """Draw each headline number over time, those of two units apart: of runs every model, of a filmed crowd the middle
     radius within the band of all; crosses where percussions are not solved."""
-    keys = [
-        key
+    panels = {
+        (key, unit_of(reel, model, key)): None
         for key in HEADLINES
-        if any(key in named for reel in reels for f in reel.frames for named in f.values.values())
-    ]
-    figure = Figure(figsize=(8.0, 2.2 * len(keys) + 1.0), layout="constrained")
-    every = figure.subplots(len(keys), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, key in zip(every, keys, strict=True):
+        for reel in reels
+        for model in reel.models
+        if any(key in one.values.get(model, {}) for one in reel.frames)
+    }
+    figure = Figure(figsize=(8.0, 2.2 * len(panels) + 1.0), layout="constrained")
+    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (key, unit) in zip(every, panels, strict=True):
         if reels[0].radius is not None:
             _draw_radii(axes, reels, key)
         else:
-            _draw_models(axes, reels, key)
-        unit = HEADLINES[key].unit
+            _draw_models(axes, reels, key, unit)
         title = HEADLINES[key].title.replace(" of the", "\nof the").replace(" within", "\nwithin")
         axes.set_ylabel(f"{title} ({unit})", fontsize=8)
         axes.set_ylim(bottom=0)
         axes.grid(alpha=0.3)
-        _draw_limits(axes, key)
+        if key == "contact_largest" and unit == FORCE:
+            _draw_limits(axes, key)
         # an empty line that is not clipped would upset the layout
         for bad in ([one.time for one in reel.unsolved] for reel in reels if reel.unsolved):
             axes.plot(bad, np.zeros(len(bad)), "x", color=VERMILION, clip_on=False, zorder=5)
     every[-1].set_xlabel("time (s)")
-    figure.legend(*every[0].get_legend_handles_labels(), fontsize=8, ncols=2,
+    named = {name: line for axes in every for line, name in
+             zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
+    figure.legend(named.values(), named.keys(), fontsize=8, ncols=2,
                   loc="outside upper center")  # fmt: skip
     return figure
 
@@ -84,10 +89,12 @@ def _draw_radii(axes: Axes, reels: Sequence[Reel], key: str) -> None:
     axes.plot(time, middle, color=BLUE, lw=1.2, label=reels[len(reels) // 2].title)
 
 
-def _draw_models(axes: Axes, reels: Sequence[Reel], key: str) -> None:
-    """Every model of every run, percussions dashed."""
+def _draw_models(axes: Axes, reels: Sequence[Reel], key: str, unit: str) -> None:
+    """Every model of every run that has the unit, percussions dashed."""
     for reel, colour in zip(reels, COLOURS, strict=False):
         for model, line in zip(reel.models, LINES, strict=False):
+            if unit_of(reel, model, key) != unit:
+                continue
             time, value, low, high = _series(reel, model, key)
             name = engine_name(reel.engine)
             label = name if model == ENGINE else f"percussions, at the places of {name}"
@@ -109,8 +116,6 @@ def _series(reel: Reel, model: str, key: str) -> tuple[np.ndarray, ...]:
 
 def _draw_limits(axes: Axes, key: str) -> None:
     """The limits of a force on a person, as far as the axis goes."""
-    if key != "contact_largest":
-        return
     top, labelled = axes.get_ylim()[1], -np.inf
     for limit in limits_of_people():
         if limit.quantity != key or limit.number > top:

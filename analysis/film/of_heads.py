@@ -19,9 +19,6 @@ from analysis.support.progress import Progress
 from nscd import Snapshot
 from nscd.percussions import Status
 
-# So many frames, evenly spread, where none are asked for.
-USUAL = 50
-
 
 def film_heads(
     recording: Recording,
@@ -41,8 +38,7 @@ def film_heads(
     be, the frame has the status `failed` and its reason. Raises TrajectoryError, SceneError and
     ValueError naming the file, the frame, the person or the key."""
     first, last = recording.ends
-    usual = Frames(step=max(1, round((last - first) / (USUAL - 1))))
-    numbers = (frames or usual).of(first, last, recording.file)
+    numbers = (frames or Frames()).of(first, last, recording.file)
     shift = max(0, 1 - int(recording.data.id.min()))
     parts, _ = read_room(room, (float(np.mean(radii)), mass))
     if parts.drive is None:
@@ -70,6 +66,8 @@ def film_heads(
             if progress:
                 share = (numbers.index(number) + 1) / len(numbers)
                 progress(f"film of {recording.file.name}, radius {radius:g} m", share)
+        if all(frame.found is None for frame in made):
+            raise ValueError(made[0].reason)
         reels.append(
             Reel(
                 title=f"radius {radius:g} m",

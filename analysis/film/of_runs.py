@@ -27,7 +27,7 @@ def film_runs(
 ) -> list[Reel]:
     """Make a reel of each finished run.
 
-    frames: of the dumps, from 0; all of them where left out
+    frames: of the dumps, from 0; about 50, evenly spread, where left out
 
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
     ValueError for frames that are not there and for runs whose frames are not at the same times."""

@@ -11,10 +11,9 @@ from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES
 from analysis.film.charts import draw_series, draw_still
 from analysis.film.ends import MOST_OPEN
-from analysis.film.frame import ENGINE, HEADLINES, RIGID, Frame, Reel
-from analysis.film.summary import Headline, headline
+from analysis.film.frame import HEADLINES, Frame, Reel
+from analysis.film.summary import Headline, bands, headline, headline_rows
 from analysis.film.viewer import packed
-from analysis.motion.intervals import two
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, decimals, significant
@@ -24,8 +23,6 @@ from analysis.percussions.setting import FORCE
 from analysis.support.files import write_text
 
 PAGE = "film.html"
-# A band: reels that are summed up together, and their model.
-Band = tuple[Sequence[Reel], str]
 
 
 def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -> Path:
@@ -62,27 +59,6 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
     )
     write_text(folder / PAGE, page)
     return folder / PAGE
-
-
-def bands(reels: Sequence[Reel]) -> dict[str, Band]:
-    """Name what has an interval of its own: the radii of a filmed crowd together, and each model of
-    each run."""
-    if reels[0].radius is not None:
-        return {RIGID: (reels, RIGID)}
-    found: dict[str, Band] = {}
-    for reel in reels:
-        name = engine_name(reel.engine)
-        found[name] = ([reel], ENGINE)
-        if RIGID in reel.models:
-            found[f"{RIGID}, places of {name}"] = ([reel], RIGID)
-    return found
-
-
-def interval_text(found: Headline | None) -> str:
-    """Write a headline with two digits: 350 (110 – 1 400); – where there is none."""
-    if found is None:
-        return NONE
-    return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
 
 
 def _shared(reels: Sequence[Reel]) -> dict[str, object]:
@@ -165,32 +141,14 @@ def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
 
 def _headlines(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> Table:
     """Every headline number as an interval, in each model."""
-    columns = bands(reels)
-    rows: list[list[Cell]] = []
-    unbounded = 0
-    for key, measure in HEADLINES.items():
-        found = [headline(chosen, model, key) for chosen, model in columns.values()]
-        known = [one for one in found if one is not None]
-        if not known:
-            continue
-        unbounded = max(unbounded, *(one.unbounded for one in known))
-        units = [_unit(chosen, model, measure.unit) for chosen, model in columns.values()]
-        same = len(set(units)) == 1
-        cells = [
-            interval_text(one) + ("" if same or one is None else f" {unit}")
-            for one, unit in zip(found, units, strict=True)
-        ]
-        name = f"{measure.title} ({units[0]})" if same else measure.title
-        rows.append([name, *cells, significant(known[0].independent, 2)])
+    columns, rows = headline_rows(reels)
+    every = [headline(*one, key) for one in bands(reels).values() for key in HEADLINES]
+    known = [one for one in every if one is not None]
+    unbounded = max((one.unbounded for one in known), default=0)
     note = words.text("note", count=unbounded, most=MOST_OPEN) if unbounded else ""
-    return words.table("headlines", rows, **shared, columns=list(columns), note=note)
-
-
-def _unit(reels: Sequence[Reel], model: str, unit: str) -> str:
-    """The unit of a measure, which of an impact is that of the percussions."""
-    shown = next(frame for frame in reels[0].frames if frame.found is not None)
-    own = shown.unit(model)
-    return unit if own == FORCE else own
+    independent = min((one.independent for one in known), default=0.0)
+    shared = {**shared, "independent": independent}
+    return words.table("headlines", rows, **shared, columns=columns, note=note)
 
 
 def _pictures(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]):  # type: ignore[no-untyped-def]

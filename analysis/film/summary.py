@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.film.frame import HEADLINES, RIGID, Ends, Frame, Reel
+from analysis.film.frame import ENGINE, HEADLINES, RIGID, Ends, Frame, Reel
 from analysis.motion.ensemble import LEVEL, correlation_windows
+from analysis.motion.intervals import two
+from analysis.pages.names import engine_name
+from analysis.pages.numbers import NONE
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_rows
 
 # Columns before those of the headline numbers.
 HEAD = ("reel", "model", "radius_m", "frame", "time_s", "people", "status", "moved_mean_m",
         "moved_largest_m")  # fmt: skip
+# A band: reels that are summed up together, and their model.
+Band = tuple[Sequence[Reel], str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +67,51 @@ def headline(reels: Sequence[Reel], model: str, key: str) -> Headline | None:
         independent=len(answers) / correlation_windows([answers]),
         unbounded=len(unbounded),
     )
+
+
+def bands(reels: Sequence[Reel]) -> dict[str, Band]:
+    """Name what has an interval of its own: the radii of a filmed crowd together, and each model of
+    each run."""
+    if reels[0].radius is not None:
+        return {RIGID: (reels, RIGID)}
+    found: dict[str, Band] = {}
+    for reel in reels:
+        name = engine_name(reel.engine)
+        found[name] = ([reel], ENGINE)
+        if RIGID in reel.models:
+            found[f"{RIGID}, places of {name}"] = ([reel], RIGID)
+    return found
+
+
+def interval_text(found: Headline | None) -> str:
+    """Write a headline with two digits: 350 (110 – 1 400); – where there is none."""
+    if found is None:
+        return NONE
+    return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
+
+
+def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:
+    """Give the names of the models, and a row per headline number: title with unit, and its
+    interval in each model; of an impact the unit stands beside the interval."""
+    columns, rows = bands(reels), []
+    for key, measure in HEADLINES.items():
+        found = {name: headline(*one, key) for name, one in columns.items()}
+        if not any(found.values()):
+            continue
+        units = {name: unit_of(one[0][0], one[1], key) for name, one in columns.items()}
+        same = len(set(units.values())) == 1
+        cells = [
+            interval_text(one) + ("" if same or one is None else f" {units[name]}")
+            for name, one in found.items()
+        ]
+        rows.append([f"{measure.title} ({measure.unit})" if same else measure.title, *cells])
+    return list(columns), rows
+
+
+def unit_of(reel: Reel, model: str, key: str) -> str:
+    """Name the unit of a headline number, which of an impact is that of the percussions."""
+    own = next((one.unit(model) for one in reel.frames if one.found is not None), FORCE)
+    return HEADLINES[key].unit if own == FORCE else own
 
 
 def band(ends: Ends) -> tuple[float, float]:

@@ -9,6 +9,7 @@ import pytest
 # what the commands import when they are called, so that forks have it
 import analysis.advice.advised_run
 import analysis.compare.study
+import analysis.film.page
 import analysis.motion.precision.page
 import analysis.motion.report
 import analysis.paper.page

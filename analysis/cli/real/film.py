@@ -26,7 +26,7 @@ def film(
     ],
     frames: Annotated[
         str | None,
-        typer.Option(help="first:last:step, both ends included. Left out: all, or about 50."),
+        typer.Option(help="first:last:step, both ends included. Left out: about 50."),
     ] = None,
     room: Room = None,
     radius: Radii = None,
@@ -108,18 +108,9 @@ def _heads(
 
 def _say(reels: list[Reel]) -> None:
     """The headline numbers, and every frame that is not solved."""
-    from analysis.film.frame import HEADLINES
-    from analysis.film.page import bands, interval_text
-    from analysis.film.summary import headline
+    from analysis.film.summary import headline_rows
 
-    columns = bands(reels)
-    rows = [
-        [
-            f"{measure.title} ({measure.unit})",
-            *(interval_text(headline(chosen, model, key)) for chosen, model in columns.values()),
-        ]
-        for key, measure in HEADLINES.items()
-    ]
+    columns, rows = headline_rows(reels)
     show(["median (nine tenths)", *columns], rows)
     for reel in reels:
         for frame in reel.unsolved:

@@ -165,9 +165,8 @@ def _check_places(origin: str, ids: Indices, position: Floats) -> None:
     nearest = distance[:, 1]
     if nearest.min() == 0:
         row = int(np.argmin(nearest))
-        raise TrajectoryError(
-            f"{origin}: persons {ids[row]} and {ids[other[row, 1]]} are at the same place"
-        )
+        twin = next(one for one in other[row] if one != row)
+        raise TrajectoryError(f"{origin}: persons {ids[row]} and {ids[twin]} are at the same place")
     # Heads of different people are never so near, and a crowd is never so far apart: it is the
     # unit.
     typical = float(np.median(nearest))
