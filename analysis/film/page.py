@@ -11,7 +11,7 @@ from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES
 from analysis.film.charts import draw_series, draw_still
 from analysis.film.ends import MOST_OPEN
-from analysis.film.frame import HEADLINES, Frame, Reel
+from analysis.film.frame import HEADLINES, RIGID, Frame, Reel
 from analysis.film.summary import Headline, bands, headline, headline_rows
 from analysis.film.viewer import packed
 from analysis.pages.html import render, write_pictures
@@ -116,7 +116,7 @@ def _what(
         ]
     drive = middle.scene.drive
     if drive is None or not _forces(reels):
-        return [*said, words.text("impact")]
+        return [*said, words.text("impact")] if RIGID in middle.models else said
     mass = np.concatenate([frame.found.snapshot.mass for frame in shown if frame.found is not None])
     push = mass * drive.speed_m_per_s / drive.relaxation_time_s
     ends = (float(push.min()), float(push.max()))
