@@ -73,6 +73,11 @@ OPTIONS = {
         "--name": ("mine", "..", "a/b", "n" * 200), "--unit": ("m", "cm"), "--frame-rate": ("10",),
         "--window": ("0.2",), "--out": PLACES,
     },
+    "film": {
+        "--frames": ("1:3", "2", "0:9", "::2"), "--room": ("room.toml",), "--radius": ("0.2",),
+        "--mass": ("60",), "--unit": ("m", "cm"), "--frame-rate": ("10",),
+        "--export": ("vtk", "ovito"), "--out": PLACES,
+    },
     "scenes": {
         "--make": ("arch", "pair", "jam"), "--disks": ("12",), "--seed": ("2",), "--out": PLACES,
     },
@@ -141,8 +146,10 @@ def dump_of(random, disks):
 class Workshop:
     """Makes the materials; the runs of an engine once."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, films: bool = False) -> None:
+        """films: whether there are films too, a second each."""
         self.runs = {}
+        self.films = ("film", "film") if films else ()
         if engines.engine("lammps").find() is None:
             return
         pair = make("pair").with_contact(restitution=0.5)
@@ -159,7 +166,17 @@ class Workshop:
     def kinds(self):
         """The kinds of material, those with an engine only where it is there, often the first."""
         with_engine = ("run", "compare", "compare", "compare") if self.runs else ()
-        return ("dump", "dump", "dump", "dump", "room", "import", "import", *with_engine)
+        return (
+            "dump",
+            "dump",
+            "dump",
+            "dump",
+            "room",
+            "import",
+            "import",
+            *with_engine,
+            *self.films,
+        )
 
     def make(self, random):
         """A material of some kind."""
@@ -207,3 +224,12 @@ class Workshop:
         words = ("import", name, "--frame", "2", "--room", "room.toml", "--out", "out", *given)
         target = random.choice((name, name, name, "room.toml"))
         return Material(kind="import", files=files, words=words, target=target)
+
+    def _film(self, random):
+        name = random.choice(tuple(TRAJECTORIES))
+        drive = ROOM[: ROOM.index("[[walls]]")] + ROOM[ROOM.index("[drive]") :]
+        files = {name: (ROOT / "tests/data/trajectories" / name).read_bytes()}
+        files["room.toml"] = drive.encode()
+        frames = ("--frames", "2:3", "--room", "room.toml", "--out", "out")
+        words = ("film", name, *frames, *TRAJECTORIES[name])
+        return Material(kind="film", files=files, words=words, target=random.choice(tuple(files)))
