@@ -124,9 +124,8 @@ def _draw_limits(axes: Axes, key: str) -> None:
         if limit.number - labelled > BETWEEN * top:
             labelled = limit.number
             words = f"{significant(limit.number, 4)} N"
-            label = axes.text(1.005, limit.number / top, words, fontsize=6, va="center",
-                              transform=axes.transAxes)  # fmt: skip
-            label.set_in_layout(False)
+            place = 1.005, limit.number / top
+            axes.text(*place, words, fontsize=6, va="center", transform=axes.transAxes)
 
 
 def draw_still(reel: Reel, shown: Frame, model: str) -> Figure:
