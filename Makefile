@@ -8,8 +8,7 @@ SHELL := bash
 PYTHON3 ?= python3
 VENV := .venv
 PYTHON := $(VENV)/bin/python
-# Python compiles a module when it is first imported; for all that is installed that takes half a minute.
-PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --no-compile --constraint constraints.txt
+PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
 .PHONY: help install report paper test lint bench clean system system-test
 
@@ -96,8 +95,7 @@ lint: $(VENV)/installed-test
 
 test: system-test $(VENV)/installed
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/kernels lint
-	# one worker more than cores: engines that are awaited leave cores idle
-	$(PYTHON) -m pytest -n $$(( $$(nproc) + 1 )) --dist loadfile --no-loadscope-reorder
+	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 bench: install
 	@$(PIP) --editable '.[bench]'
