@@ -20,8 +20,9 @@ def hot():
     return read_scene("pair").with_run(time_step_s=2e-3, duration_s=0.1, frames=10)
 
 
-def test_the_command_ends_with_one_clear_line(percussions):
-    done = percussions("run", "pair", "--time-step", "2e-3")
+def test_the_command_ends_with_one_clear_line(percussions, tmp_path):
+    hot().write(tmp_path)
+    done = percussions("run", "pair.toml")
     assert done.returncode == 1
     lines = [line for line in done.stderr.splitlines() if line.startswith("percussions: ")]
     assert len(lines) == 1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+import nscd.friction
 from nscd import Snapshot, Walls
 from nscd.stepping import Motion, Push, StepError, WindowSums
-from nscd.stepping import motion as step_module
 
 RADIUS, GRAVITY = 0.25, 9.81
 
@@ -97,13 +97,13 @@ def rubbing_pair():
 
 def failing(monkeypatch, motion, longest):
     """Let no solver solve a step that is longer."""
-    solve = step_module.solve_step
+    solve = nscd.friction.solve_step
 
     def pretended(*given):
         found = solve(*given)
         return found._replace(error=1.0) if motion.step > longest else found
 
-    monkeypatch.setattr(step_module, "solve_step", pretended)
+    monkeypatch.setattr(nscd.friction, "solve_step", pretended)
 
 
 def test_a_step_that_is_not_solved_is_made_in_halves(monkeypatch):
