@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -124,7 +125,7 @@ def _written(scene: Scene, out: Path) -> None:
     with whole_file(made.with_suffix(".png"), "wb") as file:
         file.write(shown.png)
     print(scene.notes, made, made.with_suffix(".png"), sep="\n")
-    print(f"next: percussions report {made}")
+    print(f"next: percussions report {shlex.quote(str(made))}")
 
 
 def _lengths(key: str, text: str, between: str, wanted: int) -> list[float]:

@@ -255,6 +255,8 @@ class _Heads:
         columns = tuple(words[2:])
         if twice := {name for name in columns if columns.count(name) > 1}:
             raise DumpError(f"{where}: column {' and '.join(sorted(twice))} occurs twice")
+        if strange := [name for name in columns if not name.isascii()]:
+            raise DumpError(f"{where}: column {strange[0]!r} is not of ASCII letters")
         (x0, x1), (y0, y1) = box
         return Frame(step, time, (x0, y0), (x1, y1), count, self.line + 1), columns
 

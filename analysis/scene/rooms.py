@@ -32,10 +32,12 @@ from nscd.stepping import StepError
 # Share of the floor that disks cover where they wait: dense, and still without order.
 COVER = 0.6
 # They cannot be placed at random above it.
-MOST_COVER = 0.75
+MOST_COVER = 0.6
 # Disks put one after the other at random can cover 0.547.
 PUT_COVER = 0.42
 ON_WALL_M = 1e-6
+# More people than these take minutes; more of the others is no crowd.
+MOST_PEOPLE, MOST_PUSH_N, MOST_S, MOST_M = 5000, 1e5, 1e5, 1e4
 TRIES, HALVINGS = 20_000, 40
 RESTITUTION = 0.1
 
@@ -91,6 +93,7 @@ def from_geometry(name: str, area: Any, door: Door, crowd: Crowd, duration: floa
 
     Raises SceneError for a door that is not on the outline, for a crowd that does not fit, and for
     lengths that are not positive."""
+    _check(crowd, duration)
     floor = shapely.geometry.polygon.orient(_polygon(area))
     walls, outward, door = _walls(floor, door)
     radius, mass = _bodies(crowd)
@@ -134,7 +137,9 @@ def read_area(file: Path) -> shapely.Polygon:
     except UnreadableError as error:
         raise SceneError(str(error)) from None
     try:
-        shape = shapely.from_geojson(text) if text.startswith("{") else shapely.from_wkt(text)
+        # what is not a number is refused below
+        with np.errstate(invalid="ignore"):
+            shape = shapely.from_geojson(text) if text.startswith("{") else shapely.from_wkt(text)
     except shapely.errors.GEOSException as error:
         raise SceneError(f"{file}: neither WKT nor GeoJSON: {error}") from None
     try:
@@ -143,9 +148,23 @@ def read_area(file: Path) -> shapely.Polygon:
         raise SceneError(f"{file}: {error}") from None
 
 
+def _check(crowd: Crowd, duration: float) -> None:
+    """Raise SceneError for what would take for ever, or is no crowd."""
+    for name, number, most in (
+        ("people", crowd.people, MOST_PEOPLE),
+        ("push", crowd.push, MOST_PUSH_N),
+        ("duration", duration, MOST_S),
+    ):
+        if not 0 < number <= most:
+            raise SceneError(f"{name}: {number:g}; above 0 and at most {most:g} is needed")
+
+
 def _polygon(area: Any) -> shapely.Polygon:
     """One polygon of what describes a floor."""
-    shape = shapely.union_all(shapely.get_parts(getattr(area, "polygon", area)))
+    shape = getattr(area, "polygon", area)
+    if not (np.abs(shapely.get_coordinates(shape)) <= MOST_M).all():
+        raise SceneError(f"area: coordinates in m within ±{MOST_M:g} are needed")
+    shape = shapely.union_all(shapely.get_parts(shape))
     if not isinstance(shape, shapely.Polygon) or shape.is_empty:
         raise SceneError(f"area: one polygon is needed, not {shape.geom_type}")
     if not shape.is_valid:
@@ -204,7 +223,7 @@ def _bodies(crowd: Crowd) -> tuple[Floats, Floats]:
         raise SceneError(f"people: {error}") from None
 
 
-def _cover(radius: Floats, floor: shapely.Polygon) -> float:
+def _cover(radius: Floats, floor: shapely.Geometry) -> float:
     """Share of a floor that disks cover."""
     return float(np.pi * (radius**2).sum() / floor.area)
 
@@ -212,18 +231,16 @@ def _cover(radius: Floats, floor: shapely.Polygon) -> float:
 def _places(floor: shapely.Polygon, door: Door, radius: Floats, seed: int) -> Floats:
     """Random places (n,2) m nearest to the door, of which the disks cover COVER. Disks that are
     somewhat smaller are put one after the other where they overlap none, until all are there."""
-    cover = _cover(radius, floor)
-    inside = floor.buffer(-float(radius.max()))
+    cover, inside = _cover(radius, floor), floor.buffer(-float(radius.max()))
     if cover > MOST_COVER or inside.is_empty:
         raise SceneError(
             f"people: {len(radius)} of mean radius {radius.mean():.3g} m would cover {cover:.0%} of "
             f"the floor; at most {MOST_COVER:.0%} can be placed"
         )
-    area = _before(floor, door, cover / COVER * floor.area)
-    area = area.intersection(inside)
+    area = _before(inside, door, cover / COVER * floor.area)
     random = np.random.default_rng([seed, 5])
     place = np.empty((len(radius), 2))
-    share = np.sqrt(PUT_COVER / max(COVER, cover))
+    share = np.sqrt(PUT_COVER / max(COVER, _cover(radius, area)))
     shapely.prepare(area)
     for person, own in enumerate(radius):
         apart_from = share * (radius[:person] + own)
@@ -237,10 +254,10 @@ def _places(floor: shapely.Polygon, door: Door, radius: Floats, seed: int) -> Fl
     return place
 
 
-def _before(floor: shapely.Polygon, door: Door, size: float) -> shapely.Polygon:
-    """The part of a floor of so many m² that is nearest to the door."""
+def _before(floor: shapely.Geometry, door: Door, size: float) -> shapely.Geometry:
+    """The part of a floor of so many m² that is nearest to the door, or all of it."""
     line = shapely.LineString(door)
-    least, most = 0.0, float(shapely.hausdorff_distance(line, floor.exterior)) + line.length
+    least, most = 0.0, float(shapely.hausdorff_distance(line, floor)) + line.length
     for _ in range(HALVINGS):
         middle = 0.5 * (least + most)
         smaller = floor.intersection(line.buffer(middle)).area < size

@@ -7,6 +7,7 @@ from scipy.spatial import Delaunay
 
 from analysis.scene import Crowd, SceneError, from_geometry, read_scene, room
 from analysis.scene.anthropometry import PEOPLE, Varied
+from analysis.scene.rooms import read_area
 from nscd import find_contacts
 
 ELL = shapely.Polygon([(0, 0), (10, 0), (10, 4), (4, 4), (4, 10), (0, 10)])
@@ -86,6 +87,10 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
         ("--room 3x3 --door 1", "people: 90 of mean radius 0.201 m would cover 128% of the floor"),
         ("--door 1", "room: either --room or --geometry is needed"),
         ("--room 8x6 --door 1 --people-from Me", "people: 'Me'; there are: ANSUR II"),
+        ("--room 8x6 --door 1 --people 1e9", "people: 1e+09; above 0 and at most 5000"),
+        ("--room 8x6 --door 1 --duration 1e308", "duration: 1e+308; above 0 and at most 1"),
+        ("--room 8x6 --door 1 --push 1e308", "push: 1e+308; above 0 and at most 1"),
+        ("--room 1e300x6 --door 1", "area: coordinates in m within ±1"),
         ("--geometry none --door 1,9,2,9", "none: no such file"),
     ],
 )
@@ -103,3 +108,17 @@ def test_a_door_lies_on_one_side_and_a_floor_is_one_polygon():
     two = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)])
     with pytest.raises(SceneError, match="one polygon is needed, not MultiPolygon"):
         from_geometry("two", two, DOOR, Crowd(people=1))
+
+
+def test_a_floor_of_numbers(tmp_path):
+    (tmp_path / "floor").write_text("POLYGON((0 0,nan 10,10 0,0 0))")
+    with pytest.raises(SceneError, match="floor: area: coordinates in m within"):
+        read_area(tmp_path / "floor")
+
+
+def test_a_few_before_a_wide_door_and_many_in_a_small_room():
+    few = room("few", 8.0, 6.0, 6.0, Crowd(people=5))
+    assert len(few.walls) == 3
+    assert np.abs(few.snapshot.position[:, 0]).max() < 1.0
+    full = room("full", 4.0, 3.0, 0.8, Crowd(people=56))  # 59 % of the floor
+    assert len(full.snapshot) == 56

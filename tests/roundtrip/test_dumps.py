@@ -136,6 +136,7 @@ DAMAGED = [
     (frame(0, [[1, 0, 0, 0.1], [75, 2, 5, 0, 0.1, 75], [3, 9, 0, 0.1, 75]], FEW), "line 10: 4 words"),
     (frame(0, [[1, 0, 0, 0.1, 1, 5]], FEW + " x"), "line 9: column x occurs twice"),
     (frame(0, [[1, 0, 0, 0.1, 1, 5]], FEW + " vx"), "missing columns: vy"),
+    (frame(0, [[1, 0, 0, 0.1, 1, 5]], FEW + " −1"), "line 9: column '−1' is not of ASCII letters"),
     (frame(0, rows()).replace("ff ff pp", "pp ff pp"), r"line 5: the box is periodic in x"),
     (frame(0, rows()).replace("ff ff pp", "ff fp pp"), r"line 5: the box is periodic in y"),
     (frame(0, rows()).replace("ff ff pp", "ff xf pp"), "line 5: BOX BOUNDS: 'xf' is not a boundary"),
