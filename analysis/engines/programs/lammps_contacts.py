@@ -97,8 +97,10 @@ class _PairLaw:
         length = np.hypot(*tangential.T)
         friction = self.penalty.friction
         slides = (length >= friction * size_at_end * (1 - 1e-12)) | (length > friction * size)
-        scale = np.where(slides & (length > 0), friction * size / np.maximum(length, 1e-300), 1.0)
-        return np.asarray(scale[:, None] * tangential)
+        # a direction first: the ratio of forces overflows where this one is next to nothing
+        direction = tangential / np.where(length > 0, length, 1.0)[:, None]
+        limited = (friction * size)[:, None] * direction
+        return np.where((slides & (length > 0))[:, None], limited, tangential)
 
     def _middle_velocity(self, disks: Floats, frame: int, rank: Indices) -> Floats:
         """Velocity of the first relative to the second in the middle of the step that ends at this
