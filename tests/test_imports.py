@@ -27,7 +27,7 @@ RANKS = [
     ["analysis/dumps"],
     ["analysis/engines"],
     ["analysis/percussions"],
-    ["analysis/compare"],
+    ["analysis/compare", "analysis/exchange"],
     ["analysis/pages"],
     ["analysis/exposure"],
     [

@@ -5,6 +5,7 @@ from analysis.cli.app import app
 from analysis.cli.chart import chart
 from analysis.cli.compare import compare
 from analysis.cli.doctor import doctor
+from analysis.cli.exchange import export
 from analysis.cli.exposure import exposure
 from analysis.cli.paper import paper
 from analysis.cli.real.film import film
@@ -19,7 +20,7 @@ from analysis.cli.stability import stability
 __all__ = ["app"]
 
 for command in (
-    scenes, new, run, import_, solve, compare, film, exposure, report, chart, stability, advise, paper, push,
-    doctor,
+    scenes, new, run, import_, solve, compare, film, export, exposure, report, chart, stability, advise, paper,
+    push, doctor,
 ):  # fmt: skip
     app.command(name=command.__name__.rstrip("_"))(command)

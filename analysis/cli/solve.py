@@ -30,7 +30,8 @@ Dump = Annotated[
     Path,
     typer.Argument(
         help="LAMMPS text dump, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
-        "xu yu or xs ys), radius and mass or density."
+        "xu yu or xs ys), radius and mass or density; or an FCLIB file (HDF5), which has its own "
+        "contacts."
     ),
 ]
 RoomFile = Annotated[
@@ -79,9 +80,10 @@ ContactTolerance = Annotated[
     ),
 ]
 LargestOverlap = Annotated[
-    float,
+    float | None,
     typer.Option(
-        parser=positive, help="Deepest overlap that is taken, as a share of the smaller radius."
+        parser=positive,
+        help="Deepest overlap that is taken, as a share of the smaller radius; 0.5 if left out.",
     ),
 ]
 Restitution = Annotated[
@@ -112,7 +114,7 @@ def solve(
     window: Window = None,
     time_step: TimeStep = None,
     contact_tolerance: ContactTolerance = None,
-    largest_overlap: LargestOverlap = 0.5,
+    largest_overlap: LargestOverlap = None,
     restitution: Restitution = None,
     tolerance: Tolerance = 1e-8,
     openness: Openness = "determined",
@@ -120,12 +122,13 @@ def solve(
     scheduler: Scheduler = None,
     out: Table = Path("contacts.csv"),
 ) -> None:
-    """Compute the percussions at every contact of every frame of a dump.
+    """Compute the percussions at every contact of every frame of a dump, or of an FCLIB problem.
 
     Exit status 0 only if every frame is solved.
 
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
+    from analysis.exchange.layout import is_hdf5
     from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
     from analysis.support.parallel import workers as pool
     from nscd import ContactLaw
@@ -140,6 +143,10 @@ def solve(
         wall_friction=wall_friction,
         contact_tolerance=contact_tolerance,
     )
+    others = given(room=room, time_step=time_step, restitution=restitution, scheduler=scheduler)
+    if is_hdf5(dump):
+        _solve_problem(dump, out, tolerance, openness, [*options, *others])
+        return
     job = DumpToSolve(
         path=dump,
         time_step=time_step,
@@ -162,6 +169,26 @@ def solve(
         )
     _say(found, dump, out)
     if found.unsolved:
+        raise typer.Exit(1)
+
+
+def _solve_problem(
+    problem: Path, out: Path, tolerance: float, openness: Openness, others: list[str]
+) -> None:
+    """Solve an FCLIB problem; `others` are options that it has no use for."""
+    from analysis.exchange.solved import solve_file
+
+    if others:
+        name = others[0].replace("_", "-")
+        raise ValueError(f"--{name}: {problem} has its own; this option is for dumps")
+    found = solve_file(problem, out, tolerance, openness)
+    rows = [["contacts", str(found.contacts)], ["residual", f"{found.residual:.1e}"]]
+    if found.difference is not None:
+        rows.append(["largest difference of u from /solution", f"{found.difference:.1e}"])
+    show([str(problem), ""], rows)
+    print(out)
+    if found.why:
+        print(f"{problem}: {found.why}", file=sys.stderr)
         raise typer.Exit(1)
 
 

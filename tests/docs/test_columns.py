@@ -6,6 +6,7 @@ import re
 
 from documented import ROOT, columns
 
+from analysis.exchange.solved import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
 from analysis.motion.precision import points as whole_runs
@@ -28,7 +29,7 @@ def columns_of_film():
 
 def test_columns_of_solve_and_chart():
     assert set(COLUMNS) | set(whole_runs.COLUMNS) | columns_of_film() <= columns()
-    assert {field.name for field in dataclasses.fields(Point)} <= columns()
+    assert {*BARE, *(field.name for field in dataclasses.fields(Point))} <= columns()
 
 
 def test_no_column_is_named_that_nobody_writes():
@@ -39,7 +40,7 @@ def test_no_column_is_named_that_nobody_writes():
     pages = ["stability/page.py", "paper/page.py", "compare/contacts_csv.py", "dumps/contacts.py"]
     pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/scores.py"]
-    pages += ["motion/windows_files.py"]
+    pages += ["motion/windows_files.py", "exchange/solved.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}

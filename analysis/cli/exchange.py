@@ -1,0 +1,140 @@
+"""percussions export."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from analysis.cli.app import command_line, given, path, warn
+from analysis.cli.solve import (
+    ContactTolerance,
+    Friction,
+    LargestOverlap,
+    LeftVelocity,
+    Openness,
+    RoomFile,
+    TimeStep,
+    Tolerance,
+    WallFriction,
+    Window,
+)
+
+if TYPE_CHECKING:
+    from analysis.percussions import SnapshotPercussions
+
+
+def export(
+    target: Annotated[
+        Path,
+        typer.Argument(help="Folder of a run, a LAMMPS dump, or a scene (its name or .toml file)."),
+    ],
+    fclib: Annotated[Path, typer.Option(parser=path, help="HDF5 file to write.")],
+    frame: Annotated[
+        int | None,
+        typer.Option(help="Of a run or dump: its number from 0, or from the end: -1. The last one"),
+    ] = None,
+    local: Annotated[
+        bool, typer.Option("--local", help="Write FCLIB's local form W r + q too.")
+    ] = False,
+    room: RoomFile = None,
+    left_velocity: LeftVelocity = None,
+    friction: Friction = None,
+    wall_friction: WallFriction = None,
+    window: Window = None,
+    time_step: TimeStep = None,
+    contact_tolerance: ContactTolerance = None,
+    largest_overlap: LargestOverlap = None,
+    tolerance: Tolerance = 1e-8,
+    openness: Openness = "ranges",
+) -> None:
+    """Write the contact problem of one instant as an FCLIB file, with its answer.
+
+    Global form, in the plane; contacts are inelastic, with friction. The groups /crowd (bodies,
+    walls, units, dt, origin) and /truth (rank, determined, intervals) are beside FCLIB's own.
+    `percussions solve FILE` reads it back.
+
+    Exit status 1 if the problem is not solved; it is written without an answer then.
+
+    Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5
+    """
+    from analysis.exchange.fclib import write_problem
+
+    options = given(
+        left_velocity=left_velocity,
+        friction=friction,
+        wall_friction=wall_friction,
+        window=window,
+        contact_tolerance=contact_tolerance,
+        largest_overlap=largest_overlap,
+    )
+    dump = target / "bodies.dump" if target.is_dir() else target
+    if dump.is_file() and dump.suffix != ".toml":
+        if fclib.exists() and fclib.samefile(dump):
+            raise ValueError(f"--fclib: {fclib}: it would replace what it is made of")
+        found, origin = _of_dump(dump, frame, room, time_step, tolerance, options)
+    elif target.is_dir():
+        raise ValueError(f"{dump}: no such file; {target} is no folder of a run")
+    else:
+        named = given(frame=frame, room=room, time_step=time_step)
+        if named:
+            name = next(iter(named)).replace("_", "-")
+            raise ValueError(f"--{name}: only of a run or a dump, and {target} is a scene")
+        found, origin = _of_scene(target, tolerance, options)
+    write_problem(
+        fclib, found, origin | {"command": command_line()}, local=local, openness=openness
+    )
+    print(f"{len(found.snapshot)} people, {len(found.contacts)} contacts")
+    print(fclib)
+    if found.answer.status != "solved":
+        print(f"{fclib}: {found.answer.status}: {found.answer.reason}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _of_dump(
+    dump: Path,
+    frame: int | None,
+    room: Path | None,
+    time_step: float | None,
+    tolerance: float,
+    options: dict[str, Any],
+) -> tuple[SnapshotPercussions, dict[str, str]]:
+    """The percussions of a frame, and where it is from."""
+    from analysis.dumps import open_bodies, snapshot_of
+    from analysis.percussions import percussions_of
+    from analysis.percussions.dump_to_csv import setting_beside
+
+    setting = setting_beside(dump, room, **options)
+    trajectory = open_bodies(dump, time_step).trajectory
+    number, count = -1 if frame is None else frame, len(trajectory)
+    if not -count <= number < count:
+        raise ValueError(f"--frame: {number}; {dump} has {count}, from 0")
+    ts = trajectory[number % count]
+    snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
+    step = str(int(ts.data["step"]))
+    try:
+        found = percussions_of(setting, snapshot, tolerance=tolerance)
+    except ValueError as error:
+        raise ValueError(f"{dump}, step {step}: {error}") from None
+    return found, {"source": str(dump), "step": step}
+
+
+def _of_scene(
+    target: Path, tolerance: float, options: dict[str, Any]
+) -> tuple[SnapshotPercussions, dict[str, str]]:
+    """The percussions of a scene's initial state, and where it is from."""
+    import dataclasses
+
+    from analysis.percussions import Setting, percussions_of
+    from analysis.scene import read_scene
+
+    scene = read_scene(target)
+    if scene.analysis.kind == "impact" and scene.contact.restitution:
+        said = f"contact.restitution: {scene.contact.restitution:g}"
+        warn(f"{target}: {said}; FCLIB has inelastic contacts, and those are written")
+    setting = dataclasses.replace(Setting.of(scene), **options)
+    found = percussions_of(setting, scene.snapshot, tolerance=tolerance)
+    origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
+    return found, origin

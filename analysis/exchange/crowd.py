@@ -1,0 +1,180 @@
+"""What FCLIB's form leaves out of a crowd: bodies, contacts, walls and time, with their units, and
+what is known of the answer."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from analysis.exchange.layout import Group, put_numbers, put_whole, put_words
+from analysis.exchange.problem import GlobalProblem
+from analysis.percussions import Setting, SnapshotPercussions
+from analysis.percussions.table import Openness, openness_of
+from nscd import Contacts, Snapshot, Walls, solve
+from nscd.arrays import Floats
+from nscd.indeterminacy import determinacy
+
+# Of this form of /crowd; a reader refuses others.
+VERSION = 1
+# The units of what /crowd holds, by array.
+BODIES = {
+    "position": "m", "velocity": "m/s", "radius": "m", "mass": "kg", "spin": "rad/s",
+    "left_velocity": "m/s",
+}  # fmt: skip
+ONE_EACH = ("radius", "mass", "spin")
+CONTACTS = {"normal": "1", "gap": "m", "point": "m"}
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CrowdProblem:
+    """Hold a problem that this program wrote: a crowd at one instant.
+
+    setting: walls and their names, friction
+    left_velocity: (n,2) m/s, u⁻
+    window: s, the time that turns percussions into forces; None for an impact
+    """
+
+    setting: Setting
+    snapshot: Snapshot
+    contacts: Contacts
+    left_velocity: Floats
+    window: float | None
+
+    def matrices(self, friction: Floats) -> GlobalProblem:
+        """State it as matrices, with μ (k,)."""
+        return GlobalProblem.of(self.snapshot, self.contacts, self.left_velocity, friction)
+
+    def solve(self, tolerance: float = 1e-8) -> SnapshotPercussions:
+        """Solve it as `nscd.solve` does."""
+        parts = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        answer = solve(
+            self.snapshot,
+            self.contacts,
+            left_velocity=self.left_velocity,
+            law=self.setting.law,
+            tolerance=tolerance,
+        )
+        return SnapshotPercussions(**parts, answer=answer)
+
+
+def put_crowd(group: Any, found: SnapshotPercussions, origin: Mapping[str, str]) -> None:
+    """Write /crowd; each array has its unit as an attribute."""
+    snapshot, setting = found.answer.snapshot, found.setting
+    group.attrs["version"] = VERSION
+    group.attrs["program"] = f"crowd-percussions {version('crowd-percussions')}"
+    group.attrs["of_v"] = "x, y (m/s), spin (rad/s) of each body"
+    group.attrs["of_r"] = "normal, tangent (N s) of each contact, what its first body gives"
+    group.attrs["tangent"] = "(-ny, nx) of the normal, which points from the first body away"
+    group.attrs["left_velocity"] = setting.kind
+    for key, value in origin.items():
+        group.attrs[key] = value
+    put_numbers(group, "time", [snapshot.time], "s")
+    if found.window is not None:
+        put_numbers(group, "dt", [found.window], "s")
+    bodies = group.create_group("bodies")
+    bodies.create_dataset("id", data=snapshot.ids)
+    for name, unit in BODIES.items():
+        values = found.left_velocity if name == "left_velocity" else getattr(snapshot, name)
+        put_numbers(bodies, name, values, unit)
+    contacts = group.create_group("contacts")
+    for name in ("first", "second", "is_wall"):
+        contacts.create_dataset(name, data=getattr(found.contacts, name).astype(np.int32))
+    for name, unit in CONTACTS.items():
+        put_numbers(contacts, name, getattr(found.contacts, name), unit)
+    walls = group.create_group("walls")
+    ends = setting.walls or Walls(start=np.empty((0, 2)), end=np.empty((0, 2)))
+    put_numbers(walls, "start", ends.start, "m")
+    put_numbers(walls, "end", ends.end, "m")
+    put_words(walls, "names", "\n".join(setting.wall_names))
+
+
+def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> None:
+    """Write /truth: what balance, and reactions that only push, leave open of a solved problem."""
+    answer = found.answer
+    group.attrs["given"] = "v of /solution, and contacts that only push"
+    group.attrs["solver"] = answer.solver
+    group.attrs["residual"] = answer.residual
+    group.attrs["velocity_error_m_per_s"] = answer.velocity_error
+    known = determinacy(found.contacts, len(found.snapshot))
+    put_whole(group, "rank", known.rank)
+    group["rank"].attrs["meaning"] = "of the normal columns of H"
+    left_open = openness_of(found, openness == "ranges")
+    flags = [-1 if flag is None else flag for flag in left_open.determined]
+    group.create_dataset("determined", data=np.array(flags, dtype=np.int32))
+    group["determined"].attrs["meaning"] = "1: the same in every answer, 0: not, -1: not known"
+    if openness != "ranges":
+        return
+    ends = {"lower": left_open.lower, "upper": left_open.upper}
+    if answer.friction is not None:
+        for name in ("friction_lower", "friction_upper"):
+            ends[name] = getattr(left_open, name) or [None] * len(flags)
+    for name, values in ends.items():
+        put_numbers(group, name, [math.nan if end is None else end for end in values], "N s")
+        group[name].attrs["meaning"] = "nan: no end, or none is known"
+
+
+def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
+    """Read /crowd; friction: μ (k,) of the problem beside it. Raises ExchangeError naming what is
+    missing or wrong."""
+    said = group.content.attrs.get("version")
+    if said != VERSION:
+        raise group.refuse("version", f"{said}; version {VERSION} is read")
+    bodies, touching = group.group("bodies"), group.group("contacts")
+    n, k = bodies.length("id"), len(friction)
+    arrays = {
+        name: bodies.numbers(name, (n,) if name in ONE_EACH else (n, 2), unit)
+        for name, unit in BODIES.items()
+    }
+    left = arrays.pop("left_velocity")
+    ends = {name: touching.wholes(name, (k,)) for name in ("first", "second", "is_wall")}
+    frame: dict[str, Any] = {
+        name: touching.numbers(name, (k,) if name == "gap" else (k, 2), unit)
+        for name, unit in CONTACTS.items()
+    }
+    ids, time = bodies.wholes("id", (n,)), float(group.numbers("time", (1,), "s")[0])
+    window = float(group.numbers("dt", (1,), "s")[0]) if "dt" in group else None
+    if window is not None and not window > 0:
+        raise group.refuse("dt", f"{window:g} s; a time above 0 is needed")
+    walls = group.group("walls")
+    w = walls.length("start")
+    starts, stops = (walls.numbers(name, (w, 2), "m") for name in ("start", "end"))
+    names = tuple(walls.words("names").split("\n")) if w else ()
+    try:
+        snapshot = Snapshot(**arrays, ids=ids, time=time)
+        contacts = Contacts(**ends, **frame)
+        contacts.check_disks(n)
+        at_walls = Walls(start=starts, end=stops) if w else None
+    except ValueError as error:
+        raise group.refuse("", str(error)) from None
+    if len(names) != w or contacts.second[contacts.is_wall].max(initial=-1) >= w:
+        raise group.refuse("walls", f"{w} walls, {len(names)} names, and contacts with others")
+    return CrowdProblem(
+        setting=Setting(
+            walls=at_walls,
+            wall_names=names,
+            left_velocity="dump" if window is None else "free",
+            window=window,
+            **_coefficients(group, contacts, friction),
+        ),
+        snapshot=snapshot,
+        contacts=contacts,
+        left_velocity=left,
+        window=window,
+    )
+
+
+def _coefficients(group: Group, contacts: Contacts, friction: Floats) -> dict[str, Any]:
+    """One μ of people with each other, and one with walls."""
+    found: dict[str, Any] = {}
+    for name, kind in (("friction", False), ("wall_friction", True)):
+        values = np.unique(friction[contacts.is_wall == kind])
+        if len(values) > 1:
+            raise group.refuse("contacts", "several μ; one with people and one with walls is read")
+        if len(values):
+            found[name] = float(values[0])
+    return found

@@ -1,0 +1,204 @@
+"""Contact problems as FCLIB files: the problem of a snapshot out, any problem in the plane in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.exchange.crowd import CrowdProblem, put_crowd, put_truth, read_crowd
+from analysis.exchange.layout import (
+    Group,
+    new_file,
+    opened,
+    put_matrix,
+    put_numbers,
+    put_whole,
+    put_words,
+)
+from analysis.exchange.problem import GlobalProblem, LocalProblem
+from analysis.percussions import SnapshotPercussions
+from analysis.percussions.table import Openness
+from nscd.arrays import Floats
+from nscd.percussions import Status
+
+# Contacts of lines and disks; FCLIB has 3 too.
+SPACE = 2
+MATH = "W is positive semi-definite; /truth says which reactions are determined"
+# The matrices of a file are symmetric, and those that its crowd gives, up to rounding.
+SAME = 1e-9
+
+
+def write_problem(
+    path: Path,
+    found: SnapshotPercussions,
+    origin: Mapping[str, str],
+    *,
+    local: bool = False,
+    openness: Openness = "ranges",
+) -> None:
+    """Write the problem of a snapshot, and its answer where it is solved.
+
+    origin: where it comes from, as words by their names
+    local: whether FCLIB's local form is written too
+    openness: what /truth says of reactions that the mechanics may leave open
+
+    /fclib_global, /fclib_local and /solution are FCLIB's; /crowd has bodies, contacts, walls, time
+    and origin, /truth rank, determined, intervals. Raises ValueError without any contact and for an
+    answer whose contacts dissipate, ExchangeError without h5py."""
+    k = len(found.contacts)
+    if not k:
+        raise ValueError(f"{path}: no contact; FCLIB has no problem without one")
+    reaction, along = found.answer.reaction, (found.answer.impulse * found.contacts.normal).sum(1)
+    if np.abs(along - reaction).max() > SAME * np.abs(along).max():
+        raise ValueError(f"{path}: contacts with restitution; FCLIB has inelastic ones")
+    friction = found.answer.friction
+    problem = GlobalProblem.of(
+        found.answer.snapshot,
+        found.contacts,
+        found.left_velocity,
+        friction.coefficient if friction else np.zeros(k),
+    )
+    info = {
+        "title": f"Percussions of {len(found.snapshot)} people at {k} contacts",
+        "description": "; ".join(f"{key}: {value}" for key, value in origin.items()),
+        "math_info": MATH,
+    }
+    with new_file(path) as file:
+        _put_global(file.create_group("fclib_global"), problem, info)
+        if local:
+            _put_local(file.create_group("fclib_local"), problem.local(), info)
+        if found.answer.status == Status.SOLVED:
+            _put_solution(file.create_group("solution"), problem, found)
+            if openness != "none":
+                put_truth(file.create_group("truth"), found, openness)
+        put_crowd(file.create_group("crowd"), found, origin)
+
+
+def read_problem(path: Path) -> CrowdProblem | LocalProblem:
+    """Read a problem: the crowd of one that this program wrote, else the local form.
+
+    Raises ExchangeError naming the file and the group or dataset: a problem in space, equality
+    constraints, what is missing, of the wrong shape or unit or not finite, and a /crowd that does
+    not give the problem beside it."""
+    with opened(path) as file:
+        kind = next((name for name in ("fclib_global", "fclib_local") if name in file), None)
+        if kind is None:
+            raise file.refuse("fclib_global", "missing, and /fclib_local too: no FCLIB problem")
+        group = file.group(kind)
+        if (space := group.whole("spacedim")) != SPACE:
+            raise group.refuse("spacedim", f"{space}; problems in the plane (2) are solved here")
+        for name in ("G", "V", "R"):
+            if name in group:
+                raise group.refuse(name, "equality constraints are not solved here")
+        if kind == "fclib_local":
+            return _local(group)
+        problem = _global(group)
+        if "crowd" not in file:
+            try:
+                return problem.local()
+            except ValueError as error:
+                raise group.refuse("M", str(error)) from None
+        crowd = read_crowd(file.group("crowd"), problem.friction)
+        _check_same(group, problem, crowd)
+        return crowd
+
+
+def read_velocities(path: Path) -> Floats | None:
+    """Read u (k,2) of the solution in a file; None where there is none."""
+    with opened(path) as file:
+        if "solution" not in file:
+            return None
+        group = file.group("solution")
+        return group.numbers("u", (group.length("u"),)).reshape(-1, SPACE)
+
+
+def _put_global(group: Any, problem: GlobalProblem, info: Mapping[str, str]) -> None:
+    put_whole(group, "spacedim", SPACE)
+    put_matrix(group, "M", problem.mass)
+    put_matrix(group, "H", problem.transfer)
+    vectors = {"f": problem.momentum, "w": problem.offset, "mu": problem.friction}
+    _put_vectors(group, vectors, info)
+
+
+def _put_local(group: Any, problem: LocalProblem, info: Mapping[str, str]) -> None:
+    put_whole(group, "spacedim", SPACE)
+    put_matrix(group, "W", problem.delassus)
+    _put_vectors(group, {"q": problem.free, "mu": problem.friction}, info)
+
+
+def _put_vectors(group: Any, vectors: Mapping[str, Floats], info: Mapping[str, str]) -> None:
+    place = group.create_group("vectors")
+    for name, values in vectors.items():
+        put_numbers(place, name, values)
+    place = group.create_group("info")
+    for name, text in info.items():
+        put_words(place, name, text)
+
+
+def _put_solution(group: Any, problem: GlobalProblem, found: SnapshotPercussions) -> None:
+    """v = u⁺, u = Hᵀ v + w and r of the answer."""
+    answer = found.answer
+    velocity = np.column_stack([answer.right_velocity, answer.right_spin]).ravel()
+    across = answer.friction.tangential if answer.friction else np.zeros(len(found.contacts))
+    put_numbers(group, "v", velocity)
+    put_numbers(group, "u", problem.transfer.T @ velocity + problem.offset)
+    put_numbers(group, "r", np.column_stack([answer.reaction, across]).ravel())
+
+
+def _global(group: Group) -> GlobalProblem:
+    mass = group.matrix("M")
+    _check_square(group, "M", mass)
+    size = mass.shape[0]
+    transfer = group.matrix("H", rows=size)
+    columns = transfer.shape[1]
+    if columns % SPACE or not columns:
+        raise group.refuse("H/n", f"{columns}; two columns for each of one or more contacts")
+    vectors = group.group("vectors")
+    return GlobalProblem(
+        mass=mass,
+        transfer=transfer,
+        momentum=vectors.numbers("f", (size,)),
+        offset=vectors.numbers("w", (columns,)),
+        friction=_friction(vectors, columns // SPACE),
+    )
+
+
+def _local(group: Group) -> LocalProblem:
+    delassus = group.matrix("W")
+    _check_square(group, "W", delassus)
+    rows = delassus.shape[0]
+    if rows % SPACE or not rows:
+        raise group.refuse("W/m", f"{rows}; two rows for each of one or more contacts")
+    vectors = group.group("vectors")
+    free = vectors.numbers("q", (rows,))
+    return LocalProblem(delassus=delassus, free=free, friction=_friction(vectors, rows // SPACE))
+
+
+def _check_square(group: Group, name: str, matrix: Any) -> None:
+    rows, columns = matrix.shape
+    if rows != columns:
+        raise group.refuse(f"{name}/n", f"{columns} columns where it has {rows} rows")
+    if matrix.nnz and abs(matrix - matrix.T).max() > SAME * abs(matrix).max():
+        raise group.refuse(name, "not symmetric")
+
+
+def _friction(vectors: Group, contacts: int) -> Floats:
+    friction = vectors.numbers("mu", (contacts,))
+    if friction.min() < 0:
+        raise vectors.refuse("mu", f"{friction.min():g}; coefficients of at least 0 are needed")
+    return friction
+
+
+def _check_same(group: Group, problem: GlobalProblem, crowd: CrowdProblem) -> None:
+    """Refuse a /crowd that does not give the problem beside it."""
+    other = crowd.matrices(problem.friction)
+    for name, key in {"M": "mass", "H": "transfer", "f": "momentum", "w": "offset"}.items():
+        one, two = getattr(problem, key), getattr(other, key)
+        place = name if name in "MH" else f"vectors/{name}"
+        if one.shape != two.shape:
+            raise group.refuse(place, f"shape {one.shape} where /crowd gives {two.shape}")
+        if abs(one - two).max() > SAME * abs(two).max():
+            raise group.refuse(place, "not what /crowd gives; delete /crowd to solve it as it is")

@@ -1,0 +1,220 @@
+"""FCLIB's layout in HDF5: matrices, vectors and words, written and checked.
+
+FCLIB: fclib.h of the Frictional Contact Library (Apache-2.0), Acary et al., Inria technical report
+RT-444 (2014)."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import coo_array, csc_array, csr_array
+
+from analysis.support.files import whole_file
+from analysis.support.reading import open_file
+from nscd.arrays import Floats
+
+# The first bytes of an HDF5 file.
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+# Beyond it a matrix would not fit in memory.
+MOST_ENTRIES = 200_000_000
+# What `nz` says of a matrix that is no list of triplets.
+COLUMNS, ROWS = -1, -2
+
+
+class ExchangeError(ValueError):
+    """Refuse a file of another program; the message names the file and the group or dataset."""
+
+
+def is_hdf5(path: Path) -> bool:
+    """Tell whether a file begins as HDF5 does. Raises UnreadableError for what is no file."""
+    with open_file(path) as file:
+        return file.read(len(SIGNATURE)) == SIGNATURE
+
+
+def hdf5() -> Any:
+    """Import h5py. Raises ExchangeError saying how to install it."""
+    try:
+        return importlib.import_module("h5py")
+    except ModuleNotFoundError:
+        raise ExchangeError("HDF5 needs h5py: pip install 'crowd-percussions[exchange]'") from None
+
+
+@contextlib.contextmanager
+def new_file(path: Path) -> Iterator[Any]:
+    """Open an HDF5 file for writing, which takes its name only if the block ends well."""
+    content = io.BytesIO()
+    with hdf5().File(content, "w") as file:
+        yield file
+    with whole_file(path, "wb") as whole:
+        whole.write(content.getvalue())
+
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[Group]:
+    """Open an HDF5 file for reading. Raises ExchangeError naming it."""
+    library = hdf5()
+    if not is_hdf5(path):
+        raise ExchangeError(f"{path}: no HDF5 file")
+    try:
+        with library.File(path, "r") as file:
+            yield Group(path, file)
+    except (OSError, RuntimeError, KeyError) as error:
+        raise ExchangeError(f"{path}: damaged: {str(error).splitlines()[0]}") from None
+
+
+def put_words(group: Any, name: str, words: str) -> None:
+    """Write a text as FCLIB does: fixed length, ended by a zero byte."""
+    library, content = hdf5(), words.encode() + b"\0"
+    kind = library.h5t.C_S1.copy()
+    kind.set_size(len(content))
+    kind.set_strpad(library.h5t.STR_NULLTERM)
+    space = library.h5s.create(library.h5s.SCALAR)
+    made = library.h5d.create(group.id, name.encode(), kind, space)
+    made.write(library.h5s.ALL, library.h5s.ALL, np.array(content), mtype=kind)
+
+
+def put_whole(group: Any, name: str, value: int) -> None:
+    """Write a whole number as FCLIB does: one element of 32 bits."""
+    group.create_dataset(name, data=np.array([value], dtype=np.int32))
+
+
+def put_numbers(group: Any, name: str, values: ArrayLike, unit: str | None = None) -> None:
+    """Write an array of float64, with its unit as an attribute where one is given."""
+    made = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+    if unit is not None:
+        made.attrs["unit"] = unit
+
+
+def put_matrix(group: Any, name: str, matrix: csc_array) -> None:
+    """Write a matrix in compressed columns."""
+    place, matrix = group.create_group(name), csc_array(matrix)
+    put_whole(place, "nzmax", matrix.nnz)
+    put_whole(place, "m", matrix.shape[0])
+    put_whole(place, "n", matrix.shape[1])
+    put_whole(place, "nz", COLUMNS)
+    place.create_dataset("p", data=matrix.indptr.astype(np.int32))
+    place.create_dataset("i", data=matrix.indices.astype(np.int32))
+    put_numbers(place, "x", matrix.data)
+
+
+class Group:
+    """A group of a file that is read, each part checked for its kind, shape and numbers."""
+
+    def __init__(self, path: Path, content: Any, name: str = "") -> None:
+        self.path, self.content, self.name = path, content, name
+
+    def refuse(self, key: str, why: str) -> ExchangeError:
+        """Make the error that names the file and the part."""
+        return ExchangeError(f"{self.path}: {self.name}/{key}: {why}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.content
+
+    def group(self, key: str) -> Group:
+        """Open a group below this one."""
+        if key not in self.content:
+            raise self.refuse(key, "missing group")
+        below = self.content[key]
+        if not hasattr(below, "keys"):
+            raise self.refuse(key, "no group")
+        return Group(self.path, below, f"{self.name}/{key}")
+
+    def _dataset(self, key: str) -> Any:
+        if key not in self.content:
+            raise self.refuse(key, "missing")
+        found = self.content[key]
+        if not hasattr(found, "shape"):
+            raise self.refuse(key, "no dataset")
+        if found.size is None or found.size > MOST_ENTRIES:
+            raise self.refuse(key, f"size {found.size}; at most {MOST_ENTRIES} entries are read")
+        return found
+
+    def length(self, key: str) -> int:
+        """Read how many rows a dataset has."""
+        found = self._dataset(key)
+        if not found.shape:
+            raise self.refuse(key, "an array is needed")
+        return int(found.shape[0])
+
+    def words(self, key: str) -> str:
+        """Read a text."""
+        found = self._dataset(key)
+        if found.shape or found.dtype.kind != "S":
+            raise self.refuse(key, "a text is needed")
+        return bytes(found[()]).rstrip(b"\0").decode("utf-8", "replace")
+
+    def whole(self, key: str, least: int = 0) -> int:
+        """Read one whole number."""
+        found = self._dataset(key)
+        if found.size != 1 or found.dtype.kind not in "iu":
+            raise self.refuse(key, "one whole number is needed")
+        value = int(np.ravel(found[()])[0])
+        if value < least:
+            raise self.refuse(key, f"{value}; at least {least} is needed")
+        return value
+
+    def wholes(self, key: str, shape: tuple[int, ...]) -> Any:
+        """Read an array of whole numbers of this shape."""
+        found = self._dataset(key)
+        if found.dtype.kind not in "iub" or found.shape != shape:
+            raise self.refuse(key, f"whole numbers of shape {shape} are needed, not {found.shape}")
+        return found[()].astype(np.int64)
+
+    def numbers(self, key: str, shape: tuple[int, ...], unit: str | None = None) -> Floats:
+        """Read an array of finite numbers of this shape, in this unit where one is asked for."""
+        found = self._dataset(key)
+        if found.dtype.kind not in "fiu" or found.shape != shape:
+            raise self.refuse(key, f"numbers of shape {shape} are needed, not {found.shape}")
+        if unit is not None and (said := found.attrs.get("unit")) != unit:
+            raise self.refuse(key, f"unit {said!r} where {unit!r} is needed")
+        values: Floats = found[()].astype(np.float64)
+        if not np.isfinite(values).all():
+            place = int(np.argmin(np.isfinite(values.ravel())))
+            raise self.refuse(key, f"entry {place + 1} is not a finite number")
+        return values
+
+    def matrix(self, key: str, rows: int | None = None) -> csc_array:
+        """Read a matrix in compressed columns (nz = −1), rows (−2) or triplets (≥ 0), with this
+        number of rows where it is given."""
+        place = self.group(key)
+        m, n = place.whole("m"), place.whole("n")
+        if rows is not None and m != rows:
+            raise place.refuse("m", f"{m} where {rows} is needed")
+        nz, entries = place.whole("nz", ROWS), place.whole("nzmax")
+        if nz >= 0:
+            return place.triplets(nz, m, n)
+        major, minor = (n, m) if nz == COLUMNS else (m, n)
+        starts = place.wholes("p", (major + 1,))
+        if starts[0] or starts[-1] > entries or (np.diff(starts) < 0).any():
+            raise place.refuse(
+                "p", f"from 0 to at most nzmax = {entries}, never falling, is needed"
+            )
+        indices, values = place.wholes("i", (entries,)), place.numbers("x", (entries,))
+        place.check_range("i", indices, minor)
+        kind = csc_array if nz == COLUMNS else csr_array
+        end = starts[-1]
+        whole = kind((values[:end], indices[:end], starts), shape=(m, n))
+        # entries that are given twice count twice
+        found = csc_array(whole)
+        found.sum_duplicates()
+        return found
+
+    def triplets(self, count: int, rows: int, columns: int) -> csc_array:
+        """Read the entries of a matrix by row and column."""
+        row, column = self.wholes("p", (count,)), self.wholes("i", (count,))
+        self.check_range("p", row, rows)
+        self.check_range("i", column, columns)
+        values = self.numbers("x", (count,))
+        return csc_array(coo_array((values, (row, column)), shape=(rows, columns)))
+
+    def check_range(self, key: str, indices: Any, end: int) -> None:
+        """Refuse indices outside of 0 … end − 1."""
+        if len(indices) and not (indices.min() >= 0 and indices.max() < end):
+            raise self.refuse(key, f"an index outside of 0 … {end - 1}")
