@@ -68,7 +68,7 @@ system-test:
 $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
 	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
-	$(PIP) --editable .
+	$(PIP) --editable '.[all]'
 	touch $@
 
 $(VENV)/kernels: $(VENV)/installed

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from nscd.arrays import Floats, number
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
-from nscd.show import as_html, columns, draw
+from nscd.show import as_frame, as_html, columns, draw
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,10 +157,8 @@ class Percussions:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Make a pandas data frame with one row per contact and units in its column names."""
-        import pandas as pd
-
         cells = columns(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
-        return pd.DataFrame(cells | (self.friction.columns() if self.friction else {}))
+        return as_frame(cells | (self.friction.columns() if self.friction else {}))
 
     def plot(self, axes: Any = None) -> Any:
         """Draw disks and what contacts carry into matplotlib axes; return them."""

@@ -3,6 +3,7 @@ for."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,6 +51,18 @@ def columns(
     if window is not None:
         named |= {"force_x_N": impulse[:, 0] / window, "force_y_N": impulse[:, 1] / window}
     return {name: values.tolist() for name, values in named.items()}
+
+
+def as_frame(cells: Mapping[str, list[Any]]) -> pd.DataFrame:
+    """Return columns, each a list of k, as a data frame. Raises ImportError without pandas."""
+    try:
+        import pandas as pd
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            'data frames need pandas: pip install "crowd-percussions[real]", or pip install pandas',
+            name="pandas",
+        ) from None
+    return pd.DataFrame(cells)
 
 
 def as_html(title: str, frame: pd.DataFrame) -> str:

@@ -38,20 +38,20 @@ RANKS = [
         "analysis/push",
     ],
     ["analysis/advice", "analysis/film"],
-    ["analysis/cli"],
+    ["analysis/cli", "crowd_percussions"],
 ]
 
 
 def modules():
-    """Name and path of every module of the two packages."""
-    for package in ("nscd", "analysis"):
+    """Name and path of every module of the packages."""
+    for package in ("nscd", "analysis", "crowd_percussions"):
         for path in (ROOT / package).rglob("*.py"):
             parts = path.relative_to(ROOT).with_suffix("").parts
             yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts), path
 
 
 def imported(path, known):
-    """The modules of the two packages that a file imports, wherever in it."""
+    """The modules of the packages that a file imports, wherever in it."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in known)

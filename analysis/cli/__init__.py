@@ -73,6 +73,7 @@ def _status_of(error: BaseException) -> int:
         _say("interrupted; earlier results are untouched")
         return INTERRUPTED
     from analysis.engines.record import EngineError
+    from analysis.support.parts import missing_part
 
     if isinstance(error, BrokenPipeError):
         sys.stdout = None  # whoever read it is gone: nothing to flush
@@ -82,6 +83,9 @@ def _status_of(error: BaseException) -> int:
         return 1
     if isinstance(error, (ValueError, OSError, EngineError)):
         _say(str(error))
+        return 1
+    if isinstance(error, ImportError) and (missing := missing_part(error)):
+        _say(missing)
         return 1
     if isinstance(error, MemoryError):
         _say("out of memory; fewer disks, frames or workers need less")

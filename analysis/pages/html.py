@@ -13,7 +13,7 @@ from typing import Any
 import jinja2
 import markupsafe
 
-from analysis.engines.doctor import examine
+from analysis.engines.doctor import made_with
 from analysis.pages.numbers import FILTERS, number, powers
 from analysis.pages.section import Cell, Drawn, Picture, Section, Table
 from analysis.pages.words import html_of
@@ -48,7 +48,7 @@ def render(template: str, **content: Any) -> str:
     return environment.get_template(template).render(
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("crowd-percussions"),
-        findings=examine(),
+        findings=made_with(),
         **content,
     )
 

@@ -13,7 +13,7 @@ from nscd.indeterminacy.cones import Cones
 from nscd.indeterminacy.determinacy import admissible_determinacy
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
-from nscd.show import columns
+from nscd.show import as_frame, columns
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,9 +132,7 @@ def cells_of(
 
 def dataframe(found: Solved, time: float | None = None, step: int | None = None) -> pd.DataFrame:
     """Return the rows as a data frame."""
-    import pandas as pd
-
-    return pd.DataFrame(cells_of(found, time=time, step=step))
+    return as_frame(cells_of(found, time=time, step=step))
 
 
 def _finite(value: float) -> float | None:

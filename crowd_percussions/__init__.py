@@ -1,0 +1,101 @@
+"""One name for the whole product: what `nscd` and `analysis` offer, each imported when first used.
+
+>>> import crowd_percussions as cp
+>>> two = cp.Snapshot(
+...     position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.25], mass=[75, 75]
+... )
+>>> cp.solve(two, cp.find_contacts(two, tolerance=1e-9)).impulse  # N·s
+array([[75.,  0.]])
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    # the same names for who reads types: `x as x` hands on
+    from analysis import compare as compare
+    from analysis import dumps as dumps
+    from analysis import engines as engines
+    from analysis import percussions as percussions
+    from analysis import scene as scene
+    from analysis.compare import Comparison as Comparison
+    from analysis.compare import compare_run as compare_run
+    from analysis.dumps import DumpError as DumpError
+    from analysis.dumps import open_bodies as open_bodies
+    from analysis.dumps import read_contacts as read_contacts
+    from analysis.dumps import snapshot_of as snapshot_of
+    from analysis.engines import EngineError as EngineError
+    from analysis.percussions import PercussionAnalysis as PercussionAnalysis
+    from analysis.percussions import Setting as Setting
+    from analysis.percussions import percussions_of as percussions_of
+    from analysis.scene import Crowd as Crowd
+    from analysis.scene import Scene as Scene
+    from analysis.scene import SceneError as SceneError
+    from analysis.scene import from_geometry as from_geometry
+    from analysis.scene import read_room as read_room
+    from analysis.scene import read_scene as read_scene
+    from analysis.scene import room as room
+    from analysis.scene import scene_names as scene_names
+    from nscd import ContactLaw as ContactLaw
+    from nscd import Contacts as Contacts
+    from nscd import ContactState as ContactState
+    from nscd import Percussions as Percussions
+    from nscd import Snapshot as Snapshot
+    from nscd import Status as Status
+    from nscd import Walls as Walls
+    from nscd import continuum as continuum
+    from nscd import find_contacts as find_contacts
+    from nscd import friction as friction
+    from nscd import indeterminacy as indeterminacy
+    from nscd import solve as solve
+    from nscd import stepping as stepping
+    from nscd.indeterminacy import Determinacy as Determinacy
+    from nscd.indeterminacy import determinacy as determinacy
+    from nscd.stepping import Motion as Motion
+
+    __version__: str
+
+_FOLDERS = {
+    "nscd": ("continuum", "friction", "indeterminacy", "stepping"),
+    "analysis": ("compare", "dumps", "engines", "percussions", "scene"),
+}
+_NAMES = {
+    "nscd": (
+        *("ContactLaw", "ContactState", "Contacts", "Percussions", "Snapshot", "Status", "Walls"),
+        *("find_contacts", "solve"),
+    ),
+    "nscd.indeterminacy": ("Determinacy", "determinacy"),
+    "nscd.stepping": ("Motion",),
+    "analysis.scene": (
+        *("Crowd", "Scene", "SceneError", "from_geometry", "read_room", "read_scene", "room"),
+        "scene_names",
+    ),
+    "analysis.dumps": ("DumpError", "open_bodies", "read_contacts", "snapshot_of"),
+    "analysis.engines": ("EngineError",),
+    "analysis.percussions": ("PercussionAnalysis", "Setting", "percussions_of"),
+    "analysis.compare": ("Comparison", "compare_run"),
+}
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
+_HOMES |= {name: home for home, names in _FOLDERS.items() for name in names}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for, once."""
+    if name == "__version__":
+        found: Any = importlib.import_module("importlib.metadata").version("crowd-percussions")
+    elif name not in _HOMES:
+        raise AttributeError(f"crowd_percussions has no {name!r}; dir(crowd_percussions) lists all")
+    elif name in _FOLDERS.get(_HOMES[name], ()):
+        found = importlib.import_module(f"{_HOMES[name]}.{name}")
+    else:
+        found = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

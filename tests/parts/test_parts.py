@@ -1,0 +1,141 @@
+"""The parts of an install: what each brings is declared, and what is missing is named in one line."""
+
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from analysis.support.parts import BASE, EXTRAS, MissingPartError, install, load
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+OPTIONAL = PROJECT["optional-dependencies"]
+PACKAGES = ("nscd", "analysis", "crowd_percussions")
+
+# Every command without any of the extras, and how it ends: a part that it needs, or status 0.
+ENDS = [
+    (["--version"], 0),
+    (["doctor"], 0),
+    (["scenes", "--make", "pair", "--out", "made"], 0),
+    (["solve", "crowd.dump", "--left-velocity", "dump", "--out", "contacts.csv"], 0),
+    (["run", "pair", "--engine", "lammps"], "engines"),
+    (["new", "room", "--room", "4x3", "--door", "0.8", "--people", "3"], "pages"),
+    (["report", "pair"], "pages"),
+    (["film", "out"], "pages"),
+    (["chart", "arch", "--quick"], "pages"),
+    (["stability", "--quick"], "pages"),
+    (["paper"], "pages"),
+    (["push", "heads.csv"], "real"),
+    (["import", "heads.txt", "--frame", "3", "--room", "room.toml", "--name", "x"], "real"),
+]
+DUMP = """ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+2
+ITEM: BOX BOUNDS ss ss pp
+-1 1
+-1 1
+-1 1
+ITEM: ATOMS id x y radius mass vx vy
+1 0 0 0.25 75 2 0
+2 0.5 0 0.25 75 0 0
+"""
+PROGRAM = """
+import contextlib, importlib.abc, io, json, os, sys
+
+class Absent(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name.partition(".")[0] in MISSING:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+MISSING = set(json.loads(sys.argv[1]))
+sys.meta_path.insert(0, Absent())
+os.environ["PATH"] = sys.executable = "/nowhere/python"
+from analysis.cli import main
+
+ends = []
+for words in json.loads(sys.argv[2]):
+    sys.argv = ["percussions", *words]
+    said = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+        try:
+            main()
+        except SystemExit as end:
+            ends.append([end.code, said.getvalue()])
+print(json.dumps(ends))
+"""
+
+
+@pytest.fixture(scope="module")
+def without_extras(tmp_path_factory):
+    """Exit status and last words of each command where no library of an extra can be imported."""
+    folder = tmp_path_factory.mktemp("bare")
+    (folder / "crowd.dump").write_text(DUMP)
+    missing = [library.partition(".")[0] for part in EXTRAS for library in part.libraries]
+    calls = [words for words, _ in ENDS]
+    made = subprocess.run(
+        [sys.executable, "-c", PROGRAM, json.dumps(missing), json.dumps(calls)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert made.returncode == 0, made.stderr
+    assert (folder / "contacts.csv").read_text().count("\n") == 2
+    return dict(zip(map(" ".join, calls), json.loads(made.stdout), strict=True))
+
+
+@pytest.mark.parametrize(("words", "end"), ENDS, ids=lambda part: str(part)[:20])
+def test_what_is_missing_is_one_line(without_extras, words, end):
+    status, said = without_extras[" ".join(words)]
+    if end == 0:
+        assert (status, said) == (0, "")
+    else:
+        assert status == 1
+        (line,) = said.splitlines()
+        assert line.startswith("percussions: ")
+        assert line.endswith(f'pip install "crowd-percussions[{end}]"')
+
+
+def test_a_library_that_is_missing_is_named_with_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingPartError, match=re.escape(install("parquet"))):
+        load("pyarrow")
+    with pytest.raises(ModuleNotFoundError, match="nowhere_at_all"):
+        load("nowhere_at_all")
+
+
+def names(requirements):
+    return {re.split(r"[<>=!~; \[]", line)[0] for line in requirements}
+
+
+def test_the_parts_are_those_of_pyproject():
+    assert names(PROJECT["dependencies"]) == set(BASE.libraries.values())
+    for part in EXTRAS:
+        # mpich has nothing to import; Parquet is written from data frames
+        rest = {"engines": {"mpich"}, "parquet": {"pandas"}}.get(part.extra, set())
+        assert names(OPTIONAL[part.extra]) == set(part.libraries.values()) | rest
+    (everything,) = OPTIONAL["all"]
+    assert re.search(r"\[(.*)\]", everything)[1] == "engines,continuum,pages,real"
+
+
+def test_every_library_that_is_imported_is_declared():
+    """None is there only because another one needs it."""
+    declared = {library for part in (BASE, *EXTRAS) for library in part.libraries}
+    own = {*PACKAGES, *sys.stdlib_module_names}
+    found = set()
+    for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                found.add((node.module or "").partition(".")[0])
+    assert found - own - declared == set()
+    assert {"numpy", "skfem", "jinja2", "pedpy"} <= found
