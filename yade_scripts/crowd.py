@@ -255,7 +255,7 @@ class Crowd:
     def _push(self, position, velocity):
         """Set the forces that act until the next call: the drive and the body force."""
         if "drive" in self.scene:
-            self.held = drive_force(self.scene["drive"], self.disks.mass, position, velocity)
+            self.held = drive_force(self.scene["drive"], self.disks, position, velocity)
         for body, (x, y) in enumerate((self.held + self.weight).tolist()):
             O.forces.setPermF(body, (x, y, 0.0))
 

@@ -234,22 +234,30 @@ def penalty_of(scene, disks):
     )
 
 
-def drive_force(drive, mass, position, velocity):
-    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the door (or its centre), and
+def drive_force(drive, disks, position, velocity):
+    """m(u_d - u)/tau (n,2) N: u_d points to the nearest point of the own door (or its centre), and
     outward beyond the door."""
-    start, end = np.array(drive["door_start_m"]), np.array(drive["door_end_m"])
-    outward = np.array(drive["outward"])
+    wanted, others = np.empty_like(position), np.ones(len(position), bool)
+    for goal in drive.get("goals", []):
+        first, last = goal["people"]
+        mine = (disks.ids >= first) & (disks.ids <= last)
+        wanted[mine] = direction_to(goal, drive.get("aim", "nearest"), position[mine])
+        others &= ~mine
+    wanted[others] = direction_to(drive, drive.get("aim", "nearest"), position[others])
+    push = drive["speed_m_per_s"] * wanted - velocity
+    return disks.mass[:, None] * push / drive["relaxation_time_s"]
+
+
+def direction_to(door, aim, position):
+    """Unit vectors (n,2) to the door, and outward beyond it."""
+    start, end = np.array(door["door_start_m"]), np.array(door["door_end_m"])
+    outward = np.array(door["outward"])
     gone = (position - start) @ outward >= 0
-    if drive.get("aim", "nearest") == "centre":
+    if aim == "centre":
         start = end = 0.5 * (start + end)
     along = end - start
     share = np.clip((position - start) @ along / max(along @ along, 1e-30), 0.0, 1.0)
     way = start + share[:, None] * along - position
     distance = np.hypot(*way.T)
     gone |= distance == 0
-    direction = np.where(
-        gone[:, None], outward, way / np.where(distance > 0, distance, 1.0)[:, None]
-    )
-    return (
-        mass[:, None] * (drive["speed_m_per_s"] * direction - velocity) / drive["relaxation_time_s"]
-    )
+    return np.where(gone[:, None], outward, way / np.where(distance > 0, distance, 1.0)[:, None])

@@ -89,8 +89,8 @@ def likeness_of(scene: Scene) -> Likeness:
         depth, links = float(_longest_way(contacts, len(snapshot))), len(contacts) / len(snapshot)
     depth, door = max(depth, 1.0), 1.0
     if drive is not None:
-        ends = np.array(drive.door_end_m) - np.array(drive.door_start_m)
-        door = float(np.hypot(*ends)) / diameter
+        widths = [np.hypot(*np.subtract(*exit_.door)) for exit_ in drive.doors]
+        door = float(min(widths)) / diameter
     lasts = Window(scene=scene).duration(contact.stiffness_N_per_m)
     return Likeness(
         driven=drive is not None,
@@ -105,11 +105,14 @@ def likeness_of(scene: Scene) -> Likeness:
 
 
 def _to_the_door(scene: Scene) -> float:
-    """From the door to the farthest disk (m)."""
+    """From a door to the farthest disk that goes there (m)."""
     assert scene.drive is not None
-    start, end = np.array(scene.drive.door_start_m), np.array(scene.drive.door_end_m)
-    position = scene.snapshot.position
-    return float(np.hypot(*(nearest_on_segment(position, start, end) - position).T).max())
+    farthest = 0.0
+    for exit_, mine in scene.drive.exits(scene.snapshot.ids):
+        position = scene.snapshot.position[mine]
+        nearest = nearest_on_segment(position, *map(np.array, exit_.door))
+        farthest = max(farthest, float(np.hypot(*(nearest - position).T).max(initial=0.0)))
+    return farthest
 
 
 def _longest_way(contacts: Contacts, n: int) -> int:

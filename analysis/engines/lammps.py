@@ -166,6 +166,8 @@ def scene_deck(scene: Scene) -> str:
         if gates:
             lines += ["", "# walls that meet: for whom each of them answers"]
             lines += [line for commands in gates.values() for line in commands]
+    if scene.drive and scene.drive.goals:
+        lines += _goal_lines(scene.drive)
     return (
         f"# The numbers of scenes/{scene.name}.toml for crowd.in. Made from that file.\n"
         + "\n".join(lines)
@@ -226,7 +228,7 @@ def _half_plane(name: str, point: tuple[float, float], way: Floats) -> str:
 
 def _drive_values(drive: Drive) -> dict[str, object]:
     (start_x, start_y), (end_x, end_y) = drive.target()
-    return {
+    values: dict[str, object] = {
         "speed": drive.speed_m_per_s,
         "relaxation_time": drive.relaxation_time_s,
         "target_start_x": start_x,
@@ -238,6 +240,22 @@ def _drive_values(drive: Drive) -> dict[str, object]:
         "outward_x": drive.outward[0],
         "outward_y": drive.outward[1],
     }
+    return values | {"goals": "yes"} if drive.goals else values
+
+
+def _goal_lines(drive: Drive) -> list[str]:
+    """The commands for what goals.in asks of each disk: where its own door is."""
+    ranges = [f"(id>={goal.people[0]})*(id<={goal.people[1]})" for goal in drive.goals]
+    mine = [f"(1-{'-'.join(ranges)})", *ranges]
+    places = [(*drive.target(exit_), exit_.door_start_m, exit_.outward) for exit_ in drive.doors]
+    lines = ["", "# who goes where, of several doors"]
+    for number, name in enumerate(("start", "end", "door", "outward")):
+        for axis, letter in enumerate("xy"):
+            terms = (
+                f"{own}*({place[number][axis]})" for own, place in zip(mine, places, strict=True)
+            )
+            lines.append(f"variable goal_{name}_{letter} atom {'+'.join(terms)}")
+    return lines
 
 
 def _wall_values(wall: Wall) -> tuple[str, float, float, float, float, float]:

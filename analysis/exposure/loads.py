@@ -116,14 +116,16 @@ def _most_within(place: Floats, force: Floats, stretch: float) -> float:
 
 
 def _crowd(scene: Scene, window: Window) -> dict[str, float]:
-    """Density (1/m²) of the half disk of 2 m before the door, and density times the variance of the
-    velocities of those in it (1/s²)."""
+    """Density (1/m²) of the half disk of 2 m before the door (the one with most people before it),
+    and density times the variance of the velocities of those in it (1/s²)."""
     if scene.drive is None:
         return {}
     now, drive = window.now, scene.drive
-    posts = np.array([drive.door_start_m, drive.door_end_m])
-    inside = (now.position - posts[0]) @ np.array(drive.outward) < 0
-    near = inside & (np.hypot(*(now.position - posts.mean(0)).T) <= NEAR_M)
+    before = []
+    for exit_ in drive.doors:
+        close = np.hypot(*(now.position - np.mean(exit_.door, axis=0)).T) <= NEAR_M
+        before.append(close & ~exit_.beyond(now.position))
+    near = max(before, key=np.count_nonzero)
     density = float(near.sum()) / (0.5 * np.pi * NEAR_M**2)
     spread = float(now.velocity[near].var(0).sum()) if near.any() else 0.0
     return {"density": density, "crowd_pressure": density * spread}

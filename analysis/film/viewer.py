@@ -61,7 +61,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
         "engine": engine_name(reel.engine) if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
-        "door": [*drive.door_start_m, *drive.door_end_m] if drive else None,
+        "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],
         "ids": ids,
         "radius": [round(people[one] / PLACE_M) for one in ids],
         "step": step,

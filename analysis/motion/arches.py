@@ -64,13 +64,14 @@ def share_of(window: Window, arches: Sequence[Arch]) -> float:
 
 def arch_in(scene: Scene, window: Window) -> frozenset[int]:
     """Find the shortest chain of people who press each other, and whose ends press the walls on
-    either side of the door; empty where there is none near the door.
+    either side of the door; empty where there is none near the door. Of several doors the own of
+    the drive is looked at.
 
     Its length is that of the line from one end of the door through the centres to the other end."""
     drive = scene.drive
     if drive is None:
         return frozenset()
-    posts = np.array([drive.door_start_m, drive.door_end_m])
+    posts = np.array(drive.door)
     flanks = [_flanking(scene, post) for post in posts]
     now, n = window.now, len(window.now)
     reach = 0.5 * np.hypot(*(posts[1] - posts[0])) + DIAMETERS * 2 * now.radius.mean()

@@ -148,23 +148,22 @@ def values_of(scene: Scene, window: Window) -> dict[str, float]:
 
 
 def near_door(scene: Scene, now: Snapshot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Tell who (n,) is within 2 m of the door and has not passed it."""
-    return ~_gone(scene, now) & (_from_door(scene, now.position) <= NEAR_M)
+    """Tell who (n,) is within 2 m of the own door and has not passed it."""
+    return ~_gone(scene, now) & (_from_door(scene, now) <= NEAR_M)
 
 
 def _gone(scene: Scene, snapshot: Snapshot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Who has passed the line of the door."""
+    """Who has passed the line of the own door."""
     drive = scene.drive
     assert drive is not None
-    beyond: np.ndarray[tuple[int], np.dtype[np.bool_]] = (
-        snapshot.position - np.array(drive.door_start_m)
-    ) @ np.array(drive.outward) >= 0
-    return beyond
+    return drive.gone(snapshot.position, snapshot.ids)
 
 
-def _from_door(scene: Scene, position: Floats) -> Floats:
-    """Distance (n,) m of places (n,2) m from the middle of the door."""
-    drive = scene.drive
-    assert drive is not None
-    middle = 0.5 * (np.array(drive.door_start_m) + np.array(drive.door_end_m))
-    return np.asarray(np.hypot(*(position - middle).T))
+def _from_door(scene: Scene, snapshot: Snapshot) -> Floats:
+    """Distance (n,) m from the middle of the own door."""
+    assert scene.drive is not None
+    distance = np.empty(len(snapshot))
+    for exit_, mine in scene.drive.exits(snapshot.ids):
+        middle = np.mean(exit_.door, axis=0)
+        distance[mine] = np.hypot(*(snapshot.position[mine] - middle).T)
+    return distance

@@ -43,7 +43,9 @@ def scene_picture(scene: Scene) -> Figure:
     draw_disks(axes, snapshot, PALE_BLUE)
     draw_walls(axes, _walls(scene))
     drive = scene.drive
-    velocity = drive.desired_velocity(snapshot.position) if drive else snapshot.velocity
+    velocity = (
+        drive.desired_velocity(snapshot.position, snapshot.ids) if drive else snapshot.velocity
+    )
     moving = np.hypot(*velocity.T) > 0
     if moving.any():
         x, v = snapshot.position[moving], velocity[moving]
@@ -51,8 +53,10 @@ def scene_picture(scene: Scene) -> Figure:
         length = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
         draw_vectors(axes, x, length * v, color=ORANGE, width=0.003, label=label)
     if drive:
-        (x0, y0), (x1, y1) = drive.door_start_m, drive.door_end_m
-        axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label="door")
+        for number, exit_ in enumerate(drive.doors):
+            (x0, y0), (x1, y1) = exit_.door
+            name = None if number else "door"
+            axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label=name)
     if axes.get_legend_handles_labels()[0]:
         figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     frame(axes, snapshot.position, float(snapshot.radius.max()))

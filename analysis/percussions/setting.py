@@ -161,11 +161,11 @@ def left_velocity_of(
             raise ValueError(
                 "left velocity `desired` needs a scene with a [drive] (--room SCENE.toml)"
             )
-        wanted = drive.desired_velocity(snapshot.position)
+        wanted = drive.desired_velocity(snapshot.position, snapshot.ids)
         return wanted + drive.relaxation_time_s * np.array(acceleration), drive.relaxation_time_s
     force = snapshot.drive
     if force is None and drive is not None:
-        u_d = drive.desired_velocity(snapshot.position)
+        u_d = drive.desired_velocity(snapshot.position, snapshot.ids)
         force = snapshot.mass[:, None] * (u_d - snapshot.velocity) / drive.relaxation_time_s
     if force is None and not any(acceleration):
         raise ValueError(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, Strict, TypeAdapter, ValidationInfo, model_validator
@@ -10,6 +11,7 @@ from pydantic import Field, Strict, TypeAdapter, ValidationInfo, model_validator
 from analysis.scene.contact import ContactModel
 from analysis.scene.values import Count, Number, Part, Point, Positive, means_of
 from nscd import Walls
+from nscd.arrays import Flags, Floats, Indices
 from nscd.segments import headed
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
@@ -29,7 +31,57 @@ class Wall(Part):
     end_m: Point
 
 
-class Drive(Part):
+class Exit:
+    """Say where somebody wants to go: what a drive and its goals have in common."""
+
+    if TYPE_CHECKING:  # the fields of both, each in the order of its own file
+        door_start_m: Point
+        door_end_m: Point
+        outward: Point
+
+    def _check_door(self) -> None:
+        if abs(np.hypot(*self.outward) - 1) > 1e-9:
+            raise ValueError("outward must be a unit vector")
+        if self.door_start_m == self.door_end_m:
+            raise ValueError("door_start_m and door_end_m are the same point")
+
+    @property
+    def door(self) -> tuple[Point, Point]:
+        """The ends of the door, m."""
+        return self.door_start_m, self.door_end_m
+
+    def beyond(self, position: Floats) -> Flags:
+        """Who (n,) at (n,2) m has passed the line of the door."""
+        passed: Flags = (position - np.array(self.door_start_m)) @ np.array(self.outward) >= 0
+        return passed
+
+
+class Goal(Part, Exit):
+    """Send some people to a door of their own.
+
+    people: ids, the first and the last
+    door_start_m, door_end_m: m
+    outward: unit vector out of the room
+    """
+
+    people: tuple[Count, Count]
+    door_start_m: Point
+    door_end_m: Point
+    outward: Point
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Goal:
+        self._check_door()
+        if self.people[0] > self.people[1]:
+            raise ValueError(f"people: {self.people[0]} to {self.people[1]}; the first comes first")
+        return self
+
+    def of(self, ids: Indices) -> Flags:
+        """Who (n,) of these ids (n,) goes there."""
+        return (ids >= self.people[0]) & (ids <= self.people[1])
+
+
+class Drive(Part, Exit):
     """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
     centre), and along `outward` for those who have passed the line of the door.
 
@@ -38,6 +90,7 @@ class Drive(Part):
     door_start_m, door_end_m: m
     outward: unit vector out of the room
     aim: nearest or centre
+    goals: doors of those who go to another one
     """
 
     speed_m_per_s: Positive
@@ -46,6 +99,7 @@ class Drive(Part):
     door_end_m: Point
     outward: Point
     aim: Literal["nearest", "centre"] = "nearest"
+    goals: tuple[Goal, ...] = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -71,32 +125,61 @@ class Drive(Part):
         return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
 
     @model_validator(mode="after")
-    def _unit_outward(self) -> Drive:
-        if abs(np.hypot(*self.outward) - 1) > 1e-9:
-            raise ValueError("outward must be a unit vector")
-        if self.door_start_m == self.door_end_m:
-            raise ValueError("door_start_m and door_end_m are the same point")
+    def _one_goal_each(self) -> Drive:
+        self._check_door()
+        ranges = sorted(goal.people for goal in self.goals)
+        for (_, last), (first, _) in pairwise(ranges):
+            if first <= last:
+                raise ValueError(f"goals: person {first} has two")
         return self
 
-    def target(self) -> tuple[Point, Point]:
-        """Give the segment whose nearest point people walk to (m): the door, or its centre
-        twice."""
+    @property
+    def doors(self) -> tuple[Exit, ...]:
+        """All doors, the drive's own first."""
+        return (self, *self.goals)
+
+    def target(self, exit_: Exit | None = None) -> tuple[Point, Point]:
+        """Give the segment whose nearest point people walk to (m): the door, or its centre twice;
+        of the drive's own door, or of a goal."""
+        start, end = (self if exit_ is None else exit_).door
         if self.aim == "nearest":
-            return self.door_start_m, self.door_end_m
-        (x0, y0), (x1, y1) = self.door_start_m, self.door_end_m
-        centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+            return start, end
+        centre = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]))
         return centre, centre
 
-    def desired_velocity(self, position: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Compute u_d of disks at position (n,2) m, in m/s, shape (n,2)."""
-        velocity: np.ndarray[Any, Any] = headed(
-            np.array(position, dtype=np.float64, order="C"),
-            *self.target(),
-            self.outward,
-            self.door_start_m,
-            self.speed_m_per_s,
-        )
+    def exits(self, ids: Indices) -> list[tuple[Exit, Flags]]:
+        """Give each door and who (n,) of people with these ids (n,) goes to it: those whom no goal
+        names to the drive's own."""
+        goals: list[tuple[Exit, Flags]] = [(goal, goal.of(ids)) for goal in self.goals]
+        others = ~np.any([mine for _, mine in goals], axis=0) if goals else np.ones(len(ids), bool)
+        return [(self, others), *goals]
+
+    def desired_velocity(self, position: Floats, ids: Indices | None = None) -> Floats:
+        """Compute u_d of disks at position (n,2) m with ids (n,), in m/s, shape (n,2); ids are
+        needed where there are goals."""
+        place = np.array(position, dtype=np.float64, order="C")
+        if not self.goals:
+            return self._headed(place, self)
+        if ids is None:
+            raise ValueError("goals: the ids of people say who goes where")
+        velocity = np.empty_like(place)
+        for exit_, mine in self.exits(ids):
+            velocity[mine] = self._headed(place[mine], exit_)
         return velocity
+
+    def _headed(self, place: Floats, exit_: Exit) -> Floats:
+        return np.asarray(
+            headed(
+                place, *self.target(exit_), exit_.outward, exit_.door_start_m, self.speed_m_per_s
+            )
+        )
+
+    def gone(self, position: Floats, ids: Indices) -> Flags:
+        """Tell who (n,) at (n,2) m has passed the line of the own door."""
+        passed = np.zeros(len(position), dtype=bool)
+        for exit_, mine in self.exits(ids):
+            passed |= mine & exit_.beyond(position)
+        return passed
 
 
 class Push(Part):
@@ -179,9 +262,8 @@ class Room(Part):
         return self.body_force.acceleration_m_per_s2 if self.body_force else (0.0, 0.0)
 
     def door(self) -> Walls | None:
-        """Give the door as a segment, where there is a drive."""
+        """Give the doors as segments, where there is a drive."""
         if self.drive is None:
             return None
-        return Walls(
-            start=np.array([self.drive.door_start_m]), end=np.array([self.drive.door_end_m])
-        )
+        ends = np.array([exit_.door for exit_ in self.drive.doors])
+        return Walls(start=ends[:, 0], end=ends[:, 1])

@@ -9,10 +9,8 @@ from nscd.arrays import Floats
 # An overlap below this share of the smaller radius is rounding or reconciliation, not a mistake.
 OVERLAP = 1e-6
 
-Door = tuple[tuple[float, float], tuple[float, float]]
 
-
-def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]:
+def check_room(snapshot: Snapshot, walls: Walls, doors: Walls | None) -> list[str]:
     """Raise ValueError naming the disks for an overlap with a disk or a wall, or for a disk outside
     a closed room or within a pillar; return warnings."""
     tolerance = OVERLAP * snapshot.radius.min()
@@ -22,15 +20,16 @@ def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]
         first, second = snapshot.ids[contacts.first[worst]], contacts.second[worst]
         other = f"wall {second + 1}" if contacts.is_wall[worst] else f"disk {snapshot.ids[second]}"
         raise ValueError(f"disk {first} and {other} overlap by {-contacts.gap[worst]:.3g} m")
-    if rooms := rooms_of(snapshot.position, walls, door):
+    if rooms := rooms_of(snapshot.position, walls, doors):
         inside = shapely.contains_xy(shapely.union_all(rooms), snapshot.position)
         if not inside.all():
             disk = int(np.argmin(inside))
             x, y = snapshot.position[disk]
             raise ValueError(f"disk {snapshot.ids[disk]} at ({x:g}, {y:g}) m is outside the walls")
     warnings = []
-    if door is not None:
-        width, widest = float(np.hypot(*np.subtract(*door))), 2 * float(snapshot.radius.max())
+    if doors is not None:
+        width = float(np.hypot(*(doors.end - doors.start).T).min())
+        widest = 2 * float(snapshot.radius.max())
         if width < widest:
             warnings.append(
                 f"the door ({width:g} m) is narrower than the widest disk ({widest:g} m)"
@@ -38,21 +37,24 @@ def check_room(snapshot: Snapshot, walls: Walls, door: Door | None) -> list[str]
     return warnings
 
 
-def rooms_of(position: Floats, walls: Walls, door: Door | None) -> list[shapely.Polygon]:
-    """Find the polygons that walls and door bound around people at (n,2) m, pillars being holes.
+def rooms_of(position: Floats, walls: Walls, doors: Walls | None) -> list[shapely.Polygon]:
+    """Find the polygons that walls and doors bound around people at (n,2) m, pillars being holes.
 
-    A pillar is a polygon within another one, or one that has neither the door nor anybody
+    A pillar is a polygon within another one, or one that has neither a door nor anybody
     inside."""
-    lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
-    gate = shapely.LineString(door) if door else None
-    faces = shapely.get_parts(shapely.polygonize([*lines, gate] if gate else lines))
+    lines, gates = _lines(walls), [] if doors is None else _lines(doors)
+    faces = shapely.get_parts(shapely.polygonize([*lines, *gates]))
     whole = [shapely.Polygon(face.exterior) for face in faces]
     return [
         face
         for face, shape in zip(faces, whole, strict=True)
         if not any(other is not shape and other.contains_properly(shape) for other in whole)
         and (
-            (gate is not None and face.boundary.contains(gate))
+            any(face.boundary.contains(gate) for gate in gates)
             or shapely.contains_xy(shape, position).any()
         )
     ]
+
+
+def _lines(segments: Walls) -> list[shapely.LineString]:
+    return [shapely.LineString(pair) for pair in zip(segments.start, segments.end, strict=True)]

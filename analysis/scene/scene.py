@@ -124,9 +124,14 @@ class Scene(Room):
         """
         if len({w.name for w in self.walls}) < len(self.walls):
             raise SceneError(f"{origin}: walls: two walls have the same name")
-        door = (self.drive.door_start_m, self.drive.door_end_m) if self.drive else None
+        for number, goal in enumerate(self.drive.goals if self.drive else (), start=1):
+            if not goal.of(self.snapshot.ids).any():
+                first, last = goal.people
+                raise SceneError(
+                    f"{origin}: drive.goals: number {number}: nobody has an id from {first} to {last}"
+                )
         try:
-            return check_room(self.snapshot, self.wall_segments(), door)
+            return check_room(self.snapshot, self.wall_segments(), self.door())
         except ValueError as error:
             raise SceneError(f"{origin}: {error}") from None
 
@@ -137,7 +142,7 @@ class Scene(Room):
         return (
             {"title": self.title, "source": self.source}
             | ({"walls": walls} if walls else {})
-            | {key: part.model_dump(exclude_none=True) for key, part in parts.items() if part}
+            | {key: _said(part) for key, part in parts.items() if part}
         )
 
     def to_toml(self) -> str:
@@ -169,6 +174,11 @@ class Scene(Room):
         for array in (*arrays, disks.spin, disks.ids):
             state.update(array.tobytes())
         return state.hexdigest()
+
+
+def _said(part: Part) -> dict[str, Any]:
+    """What a table of a scene file says: keys that have something to say."""
+    return {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
 
 
 def scene_names() -> list[str]:

@@ -94,19 +94,19 @@ def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indi
 
 
 def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] | None:
-    """Speed, τ, target (start, end), a point of the door's line and where outward is."""
+    """Speed, τ, and of each disk target (start, end), a point of its door's line and where outward
+    is, (n,2)."""
     drive = scene.drive
     if drive is None:
         return None
-    start, end = (np.array(point) for point in drive.target())
-    return (
-        drive.speed_m_per_s,
-        drive.relaxation_time_s,
-        start,
-        end,
-        np.array(drive.door_start_m),
-        np.array(drive.outward),
-    )
+    ways = np.empty((4, len(scene.snapshot), 2))
+    for exit_, mine in drive.exits(scene.snapshot.ids):
+        for way, point in zip(
+            ways, (*drive.target(exit_), exit_.door_start_m, exit_.outward), strict=True
+        ):
+            way[mine] = point
+    start, end, door, outward = ways
+    return drive.speed_m_per_s, drive.relaxation_time_s, start, end, door, outward
 
 
 def _law(scene: Scene) -> tuple[int, float, float, float, float, float]:
@@ -137,17 +137,17 @@ def _add_drive(
     door: Any,
     outward: Any,
 ) -> None:
-    ax, ay = end[0] - start[0], end[1] - start[1]
-    square = ax * ax + ay * ay
     for i in range(len(x)):
-        s = 0.0
+        ax, ay = end[i, 0] - start[i, 0], end[i, 1] - start[i, 1]
+        square = ax * ax + ay * ay
+        px, py, s = x[i, 0] - start[i, 0], x[i, 1] - start[i, 1], 0.0
         if square > 0.0:
-            s = min(1.0, max(0.0, ((x[i, 0] - start[0]) * ax + (x[i, 1] - start[1]) * ay) / square))
-        dx, dy = start[0] + s * ax - x[i, 0], start[1] + s * ay - x[i, 1]
+            s = min(1.0, max(0.0, (px * ax + py * ay) / square))
+        dx, dy = start[i, 0] + s * ax - x[i, 0], start[i, 1] + s * ay - x[i, 1]
         distance = np.sqrt(dx * dx + dy * dy)
-        beyond = (x[i, 0] - door[0]) * outward[0] + (x[i, 1] - door[1]) * outward[1]
+        beyond = (x[i, 0] - door[i, 0]) * outward[i, 0] + (x[i, 1] - door[i, 1]) * outward[i, 1]
         if beyond >= 0.0 or distance == 0.0:
-            dx, dy, distance = outward[0], outward[1], 1.0
+            dx, dy, distance = outward[i, 0], outward[i, 1], 1.0
         acceleration[i, 0] += (speed * dx / distance - v[i, 0]) / tau
         acceleration[i, 1] += (speed * dy / distance - v[i, 1]) / tau
 

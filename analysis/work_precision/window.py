@@ -166,7 +166,8 @@ class Window:
         else:
             half = 0.5 * self.duration(stiffness)
             wish = sum(
-                drive.desired_velocity(snapshot.position + moved) for moved in motion.displacement
+                drive.desired_velocity(snapshot.position + moved, snapshot.ids)
+                for moved in motion.displacement
             )
             moved = motion.displacement[1] - motion.displacement[0]
             gained = motion.velocity[1] - motion.velocity[0]
@@ -233,8 +234,8 @@ def driven_window(scene: Scene, position: Floats) -> Window:
     """Make the window of a driven crowd that stands at position (n,2) m, without overlaps; who has
     passed the door is left out."""
     assert scene.drive is not None
-    inside = (position - np.array(scene.drive.door_start_m)) @ np.array(scene.drive.outward) < 0
     people = scene.snapshot
+    inside = ~scene.drive.gone(position, people.ids)
     start = Snapshot(
         position=position[inside],
         velocity=np.zeros((int(inside.sum()), 2)),

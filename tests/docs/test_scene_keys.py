@@ -9,7 +9,7 @@ from documented import ROOT
 from pydantic import BaseModel
 
 from analysis.scene.contact import Material
-from analysis.scene.parts import Push
+from analysis.scene.parts import Goal, Push
 from analysis.scene.scene import _SceneFile
 
 PAGE = ROOT / "docs/scenes.md"
@@ -34,6 +34,7 @@ def parts():
             plain[key] = field
     material = {"`[contact]` of a material": (Material.model_fields, Material)}
     push = {"`[drive]` of a push": (Push.model_fields, Push)}
+    push["`[[drive.goals]]`"] = (Goal.model_fields, Goal)
     return {"The scene": (plain, _SceneFile), **found, **material, **push}
 
 
@@ -59,7 +60,10 @@ def accepted(schema):
     if "enum" in schema:
         return " or ".join(f"`{word}`" for word in schema["enum"])
     if "prefixItems" in schema:
-        return "(x, y)"
+        whole = schema["prefixItems"][0]["type"] == "integer"
+        return f"two {accepted(schema['prefixItems'][0])}" if whole else "(x, y)"
+    if schema["type"] == "array":
+        return "tables"
     if schema["type"] == "string":
         return "text"
     if schema["type"] == "boolean":
@@ -83,7 +87,7 @@ def unit_of(key):
 
 def same(shown, default):
     """Whether the page's default is the model's."""
-    if default is None:
+    if default in (None, ()):
         return shown == "–"
     if isinstance(default, str):
         return shown == f"`{default}`"

@@ -7,6 +7,7 @@ import lzma
 import numpy as np
 import pytest
 
+from analysis.scene.parts import Goal
 from analysis.scene.placement import check_room
 from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
 from analysis.scene.shipped_scenes import MAKERS, make
@@ -147,11 +148,12 @@ def test_a_pillar_is_no_room(squares, door, place, is_refused):
     start, end = np.array([wall for wall in walls], dtype=float).transpose(1, 0, 2)
     one = Snapshot(position=[place], velocity=[[0, 0]], radius=[0.2], mass=[75])
     room = Walls(start=start, end=end)
+    doors = Walls(start=[door[0]], end=[door[1]]) if door else None
     if is_refused:
         with pytest.raises(ValueError, match=r"disk 1 at .* is outside the walls"):
-            check_room(one, room, door)
+            check_room(one, room, doors)
     else:
-        assert check_room(one, room, door) == []
+        assert check_room(one, room, doors) == []
 
 
 def test_data_that_is_not_whole(tmp_path):
@@ -239,3 +241,27 @@ def test_a_title_of_two_lines_is_one_line_of_the_data_file(tmp_path):
     assert again.title == scene.title
     assert len(again.snapshot) == 2
     assert (tmp_path / "pair.data").read_text().startswith("a pair 3 atoms (SI units")
+
+
+def test_a_goal_of_some_people_there_and_back(tmp_path):
+    crowd = make("arch", 30)
+    door = {"door_start_m": (0.0, 6.0), "door_end_m": (-1.0, 7.0), "outward": (0.0, 1.0)}
+    goals = (Goal(people=(11, 20), **door),)
+    aimed = crowd.model_copy(
+        update={"drive": crowd.drive.model_copy(update={"goals": goals}), "name": "two"}
+    )
+    path = aimed.write(tmp_path)
+    again = read_scene(path)
+    assert again.drive == aimed.drive
+    assert again.digest() == aimed.digest() != crowd.digest()
+    text = path.read_text()
+    for change, says in (
+        (("[11, 20]", "[41, 50]"), "two.toml: drive.goals: number 1: nobody has an id from 41 to"),
+        (("[11, 20]", "[20, 11]"), "two.toml: drive.goals.0: people: 20 to 11; the first comes"),
+        (("outward = [0.0, 1.0]", "outward = [0.0, 2.0]"), "drive.goals.0: outward must be a unit"),
+        (("[[drive.goals]]\n", "[[drive.goals]]\nspeed = 1\n"), "goals.0.speed: unknown key"),
+    ):
+        assert change[0] in text
+        path.write_text(text.replace(*change))
+        with pytest.raises(SceneError, match=says):
+            read_scene(path)

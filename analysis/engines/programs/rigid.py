@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import IO
 
@@ -75,7 +76,7 @@ def motion_of(scene: Scene, state: Snapshot) -> Motion:
         scene.wall_segments(),
         step=timing(scene).time_step,
         push=Push(
-            desired=drive.desired_velocity if drive else None,
+            desired=partial(drive.desired_velocity, ids=state.ids) if drive else None,
             relaxation_time=drive.relaxation_time_s if drive else np.inf,
             acceleration=scene.acceleration(),
         ),
@@ -173,7 +174,7 @@ class _Run:
         columns += [disks.mass, *motion.velocity.T, none, motion.spin, *mean_force.T]
         names = BODY_COLUMNS
         if drive := self.scene.drive:
-            desired = drive.desired_velocity(motion.position)
+            desired = drive.desired_velocity(motion.position, disks.ids)
             names = names + DRIVE_COLUMNS
             push = disks.mass[:, None] * (desired - motion.velocity) / drive.relaxation_time_s
             columns += [*push.T]

@@ -86,7 +86,7 @@
     const { reel } = view();
     // where people are in any frame, and the door; walls farther away are cut
     const places = reel.frames.flatMap((frame) => (frame.at ? [...frame.at.values()] : []));
-    const door = reel.door ? [reel.door.slice(0, 2), reel.door.slice(2)] : [];
+    const door = reel.doors.flatMap(one => [one.slice(0, 2), one.slice(2)]);
     const all = places.concat(door, places.length ? [] : [[0, 0], [1, 1]]);
     const margin = 1.5 * film.place * Math.max(...reel.radius, 1);
     const of = (k, pick) => all.reduce((best, one) => pick(best, one[k]), all[0][k]);
@@ -125,7 +125,7 @@
     pen.clearRect(0, 0, canvas.width, canvas.height);
     canvas.classList.toggle("alarm", frame.s !== "solved" && (kind === "difference" || isRigid()));
     stroke(pen, "#000", 3, reel.walls.map(([a, b, c, d]) => [to([a, b]), to([c, d])]));
-    if (reel.door) stroke(pen, "#666", 1, [[to(reel.door.slice(0, 2)), to(reel.door.slice(2))]], [4, 4]);
+    for (const one of reel.doors) stroke(pen, "#666", 1, [[to(one.slice(0, 2)), to(one.slice(2))]], [4, 4]);
     if (frame.at) {
       const most = largestOf(frame);
       frame.p.forEach((one, i) => {

@@ -92,6 +92,8 @@ def import_crowd(
     the key."""
     radii, masses = _bodies(radius, mass, varied or Varied(), len(heads.ids))
     parts, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
+    if parts.drive is not None and parts.drive.goals:
+        raise SceneError(f"{room}: drive.goals: a real crowd goes to one door here")
     area = _area(parts, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
     kept, radii, masses = _inside(heads, inside, room), radii[inside], masses[inside]
@@ -198,9 +200,7 @@ def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
     if not parts.walls:
         return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
-    drive = parts.drive
-    door = None if drive is None else (drive.door_start_m, drive.door_end_m)
-    area = shapely.union_all(rooms_of(heads, parts.wall_segments(), door))
+    area = shapely.union_all(rooms_of(heads, parts.wall_segments(), parts.door()))
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")
     return area

@@ -29,6 +29,8 @@ def crowd_room(scene: Scene) -> Room:
     if scene.drive is None:
         raise ValueError("it is for a crowd that a drive presses, and this is an impact")
     disks, drive = scene.snapshot, scene.drive
+    if drive.goals:
+        raise ValueError("it is for a crowd with one door, and this one has several")
     enclosed = room_of_walls(scene.wall_segments(), exits=[[drive.door_start_m, drive.door_end_m]])
     hall = shapely.Polygon(enclosed.outline, enclosed.pillars)
     radius = float(disks.radius.mean())

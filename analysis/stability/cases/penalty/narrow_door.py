@@ -65,7 +65,7 @@ def _rigid(width: float) -> Cell:
     snapshot = scene.snapshot
     near = find_contacts(snapshot, scene.wall_segments(), tolerance=2 * APART * RADIUS_M)
     assert scene.drive is not None
-    desired = scene.drive.desired_velocity(snapshot.position)
+    desired = scene.drive.desired_velocity(snapshot.position, snapshot.ids)
     answer = solve(snapshot, near, left_velocity=desired)
     through = float(answer.right_velocity[0, 0]) > 1e-6
     outcome = Outcome.LOST if through and width < 1 else Outcome.STABLE
