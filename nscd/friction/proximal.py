@@ -33,8 +33,8 @@ def _smooth(problem: Any, inverse: Any, lam: Any, tau: Any, u: Any, pairs: int) 
     none = np.empty(0)  # u⁻ at the contacts: for dissipation only
     velocities_of(problem, lam, tau, u)
     for _ in range(pairs):
-        sweep(problem, inverse, none, none, lam, tau, u, False)
-        sweep(problem, inverse, none, none, lam, tau, u, True)
+        sweep(problem, inverse, none, none, lam, tau, u, np.bool_(False))
+        sweep(problem, inverse, none, none, lam, tau, u, np.bool_(True))
     velocities_of(problem, lam, tau, u)
 
 
@@ -86,10 +86,10 @@ def proximal_newton(
         put(aim[1], tau)
         put(end, u)
         taken, length = False, 1.0
-        if settle(problem, factor, closed, hold, weight[0], STEPS, aim[0], aim[1], end):
+        if settle(problem, factor, closed, hold, weight[0], np.int64(STEPS), aim[0], aim[1], end):
             for _try in range(LENGTHS):
                 _between(problem, (lam, tau), aim, length, tried)
-                _smooth(problem, inverse, tried[0], tried[1], there, PAIRS)
+                _smooth(problem, inverse, tried[0], tried[1], there, np.int64(PAIRS))
                 pairs += PAIRS
                 one, two = _error(problem, tried[0], tried[1], there, v, s)
                 if two < GROWTH * error:
@@ -102,7 +102,7 @@ def proximal_newton(
             put(u, there)
             worst, error = one, two
         else:
-            _smooth(problem, inverse, lam, tau, u, 2 * PAIRS)
+            _smooth(problem, inverse, lam, tau, u, np.int64(2 * PAIRS))
             pairs += 2 * PAIRS
             worst, error = _error(problem, lam, tau, u, v, s)
         firmer = 2.0 if taken and length == 1.0 else 0.5

@@ -152,7 +152,7 @@ def newton(
             break
         seen[done] = key
         done += 1
-        if not settle(problem, factor, closed, hold, penalty, STEPS, lam, tau, u):
+        if not settle(problem, factor, closed, hold, penalty, np.int64(STEPS), lam, tau, u):
             break
         error = measure(problem, u, lam, tau, v, s)
         for c in range(k):

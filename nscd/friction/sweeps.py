@@ -102,8 +102,8 @@ def gauss_seidel(problem: Any, pn: Any, pt: Any, u: Any, pairs: int, tolerance: 
     while done < pairs:
         velocities_of(problem, pn, pt, u)
         for _ in range(min(CHECK, pairs - done)):
-            sweep(problem, inverse, v_left, s_left, pn, pt, u, False)
-            sweep(problem, inverse, v_left, s_left, pn, pt, u, True)
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, np.bool_(False))
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, np.bool_(True))
             done += 1
         velocities_of(problem, pn, pt, u)
         error = off_by(problem, v_left, s_left, pn, pt, u, v, s)
@@ -144,8 +144,8 @@ def anderson(
             pn[c], pt[c] = x[c] / root[c], x[k + c] / root[k + c]
         velocities_of(problem, pn, pt, u)
         for _pair in range(pairs):
-            sweep(problem, inverse, v_left, s_left, pn, pt, u, False)
-            sweep(problem, inverse, v_left, s_left, pn, pt, u, True)
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, np.bool_(False))
+            sweep(problem, inverse, v_left, s_left, pn, pt, u, np.bool_(True))
         done += pairs
         velocities_of(problem, pn, pt, u)
         error = off_by(problem, v_left, s_left, pn, pt, u, v, s)

@@ -70,12 +70,24 @@ def _value(system: Any, may: Any, y: Any, v: Any, momentum: Any) -> float:
 
 
 @njit(cache=True)
+def _largest(values: Any) -> float:
+    """The largest magnitude, or what is no number."""
+    largest = 0.0
+    for i in range(len(values)):
+        for a in range(values.shape[1]):
+            size = abs(values[i, a])
+            if size > largest or size != size:
+                largest = size
+    return largest
+
+
+@njit(cache=True)
 def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
     n, d = system.mass.shape
     k = len(start)
     momentum = np.zeros((n, d))
     add_reactions(system, start, 1.0, momentum)
-    size = max(np.abs(momentum).max(), 1e-300)
+    size = max(_largest(momentum), 1e-300)
     stiff = STIFF * system.mass[:, 0].max()
     y, rest, trial = np.zeros((n, d)), np.empty((n, d)), np.empty((n, d))
     theta, v, reaction = np.empty(k), np.zeros(k), start.copy()
@@ -89,9 +101,11 @@ def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
                 reaction[c] = v[c] if pressed[c] else 0.0
         else:
             reaction[:] = 0.0
-        rest[:] = momentum
+        for i in range(n):
+            for a in range(d):
+                rest[i, a] = momentum[i, a]
         add_reactions(system, reaction, -1.0, rest)
-        error = np.abs(rest).max() / size
+        error = _largest(rest) / size
         if step and error < best_error:
             best[:], best_error = reaction, error
         if step and (
@@ -105,23 +119,26 @@ def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
             if not factorise(system, factor, theta):
                 return best, best_error, step
         before[:] = pressed
-        rest *= stiff
+        for i in range(n):
+            for a in range(d):
+                rest[i, a] *= stiff
         solve_factorised(factor, rest)
         slope = 0.0
         for i in range(n):
             slope += rest[i, 0] * momentum[i, 0] + rest[i, 1] * momentum[i, 1]
-        trial[:] = rest
-        approach(system, trial, theta)
+        approach(system, rest, theta)
         for c in range(k):
             if may[c] and v[c] > 0.0:
                 slope -= v[c] * theta[c]
         length = 1.0
         while True:
-            trial[:] = y + length * rest
+            for i in range(n):
+                for a in range(d):
+                    trial[i, a] = y[i, a] + length * rest[i, a]
             new = _value(system, may, trial, v, momentum)
             if new <= value - 1e-4 * length * slope + ROUNDING * abs(value) or length < 1e-6:
                 break
             length *= 0.5
-        y[:] = trial
+        y, trial = trial, y
         value = new
     return best, best_error, STEPS

@@ -193,7 +193,7 @@ def _descend_and_close(
     factor = factor_by_rows(n, part.first, part.second)
     system = _ordered(part, factor)
     steady = STEADY + int(STEADY_SHARE * k)
-    pushed, u, iterations, settled = descend(system, tolerance, SWEEPS, steady, ISOSTATIC)
+    pushed, u, iterations, settled = descend(system, tolerance, np.int64(SWEEPS), steady, ISOSTATIC)
     closed, v, count = np.empty(k, np.bool_), np.empty(k), 0
     approach(system, u, v)
     for c in range(k):

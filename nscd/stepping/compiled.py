@@ -114,7 +114,7 @@ def freed(velocity: Any, desired: Any, share: float, gain: Any) -> Any:
     return free, most
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _solved(system: Any, before: Any, tolerance: float) -> Any:
     """How it ended, λ (k,), u⁺ (n,2), iterations and error: first without the contacts that disks as
     fast as before could not close; with all of them where that is not the answer of all."""

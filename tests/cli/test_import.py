@@ -53,6 +53,14 @@ def test_formats_that_state_unit_and_frame_rate(name):
     three_walkers(read_heads(FORMATS / name, 2))
 
 
+@pytest.mark.parametrize("name", ["viswalk.pp", "bare.txt", "table.csv"])
+def test_a_number_before_the_first_row_is_no_row(name, tmp_path):
+    first, rest = (FORMATS / name).read_text().split("\n", 1)
+    (tmp_path / name).write_text(f"5e-324\n{first}\n{rest}")
+    with pytest.raises(TrajectoryError, match="line 1: '5e-324' has too few cells for a row"):
+        read_heads(tmp_path / name, 2, unit="m", frame_rate=10)
+
+
 def test_formats_that_do_not():
     three_walkers(read_heads(FORMATS / "bare.txt", 2, unit="m", frame_rate=10))
     three_walkers(read_heads(FORMATS / "table.csv", 2, unit="m"))

@@ -56,6 +56,10 @@ def _check_rows(file: Path, end: str) -> None:
             if not like:
                 names = [cell.rpartition(":")[2] for cell in cells]
                 whole = [k for k, name in enumerate(names) if name in WHOLE] or whole
+                if cells and all(numbers) and len(cells) < LEAST_NUMBERS:
+                    raise TrajectoryError(
+                        f"{file}, line {number}: {text[:60]!r} has too few cells for a row"
+                    )
                 if text.startswith("#") or sum(numbers) < LEAST_NUMBERS:
                     continue
                 like = numbers
