@@ -1,31 +1,16 @@
 """Intervals over crowds and instants, and the series that they are made of."""
 
-import re
-
 import numpy as np
 import pytest
 
 from analysis.dumps import DumpError
 from analysis.engines.run import simulate
 from analysis.motion.ensemble import Ensemble
-from analysis.motion.report import in_motion, motion_of
 from analysis.motion.series import MEASURES, Series, read_series
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.scene.variation import variant
 from nscd import find_contacts
-
-MINE = """
-[[limit]]
-name = "mine"
-number = 500.0
-unit = "N"
-quantity = "contact_largest"
-what = "my own"
-population = "adults"
-source = "my report, 2026"
-read = "first-hand"
-"""
 
 
 def ensemble(samples):
@@ -105,37 +90,3 @@ def test_a_run_without_impulses_says_what_to_do(tmp_path):
     (tmp_path / "run" / "impulses.dump").unlink()
     with pytest.raises(DumpError, match=r"impulses.dump: no such file; run the scene again"):
         read_series(tmp_path / "run", record.time_step_s)
-
-
-def test_a_section_compares_lammps_with_the_rigid_model_and_says_what_friction_changes(tmp_path):
-    scene = make("arch", disks=20).with_run(duration_s=0.4, frames=4)
-    moving = motion_of(scene, ["lammps", "rigid"], [1e6], 3, tmp_path)
-    assert [len(every) for every in moving.runs.values()] == [3, 3]
-    assert all("μ = 0.4" in name for name in moving.rough)
-    own = tmp_path / "mine.toml"
-    own.write_text(MINE)
-    made = in_motion(moving, 0.2, limits=(own,))
-    assert not made.failures
-    smooth, rough = made.sections
-    for section in made.sections:
-        (table,) = section.tables
-        assert len(table.rows) == len(MEASURES)
-    assert "300 N" in " ".join(smooth.introduction)
-    first = made.first
-    assert "Everybody pushes with **300 N**" in first.words[0]
-    assert "Green Guide" in first.words[0]
-    people, limits = first.tables
-    assert len(limits.rows) == 9
-    assert "above_mine" in made.numbers["exposure"]["LAMMPS, k = 10⁶ N/m"]
-    assert [row[-1] for row in limits.rows if "my own" in row[1]] == ["my report, 2026"]
-    counts = [float(row[3].split(" ")[0]) for row in limits.rows[:7]]
-    assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
-    assert [row[0] for row in people.rows][-1] == "load on the worst metre of wall (kN/m)"
-    said = " ".join(smooth.words)
-    assert "rigid model" in said
-    assert "Friction 0.4" not in said
-    assert re.search("[Ff]riction 0.4", " ".join(rough.words))
-    lammps = made.numbers["models"]["LAMMPS, k = 10⁶ N/m"]["contact_mean"]
-    assert lammps["interval_90"][0] <= lammps["median"] <= lammps["interval_90"][1]
-    assert made.numbers["other_friction"]["friction"] == 0.4
-    assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, tmp_path) is None
