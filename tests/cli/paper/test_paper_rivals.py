@@ -110,7 +110,13 @@ def test_a_queue_before_a_closed_exit_stays_whatever_the_masses():
 
 @pytest.fixture
 def few(monkeypatch):
-    """One evacuation of few people, two crowds that may block their exit."""
+    """One evacuation of few people, two crowds that may block their exit, two small arches."""
+    shipped = rivals.read_scene
+
+    def small(name):
+        return make(name, disks=150) if name in rivals.CROWDS else shipped(name)
+
+    monkeypatch.setattr(rivals, "read_scene", small)
     short = partial(evacuation.evacuate, people=40, until=11.0)
     monkeypatch.setattr(evacuation, "evacuate", short)
     monkeypatch.setattr(evacuation, "SPEEDS", (2.0,))
