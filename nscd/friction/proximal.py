@@ -28,7 +28,7 @@ PAIRS, LENGTHS, SHORTER, GROWTH = 20, 3, 0.3, 1.5
 
 
 @njit(cache=True)
-def _smooth(problem: Any, inverse: Any, lam: Any, tau: Any, u: Any, pairs: int) -> None:
+def _smooth(problem: Any, inverse: Any, lam: Any, tau: Any, u: Any, pairs: Any) -> None:
     """Pairs of sweeps from λ, τ (k,); u (n,3) ← the velocities that balance them."""
     none = np.empty(0)  # u⁻ at the contacts: for dissipation only
     velocities_of(problem, lam, tau, u)

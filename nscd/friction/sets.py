@@ -67,7 +67,7 @@ def _slide(problem: Any, hold: Any, v: Any, v_left: Any, lam: Any, tau: Any) -> 
 
 @njit(cache=True)
 def settle(
-    problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, steps: int, lam: Any, tau: Any,
+    problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, steps: Any, lam: Any, tau: Any,
     u: Any,
 ) -> bool:  # fmt: skip
     """Solve with the states given: C u = b where closed, T u = 0 where stuck, τ = ±μ p_n where

@@ -29,7 +29,7 @@ def velocities_of(problem: Any, pn: Any, pt: Any, u: Any) -> None:
 
 @njit(cache=True, fastmath=True)
 def sweep(
-    problem: Any, inverse: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, backward: bool
+    problem: Any, inverse: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, backward: Any
 ) -> None:
     """Solve the law of each contact in turn, all others given: whole percussions pn, pt (k,) N·s
     and velocities u (n,3) are changed in place; inverse (n,3): 1/M. Exact: n and t of one contact
