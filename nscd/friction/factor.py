@@ -209,3 +209,75 @@ def solve_factorised(factor: Any, b: Any) -> None:
                 value += row[j] * known[j]
             work[q] = (work[q] - value) / row[0]
             flat[base + q] = work[q]
+
+
+@njit(cache=True, fastmath=True)
+def solve_two(factor: Any, one: Any, two: Any) -> None:
+    """one ← A⁻¹ one and two ← A⁻¹ two in place, (n,3) each: what is read of the factor is read once
+    for both."""
+    fronts, store = factor.fronts, factor.store
+    a, b = one.reshape(-1), two.reshape(-1)
+    widest = len(factor.front) // 2
+    work, other_work = factor.front[:widest], factor.front[widest:]
+    for node in range(len(fronts.first)):
+        base, b0 = 3 * fronts.first[node], fronts.border_start[node]
+        pivots = 3 * fronts.end[node] - base
+        count = fronts.border_start[node + 1] - b0
+        size = pivots + 3 * count
+        at = factor.upper_start[node]
+        x, y = a[base : base + pivots], b[base : base + pivots]
+        idle = True
+        for q in range(pivots):
+            if x[q] != 0.0 or y[q] != 0.0:
+                idle = False
+                break
+        if idle:
+            continue
+        for q in range(pivots):
+            p = factor.swaps[base + q]
+            if p != q:
+                x[q], x[p] = x[p], x[q]
+                y[q], y[p] = y[p], y[q]
+        for q in range(1, pivots):
+            row = store[at + q * size : at + q * size + q]
+            value = other = 0.0
+            for j in range(q):
+                value += row[j] * x[j]
+                other += row[j] * y[j]
+            x[q] -= value
+            y[q] -= other
+        at += pivots * size
+        for r in range(count):
+            to = 3 * fronts.border[b0 + r]
+            for c in range(3):
+                row = store[at : at + pivots]
+                value = other = 0.0
+                for j in range(pivots):
+                    value += row[j] * x[j]
+                    other += row[j] * y[j]
+                a[to + c] -= value
+                b[to + c] -= other
+                at += pivots
+    for node in range(len(fronts.first) - 1, -1, -1):
+        base, b0 = 3 * fronts.first[node], fronts.border_start[node]
+        pivots = 3 * fronts.end[node] - base
+        count = fronts.border_start[node + 1] - b0
+        size = pivots + 3 * count
+        at = factor.upper_start[node]
+        for r in range(count):
+            to = 3 * fronts.border[b0 + r]
+            for c in range(3):
+                work[pivots + 3 * r + c] = a[to + c]
+                other_work[pivots + 3 * r + c] = b[to + c]
+        for q in range(pivots):
+            work[q], other_work[q] = a[base + q], b[base + q]
+        for q in range(pivots - 1, -1, -1):
+            row = store[at + q * size + q : at + (q + 1) * size]
+            x, y = work[q:size], other_work[q:size]
+            value = other = 0.0
+            for j in range(1, size - q):
+                value += row[j] * x[j]
+                other += row[j] * y[j]
+            work[q] = (work[q] - value) / row[0]
+            other_work[q] = (other_work[q] - other) / row[0]
+            a[base + q], b[base + q] = work[q], other_work[q]

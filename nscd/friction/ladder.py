@@ -13,9 +13,9 @@ from nscd.friction.pivots.island import ROUNDS, Search
 from nscd.friction.problem import FrictionProblem, chosen, contact_velocities
 from nscd.friction.sets import PENALTY, find_states, newton
 
-# Accuracy of the convex programme: for a first look at the sets, which is enough where all contacts
-# hold, and for an answer that paths begin from; Newton's steps after the first look.
-GLANCE, EXACT, LOOKS = 1e-4, 1e-9, 2
+# Accuracy of the convex programme and Newton's steps after it: a first look at the sets, which is
+# enough where all contacts hold, and an answer that paths begin from.
+LOOKS = (3e-2, 2), (1e-9, ROUNDS)
 # An approach of no more than this, of the scale of velocities, presses nothing: what underflows.
 NOTHING = 1e-20
 # In the order of their cost: the solver of an answer is the last one that an island needed.
@@ -125,7 +125,7 @@ def _together(part: Part, edges: Edges, tolerance: float) -> tuple[Any, Any, Any
     v, s, v_left, s_left = np.empty((4, k))
     contact_velocities(problem, problem.left, v_left, s_left)
     best: tuple[Any, ...] = ()
-    for accuracy, rounds in ((GLANCE, LOOKS), (EXACT, ROUNDS)):
+    for accuracy, rounds in LOOKS:
         solve_edges(problem, part.factor, edges, accuracy)
         lam, tau, u = edges.along.copy(), edges.across.copy(), edges.best.copy()
         closed, hold = np.zeros(k, dtype=np.bool_), np.zeros(k, dtype=np.int8)

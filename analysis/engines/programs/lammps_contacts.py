@@ -97,8 +97,11 @@ class _PairLaw:
         length = np.hypot(*tangential.T)
         friction = self.penalty.friction
         slides = (length >= friction * size_at_end * (1 - 1e-12)) | (length > friction * size)
-        # a direction first: the ratio of forces overflows where this one is next to nothing
-        direction = tangential / np.where(length > 0, length, 1.0)[:, None]
+        # a direction first, from numbers near one: the ratio of forces overflows where this one is
+        # next to nothing, and its length has no digits there
+        largest = np.abs(tangential).max(axis=1)
+        direction = tangential / np.where(largest > 0, largest, 1.0)[:, None]
+        direction /= np.maximum(np.hypot(*direction.T), 1.0)[:, None]
         limited = (friction * size)[:, None] * direction
         return np.where((slides & (length > 0))[:, None], limited, tangential)
 

@@ -31,10 +31,11 @@ LOCAL_PIVOTS, RAY_PIVOTS = 300, 5000
 # go before the proximal point method; the noise of these paths.
 PROXIMAL, FEW = ((8, 100), (16, 150), (32, 300), (64, 300)), 2
 PROXIMAL_NOISE = 1e-2
-# The cost of steps of the proximal point method, in pivots: at first, further, and from another
-# start. They bound the time that a search may take. Newton's method is tried where no contact
-# changed, and after SOME steps nearer than NEAR.
-POINT, FURTHER, AGAIN = 1500, 11_000, 1500
+# The cost of steps of the proximal point method, in pivots: at first and further from where the
+# proximal steps led, from the convex programme's answer, and from none. They bound the time that a
+# search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
+# than NEAR.
+POINT, FURTHER, CONVEX, AGAIN = 1500, 6000, 12_500, 1500
 NEAR, SOME = 1e-5, 4
 # The largest island that is solved from the ray.
 RAY_CONTACTS = 1000
@@ -67,14 +68,17 @@ class Search:
             if patient:
                 self.by_sweeps(lam, tau)
             return
-        moved, points = (lam.copy(), tau.copy(), u.copy()), self.points_from(lam, tau, u)
+        moved = lam.copy(), tau.copy(), u.copy()
         self.by_proximal(*moved, PROXIMAL[:FEW])
+        points = self.points_from(*moved)  # most often nearer than the convex programme's answer
         if not self.solved:
             self.by_point(points, POINT)
         if not self.solved:
             self.by_proximal(*moved, PROXIMAL[FEW:])
         if not self.solved and patient:
             self.by_point(points, FURTHER)
+        if not self.solved and patient:
+            self.by_point(self.points_from(lam, tau, u), CONVEX)
         if not self.solved and patient:
             self.run_from(0)
 

@@ -15,7 +15,6 @@ from numba import njit
 
 from nscd.friction.elimination import add_to
 from nscd.friction.pivots.rates import (
-    CHANGES,
     LAM,
     TAU,
     S,
@@ -130,7 +129,7 @@ def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int
             if seen[a] == key:
                 return LOOP, pivot
         seen[pivot] = key
-        if path.slot[contact] < 0 and path.count[0] >= CHANGES:
+        if path.slot[contact] < 0 and path.count[0] >= len(path.changed):
             if not restart(problem, factor, path, t):
                 return BROKEN, pivot
         elif path.slot[contact] < 0:

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from nscd.friction.elimination import add_to, solve_dense
-from nscd.friction.factor import factorise, solve_factorised
+from nscd.friction.factor import factorise, solve_factorised, solve_two
 from nscd.friction.problem import add_impulses, contact_velocities
 from nscd.friction.sets import FREE, STICK, slope
 
@@ -18,7 +18,7 @@ from nscd.friction.sets import FREE, STICK, slope
 # one for long paths, a firm one for those that factorise every time.
 SOFT, FIRM = 1e-5, 1e-8
 # Contacts that may change before the matrix is factorised again, on a soft path.
-CHANGES = 16
+CHANGES = 24
 V, S, LAM, TAU = 0, 1, 2, 3
 
 
@@ -124,23 +124,25 @@ def restart(problem: Any, factor: Any, path: Any, t: float) -> bool:
         path.base[c] = path.hold[c]
     if not factorise(problem, factor, weight):
         return False
+    path.base_rate[:] = 0.0
+    path.dx[:] = 0.0
+    _set_forces(problem, path, path.dx, 1.0, 0.0)
+    add_impulses(problem, path.dx[LAM], path.dx[TAU], -1.0, path.base_rate)
     rest = np.empty((n, 3))
-    for _ in range(3):
+    for repeat in range(3):
         contact_velocities(problem, path.u, path.x[V], path.x[S])
         _set_forces(problem, path, path.x, t, 1.0)
         for i in range(n):
             for b in range(3):
                 rest[i, b] = problem.mass[i, b] * (problem.left[i, b] - path.u[i, b])
         add_impulses(problem, path.x[LAM], path.x[TAU], -1.0, rest)
-        solve_factorised(factor, rest)
+        if repeat == 0:
+            solve_two(factor, rest, path.base_rate)
+        else:
+            solve_factorised(factor, rest)
         add_to(path.u, 1.0, rest)
     contact_velocities(problem, path.u, path.x[V], path.x[S])
     _set_forces(problem, path, path.x, t, 1.0)
-    path.base_rate[:] = 0.0
-    path.dx[:] = 0.0
-    _set_forces(problem, path, path.dx, 1.0, 0.0)
-    add_impulses(problem, path.dx[LAM], path.dx[TAU], -1.0, path.base_rate)
-    solve_factorised(factor, path.base_rate)
     return True
 
 
@@ -176,7 +178,7 @@ def take(problem: Any, factor: Any, path: Any, c: int) -> None:
             column[j, 0], column[j, 1] = -x, -y
             if b == 1:
                 column[j, 2] = problem.lever[c, 1]
-        solve_factorised(factor, column)
+    solve_two(factor, path.columns[2 * q], path.columns[2 * q + 1])
     for p in range(q + 1):
         other = path.changed[p]
         for b in range(2):

@@ -1,0 +1,67 @@
+"""LAMMPS' raw contact dumps as the one dump of contacts: the limit of friction, by hand."""
+
+import numpy as np
+import pytest
+
+from analysis.dumps import index_dump
+from analysis.dumps.writing import write_frame
+from analysis.engines.penalty import penalty_of
+from analysis.engines.programs.lammps_contacts import merge_contacts
+from analysis.scene.scene import Analysis, ContactModel, Run, Scene
+from nscd import Snapshot
+
+FRICTION, OVERLAP = 0.4, 0.01
+BODIES = "id type x y z radius mass vx vy vz omegaz fx fy".split()
+RAW = [f"c_ids[{number}]" for number in (1, 2)] + [f"c_contacts[{number}]" for number in range(1, 8)]
+
+
+def pressed(tmp_path, tangential, at_end):
+    """What merge_contacts gives of two disks at rest, first left of second, that overlap by 1 cm:
+    its row; tangential (2,) N and the normal force at_end (N) are those of LAMMPS on the first."""
+    position = np.array([[0.0, 0.0], [0.5 - OVERLAP, 0.0]])
+    snapshot = Snapshot(
+        position=position, velocity=np.zeros((2, 2)), radius=[0.25, 0.25], mass=[75.0, 75.0]
+    )
+    scene = Scene(
+        name="two",
+        title="two disks",
+        source="by hand",
+        snapshot=snapshot,
+        contact=ContactModel(stiffness_N_per_m=1e5, restitution=0.5, friction=FRICTION),
+        run=Run(duration_s=0.1, frames=1),
+        analysis=Analysis(kind="impact"),
+    )
+    none = np.zeros(2)
+    table = [[1, 2], [1, 1], *position.T, none, [0.25, 0.25], [75.0, 75.0], *[none] * 6]
+    with (tmp_path / "bodies.dump").open("w") as file:
+        write_frame(file, "ATOMS", 0, BODIES, table)
+    row = [1, 2, 0.5 - OVERLAP, -at_end, 0.0, *tangential, -(0.5 - OVERLAP), 0.0]
+    with (tmp_path / "pairs.dump").open("w") as file:
+        write_frame(file, "ENTRIES", 0, RAW, [[value] for value in row])
+    merge_contacts(tmp_path, scene)
+    return index_dump(tmp_path / "contacts.dump", "ENTRIES").table(0)[0], penalty_of(scene)
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-300, 1.0, 1e6, 1e300])
+@pytest.mark.parametrize("angle", [0.5, 0.25, 1.5])
+def test_a_contact_that_slides_holds_mu_times_its_normal_force_however_little_it_held(
+    tmp_path, size, angle
+):
+    # nothing pressed at the end of the step, by LAMMPS: whatever holds is beyond that limit
+    way = np.array([np.cos(np.pi * angle), np.sin(np.pi * angle)])
+    tangential = np.where(np.abs(way) > 1e-9, np.sign(way) * size, 0.0)
+    row, law = pressed(tmp_path, tangential, at_end=0.0)
+    normal = law.stiffness * OVERLAP
+    along = np.sign(tangential) / np.hypot(*np.sign(tangential))
+    # of what the second exerts on the first the dump has the reverse
+    expected = np.array([normal, 0.0]) - FRICTION * normal * along
+    np.testing.assert_allclose(row[-2:], expected, rtol=1e-12, atol=1e-9 * normal)
+
+
+@pytest.mark.parametrize("share", [0.0, 5e-324, 1e-12, 0.5])
+def test_a_contact_that_sticks_keeps_its_tangential_force(tmp_path, share):
+    normal = 1e5 * OVERLAP
+    tangential = np.array([0.0, share * FRICTION * normal])
+    row, law = pressed(tmp_path, tangential, at_end=normal)
+    assert law.stiffness * OVERLAP == pytest.approx(normal)
+    np.testing.assert_allclose(row[-2:], [normal, -tangential[1]], rtol=1e-12, atol=0.0)
