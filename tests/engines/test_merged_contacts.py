@@ -11,8 +11,10 @@ from analysis.scene.scene import Analysis, ContactModel, Run, Scene
 from nscd import Snapshot
 
 FRICTION, OVERLAP = 0.4, 0.01
-BODIES = "id type x y z radius mass vx vy vz omegaz fx fy".split()
-RAW = [f"c_ids[{number}]" for number in (1, 2)] + [f"c_contacts[{number}]" for number in range(1, 8)]
+BODIES = ["id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy"]
+RAW = [f"c_ids[{number}]" for number in (1, 2)] + [
+    f"c_contacts[{number}]" for number in range(1, 8)
+]
 
 
 def pressed(tmp_path, tangential, at_end):
