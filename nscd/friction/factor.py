@@ -215,10 +215,15 @@ def solve_factorised(factor: Any, b: Any) -> None:
 def solve_two(factor: Any, one: Any, two: Any) -> None:
     """one ← A⁻¹ one and two ← A⁻¹ two in place, (n,3) each: what is read of the factor is read once
     for both."""
-    fronts, store = factor.fronts, factor.store
     a, b = one.reshape(-1), two.reshape(-1)
-    widest = len(factor.front) // 2
-    work, other_work = factor.front[:widest], factor.front[widest:]
+    _forward_two(factor, a, b)
+    _back_two(factor, a, b)
+
+
+@njit(cache=True, fastmath=True)
+def _forward_two(factor: Any, a: Any, b: Any) -> None:
+    """Both ← L⁻¹ P both, (3n,) each."""
+    fronts, store = factor.fronts, factor.store
     for node in range(len(fronts.first)):
         base, b0 = 3 * fronts.first[node], fronts.border_start[node]
         pivots = 3 * fronts.end[node] - base
@@ -258,6 +263,14 @@ def solve_two(factor: Any, one: Any, two: Any) -> None:
                 a[to + c] -= value
                 b[to + c] -= other
                 at += pivots
+
+
+@njit(cache=True, fastmath=True)
+def _back_two(factor: Any, a: Any, b: Any) -> None:
+    """Both ← U⁻¹ both, (3n,) each."""
+    fronts, store = factor.fronts, factor.store
+    half = len(factor.front) // 2
+    work, other_work = factor.front[:half], factor.front[half:]
     for node in range(len(fronts.first) - 1, -1, -1):
         base, b0 = 3 * fronts.first[node], fronts.border_start[node]
         pivots = 3 * fronts.end[node] - base
