@@ -10,12 +10,13 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install report paper test lint bench clean system system-test
+.PHONY: help install report paper docs test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
 	@echo "make report    the report on the arch and on a real crowd, in report/"
 	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
+	@echo "make docs      the docs as a site that opens offline, in site/"
 	@echo "make test      lint, types and tests"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
@@ -89,6 +90,15 @@ report: install
 paper: install
 	@$(VENV)/bin/percussions paper --out paper
 
+$(VENV)/installed-docs: $(VENV)/installed
+	@echo "Adding what the docs need"
+	$(PIP) --editable '.[docs]'
+	touch $@
+
+docs: $(VENV)/installed-docs
+	@$(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going --conf-dir docs/site --doctree-dir site/.doctrees docs site
+	echo "site/index.html"
+
 lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .
 	$(PYTHON) -m mypy
@@ -102,5 +112,5 @@ bench: install
 	for script in engines guard percussions continuum trajectory; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
-	@rm -rf $(VENV) report paper out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) report paper site out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -52,6 +52,7 @@ EXTRAS = (
         what="measured crowds and data frames",
         libraries={"pedpy": "PedPy", "pandas": "pandas"},
     ),
+    Part(extra="exchange", what="FCLIB files", libraries=_same("h5py")),
     Part(extra="cluster", what="runs on a Dask cluster", libraries=_same("distributed")),
     Part(extra="parquet", what="Parquet tables", libraries=_same("pyarrow")),
     *([ZST] if sys.version_info < (3, 14) else []),

@@ -19,7 +19,7 @@ LIBRARIES = [
     name_of(line)
     for part in (
         PROJECT["dependencies"],
-        *map(EXTRAS.get, ("engines", "continuum", "pages", "real")),
+        *map(EXTRAS.get, ("engines", "continuum", "pages", "real", "exchange")),
     )
     for line in part
 ]

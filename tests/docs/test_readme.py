@@ -16,6 +16,8 @@ from analysis.cli.commands import app
 
 PROGRAM = "from analysis.cli import main; main()"
 PAGES = ["README.md", *(str(p.relative_to(ROOT)) for p in sorted(ROOT.glob("docs/**/*.md")))]
+# Their Python runs after the first commands of README.
+SHOWN = ("README.md", "docs/getting_started.md")
 NAMES = {"SCENE", "FILE", "NAME"}
 
 
@@ -63,17 +65,17 @@ def test_commands_of_readme_leave_what_it_says(folder):
 
 
 def test_python_of_readme(folder):
-    words = ["-m", "doctest", "-o", "NORMALIZE_WHITESPACE", str(ROOT / "README.md")]
+    pages = [str(ROOT / page) for page in SHOWN]
+    words = ["-m", "doctest", "-o", "NORMALIZE_WHITESPACE", *pages]
     made = called([sys.executable, *words], folder)
     assert made.returncode == 0, made.stdout + made.stderr
-    assert (ROOT / "README.md").read_text(encoding="utf-8").count(">>>") > 10
+    assert sum((ROOT / page).read_text(encoding="utf-8").count(">>>") for page in SHOWN) > 10
 
 
 def test_docstrings_of_what_readme_shows(folder):
-    """The examples in the docstrings of what README imports, in the folder of its commands."""
-    shown = re.findall(
-        r">>> from (nscd|analysis\.\w+) import (.*)", (ROOT / "README.md").read_text()
-    )
+    """The examples in the docstrings of what these pages import, in the folder of its commands."""
+    text = "".join((ROOT / page).read_text(encoding="utf-8") for page in SHOWN)
+    shown = re.findall(r">>> from (crowd_percussions) import (.*)", text)
     names = [(module, name) for module, names in shown for name in names.split(", ")]
     assert len(names) > 5
     program = """

@@ -123,7 +123,7 @@ def test_the_parts_are_those_of_pyproject():
         rest = {"engines": {"mpich"}, "parquet": {"pandas"}}.get(part.extra, set())
         assert names(OPTIONAL[part.extra]) == set(part.libraries.values()) | rest
     (everything,) = OPTIONAL["all"]
-    assert re.search(r"\[(.*)\]", everything)[1] == "engines,continuum,pages,real"
+    assert re.search(r"\[(.*)\]", everything)[1] == "engines,continuum,pages,real,exchange"
 
 
 def test_every_library_that_is_imported_is_declared():

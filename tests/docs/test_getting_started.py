@@ -1,0 +1,115 @@
+"""docs/getting_started.md, followed: the dump, its table, its plot; and the site's menu and API."""
+
+import csv
+import importlib.util
+import re
+import subprocess
+import sys
+from fnmatch import fnmatch
+
+import pytest
+from documented import ROOT, blocks, write_files
+
+PAGE = "docs/getting_started.md"
+SITE = ROOT / "docs/site"
+PROGRAM = """
+import runpy, sys
+from analysis.cli import main
+try:
+    main()
+except SystemExit as end:
+    assert end.code == 0
+runpy.run_path("plot.py")
+"""
+
+
+def test_a_dump_of_your_own(tmp_path):
+    write_files(PAGE, tmp_path)
+    (command,) = (
+        line.split() for block in blocks(PAGE) for line in block.text.splitlines()
+        if line.startswith("percussions solve")
+    )  # fmt: skip
+    made = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *command[1:]],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert made.returncode == 0, made.stderr
+    with (tmp_path / "contacts.csv").open() as file:
+        carried = [float(row["reaction_Ns"]) for row in csv.DictReader(file)]
+    # two people of 75 kg at 1 m/s on each side of the middle
+    assert carried == pytest.approx([75, 150, 75], rel=1e-9)
+    assert made.stdout.splitlines()[-1].startswith("solved 150")
+    assert (tmp_path / "crowd.png").stat().st_size > 1000
+
+
+def module(name, monkeypatch):
+    monkeypatch.syspath_prepend(str(SITE))
+    spec = importlib.util.spec_from_file_location(name, SITE / f"{name}.py")
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+def test_every_page_is_in_the_menu():
+    text = (SITE / "conf.py").read_text(encoding="utf-8")
+    (menu,) = re.findall(r"^CONTENTS = \{(.*?)^\}", text, flags=re.DOTALL | re.MULTILINE)
+    patterns = re.findall(r'"([\w/*]+)"', menu)
+    pages = [
+        str(path.relative_to(ROOT / "docs").with_suffix(""))
+        for path in (ROOT / "docs").rglob("*.*")
+        if path.suffix in (".md", ".rst")
+    ]
+    shown = [page for page in pages if not page.startswith("api/")]
+    for page in shown:
+        depth = page.count("/")
+        assert any(fnmatch(page, one) and one.count("/") == depth for one in patterns), page
+    api = {path.stem for path in (ROOT / "docs/api").glob("*.rst")} - {"index"}
+    index = (ROOT / "docs/api/index.rst").read_text().split()
+    assert api <= set(index)
+    # what a new pattern would forget
+    assert len(shown) > 25
+
+
+def test_the_api_has_every_public_package():
+    shown = {
+        name
+        for path in (ROOT / "docs/api").glob("*.rst")
+        for name in re.findall(r"automodule:: (\S+)", path.read_text())
+    }
+    house = (ROOT / "tests/test_house.py").read_text()
+    (public,) = re.findall(r"^PUBLIC = \((.*?)^\)", house, flags=re.DOTALL | re.MULTILINE)
+    assert shown == {*re.findall(r'"([\w.]+)"', public), "crowd_percussions"}
+
+
+def test_docstrings_become_lists_code_and_words(monkeypatch):
+    as_rst = module("docstrings", monkeypatch).as_rst
+    words = """Sum a_b of *all* |u|, as `x_y` says
+over two lines.
+
+radius, mass: (n,) m, kg; not
+    less than 0
+k: N/m
+
+    u = v_n
+
+>>> sum_of(1)
+1""".splitlines()
+    assert as_rst(words) == [
+        r"Sum a\_b of *all* \|u\|, as \ ``x_y``\  says over two lines.",
+        "",
+        "- ``radius``, ``mass``: (n,) m, kg; not",
+        "  less than 0",
+        "- ``k``: N/m",
+        "",
+        "::",
+        "",
+        "    u = v_n",
+        "",
+        ">>> sum_of(1)",
+        "1",
+        "",
+    ]
