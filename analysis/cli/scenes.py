@@ -12,7 +12,62 @@ import typer
 from analysis.cli.app import Out, count, positive, share, show, warn
 
 if TYPE_CHECKING:
+    from shapely import Polygon
+
     from analysis.scene.scene import Scene
+    from analysis.scene.waiting import Doorway
+
+
+Doors = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--door",
+        help="Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. "
+        "Several times for several, each with its share of the crowd behind a colon: 0,1,0,2:0.3",
+    ),
+]
+Size = Annotated[
+    str | None,
+    typer.Option(help="LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2; its door is at x = 0."),
+]
+Geometry = Annotated[
+    Path | None,
+    typer.Option(
+        help="Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a "
+        "Vadere scenario, which has its own doors."
+    ),
+]
+Stream = Annotated[
+    bool,
+    typer.Option(
+        "--stream", help="Two opposing streams along a room, open at both ends (or as --door)."
+    ),
+]
+Blocks = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--block", help="Pillar or thick wall: x,y,x,y of two opposite corners in m; repeated."
+    ),
+]
+Barriers = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--barrier", help="Straight wall inside, without thickness: x,y,x,y in m; repeated."
+    ),
+]
+Survey = Annotated[
+    str | None, typer.Option(help="Radii and masses of a survey: 'ANSUR II', … men, … women.")
+]
+Radius = Annotated[float, typer.Option(parser=positive, help="Mean radius in m.")]
+Spread = Annotated[
+    float, typer.Option(parser=share, help="Radii are uniform within this share about it.")
+]
+Mass = Annotated[float, typer.Option(parser=positive, help="Mass of each in kg.")]
+Push = Annotated[float, typer.Option(parser=positive, help="Push of a person who is held, in N.")]
+Speed = Annotated[
+    float | None,
+    typer.Option(parser=positive, help="Desired speed in m/s; else push · 0.5 s / mass."),
+]
 
 
 def scenes(
@@ -55,47 +110,31 @@ def scenes(
 def new(
     name: Annotated[str, typer.Argument(help="Name of the scene.")],
     people: Annotated[int, typer.Option(parser=count, help="How many people.")],
-    door: Annotated[
-        str,
-        typer.Option(help="Width in m; with --geometry its two ends: x,y,x,y in m."),
-    ],
-    room: Annotated[
-        str | None,
-        typer.Option(help="LENGTHxWIDTH in m; the door is in the middle of a side of WIDTH."),
-    ] = None,
-    geometry: Annotated[
-        Path | None,
-        typer.Option(help="WKT or GeoJSON file of the floor in m, instead of a room."),
-    ] = None,
-    people_from: Annotated[
-        str | None,
-        typer.Option(help="Radii and masses of a survey: 'ANSUR II', … men, … women."),
-    ] = None,
-    radius: Annotated[float, typer.Option(parser=positive, help="Mean radius in m.")] = 0.2,
-    radius_spread: Annotated[
-        float, typer.Option(parser=share, help="Radii are uniform within this share about it.")
-    ] = 0.1,
-    mass: Annotated[float, typer.Option(parser=positive, help="Mass of each in kg.")] = 75.0,
-    push: Annotated[
-        float, typer.Option(parser=positive, help="Push of a person who is held, in N.")
-    ] = 150.0,
-    speed: Annotated[
-        float | None,
-        typer.Option(parser=positive, help="Desired speed in m/s; else push · 0.5 s / mass."),
-    ] = None,
+    door: Doors = None,
+    room: Size = None,
+    geometry: Geometry = None,
+    stream: Stream = False,
+    block: Blocks = None,
+    barrier: Barriers = None,
+    people_from: Survey = None,
+    radius: Radius = 0.2,
+    radius_spread: Spread = 0.1,
+    mass: Mass = 75.0,
+    push: Push = 150.0,
+    speed: Speed = None,
     duration: Annotated[
         float, typer.Option(parser=positive, help="Time to simulate, in s.")
     ] = 10.0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 1,
     out: Out = Path("."),
 ) -> None:
-    """Write a scene of a crowd before the door of a room, and a picture of it.
+    """Write a scene of a crowd before the doors of a room, and a picture of it.
 
     Example: percussions new my_room --room 8x6 --door 0.8 --people 150 --people-from "ANSUR II"
     --push 100"""
+    from analysis.scene import Crowd, Inside, from_geometry
+    from analysis.scene import room as rectangle
     from analysis.scene.anthropometry import Varied
-    from analysis.scene.rooms import Crowd, from_geometry, read_area
-    from analysis.scene.rooms import room as rectangle
 
     if (room is None) == (geometry is None):
         raise ValueError("room: either --room or --geometry is needed")
@@ -103,14 +142,65 @@ def new(
         raise ValueError(f"{out / name}.toml: exists already; give another name or --out")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
     crowd = Crowd(people=people, radius=radius, mass=mass, varied=varied, push=push, speed=speed)
+    inside = Inside(
+        blocks=[_four("block", text) for text in block or ()],
+        barriers=[((a, b), (c, d)) for a, b, c, d in (_four("barrier", t) for t in barrier or ())],
+    )
     if geometry is None:
-        (gap,) = _lengths("door", door, ",", 1)
         length, width = _lengths("room", room or "", "x", 2)
-        scene = rectangle(name, length, width, gap, crowd, duration)
+        doors = _doors_of_room(door or [], (length, width), stream)
+        scene = rectangle(name, length, width, doors, crowd, duration, inside)
     else:
-        x0, y0, x1, y1 = _lengths("door", door, ",", 4)
-        scene = from_geometry(name, read_area(geometry), ((x0, y0), (x1, y1)), crowd, duration)
+        floor, ways = _floor(geometry, door or [], stream)
+        scene = from_geometry(name, floor, ways, crowd, duration, inside)
     _written(scene, out)
+
+
+def _doors_of_room(
+    doors: list[str], size: tuple[float, float], stream: bool
+) -> float | list[Doorway]:
+    """The doors of a rectangular room."""
+    from analysis.scene.waiting import opposing
+
+    if stream:
+        if len(doors) > 1 or "," in "".join(doors):
+            raise ValueError("stream: at most one --door is needed, the width of both")
+        gap = _lengths("door", doors[0], ",", 1)[0] if doors else None
+        if gap is not None and not 0 < gap <= size[1]:
+            raise ValueError(f"door: {gap:g} m; more than 0 and at most the side of {size[1]:g} m")
+        return list(opposing(*size, gap))
+    if not doors:
+        raise ValueError("door: its width or its ends are needed (--door)")
+    if len(doors) == 1 and "," not in doors[0]:
+        return _lengths("door", doors[0], ",", 1)[0]
+    return [_doorway(text) for text in doors]
+
+
+def _floor(geometry: Path, doors: list[str], stream: bool) -> tuple[Polygon, list[Doorway]]:
+    """The floor of a file, and its doors, or those that are given."""
+    from analysis.scene.floors import read_floor
+
+    if stream:
+        raise ValueError("stream: of a --room; give the doors of a floor by --door")
+    floor = read_floor(geometry)
+    if not doors and not floor.doors:
+        raise ValueError(f"door: {geometry} has none; its ends are needed: --door x,y,x,y")
+    return floor.polygon, [_doorway(text) for text in doors] or list(floor.doors)
+
+
+def _doorway(text: str) -> Doorway:
+    """A door by its ends and its share: x,y,x,y:SHARE."""
+    from analysis.scene.waiting import Doorway
+
+    ends, colon, part = text.partition(":")
+    x0, y0, x1, y1 = _lengths("door", ends, ",", 4)
+    given = {"share": _lengths("door share", part, ",", 1)[0]} if colon else {}
+    return Doorway(ends=((x0, y0), (x1, y1)), **given)
+
+
+def _four(key: str, text: str) -> tuple[float, float, float, float]:
+    a, b, c, d = _lengths(key, text, ",", 4)
+    return a, b, c, d
 
 
 def _written(scene: Scene, out: Path) -> None:

@@ -36,13 +36,15 @@ from nscd.arrays import Floats
 
 def scene_picture(scene: Scene) -> Figure:
     """Draw the initial state: disks, walls, the door, and who moves or walks where."""
-    snapshot = scene.snapshot
-    size = size_of(snapshot.position, float(snapshot.radius.max()), 1)
+    snapshot, drive = scene.snapshot, scene.drive
+    shown = snapshot.position
+    if drive and drive.goals:
+        shown = np.concatenate([shown, *(exit_.door for exit_ in drive.doors)])
+    size = size_of(shown, float(snapshot.radius.max()), 1)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     draw_disks(axes, snapshot, PALE_BLUE)
     draw_walls(axes, _walls(scene))
-    drive = scene.drive
     velocity = (
         drive.desired_velocity(snapshot.position, snapshot.ids) if drive else snapshot.velocity
     )
@@ -59,7 +61,7 @@ def scene_picture(scene: Scene) -> Figure:
             axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label=name)
     if axes.get_legend_handles_labels()[0]:
         figure.legend(loc="outside lower center", ncols=3, fontsize=8)
-    frame(axes, snapshot.position, float(snapshot.radius.max()))
+    frame(axes, shown, float(snapshot.radius.max()))
     return figure
 
 

@@ -1,6 +1,7 @@
 """What a crowd is: scenes, their disks, rooms and packings."""
 
-from analysis.scene.rooms import Crowd, from_geometry, room
+from analysis.scene.floors import Floor, read_floor
+from analysis.scene.rooms import Crowd, Inside, from_geometry, room
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -14,18 +15,24 @@ from analysis.scene.scene import (
     read_scene,
     scene_names,
 )
+from analysis.scene.waiting import Doorway, opposing
 
 __all__ = [
     "Analysis",
     "ContactModel",
     "Crowd",
+    "Doorway",
     "Drive",
+    "Floor",
+    "Inside",
     "Room",
     "Run",
     "Scene",
     "SceneError",
     "Wall",
     "from_geometry",
+    "opposing",
+    "read_floor",
     "read_room",
     "read_scene",
     "room",

@@ -54,7 +54,7 @@ def test_a_scene_by_hand(tmp_path):
 
 def test_a_scene_in_python():
     page = str(ROOT / "docs/how_to/scene.md")
-    assert doctest.testfile(page, module_relative=False) == (0, 5)
+    assert doctest.testfile(page, module_relative=False) == (0, 11)
 
 
 def test_an_engine_of_your_own(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ from scipy.spatial import Delaunay
 
 from analysis.scene import Crowd, SceneError, from_geometry, read_scene, room
 from analysis.scene.anthropometry import PEOPLE, Varied
-from analysis.scene.rooms import read_area
+from analysis.scene.floors import read_floor
 from nscd import find_contacts
 
 ELL = shapely.Polygon([(0, 0), (10, 0), (10, 4), (4, 4), (4, 10), (0, 10)])
@@ -113,7 +113,7 @@ def test_a_door_lies_on_one_side_and_a_floor_is_one_polygon():
 def test_a_floor_of_numbers(tmp_path):
     (tmp_path / "floor").write_text("POLYGON((0 0,nan 10,10 0,0 0))")
     with pytest.raises(SceneError, match="floor: area: coordinates in m within"):
-        read_area(tmp_path / "floor")
+        read_floor(tmp_path / "floor")
 
 
 def test_a_few_before_a_wide_door_and_many_in_a_small_room():

@@ -1,0 +1,178 @@
+"""Floors that other programs describe: WKT, GeoJSON, trajectories of JuPedSim, scenarios of
+Vadere."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from analysis.scene.scene import SceneError
+from analysis.scene.waiting import ON_WALL_M, Doorway
+from analysis.support.reading import UnreadableError, open_file, read_text
+
+# Beyond it a floor is no room.
+MOST_M = 1e4
+SQLITE = b"SQLite format 3\0"
+# Corners of a circle.
+CORNERS = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Floor:
+    """Hold a floor that people can stand on, and its doors, where its file says.
+
+    polygon: m, holes are pillars
+    """
+
+    polygon: shapely.Polygon
+    doors: tuple[Doorway, ...] = ()
+
+
+def read_floor(file: Path) -> Floor:
+    """Read a floor in metres: WKT, GeoJSON, an SQLite trajectory of JuPedSim (the union of its
+    walkable areas) or a Vadere scenario. Raises SceneError naming the file and what is wrong."""
+    try:
+        with open_file(file) as content:
+            binary = content.read(len(SQLITE)) == SQLITE
+        if binary:
+            return Floor(polygon=polygon_of(_of_jupedsim(file)))
+        text = read_text(file).strip()
+    except UnreadableError as error:
+        raise SceneError(str(error)) from None
+    try:
+        if text.startswith("{"):
+            return _of_json(text)
+        # what is not a number is refused below
+        with np.errstate(invalid="ignore"):
+            return Floor(polygon=polygon_of(shapely.from_wkt(text)))
+    except (shapely.errors.GEOSException, json.JSONDecodeError, RecursionError) as error:
+        raise SceneError(
+            f"{file}: neither WKT nor GeoJSON nor a Vadere scenario: {error}"
+        ) from None
+    except SceneError as error:
+        raise SceneError(f"{file}: {error}") from None
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise SceneError(f"{file}: topography: {type(error).__name__}: {error}") from None
+
+
+def polygon_of(area: Any) -> shapely.Polygon:
+    """Make one polygon of what describes a floor: a shapely geometry, or what has one as
+    `polygon`."""
+    shape = getattr(area, "polygon", area)
+    if not (np.abs(shapely.get_coordinates(shape)) <= MOST_M).all():
+        raise SceneError(f"area: coordinates in m within ±{MOST_M:g} are needed")
+    shape = shapely.union_all(shapely.get_parts(shape))
+    if not isinstance(shape, shapely.Polygon) or shape.is_empty:
+        raise SceneError(f"area: one polygon is needed, not {shape.geom_type}")
+    if not shape.is_valid:
+        raise SceneError(f"area: {shapely.is_valid_reason(shape)}")
+    return shapely.force_2d(shape.simplify(0.0))
+
+
+def _of_jupedsim(file: Path) -> Any:
+    import pedpy  # slow to import, and few need it
+
+    try:
+        return pedpy.load_walkable_area_from_jupedsim_sqlite(trajectory_file=file)
+    except (pedpy.errors.PedPyError, sqlite3.Error, ValueError, TypeError, IndexError) as error:
+        first = (str(error).strip().splitlines() or [type(error).__name__])[0]
+        raise SceneError(f"{file}: no geometry of JuPedSim: {first}") from None
+
+
+def _of_json(text: str) -> Floor:
+    content = json.loads(text)
+    scenario = content.get("scenario", content.get("vadere", content))
+    if "topography" in scenario:
+        return _of_vadere(scenario["topography"])
+    with np.errstate(invalid="ignore"):
+        return Floor(polygon=polygon_of(shapely.from_geojson(text)))
+
+
+def _of_vadere(topography: dict[str, Any]) -> Floor:
+    """The bounds less their border, the obstacles and the targets; a target is a door where the
+    floor that has the sources meets it, and a source is where people wait for it."""
+    said, bounds = topography["attributes"], topography["attributes"]["bounds"]
+    edge = float(said.get("boundingBoxWidth", 0.5)) if said.get("bounded", True) else 0.0
+    x, y = float(bounds["x"]), float(bounds["y"])
+    right, top = x + float(bounds["width"]), y + float(bounds["height"])
+    floor = shapely.box(x + edge, y + edge, right - edge, top - edge)
+    obstacles = [_shape("obstacle", one) for one in topography.get("obstacles", ())]
+    targets = {int(one["id"]): _shape("target", one) for one in topography.get("targets", ())}
+    floor = floor.difference(shapely.union_all([*obstacles, *targets.values()]))
+    sources = topography.get("sources", ())
+    starts = [_shape("source", one) for one in sources]
+    parts = [part for part in shapely.get_parts(floor) if part.area > 0]
+    reached = [part for part in parts if any(part.intersects(start) for start in starts)] or parts
+    polygon = polygon_of(shapely.union_all(reached))
+    doors = []
+    for source, start in zip(sources, starts, strict=True):
+        number = _target(source, targets)
+        ends = _door(polygon, targets[number], number)
+        doors.append(Doorway(ends=ends, share=_people(source), start=start))
+    return Floor(polygon=polygon, doors=tuple(doors))
+
+
+def _target(source: dict[str, Any], targets: dict[int, shapely.Geometry]) -> int:
+    ids = [int(one) for one in source.get("targetIds", ())]
+    if len(ids) != 1 or ids[0] not in targets:
+        raise SceneError(f"source {source.get('id')}: targetIds: {ids}; one target is needed")
+    return ids[0]
+
+
+def _people(source: dict[str, Any]) -> float:
+    """How many people a source gives, as far as it says."""
+    spawner = source.get("spawner", {})
+    for said in (
+        spawner.get("constraintsElementsMax"),
+        source.get("maxSpawnNumberTotal"),
+        spawner.get("eventElementCount"),
+        source.get("spawnNumber"),
+    ):
+        if said is not None and float(said) > 0:
+            return float(said)
+    return 1.0
+
+
+def _shape(kind: str, one: dict[str, Any]) -> shapely.Geometry:
+    """A shape of Vadere."""
+    shape, form = one["shape"], one["shape"].get("type")
+    if form == "RECTANGLE":
+        x, y = float(shape["x"]), float(shape["y"])
+        found = shapely.box(x, y, x + float(shape["width"]), y + float(shape["height"]))
+    elif form == "POLYGON":
+        found = shapely.Polygon([(float(p["x"]), float(p["y"])) for p in shape["points"]])
+    elif form == "CIRCLE":
+        middle = shapely.Point(float(shape["center"]["x"]), float(shape["center"]["y"]))
+        found = middle.buffer(float(shape["radius"]), quad_segs=CORNERS // 4)
+    else:
+        raise SceneError(f"{kind} {one.get('id')}: shape {form!r}; RECTANGLE, POLYGON or CIRCLE")
+    if not found.is_valid or found.is_empty:
+        raise SceneError(f"{kind} {one.get('id')}: {shapely.is_valid_reason(found)}")
+    return found
+
+
+def _door(floor: shapely.Polygon, target: shapely.Geometry, number: int) -> Any:
+    """The longest side of the outline that is also a side of a target."""
+    shared = floor.exterior.intersection(target.boundary)
+    lines = [
+        part
+        for part in shapely.get_parts(shapely.line_merge(shared))
+        if part.geom_type == "LineString" and part.length > ON_WALL_M
+    ]
+    sides = [
+        shapely.LineString(pair)
+        for line in lines
+        for pair in zip(line.simplify(0.0).coords, line.simplify(0.0).coords[1:], strict=False)
+    ]
+    if not sides:
+        raise SceneError(
+            f"target {number}: it does not lie at the outline of the floor of the sources; a door does"
+        )
+    start, end = max(sides, key=lambda side: side.length).coords
+    return tuple(start), tuple(end)
