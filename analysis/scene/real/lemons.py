@@ -1,0 +1,197 @@
+"""Crowds of LEMONS: AgentDynamics.xml with Agents.xml and Geometry.xml beside it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import shapely
+
+from analysis.scene.anthropometry import apart
+from analysis.scene.scene import Scene, SceneError, Wall, read_room
+from analysis.support.reading import UnreadableError, read_text
+from nscd import Snapshot
+from nscd.stepping import StepError
+
+BODIES, ROOM = "Agents.xml", "Geometry.xml"
+# Corners of a quarter of a disk, where the area of several is measured.
+CORNERS = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LemonsCrowd:
+    """Hold a crowd as LEMONS has it, each person one disk.
+
+    snapshot: disks where LEMONS has their centres of mass; ids are LEMONS' plus one
+    walls: of Geometry.xml
+    shapes: how many disks each person has there
+    """
+
+    file: Path
+    snapshot: Snapshot
+    walls: tuple[Wall, ...]
+    shapes: int
+
+    def into(self, room: Path, name: str | None = None) -> Scene:
+        """Put the crowd into the room of a TOML file, with that file's walls, or LEMONS' where it
+        has none, pushed apart as little as possible where disks overlap.
+
+        Drive and contact law are the room's: LEMONS' push is the same for everybody, its floor
+        damps everybody alike, and its law is another. The notes say so. Raises SceneError for a
+        crowd that does not fit."""
+        disks = self.snapshot
+        parts, notes = read_room(room, (float(disks.radius.mean()), float(disks.mass.mean())))
+        if not parts.walls:
+            parts = parts.model_copy(update={"walls": self.walls})
+        try:
+            moved = apart(disks, parts.wall_segments())
+        except (StepError, ValueError) as error:
+            raise SceneError(f"{self.file}: {error}") from None
+        far = np.hypot(*(moved.position - disks.position).T)
+        notes += f"""
+
+{len(disks)} people of {self.file.name} (LEMONS), each with {self.shapes} disks there and one of the same area
+here: {disks.radius.mean():.3f} m in the mean. Moved apart by {far.mean():.3f} m in the mean, {far.max():.3f} m
+at most. Ids are those of LEMONS plus 1. Its pushes (Fp), floor damping, materials and orientations
+are not taken; drive and contact law are those of {room.name}."""
+        scene = Scene.of(parts, name=name or room.stem, notes=notes.strip(), snapshot=moved)
+        scene.check(str(self.file))
+        return scene
+
+
+def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
+    """Read AgentDynamics.xml, and Agents.xml and Geometry.xml beside it.
+
+    one_disk: whether a person of several disks is taken as one disk of the area that they cover
+        together; it is refused without, since the engines here know one disk per person
+
+    Raises SceneError naming the file and the agent."""
+    moving, bodies = _agents(file), _agents(file.with_name(BODIES))
+    if missing := moving.keys() ^ bodies.keys():
+        raise SceneError(f"{file}: agent {min(missing)} is not both here and in {BODIES}")
+    if not moving:
+        raise SceneError(f"{file}: no agent")
+    ids = sorted(moving)
+    position, velocity, spin = [], [], []
+    radius, mass, shapes = [], [], 1
+    for one in ids:
+        where = f"{file}: agent {one}"
+        motion = _child(where, moving[one], "Kinematics")
+        position.append(_numbers(where, motion, "Position", 2))
+        velocity.append(_numbers(where, motion, "Velocity", 2))
+        spin += _numbers(where, motion, "Omega", 1)
+        where = f"{file.with_name(BODIES)}: agent {one}"
+        mass += _numbers(where, bodies[one], "Mass", 1)
+        disks = bodies[one].findall("Shape")
+        if len(disks) > 1 and not one_disk:
+            raise SceneError(
+                f"{where}: {len(disks)} disks; here a person is one: --one-disk takes one of the "
+                "same area"
+            )
+        shapes = max(shapes, len(disks))
+        radius.append(_radius(where, disks))
+    try:
+        snapshot = Snapshot(
+            position=np.array(position),
+            velocity=np.array(velocity),
+            spin=np.array(spin),
+            radius=np.round(radius, 6),
+            mass=np.array(mass),
+            ids=np.array(ids) + 1,
+        )
+    except ValueError as error:
+        raise SceneError(f"{file}: {error}") from None
+    return LemonsCrowd(
+        file=file, snapshot=snapshot, walls=_walls(file.with_name(ROOM)), shapes=shapes
+    )
+
+
+def _xml(file: Path, name: str) -> ElementTree.Element:
+    """The root of a file, which has this name."""
+    try:
+        text = read_text(file)
+        if "<!DOCTYPE" in text:
+            raise SceneError(f"{file}: a document type is not read")
+        root = ElementTree.fromstring(text.encode())
+    except UnreadableError as error:
+        raise SceneError(str(error)) from None
+    except ElementTree.ParseError as error:
+        raise SceneError(f"{file}: no XML: {error}") from None
+    if root.tag != name:
+        what = "histories of contacts are not read" if root.tag == "Interactions" else "unknown"
+        raise SceneError(f"{file}: <{root.tag}> where <{name}> is needed; {what}")
+    return root
+
+
+def _agents(file: Path) -> dict[int, ElementTree.Element]:
+    found: dict[int, ElementTree.Element] = {}
+    for agent in _xml(file, "Agents").findall("Agent"):
+        said = agent.get("Id", "")
+        if not said.isdigit() or int(said) in found:
+            raise SceneError(f"{file}: agent {said!r}: one whole number each is needed as Id")
+        found[int(said)] = agent
+    return found
+
+
+def _child(where: str, parent: ElementTree.Element, name: str) -> ElementTree.Element:
+    child = parent.find(name)
+    if child is None:
+        raise SceneError(f"{where}: no <{name}>")
+    return child
+
+
+def _numbers(where: str, element: ElementTree.Element, key: str, count: int) -> list[float]:
+    """The finite numbers of an attribute, separated by commas."""
+    text = element.get(key)
+    try:
+        numbers = [float(word) for word in (text or "").split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise SceneError(f"{where}: {key}: {text!r}; {count} finite numbers are needed")
+    return numbers
+
+
+def _radius(where: str, shapes: list[ElementTree.Element]) -> float:
+    """The radius (m) of the disk that has the area of these."""
+    if not shapes:
+        raise SceneError(f"{where}: no <Shape>")
+    disks = []
+    for shape in shapes:
+        if shape.get("Type") != "disk":
+            raise SceneError(f"{where}: Shape: {shape.get('Type')!r}; only disks are read")
+        (radius,) = _numbers(where, shape, "Radius", 1)
+        if radius <= 0:
+            raise SceneError(f"{where}: Radius: {radius:g}; a number above 0 is needed")
+        disks.append((_numbers(where, shape, "Position", 2), radius))
+    if len(disks) == 1:
+        return disks[0][1]
+    parts = [shapely.Point(place).buffer(radius, quad_segs=CORNERS) for place, radius in disks]
+    # of a polygon that stands for a disk
+    share = CORNERS * 4 / (2 * np.pi) * np.sin(2 * np.pi / (CORNERS * 4))
+    return float(np.sqrt(shapely.union_all(parts).area / (np.pi * share)))
+
+
+def _walls(file: Path) -> tuple[Wall, ...]:
+    """The sides of all walls, corner to corner."""
+    found: list[tuple[list[float], list[float]]] = []
+    for wall in _xml(file, "Geometry").findall("Wall"):
+        name = wall.get("Id", "")
+        where = f"{file}: wall {name}"
+        corners = [_numbers(where, one, "Coordinates", 2) for one in wall.findall("Corner")]
+        if len(corners) < 2:
+            raise SceneError(f"{where}: {len(corners)} corners; two at least are needed")
+        found += [pair for pair in pairwise(corners) if pair[0] != pair[1]]
+    return tuple(
+        Wall(name=f"wall_{number}", start_m=_point(start), end_m=_point(end))
+        for number, (start, end) in enumerate(found, start=1)
+    )
+
+
+def _point(numbers: list[float]) -> tuple[float, float]:
+    x, y = numbers
+    return x, y
