@@ -197,6 +197,10 @@ def main() -> None:
     warm = FAMILIES["heap"](40)
     for mu in (0.1, 0.3):
         solve(warm.snapshot, warm.contacts, law=ContactLaw(friction=mu))
+    given = friction_problem(
+        warm.snapshot, warm.contacts, warm.left_velocity, ContactLaw(friction=0.3)
+    )
+    plain(given, Rows.of(given), 0.1)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with arguments.out.open("w", newline="") as file:
         table = csv.writer(file)
