@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from analysis.support.machine import compiles_first
 from analysis.support.progress import Progress
 
 if TYPE_CHECKING:
@@ -135,6 +136,8 @@ def progress() -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import Progress as Bars
 
+    if compiles_first():
+        print("the first percussions compile their kernels: about a minute", file=sys.stderr)
     console = Console(stderr=True)
     if not console.is_terminal:
         lines, ended = _Lines(), threading.Event()
