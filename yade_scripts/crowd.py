@@ -101,7 +101,7 @@ def main(words):
     # where YADE looks for the commands of its observers
     main_module = sys.modules["__main__"]
     main_module.crowd_after_step, main_module.crowd_guard = crowd.after_step, crowd.look
-    main_module.crowd_joints = crowd.walls.take_back
+    main_module.crowd_joints, main_module.crowd_springs = crowd.walls.take_back, crowd.press
     names = ["bodies.dump", "contacts.dump"]
     if scene["run"].get("impulses"):
         names.append("impulses.dump")
@@ -136,6 +136,7 @@ class Crowd:
             )
         ]
         self.walls = Walls(scene.get("walls", []), self.law.wall, self.states)
+        self.law.walls = set(self.walls.numbers)
         self.weight = disks.mass[:, None] * acceleration(scene)
         self.held = np.zeros((len(disks.ids), 2))
         self.observer = PyRunner(command="crowd_after_step()", iterPeriod=1, dead=True)
@@ -144,6 +145,9 @@ class Crowd:
             ForceResetter(),
             InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M),
             interactions(self.law),
+            PyRunner(
+                command="crowd_springs()", iterPeriod=1, initRun=True, dead=not self.law.spring
+            ),
             PyRunner(
                 command="crowd_joints()", iterPeriod=1, initRun=True, dead=not self.walls.joints
             ),
@@ -201,6 +205,8 @@ class Crowd:
                 for body, sign in ((interaction.id1, 1.0), (interaction.id2, -1.0)):
                     if body not in self.walls.numbers:
                         force[body] += sign * in_plane([interaction.phys.normalForce])[0]
+                # impulses are sums of it
+                interaction.phys.normalForce = Vector3.Zero
 
     def _first_half_step(self, force):
         half, dt = 0.5 * self.penalty.time_step, self.penalty.time_step
@@ -208,6 +214,15 @@ class Crowd:
             state.vel = state.vel + half / state.mass * Vector3(*map(float, force[body]), 0.0)
             state.angVel = state.angVel + half / state.inertia[2] * O.forces.t(body)
             state.pos = state.pos + dt * state.vel
+
+    def press(self):
+        """Called when YADE has evaluated its contacts: add the springs of a law that it has not."""
+        for interaction in O.interactions:
+            if interaction.isReal:
+                force = self.law.spring(interaction)
+                interaction.phys.normalForce += force
+                for body, way in ((interaction.id1, -force), (interaction.id2, force)):
+                    O.forces.addF(body, way)
 
     def look(self):
         """Called after a step at the guard's interval: stop a run that cannot be right."""

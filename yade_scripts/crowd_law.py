@@ -3,6 +3,7 @@ them."""
 
 import math
 
+from scene_file import CHEST, CHEST_SQUARE
 from yade.wrapper import (
     FrictMat,
     Ig2_Box_Sphere_ScGeom,
@@ -27,6 +28,7 @@ class Hooke:
     """max(0, k overlap + c approach), with a tangential spring where there is friction."""
 
     NO_TIME_S = 0.0
+    spring = None
 
     def __init__(self, penalty):
         disks = penalty.stiffness, penalty.tangential_stiffness, penalty.damping
@@ -49,6 +51,32 @@ class Hooke:
         return 0.5 * interaction.phys.kn * overlap**2
 
 
+class Body(Hooke):
+    """The force of chests, and max(0, c approach): YADE has a dashpot alone for it, and the spring is
+    added to each contact after YADE's own loop."""
+
+    def __init__(self, penalty):
+        super().__init__(penalty)
+        self.disk.kn = self.wall.kn = 0.0
+        self.walls = set()  # the bodies that are walls
+
+    def _depth(self, interaction):
+        """By how much each chest is compressed (m), and whether there are two."""
+        overlap = max(0.0, interaction.geom.penetrationDepth)
+        wall = interaction.id1 in self.walls or interaction.id2 in self.walls
+        return (overlap, 1) if wall else (0.5 * overlap, 2)
+
+    def spring(self, interaction):
+        """The force (N) of the spring on the second body."""
+        depth, _ = self._depth(interaction)
+        return (CHEST + CHEST_SQUARE * depth) * depth * interaction.geom.normal
+
+    def energy(self, interaction):
+        """The energy (J) of an overlap."""
+        depth, chests = self._depth(interaction)
+        return chests * (0.5 * CHEST + CHEST_SQUARE / 3 * depth) * depth**2
+
+
 class Hertz:
     """max(0, K sqrt(R) overlap^1.5 + sqrt(5) z sqrt(m K sqrt(R overlap)) approach), without
     friction.
@@ -59,6 +87,7 @@ class Hertz:
     tangent stiffness kn = 1.5 K sqrt(R overlap), so b = sqrt(5/6) z."""
 
     NO_TIME_S = 1e-300  # YADE divides by it here
+    spring = None
 
     def __init__(self, penalty):
         young = 1.5 * penalty.hertz_stiffness
@@ -80,7 +109,7 @@ class Hertz:
 
 def law_of(scene, penalty):
     """The law that the scene asks for."""
-    return Hooke(penalty) if scene["contact"]["law"] == "hooke" else Hertz(penalty)
+    return {"hooke": Hooke, "body": Body}.get(scene["contact"]["law"], Hertz)(penalty)
 
 
 def interactions(law):

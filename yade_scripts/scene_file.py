@@ -19,8 +19,12 @@ NUMBERS = {
     "dt": ("run", "time_step_s"),
     "drive_interval": ("run", "drive_interval_steps"),
 }
-# of two bodies of mean radius, body_hertz: 18500 overlap^1.5, and their nominal stiffnesses
+# of one chest compressed by D: 5490 D + 108000 D^2 (N and m); two disks are two in series, D =
+# overlap/2 each, and a wall meets one; of two of mean radius, body_hertz: 18500 overlap^1.5; and
+# the nominal stiffnesses of both laws, secants at an overlap of 0.1 m
+CHEST, CHEST_SQUARE = 5490.0, 108000.0
 BODY_HERTZ, BODY_STIFFNESS, BODY_AT_WALLS = 18500.0, 5445.0, 16290.0
+LAWS = ("hooke", "hertz", "body", "body_hertz")
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
 CROSSING_FRACTION = 0.05  # of the smallest radius, in a step, at the fastest speed asked for
@@ -63,16 +67,14 @@ def read_scene(path, given):
         except ValueError:
             raise SceneFileError(f"{name}={text}: not a number") from None
     contact = scene["contact"]
-    if contact["law"] not in ("hooke", "hertz", "body_hertz"):
-        raise SceneFileError(
-            f"{path}: contact.law: {contact['law']}; there are hooke, hertz and body_hertz"
-        )
+    if contact["law"] not in LAWS:
+        raise SceneFileError(f"{path}: contact.law: {contact['law']}; there are {', '.join(LAWS)}")
     if contact["law"] != "hooke" and contact.get("friction", 0.0):
         raise SceneFileError(
             f"{path}: contact.friction: {contact['friction']:g}; YADE runs {contact['law']} without "
-            "friction here, LAMMPS runs both"
+            "friction here" + ("" if contact["law"] == "body" else ", LAMMPS runs both")
         )
-    if contact["law"] == "body_hertz":
+    if contact["law"] in ("body", "body_hertz"):
         contact |= {"stiffness_N_per_m": BODY_STIFFNESS, "wall_stiffness_N_per_m": BODY_AT_WALLS}
     return scene
 
@@ -192,18 +194,24 @@ class Penalty:
 def penalty_of(scene, disks):
     """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
     contact, run, mass = scene["contact"], scene["run"], disks.mass
-    k, ratio = contact["stiffness_N_per_m"], damping_ratio_for(contact["restitution"])
+    k, body = contact["stiffness_N_per_m"], contact["law"] == "body"
+    # the dashpot of body acts on approach only: its restitution is the root of that of the other
+    power = 0.5 if body else 1.0
+    ratio = damping_ratio_for(contact["restitution"] ** (1 / power))
     wall_k = contact.get("wall_stiffness_N_per_m", k)
     friction = contact.get("friction", 0.0)
     tangential = contact.get("tangential_ratio", 2 / 7) if friction else 0.0
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
-    most = ratio * math.sqrt(mass.max() / mass.min()) if contact["law"] == "hooke" else ratio
+    by_mass = body or contact["law"] == "hooke"
+    most = ratio * math.sqrt(mass.max() / mass.min()) if by_mass else ratio
     radius, stiffest = float(disks.radius.mean()), max(k, wall_k)
     hertz, hertz_wall = (value / (1.5 * math.sqrt(0.5 * 0.01) * radius) for value in (k, wall_k))
     if contact["law"] == "body_hertz":
         hertz = BODY_HERTZ / math.sqrt(0.5 * radius)
         hertz_wall = 2 * hertz  # one body, where two disks are two in series
         stiffest = 1.5 * hertz_wall * radius  # the tangent at a depth of the radius
+    if body:
+        stiffest = CHEST + 2 * CHEST_SQUARE * radius
     safe = min(
         STEP_FRACTION * math.sqrt(mass.min() / stiffest) / max(1.0, 2 * most),
         CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
@@ -222,7 +230,7 @@ def penalty_of(scene, disks):
         damping_ratio=ratio,
         tangential_stiffness=tangential * k,
         wall_tangential_stiffness=tangential * wall_k,
-        restitution=(restitution_of(most), restitution_of(ratio)),
+        restitution=(restitution_of(most) ** power, restitution_of(ratio) ** power),
         damping=2 * ratio * math.sqrt(k * mass.max() / 2),
         wall_damping=2 * ratio * math.sqrt(wall_k * mass.max()),
         hertz_stiffness=hertz,

@@ -11,7 +11,8 @@ Quantity = Annotated[
     str,
     typer.Option(
         help="Of an instant: disk-load, contact-load, wall-load or displacement. Of a whole run: "
-        "arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow."
+        "arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow; of one with "
+        "--body also mean-person-load, largest-person-load or door-density."
     ),
 ]
 Against = Annotated[
@@ -25,6 +26,13 @@ Methods = Annotated[
     list[str] | None,
     typer.Option(
         help="rigid, lammps or yade; give it several times. Left out: all that are installed."
+    ),
+]
+OfBody = Annotated[
+    str | None,
+    typer.Option(
+        help="chest, social_force or lemons: of a whole run of people who are so soft, instead of "
+        "the limit of hard ones."
     ),
 ]
 ChartFolder = Annotated[
@@ -41,6 +49,7 @@ def advise(
     quantity: Quantity = "disk-load",
     against: Against = "rigid",
     method: Methods = None,
+    body: OfBody = None,
     chart: ChartFolder = None,
     runs: Runs = Path("out"),
     out: Out = Path("advice"),
@@ -52,6 +61,7 @@ def advise(
     Example: percussions advise arch --error 5% --quantity wall-load
     """
     from analysis.advice.advised_run import methods_here
+    from analysis.advice.bodies import advise_bodies, body_lines, ladder_lines, write_body_advice
     from analysis.advice.choice import advise as choose
     from analysis.advice.library import stored_library
     from analysis.advice.motion import (
@@ -68,10 +78,15 @@ def advise(
     from analysis.work_precision.point import read_points
 
     chosen = read_scene(scene)
+    if body is not None:
+        soft = advise_bodies(chosen, asked_error(error), quantity, methods_here(method), body)
+        print(*body_lines(soft), write_body_advice(soft, out), sep="\n")
+        raise typer.Exit(not soft.engine)
+    ladder = ["", *ladder_lines(chosen)] if chosen.drive else []
     if quantity in QUANTITIES:
         own = None if chart is None else chart / FILE
         moving = advise_motion(chosen, asked_error(error), quantity, methods_here(method), own)
-        print(*motion_lines(moving), write_motion_advice(moving, out), sep="\n")
+        print(*motion_lines(moving), *ladder, write_motion_advice(moving, out), sep="\n")
         raise typer.Exit(moving.choice is None)
     points = None if chart is None else read_points(chart / "points.json")
     methods = methods_here(method)
@@ -83,6 +98,6 @@ def advise(
         bars(f"{chosen.name}: what it can do without", 0.0)
         left = left_out(chosen, runs / "work_precision" / chosen.name)
         bars(f"{chosen.name}: what it can do without", 1.0)
-    print(*report(advice, left), write_advice(advice, left, out), sep="\n")
+    print(*report(advice, left), *ladder, write_advice(advice, left, out), sep="\n")
     if advice.choice is None:
         raise typer.Exit(1)

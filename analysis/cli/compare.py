@@ -80,11 +80,12 @@ def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> Non
 
 
 def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
+    from analysis.motion.intervals import difference_words
     from analysis.motion.pairwise import compare_windows
     from analysis.motion.series import MEASURES, SHORTEST_S
     from analysis.motion.study import model_title
     from analysis.motion.windows_files import write_windows
-    from analysis.pages.numbers import percent, significant
+    from analysis.pages.numbers import significant
 
     compared = compare_windows(first, other, window or SHORTEST_S, last)
     paths = write_windows(other, compared, (first, other))
@@ -100,8 +101,8 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
     rows = []
     for key, found in compared.paired().items():
         means = [significant(found.first), significant(found.second)]
-        ends = f"{percent(found.low, 2)} to {percent(found.high, 2)}"
-        row = [*means, percent(found.share, 2), ends, significant(found.independent, 2)]
+        more, low, high = difference_words(found.more, MEASURES[key].unit)
+        row = [*means, more, f"{low} to {high}", significant(found.independent, 2)]
         rows.append([f"{MEASURES[key].title} ({MEASURES[key].unit})", *row, found.verdict])
     head = ["mean over windows", *titles, "second above first", "90 % interval", "independent", ""]
     show(head, rows, title=title)

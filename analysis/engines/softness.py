@@ -1,12 +1,16 @@
-"""How soft a crowd is: the total drive over stiffness times radius, s = N F/(k r)."""
+"""How soft a crowd is: the total drive over stiffness times radius, s = N F/(k r), and what that
+changes."""
 
 from __future__ import annotations
 
+import functools
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Literal
+from typing import Any, Literal
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from analysis.scene.scene import Scene
@@ -37,9 +41,64 @@ class Body:
 
 def known_bodies() -> dict[str, Body]:
     """Read the ladder of stiffness of people, softest first, by name (bodies.toml)."""
-    text = resources.files(__package__).joinpath("bodies.toml").read_text(encoding="utf-8")
-    found = TypeAdapter(list[Body]).validate_python(tomllib.loads(text)["body"])
+    found = TypeAdapter(list[Body]).validate_python(_file()["body"])
     return {one.name: one for one in found}
+
+
+@functools.cache
+def _file() -> dict[str, Any]:
+    text = resources.files(__package__).joinpath("bodies.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigidOver:
+    """Hold by how much rigid disks are above soft bodies in a quantity, as a share.
+
+    words: names the quantity
+    mean; low, high: nine tenths of the crowds that were measured
+    """
+
+    words: str
+    mean: float
+    low: float
+    high: float
+
+    @property
+    def worst(self) -> float:
+        """The largest error that a rigid answer has by it."""
+        return max(-self.low, self.high)
+
+
+def rigid_over_soft(softest: float, hardest: float) -> Mapping[str, RigidOver] | None:
+    """Say how rigid disks over- or understate each quantity of a crowd whose s is between hardest
+    and softest, by name; None where that was not measured, beyond s = 17.
+
+    Between the crowds that were measured it is read in log s; below s = 0.35 it is that of 0.35."""
+    table = _file()["soft_over_rigid"]
+    known = np.log(table["s"])
+    if softest > table["s"][-1]:
+        return None
+    inside = (s for s in table["s"] if hardest < s < softest)
+    places = np.log([max(s, 1e-300) for s in (hardest, *inside, softest)])
+    found = {}
+    for one in table["quantity"]:
+        # the end of the least is that of the most over it
+        mean, low, high = (
+            1 / (1 + np.interp(places, known, one[key])) for key in ("mean", "high", "low")
+        )
+        found[one["name"]] = RigidOver(
+            words=one["words"],
+            mean=float(np.sqrt(mean[0] * mean[-1])) - 1,
+            low=float(low.min()) - 1,
+            high=float(high.max()) - 1,
+        )
+    return found
+
+
+def softness_of(scene: Scene, body: Body) -> tuple[float, float]:
+    """Compute s of a driven crowd with the stiffest and with the softest bodies of a source."""
+    return softness(scene, body.high_N_per_m), softness(scene, body.low_N_per_m)
 
 
 def softness(scene: Scene, stiffness: float | None = None) -> float:
@@ -59,15 +118,19 @@ def softness_warning(scene: Scene) -> str | None:
     s = softness(scene)
     if s < SOUND:
         return None
-    what = (
-        "doubtful: it will stand denser than people do"
-        if s < DOUBTFUL
-        else "not sound: people will be deep in each other"
-        if s < NO_CROWD
-        else "no crowd: disks will flow through each other"
-    )
     return (
         f"the total push over stiffness times radius is {s:.2g} "
-        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {what} (below "
+        f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)} (below "
         f"{SOUND:g} sound, to {DOUBTFUL:g} doubtful, above {NO_CROWD:g} no crowd)"
     )
+
+
+def judged(s: float) -> str:
+    """Say what a crowd of this s is."""
+    if s < SOUND:
+        return "sound"
+    if s < DOUBTFUL:
+        return "doubtful: it will stand denser than people do"
+    if s < NO_CROWD:
+        return "not sound: people will be deep in each other"
+    return "no crowd: disks will flow through each other"

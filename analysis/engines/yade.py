@@ -9,7 +9,7 @@ from pathlib import Path
 from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.engines.record import EngineError
-from analysis.scene.contact import AS_HERTZ, BODY
+from analysis.scene.contact import AS_HERTZ
 from analysis.scene.scene import Scene
 from analysis.support.shipped import shipped
 
@@ -43,13 +43,7 @@ def deck_digest() -> str:
 
 
 def check(scene: Scene) -> None:
-    """Raise EngineError for hertz with friction, YADE's tangential spring being another there, and
-    for the exact law of a body."""
-    if scene.contact.law == BODY:
-        raise EngineError(
-            f"{scene.name}: contact.law: body; YADE has hooke, hertz and body_hertz, which is within "
-            "8 % of it; LAMMPS has all four"
-        )
+    """Raise EngineError for hertz with friction, YADE's tangential spring being another there."""
     if scene.contact.law in ("hertz", AS_HERTZ) and scene.contact.friction:
         raise EngineError(
             f"{scene.name}: contact.friction: {scene.contact.friction:g}; YADE runs {scene.contact.law} without "

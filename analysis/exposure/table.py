@@ -7,10 +7,10 @@ from pathlib import Path
 
 from analysis.exposure.exposure import Exposure
 from analysis.exposure.limits import QUANTITIES, Limit
-from analysis.pages.numbers import NONE, significant
+from analysis.pages.numbers import NONE, significant, with_unit
 from analysis.support.files import write_rows
 
-HEAD = ["limit", "value", "quantity", "who is above", "longest", "largest", "source"]
+HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
 
 
 def write_exposure(exposure: Exposure, limits: Sequence[Limit], folder: Path) -> list[Path]:
@@ -94,11 +94,11 @@ def exposure_rows(exposure: Exposure, limits: Sequence[Limit]) -> list[list[str]
         rows.append(
             [
                 limit.name,
-                f"{significant(limit.number, 4)} {limit.unit}",
+                with_unit(significant(limit.number, 4), limit.unit),
                 quantity.title,
                 who,
                 significant(most, 2) + lasts,
-                f"{significant(exposure.largest(limit), 2)} {limit.unit}",
+                with_unit(significant(exposure.largest(limit), 2), limit.unit),
                 limit.cited,
             ]
         )

@@ -120,7 +120,8 @@ class Reel:
     @property
     def models(self) -> list[str]:
         """List the models that its frames have. Places of the rigid engine are those after its
-        steps, where those who pressed each other may be a hair apart: it has its own forces only."""
+        steps, where those who pressed each other may be millimetres apart: it has its own forces
+        only (docs/results/film.md)."""
         if self.engine == "rigid":
             return [ENGINE]
         return [ENGINE, RIGID] if self.engine else [RIGID]

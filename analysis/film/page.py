@@ -15,7 +15,7 @@ from analysis.film.frame import HEADLINES, RIGID, Frame, Reel
 from analysis.film.summary import Headline, bands, headline, headline_rows
 from analysis.film.viewer import packed
 from analysis.pages.html import render, write_pictures
-from analysis.pages.names import engine_name
+from analysis.pages.names import engine_name, in_a_sentence
 from analysis.pages.numbers import NONE, decimals, significant
 from analysis.pages.section import Cell, Section, Table
 from analysis.pages.words import Words
@@ -92,9 +92,10 @@ def _what(
     counts = [len(frame.found.snapshot) for frame in shown if frame.found is not None]
     if middle.radius is None:
         names = [reel.engine for reel in reels]
-        engines = [engine_name(name) for name in names]
+        engines = [in_a_sentence(engine_name(name)) for name in names]
         soft = any(name != "rigid" for name in names)
         about = {"people": max(counts), "engines": engines, "names": names, "soft": soft}
+        about["driven"] = middle.scene.drive is not None and _forces(reels)
         said = [words.text("run", **shared, **about)]
     else:
         done = [frame.account for frame in shown if frame.account is not None]

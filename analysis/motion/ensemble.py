@@ -14,6 +14,9 @@ LEVEL = 0.90
 RESAMPLES = 2000
 # Below this an autocorrelation is noise.
 UNCORRELATED = 0.05
+# A quantity whose interval reaches from its high end below this share of it is next to zero: a
+# ratio to it may be tenfold by chance.
+NEXT_TO_ZERO = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,14 +38,17 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """Hold by how much the median of a model is above that of another, relative to the other.
+    """Hold by how much one number is above another.
 
-    low, high: 90 % interval, crowds drawn again
+    value: a share of the other; in the unit of the quantity where that is next to zero
+    low, high: 90 % interval of it
+    relative: whether it is a share
     """
 
-    share: float
+    value: float
     low: float
     high: float
+    relative: bool = True
 
     @property
     def distinguishable(self) -> bool:
@@ -81,11 +87,11 @@ class Ensemble:
             none = float("nan")
             return Interval(median=none, low=none, high=none, crowds=0, windows=0, independent=0.0)
         pooled = np.concatenate(samples)
-        low, high = np.quantile(pooled, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+        low, high = _ends(pooled)
         return Interval(
             median=float(np.median(pooled)),
-            low=float(low),
-            high=float(high),
+            low=low,
+            high=high,
             crowds=len(samples),
             windows=len(samples[0]),
             independent=len(pooled) / correlation_windows(samples),
@@ -93,20 +99,31 @@ class Ensemble:
 
     def above(self, other: Ensemble, measure: str) -> Difference | None:
         """Compare the medians with those of another model, by drawing crowds again (bootstrap);
-        None where the other's is zero or either has fewer than three crowds."""
+        None where both are zero or either has fewer than three crowds."""
         mine, theirs = self.samples(measure), other.samples(measure)
         if min(len(mine), len(theirs)) < 3:
             return None
-        reference = float(np.median(np.concatenate(theirs)))
-        if reference == 0:
-            return None
         random = np.random.default_rng(0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shares = _drawn(mine, random) / _drawn(theirs, random) - 1
-        shares[np.isinf(shares)] = np.nan
-        low, high = np.nanquantile(shares, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
-        median = float(np.median(np.concatenate(mine)))
-        return Difference(share=median / reference - 1, low=float(low), high=float(high))
+        drawn, others = _drawn(mine, random), _drawn(theirs, random)
+        if not (drawn.any() or others.any()):
+            return None
+        median, reference = (float(np.median(np.concatenate(one))) for one in (mine, theirs))
+        relative = not next_to_zero(*_ends(others))
+        low, high = _ends(drawn / others - 1 if relative else drawn - others)
+        value = median / reference - 1 if relative else median - reference
+        return Difference(value=value, low=low, high=high, relative=relative)
+
+
+def next_to_zero(low: float, high: float) -> bool:
+    """Tell whether an interval of a quantity that is not negative reaches down to next to zero, so
+    that a share of it means nothing."""
+    return not low > NEXT_TO_ZERO * high
+
+
+def _ends(values: Floats) -> tuple[float, float]:
+    """The 90 % interval of values."""
+    low, high = np.quantile(values, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+    return float(low), float(high)
 
 
 def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> Floats:

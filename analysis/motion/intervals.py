@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from analysis.motion.ensemble import Interval
-from analysis.pages.numbers import NONE, decimals, percent, significant
+from analysis.motion.ensemble import Difference, Interval
+from analysis.pages.numbers import NONE, decimals, signed, significant, with_sign, with_unit
 
 
 def interval_cell(found: Interval) -> str:
@@ -27,7 +27,18 @@ def two(value: float) -> str:
     return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
 
 
-def signed(share: float) -> str:
-    """Write a share in per cent with its sign and two significant digits."""
-    text = percent(share, 2)
-    return f"+{text}" if share > 0 and text[0].isdigit() else text
+def difference_words(found: Difference, unit: str) -> tuple[str, str, str]:
+    """Write a difference and the ends of its interval, two significant digits with their sign: in
+    per cent of the other, or in the unit of the quantity where the other is next to zero."""
+    ends = (found.value, found.low, found.high)
+    if found.relative:
+        value, low, high = map(signed, ends)
+        return value, low, high
+    value, low, high = (with_sign(end, two(end)) for end in ends)
+    return with_unit(value, unit), low, with_unit(high, unit)
+
+
+def difference_cell(found: Difference, unit: str) -> str:
+    """Write a difference and its interval in a cell: +12 % (+3 % to +20 %)."""
+    value, low, high = difference_words(found, unit)
+    return f"{value} ({low} to {high})"

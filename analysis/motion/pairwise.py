@@ -14,7 +14,7 @@ from analysis.compare.statistics import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
-from analysis.motion.ensemble import LEVEL, correlation_windows
+from analysis.motion.ensemble import LEVEL, Difference, correlation_windows, next_to_zero
 from analysis.motion.same_crowd import check_same_crowd
 from analysis.motion.series import MEASURES, SHORTEST_S, passed, values_of
 from analysis.scene.scene import Scene, read_scene
@@ -70,25 +70,21 @@ class Paired:
     """Hold means over windows, and by how much the second is above the first.
 
     first, second: in the unit of the measure
-    share: (second − first)/first; low, high: its 90 % interval, NaN where too few windows are
-        independent
+    more: of the second than of the first; its ends are NaN where too few windows are independent
     independent: how many windows count as such, by the correlation time of the differences
     """
 
     first: float
     second: float
-    share: float
-    low: float
-    high: float
+    more: Difference
     independent: float
 
     @property
     def verdict(self) -> str:
         """Say whether the two can be told apart."""
-        if not np.isfinite(self.low):
+        if not np.isfinite(self.more.low):
             return "too few independent windows"
-        apart = self.low > 0 or self.high < 0
-        return "differ" if apart else "not distinguishable"
+        return "differ" if self.more.distinguishable else "not distinguishable"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -195,19 +191,24 @@ def _both(
 
 
 def _paired(first: Floats, second: Floats) -> Paired:
-    """The means (w,) of both, and the interval of their difference by Student's t."""
+    """The means (w,) of both, and the interval of their difference by Student's t: a share, unless
+    the first is next to zero."""
     difference = second - first
     independent = len(first) / correlation_windows([difference])
-    mean = float(first.mean())
+    mean, more = float(first.mean()), float(difference.mean())
     half = _half_interval(difference, independent)
-    share = _above(mean, float(second.mean()))
-    size = abs(mean) or np.nan
+    own = _half_interval(first, len(first) / correlation_windows([first]))
+    relative = not next_to_zero(mean - own, mean + own) if np.isfinite(own) else mean > 0
+    size = mean if relative else 1.0
     return Paired(
         first=mean,
         second=float(second.mean()),
-        share=share,
-        low=share - half / size,
-        high=share + half / size,
+        more=Difference(
+            value=more / size,
+            low=(more - half) / size,
+            high=(more + half) / size,
+            relative=relative,
+        ),
         independent=independent,
     )
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from analysis.engines.rigid import NAME as RIGID
 from analysis.motion.ensemble import Ensemble
-from analysis.motion.intervals import interval_cell, signed
+from analysis.motion.intervals import difference_words, interval_cell
 from analysis.motion.pictures import motion_picture
 from analysis.motion.series import MEASURES
 from analysis.motion.study import MotionStudy
+from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import significant
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
@@ -52,7 +53,11 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
         ],
         words=[*_found(words, study), *(_changed(words, study, without) if without else ())],
         pictures=[picture],
-        tables=[words.table("measures", _rows(study), counted=_counted(study).title, **values)],
+        tables=[
+            words.table(
+                "measures", _rows(study), counted=in_a_sentence(_counted(study).title), **values
+            )
+        ],
         warnings=warnings,
     )
 
@@ -95,14 +100,14 @@ def _told(
     compared = {key: one.above(other, key) for key in MEASURES}
     known = {key: found for key, found in compared.items() if found is not None}
     differ = [
-        {"title": MEASURES[key].title}
-        | {name: signed(getattr(f, name)) for name in ("share", "low", "high")}
+        (MEASURES[key].title, *difference_words(f, MEASURES[key].unit))
         for key, f in known.items()
         if f.distinguishable
     ]
     alike = [MEASURES[key].title for key, f in known.items() if not f.distinguishable]
-    said = [words.text(blocks[0], model=one.title, found=differ, **values)] if differ else []
-    return said + ([words.text(blocks[1], model=one.title, names=alike, **values)] if alike else [])
+    model = in_a_sentence(one.title)
+    said = [words.text(blocks[0], model=model, found=differ, **values)] if differ else []
+    return said + ([words.text(blocks[1], model=model, names=alike, **values)] if alike else [])
 
 
 def _counted(study: MotionStudy) -> Ensemble:
@@ -145,7 +150,9 @@ def _numbers(one: Ensemble, reference: Ensemble | None) -> dict[str, object]:
         if reference is not None and one is not reference:
             above = one.above(reference, key)
             if above is not None:
-                entry["above_rigid"] = above.share
-                entry["above_rigid_interval_90"] = [above.low, above.high]
+                # a share, or in the unit where the rigid one is next to zero
+                name = "above_rigid" if above.relative else "more_than_rigid"
+                entry[name] = above.value
+                entry[f"{name}_interval_90"] = [above.low, above.high]
         numbers[key] = entry
     return numbers

@@ -52,8 +52,9 @@ def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, A
             "unit": MEASURES[key].unit,
             "first": found.first,
             "second": found.second,
-            "second_above_first": found.share,
-            "interval_90": [found.low, found.high],
+            # a share, or in the unit where the first is next to zero
+            "second_above_first" if found.more.relative else "second_minus_first": found.more.value,
+            "interval_90": [found.more.low, found.more.high],
             "independent_windows": found.independent,
             "verdict": found.verdict,
         }

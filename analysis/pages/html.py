@@ -24,7 +24,7 @@ DIGITS = 4
 LONG = 28
 SOLVED = "solved"
 # what reads as a number stands right, as numbers do
-NUMERIC = re.compile(r"[−–≈*]*\d|–$|determined$")
+NUMERIC = re.compile(r"[−–≈*+]*\d|–$|not measured|determined$")
 
 
 def render(template: str, **content: Any) -> str:

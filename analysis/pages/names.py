@@ -11,6 +11,11 @@ def engine_name(engine: str) -> str:
     return ENGINE_NAMES.get(engine, engine)
 
 
+def in_a_sentence(title: str) -> str:
+    """Put the article before a title that is no proper name: the rigid model, but LAMMPS."""
+    return f"the {title}" if title[:1].islower() else title
+
+
 def engine_label(comparison: Comparison) -> str:
     """Name the engine of a run and its stiffness."""
     return (

@@ -59,6 +59,21 @@ def percent(value: float | None, digits: int | None = None) -> str:
     return f"{decimals(100 * value, 1)} %"
 
 
+def signed(share: float) -> str:
+    """Write a share in per cent with its sign and two significant digits."""
+    return with_sign(share, percent(share, 2))
+
+
+def with_sign(value: float, text: str) -> str:
+    """Put a plus before the words for a number above zero."""
+    return f"+{text}" if value > 0 and text[0].isdigit() else text
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Write a number with its unit in words: 4 per m², not 4 1/m²; without one, the number alone."""
+    return text if unit == NONE else f"{text} {unit.replace('1/', 'per ')}"
+
+
 def interval(ends: Sequence[float], digits: int = 3) -> str:
     """Write an interval; one number where both ends read the same."""
     least, most = (significant(end, digits) for end in ends)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from analysis.pages.drawing import BLACK, COLOURS, GREY, GRID, LINES, MARKERS, SKY, VERMILION
 from analysis.pages.html import render, write_pictures
-from analysis.pages.numbers import NONE, decimals, interval, number, significant
+from analysis.pages.numbers import NONE, decimals, interval, number, percent, significant
 from analysis.pages.section import Section, Table
 from analysis.pages.words import Words
 from analysis.push.hindcast import RIGID, Hindcast
@@ -31,6 +31,8 @@ TITLES = {
 }
 BASELINES = {"nobody": "nobody moves", "copy": "copies of the first", "geometry": "gaps alone"}
 POSTURES = {0.0: "chests meet", 0.5: "half-way", 1.0: "arms touch"}
+# Smaller odds are not written out.
+UNLIKELY = 1e-4
 HEAD = ["model", *(name.replace("_", " ") for name in SCORES), "beats all baselines", "odds"]
 
 
@@ -48,7 +50,9 @@ def summary(found: Hindcast) -> list[list[str]]:
         cells = [_spread(one.scores[score], np.median(one.scores[score])) for score in SCORES]
         model = name in found.scored
         shares = (
-            " / ".join(f"{share:.0%}" for share in found.better(name).values()) if model else NONE
+            " / ".join(percent(share, 2) for share in found.better(name).values())
+            if model
+            else NONE
         )
         rows.append([title_of(name), *cells, shares, _odds(found.odds[name]) if model else NONE])
     return rows
@@ -141,7 +145,12 @@ def _list(words: Sequence[str]) -> str:
 
 
 def _odds(share: float) -> str:
-    return f"1 : {significant(min(1 / max(share, 1e-99), 1e99), 2)}"
+    # models that are wrong by so much are just that: the scatter of onsets has no such tails
+    return (
+        f"1 : {significant(1 / share, 2)}"
+        if share > UNLIKELY
+        else f"below 1 : {number(1 / UNLIKELY)}"
+    )
 
 
 def _spread(values: Floats, middle: float) -> str:
@@ -160,7 +169,7 @@ def _tables(words: Words, found: Hindcast) -> Iterator[Table]:
                 chosen = inputs.arms == share
                 middle = one.scores[score][chosen & inputs.central]
                 cells.append(_spread(one.scores[score][chosen], float(middle[0])))
-            beats = f"{found.better(name)[score]:.0%}" if name in found.scored else NONE
+            beats = percent(found.better(name)[score], 2) if name in found.scored else NONE
             rows.append([title_of(name), *cells, beats])
         yield words.table(
             "table_scores",

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from analysis.push.table import TrialError, of_person, read_table
 from analysis.scene.anthropometry import MEN, WOMEN, Group
-from analysis.support.reading import read_text
 from nscd.arrays import Floats
 
-# What a file must have, and what it may have besides; other columns are not read.
-NEEDED = ("id", "time", "x", "y")
+__all__ = ["Trial", "TrialError", "onset", "read_trial", "speed_of"]
+# What a file may have besides what it must have; other columns are not read.
 MASS, GENDER, NAME, ORDER = "Weight_kg", "Gender", "MoCap_ID", "Order_of_Participants_MoCap_ID"
 # Who moves faster than this along the row has been reached (m/s).
 ONSET_M_PER_S = 0.15
@@ -25,11 +24,12 @@ WINDOW_S, LEAST_S = 2.0, 0.8
 # A row is straight: nobody is farther beside the line through the first and the last (m).
 BESIDE_M = 0.5
 FASTEST_M_PER_S = 20.0
+# Speeds are over this time (s) at least: over less a head that is measured to a millimetre seems to
+# move. Two frames of the trials at hand.
+SPEED_OVER_S = 0.08
+# Frames farther apart than this (s) are coarser than the onsets that are compared.
+COARSE_S = 0.05
 GROUPS = {"male": MEN, "m": MEN, "female": WOMEN, "f": WOMEN, "w": WOMEN}
-
-
-class TrialError(ValueError):
-    """A trial that cannot be read; the message names the file and what is wrong in it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,13 +77,18 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
     Chests have the mean depth of their sex (ANSUR II). Heads missing for up to 0.25 s are
     interpolated. Raises TrialError (and UnreadableError) naming the file, the person and the time.
     """
-    table = _table(file)
+    table = read_table(file)
     ids = _ordered(file, table)
     notes: list[str] = []
     time, heads = _heads(file, table, ids, notes)
+    order = _by_place(time, heads)
     if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
-        order = _by_place(time, heads)
         ids, heads = [ids[place] for place in order], heads[:, order]
+    elif ids[order[0]] == ids[-1]:
+        notes.append(
+            f"the row begins with person {ids[0]:g} by its order, and person {ids[-1]:g} at its "
+            "other end is the first who moves towards the others"
+        )
     along, axis, origin = _along(file, heads, ids)
     speed = speed_of(time, along[:, 0])
     start = onset(time, speed)
@@ -93,6 +98,7 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
             f"{ONSET_M_PER_S:g} m/s: nobody is pushed"
         )
     begin = int(np.searchsorted(time, start, side="right")) - 1
+    _check_start(file, table, ids, time[0], axis)
     chosen = slice(begin, int(np.searchsorted(time, start + WINDOW_S, side="right")) + 1)
     if time[-1] - start < LEAST_S:
         raise TrialError(
@@ -101,8 +107,8 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
         )
     moving = [ids[n] for n, v in enumerate(speed_of(time, along)[begin]) if v > ONSET_M_PER_S]
     if not begin and moving:
-        named = ", ".join(f"{one:g}" for one in moving)
-        notes.append(f"already moving in the first frame: person {named}; the push began before")
+        named = ", ".join(f"person {one:g}" for one in moving)
+        notes.append(f"moving in the first frame already: {named}; the push began before the file")
     groups = _groups(table, ids, notes)
     mass = _masses(file, table, ids, groups, notes)
     shift = along[begin, 0]
@@ -121,8 +127,34 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
 
 
 def speed_of(time: Floats, along: Floats) -> Floats:
-    """Compute speeds (f,) or (f, n) m/s by central differences, one-sided at the ends."""
-    return np.asarray(np.gradient(along, time, axis=0))
+    """Compute speeds (f,) or (f, n) m/s at evenly spaced times (f,) by central differences over
+    0.08 s or more, shorter and one-sided at the ends."""
+    last = len(time) - 1
+    reach = max(1, round(0.5 * SPEED_OVER_S * last / (time[-1] - time[0])))
+    frames = np.arange(last + 1)
+    before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, last)
+    span = (time[after] - time[before]).reshape(-1, *[1] * (along.ndim - 1))
+    return np.asarray((along[after] - along[before]) / span)
+
+
+def _check_start(
+    file: Path, table: pd.DataFrame, ids: list[float], begins: float, axis: Floats
+) -> None:
+    """Raise TrialError where the first was pushed before all of the others are seen."""
+    first = table[(table.id == ids[0]) & np.isfinite(table.x) & np.isfinite(table.y)]
+    first = first.sort_values("time")
+    time, heads = first.time.to_numpy(), first[["x", "y"]].to_numpy()
+    earlier = int((time < begins).sum())
+    if earlier < 2:
+        return
+    time, along = time[: earlier + 1], heads[: earlier + 1] @ axis
+    pushed = onset(time, speed_of(time, along))
+    if pushed is not None:
+        seen = table[np.isfinite(table.x)].groupby("id").time.min()
+        raise TrialError(
+            f"{file}: person {seen.idxmax():g} is first seen at {begins:g} s, when person "
+            f"{ids[0]:g}, the first of the row, is already pushed (at {pushed:.3g} s)"
+        )
 
 
 def onset(time: Floats, speed: Floats) -> float | None:
@@ -138,35 +170,6 @@ def onset(time: Floats, speed: Floats) -> float | None:
     return float(time[frame - 1] + share * (time[frame] - time[frame - 1]))
 
 
-def _table(file: Path) -> pd.DataFrame:
-    try:
-        table = pd.read_csv(io.StringIO(read_text(file)), skipinitialspace=True, index_col=False)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise TrialError(f"{file}: not a table of commas: {error}".splitlines()[0]) from None
-    table.columns = [str(name).strip().lstrip("#").strip() for name in table.columns]
-    missing = [name for name in NEEDED if name not in table.columns]
-    if missing:
-        raise TrialError(
-            f"{file}: no column {', '.join(missing)}; needed are {', '.join(NEEDED)}, there are "
-            f"{', '.join(map(str, table.columns))[:200]}"
-        )
-    for name in NEEDED:
-        numbers = pd.to_numeric(table[name], errors="coerce")
-        words = table[name].notna() & numbers.isna()
-        if words.any() or (name in ("id", "time") and not np.isfinite(numbers).all()):
-            row = int(np.argmax(words | ~np.isfinite(numbers)))
-            raise TrialError(
-                f"{file}, line {row + 2}: {name}: {str(table[name].iloc[row])[:40]!r} is not a "
-                "number"
-            )
-        table[name] = numbers
-    twice = table.duplicated(["id", "time"])
-    if twice.any():
-        first = table[twice].iloc[0]
-        raise TrialError(f"{file}: person {first.id:g} is there twice at {first.time:g} s")
-    return table
-
-
 def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
     """The ids from the first of the row to the last; rising where no order is given."""
     ids = sorted(table.id.unique().tolist())
@@ -174,7 +177,7 @@ def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
         raise TrialError(f"{file}: {len(ids)} person; a row has at least two")
     if ORDER not in table or NAME not in table or not table[ORDER].notna().any():
         return ids
-    names = {str(_of(table, one, NAME)).strip(): one for one in ids}
+    names = {str(of_person(table, one, NAME)).strip(): one for one in ids}
     words = [word.strip() for word in str(table[ORDER].dropna().iloc[0]).split(",")]
     order = [names[word] for word in words if word in names]
     if sorted(order) != ids:
@@ -196,16 +199,8 @@ def _by_place(time: Floats, heads: Floats) -> list[int]:
     return [int(place) for place in (order if early <= late else order[::-1])]
 
 
-def _of(table: pd.DataFrame, one: float, column: str) -> object:
-    """What a column says of a person, first; None where it says nothing."""
-    if column not in table:
-        return None
-    found = table.loc[table.id == one, column].dropna()
-    return found.iloc[0] if len(found) else None
-
-
 def _names(table: pd.DataFrame, ids: list[float]) -> list[str]:
-    named = [_of(table, one, NAME) for one in ids]
+    named = [of_person(table, one, NAME) for one in ids]
     return [str(name or f"{one:g}").strip() for name, one in zip(named, ids, strict=True)]
 
 
@@ -225,6 +220,8 @@ def _heads(
     if len(frames) < 3:
         raise TrialError(f"{file}: {len(frames)} frames have everybody; at least 3 are needed")
     step = float(np.median(np.diff(frames)))
+    if step > COARSE_S * (1 + 1e-9):
+        notes.append(f"frames are {step:.2g} s apart: onsets are not known better than that")
     time = first + step * np.arange(int((last - first) / step + 1e-6) + 1)
     for one, rows in zip(ids, seen, strict=True):
         there = rows.time.to_numpy()
@@ -283,7 +280,7 @@ def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, heads: Floats
 
 def _groups(table: pd.DataFrame, ids: list[float], notes: list[str]) -> list[tuple[Group, ...]]:
     """Men, women or both, of each person."""
-    said = [str(_of(table, one, GENDER) or "").strip().lower() for one in ids]
+    said = [str(of_person(table, one, GENDER) or "").strip().lower() for one in ids]
     if not all(word in GROUPS for word in said):
         notes.append(f"{GENDER} is not known of everybody: the mean of men and women is taken")
     return [(GROUPS[word],) if word in GROUPS else (MEN, WOMEN) for word in said]
@@ -298,7 +295,7 @@ def _masses(
 ) -> Floats:
     found = []
     for one, group in zip(ids, groups, strict=True):
-        value = pd.to_numeric(_of(table, one, MASS), errors="coerce")
+        value = pd.to_numeric(of_person(table, one, MASS), errors="coerce")
         if value is None or not np.isfinite(value):
             value = np.mean([each.mass[0] for each in group])
             notes.append(f"person {one:g}: no {MASS}: {value:.3g} kg, the mean of ANSUR II")

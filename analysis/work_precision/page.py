@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.pages.bodies import ladder_table
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
+from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 from analysis.work_precision.chart import ACCURACY, Chart
 from analysis.work_precision.charts import scaling_picture, work_precision_picture
@@ -38,7 +40,7 @@ def write_chart(chart: Chart, folder: Path, command: str, more: Sequence[Section
     sections = [_compared(words, chart)]
     sections += [_section(words, chart, quantity) for quantity in quantities]
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
-    sections += more
+    sections += [*more, *_bodies(words, chart)]
     images = write_pictures(sections, folder)
     page = render(
         "chart.html",
@@ -73,6 +75,7 @@ def _compared(words: Words, chart: Chart) -> Section:
         contacts=len(window.contacts),
         moved_apart=scene.reconciliation is None,
         duration=window.duration(scene.contact.stiffness_N_per_m),
+        push=_push(scene),
     )
     starts = _starts(_of(measured.points, measured.quantities[0]))
     sides = ", ".join(significant(side) for side in chart.mesh_sides)
@@ -93,6 +96,14 @@ def _compared(words: Words, chart: Chart) -> Section:
             *medium,
         ],
     )
+
+
+def _push(scene: Scene) -> tuple[float, float]:
+    """The least and the largest force (N) with which a person pushes; none in an impact."""
+    if scene.drive is None:
+        return 0.0, 0.0
+    push = scene.snapshot.mass * scene.drive.speed_m_per_s / scene.drive.relaxation_time_s
+    return float(push.min()), float(push.max())
 
 
 def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
@@ -182,6 +193,20 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
             introduction=[words.text("scaled", accuracy=ACCURACY)],
             pictures=[Picture(name="scaling", caption=caption, figure=figure)],
             tables=[words.table("sizes", _rows(points, SIZES))],
+        )
+    ]
+
+
+def _bodies(words: Words, chart: Chart) -> list[Section]:
+    """What all of this says about people as soft as they are."""
+    if chart.scene.drive is None:
+        return []
+    return [
+        Section(
+            number="bodies",
+            title=words.text("bodies"),
+            introduction=[words.text("softness")],
+            tables=[ladder_table(chart.scene)],
         )
     ]
 

@@ -25,9 +25,9 @@ from analysis.dumps.windows import RunWindows
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.engines.softness import DOUBTFUL, SOUND
-from analysis.motion.intervals import signed
 from analysis.motion.series import passed, pressing, values_of
 from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
+from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
 

@@ -6,6 +6,7 @@ import re
 import pytest
 from browser import BROWSER, opened, rows_of
 
+from analysis.engines.softness import known_bodies
 from analysis.motion.report import in_motion, motion_of
 from analysis.motion.series import MEASURES
 from analysis.scene.scene import read_scene
@@ -101,7 +102,10 @@ def test_a_section_compares_lammps_with_the_rigid_model_and_says_what_friction_c
     first = made.first
     assert "Everybody pushes with **300 N**" in first.words[0]
     assert "Green Guide" in first.words[0]
-    people, limits = first.tables
+    people, limits, ladder = first.tables
+    for name, one in zip(ladder.head[1:], known_bodies().values(), strict=True):
+        assert name.startswith(f"{one.words}, ")
+    assert len(ladder.rows) == 6
     assert len(limits.rows) == 9
     assert "above_mine" in made.numbers["exposure"]["LAMMPS, k = 10⁶ N/m"]
     assert [row[-1] for row in limits.rows if "my own" in row[1]] == ["my report, 2026"]

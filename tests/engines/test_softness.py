@@ -1,6 +1,8 @@
 """The number that says how soft a crowd is, and what is said before a run of it."""
 
 import logging
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,11 +11,19 @@ from analysis.compare.comparison import compare_run
 from analysis.compare.remarks import remarks
 from analysis.dumps import read_contacts
 from analysis.engines.run import simulate
-from analysis.engines.softness import known_bodies, softness, softness_warning
+from analysis.engines.softness import (
+    known_bodies,
+    rigid_over_soft,
+    softness,
+    softness_of,
+    softness_warning,
+)
 from analysis.scene.contact import body_force
 from analysis.scene.parts import Analysis
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_it_is_the_total_push_over_stiffness_times_radius():
@@ -33,6 +43,32 @@ def test_the_ladder_of_people_is_read_softest_first():
     overlap = np.array([0.001, 0.08])
     secant = body_force(overlap, np.zeros(2, bool)) / overlap
     assert ends[0] < secant[0] < secant[1] < ends[1]
+
+
+def test_what_rigid_disks_overstate_is_the_table_of_the_page():
+    """docs/results/rigid_or_soft.md, whose shares are of the soft over the rigid."""
+    page = (ROOT / "docs/results/rigid_or_soft.md").read_text()
+    table = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
+    head = next(row for row in table if row[:2] == ["s", "wall load per person inside"])
+    rows = table[table.index(head) + 2 :][:5]
+    for s, *cells in rows:
+        found = rigid_over_soft(float(s), float(s))
+        assert [one.words for one in found.values()] == head[1:-1]
+        for one, cell in zip(found.values(), cells[:-1], strict=True):
+            soft = [
+                float(word) / 100
+                for word in re.findall(r"[-+−]?[\d.]+(?= %)", cell.replace("−", "-"))
+            ]
+            assert (one.mean, one.high, one.low) == pytest.approx([1 / (1 + x) - 1 for x in soft])
+    between = rigid_over_soft(9.0, 3.0)["contact_95"]
+    assert between.low == rigid_over_soft(3.0, 3.0)["contact_95"].low
+    assert between.high == rigid_over_soft(9.0, 9.0)["contact_95"].high
+    assert rigid_over_soft(18.0, 1.0) is None
+    assert rigid_over_soft(1e-9, 1e-12) == rigid_over_soft(0.35, 0.35)
+    arch = read_scene("arch")
+    assert softness_of(arch, known_bodies()["social_force"])[0] == pytest.approx(
+        594 * 300 / (1.2e5 * arch.snapshot.radius.mean())
+    )
 
 
 @pytest.mark.parametrize(

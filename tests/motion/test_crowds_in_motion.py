@@ -5,7 +5,8 @@ import pytest
 
 from analysis.dumps import DumpError
 from analysis.engines.run import simulate
-from analysis.motion.ensemble import Ensemble
+from analysis.motion.ensemble import Difference, Ensemble
+from analysis.motion.intervals import difference_cell, difference_words
 from analysis.motion.series import MEASURES, Series, read_series
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
@@ -49,11 +50,34 @@ def test_a_difference_is_told_from_chance():
     alike = 100 + random.normal(0, 5, (10, 30))
     found = ensemble(alike).above(ensemble(base), "walls")
     assert not found.distinguishable
-    assert found.low < found.share < found.high
+    assert found.low < found.value < found.high
     above = ensemble(1.1 * alike).above(ensemble(base), "walls")
     assert above.distinguishable
-    assert above.share == pytest.approx(0.1, abs=0.02)
+    assert above.value == pytest.approx(0.1, abs=0.02)
     assert ensemble(base[:2]).above(ensemble(base), "walls") is None
+
+
+def test_a_model_that_nearly_stands_is_no_measure_of_another():
+    """Ten crowds, most of which stand: a ratio of medians could be anything, their difference is
+    known."""
+    random = np.random.default_rng(2)
+    stand = np.where(np.arange(10) < 5, 1e-5, 0.08)[:, None] * random.uniform(0.9, 1.1, (10, 30))
+    walk = random.uniform(0.15, 0.19, (10, 30))
+    found = ensemble(walk).above(ensemble(stand), "walls")
+    assert not found.relative
+    assert found.value == pytest.approx(np.median(walk) - np.median(stand))
+    assert 0.08 < found.low <= found.value <= found.high < 0.18
+    value, low, high = difference_words(found, "m/s")
+    assert (value[0], value[-4:], low[0], high[-4:]) == ("+", " m/s", "+", " m/s")
+    assert difference_words(found, "1/s")[0].endswith(" per s")
+    assert "%" not in difference_cell(found, "m/s")
+    assert difference_words(ensemble(stand).above(ensemble(walk), "walls"), "m/s")[0][-1] == "%"
+    # nothing at all, as of arches where there are none, and nothing against something
+    assert ensemble(0 * walk).above(ensemble(0 * walk), "walls") is None
+    found = ensemble(walk).above(ensemble(0 * walk), "walls")
+    assert (found.relative, found.value) == (False, np.median(walk))
+    assert difference_words(Difference(value=0.1, low=-0.02, high=0.2, relative=False), "–") == (
+        "+0.1", "−0.02", "+0.2")  # fmt: skip
 
 
 def test_other_crowds_of_a_scene_fit_into_its_room():

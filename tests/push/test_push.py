@@ -172,7 +172,68 @@ def test_order_gaps_and_columns_do_not_matter(tmp_path):
 def test_a_push_that_began_before_the_file_is_said(tmp_path):
     content = table()
     (note,) = written(tmp_path, content[content.time > 0.5]).notes
-    assert "already moving in the first frame: person 0" in note
+    assert "moving in the first frame already: person 0; the push began before the file" in note
+
+
+def as_text(tmp_path, text):
+    path = tmp_path / "trial.csv"
+    path.write_text(text)
+    return read_trial(path)
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_comments_and_separators_do_not_matter(tmp_path, mark):
+    whole = written(tmp_path, table())
+    text = table().to_csv(index=False, sep=mark)
+    for changed_text in (
+        f"# filmed in a hall\n# 25 fps\n{text}# the end\n",
+        "#" + text,
+        "\ufeff" + text.replace("\n", "\r\n"),
+        text.replace("\n", "\n\n", 9),
+    ):
+        np.testing.assert_array_equal(as_text(tmp_path, changed_text).along, whole.along)
+    lines = text.splitlines()
+    bad = mark.join("here" if k == 3 else c for k, c in enumerate(lines[2].split(mark)))
+    broken = "\n".join(["# a", "# b", *lines[:2], bad, *lines[3:]])
+    with pytest.raises(TrialError, match=r"trial\.csv, line 5: y: 'here' is not a number"):
+        as_text(tmp_path, broken)
+    with pytest.raises(TrialError, match=r"no table: |not a number"):
+        as_text(tmp_path, text[:-30] + '"')
+
+
+@pytest.mark.parametrize("rate", [25, 50, 100])
+def test_noise_of_a_millimetre_is_no_onset_at_any_frame_rate(tmp_path, rate):
+    content, random = table(), np.random.default_rng(3)
+    expected = onsets(written(tmp_path, content), written(tmp_path, content).along)
+    rows = []
+    for one, seen in content.groupby("id"):
+        time = np.arange(seen.time.min(), seen.time.max(), 1 / rate)
+        place = {name: np.interp(time, seen.time, seen[name]) for name in ("x", "y")}
+        rows.append(pd.DataFrame({"id": one, "time": time} | place))
+    noisy = pd.concat(rows)
+    noisy[["x", "y"]] += random.normal(0, 1e-3, (len(noisy), 2))
+    trial = written(tmp_path, noisy)
+    np.testing.assert_allclose(onsets(trial, trial.along), expected, atol=0.04)
+
+
+def test_coarse_frames_and_an_order_against_the_push_are_said(tmp_path):
+    content = table(people=3)
+    content["MoCap_ID"] = content.id.map({0: "A", 1: "B", 2: "C"})
+    content["Order_of_Participants_MoCap_ID"] = "Bag, C, B, A"
+    with pytest.raises(TrialError, match="never goes forward"):
+        written(tmp_path, content)
+    coarse = written(tmp_path, table()[lambda t: t.frame % 3 == 0])
+    assert "frames are 0.12 s apart: onsets are not known better than that" in coarse.notes
+
+
+def test_who_is_seen_only_after_the_push_is_refused(tmp_path):
+    late = table(people=3)
+    late = late[~((late.id == 2) & (late.time < 0.4))]
+    with pytest.raises(TrialError, match=r"person 2 is first seen at 0\.4 s, when person 0, the f"):
+        written(tmp_path, late)
+    early = table(people=3)
+    early = early[~((early.id == 2) & (early.time < 0.12))]
+    assert written(tmp_path, early).notes == ()
 
 
 def changed(**columns):

@@ -9,9 +9,10 @@ from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES, Limit, known_limits
 from analysis.motion.ensemble import Ensemble
 from analysis.motion.headline.picture import loads_picture
-from analysis.motion.intervals import count_cell, interval_cell, signed
+from analysis.motion.intervals import count_cell, difference_cell, difference_words, interval_cell
 from analysis.motion.series import MEASURES, Measure
 from analysis.motion.study import MotionStudy
+from analysis.pages.bodies import ladder_table
 from analysis.pages.numbers import NONE, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
@@ -63,7 +64,11 @@ def headline_section(study: MotionStudy) -> Section | None:
                 figure=loads_picture(scene, models, study.limits),
             )
         ],
-        tables=[_numbers(words, study, models), _limits(words, study, models, values)],
+        tables=[
+            _numbers(words, study, models),
+            _limits(words, study, models, values),
+            ladder_table(scene),
+        ],
     )
 
 
@@ -100,9 +105,13 @@ def _said(
     reference = study.reference
     if reference is not None and models[0] is not reference:
         found = {key: models[0].above(reference, key) for key in HEADLINES}
-        known = {HEADLINES[key].title: one for key, one in found.items() if one is not None}
-        differ = [(title, signed(one.share)) for title, one in known.items() if one.distinguishable]
-        alike = [title for title, one in known.items() if not one.distinguishable]
+        known = {HEADLINES[key]: one for key, one in found.items() if one is not None}
+        differ = [
+            (measure.title, difference_words(one, measure.unit)[0])
+            for measure, one in known.items()
+            if one.distinguishable
+        ]
+        alike = [measure.title for measure, one in known.items() if not one.distinguishable]
         if known:
             titles = {"model": models[0].title, "rigid": reference.title}
             said.append(words.text("models", differ=differ, alike=alike, **titles))
@@ -139,8 +148,8 @@ def _whether(one: Ensemble, reference: Ensemble, key: str) -> str:
     found = one.above(reference, key)
     if found is None:
         return NONE
-    ends = f"{signed(found.share)} ({signed(found.low)} to {signed(found.high)})"
-    return f"{'yes' if found.distinguishable else 'no'}: {ends}"
+    said = difference_cell(found, HEADLINES[key].unit)
+    return f"{'yes' if found.distinguishable else 'no'}: {said}"
 
 
 def _limits(

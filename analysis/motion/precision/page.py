@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from analysis.motion.intervals import signed
 from analysis.motion.precision.measured import Bias, Measured, Precision
 from analysis.motion.precision.points import NAME
 from analysis.pages.drawing import COLOURS, GRID, MARKERS
 from analysis.pages.names import engine_name
-from analysis.pages.numbers import NONE, number, significant
+from analysis.pages.numbers import NONE, number, signed, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
 from analysis.scene.variation import how_varied

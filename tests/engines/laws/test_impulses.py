@@ -45,6 +45,25 @@ def test_impulses_of_a_window_are_the_change_of_momentum(tmp_path, name, frictio
         assert got == pytest.approx(change, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("name", "law"), [("lammps", "hooke"), ("yade", "hooke"), ("yade", "body")]
+)
+def test_disks_that_touch_at_the_start_begin_without_an_impulse(tmp_path, name, law):
+    """What one of two disks gains, in steps so long that half a one of a dashpot is 1 % of it."""
+    require(name)
+    soft = {"law": law, "stiffness_N_per_m": None if law == "body" else 5e3, "restitution": 0.5}
+    scene = make("pair").with_contact(**soft)
+    simulate(
+        scene.with_run(duration_s=1.0, frames=2, impulses=True, time_step_s=None),
+        name,
+        tmp_path / "run",
+    )
+    index = index_dump(tmp_path / "run" / "impulses.dump", "ENTRIES")
+    passed = sum(row[3] for number in range(3) for row in index.table(number))
+    last = snapshot_of(open_bodies(tmp_path / "run" / "bodies.dump").trajectory[-1])
+    assert passed == pytest.approx(75.0 * last.velocity[1, 0], rel=1e-9)
+
+
 def test_lammps_without_its_python_module_says_how_to_install_it(tmp_path, monkeypatch):
     require("lammps")
     found = importlib.util.find_spec
