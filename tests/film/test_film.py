@@ -128,3 +128,57 @@ def test_an_impact_has_newtons_of_its_engine_and_newton_seconds_of_percussions(t
     _, shown = headline_rows(reels)
     assert [cell.rpartition(" ")[2] for cell in shown[0][1:]] == ["N", "N·s"]
     assert unpacked(reels)["reels"][0]["units"] == {"engine": "N", "percussions": "N·s"}
+
+
+def in_centimetres(line):
+    words = line.split()
+    return "\t".join([*words[:2], *(f"{100 * float(word):.2f}" for word in words[2:])])
+
+
+def without(line, person, frames):
+    one, frame = map(int, line.split()[:2])
+    return one != person or frame not in frames
+
+
+@pytest.mark.parametrize("change", ["cm", "comments", "columns", "unsorted", "crlf", "16 fps"])
+def test_other_copies_of_a_file_are_the_same_film(tmp_path, change):
+    """In centimetres, with comments between rows, a further column, rows in any order."""
+    lines = EXCERPT.read_text().splitlines()
+    head = [line for line in lines if line.startswith("#")]
+    rows = [line for line in lines if not line.startswith("#")]
+    end, rate = "\n", 25
+    if change == "cm":
+        head = [line.replace("/m", "/cm") for line in head]
+        rows = [in_centimetres(line) for line in rows]
+    elif change == "comments":
+        rows = [line for row in rows for line in (row, "# seen twice")][:-1]
+    elif change == "columns":
+        rows = [f"{row}\t0.5" for row in rows]
+    elif change == "unsorted":
+        rows = rows[::-1]
+    elif change == "crlf":
+        end = "\r\n"
+    else:
+        head, rate = [line.replace("25 fps", "16 fps") for line in head], 16
+    copy = tmp_path / "copy.txt"
+    copy.write_bytes(end.join([*head, *rows, ""]).encode())
+    recording = Recording.read(copy)
+    assert recording.frame_rate == rate
+    heads = recording.heads(405)
+    expected = Recording.read(EXCERPT).heads(405)
+    np.testing.assert_array_equal(heads.ids, expected.ids)
+    np.testing.assert_allclose(heads.position, expected.position, atol=1e-4)
+
+
+def test_people_may_come_and_go_between_frames(tmp_path, reels):
+    """Who is missing in one frame is in the next; the others are as they were."""
+    lines = EXCERPT.read_text().splitlines()
+    gone = int(reels[0].frames[0].found.snapshot.ids[3])
+    kept = [one for one in lines if one.startswith("#") or without(one, gone, range(403, 410))]
+    copy = tmp_path / "copy.txt"
+    copy.write_text("\n".join(kept) + "\n")
+    (reel,) = film_heads(Recording.read(copy), GATE, [0.16], Frames.parse("400:410:5"))
+    there = [gone in frame.found.snapshot.ids for frame in reel.frames]
+    assert there == [True, False, True]
+    assert [frame.status for frame in reel.frames] == ["solved"] * 3
+    assert len(packed([reel])) > 100
