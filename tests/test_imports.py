@@ -38,6 +38,7 @@ RANKS = [
         "analysis/push",
     ],
     ["analysis/advice", "analysis/film"],
+    ["analysis/advice/people"],
     ["analysis/cli", "crowd_percussions"],
 ]
 

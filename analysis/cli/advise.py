@@ -61,7 +61,6 @@ def advise(
     Example: percussions advise arch --error 5% --quantity wall-load
     """
     from analysis.advice.advised_run import methods_here
-    from analysis.advice.bodies import advise_bodies, body_lines, ladder_lines, write_body_advice
     from analysis.advice.choice import advise as choose
     from analysis.advice.library import stored_library
     from analysis.advice.motion import (
@@ -70,6 +69,12 @@ def advise(
         advise_motion,
         motion_lines,
         write_motion_advice,
+    )
+    from analysis.advice.people.bodies import (
+        advise_bodies,
+        body_lines,
+        ladder_lines,
+        write_body_advice,
     )
     from analysis.advice.question import Question, asked_error
     from analysis.advice.unneeded import left_out

@@ -1,0 +1,1 @@
+"""Advice for crowds as soft as people."""
