@@ -69,7 +69,9 @@ system-test:
 $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
 	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
-	$(PIP) --editable '.[all]'
+	$(PIP) --no-compile --editable '.[all]'
+	# pip compiles file by file; this on all cores
+	$(PYTHON) -m compileall -qq -j 0 $(VENV)/lib || true
 	touch $@
 
 $(VENV)/kernels: $(VENV)/installed
