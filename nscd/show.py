@@ -82,7 +82,7 @@ def draw(
     walls: Walls | None = None,
     axes: Any = None,
 ) -> Any:
-    """Draw disks, walls and contacts, whose width and shade grow with `size` (k,), as `label` says,
+    """Draw disks, walls and contacts, whose width and shade grow with `size` (k,) from 0 on, as `label` says,
     into matplotlib axes (new ones where left out); return the axes."""
     from matplotlib import pyplot
     from matplotlib.collections import LineCollection, PatchCollection
@@ -109,6 +109,7 @@ def draw(
             cmap="viridis_r",
             linewidths=list(0.2 + WIDEST * size / (size.max() or 1.0)),
         )
+        lines.set_clim(0.0, float(size.max()) or 1.0)
         axes.add_collection(lines)
         axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.8)
     reach = 2 * float(snapshot.radius.max(initial=0.5))

@@ -17,14 +17,14 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 
 # Which pages stand where in the menu; a pattern takes those that no line before it took.
 CONTENTS = {
-    "Start": ["getting_started"],
+    "Start": ["getting_started", "examples"],
     "How to": ["how_to/*"],
     "Theory": ["theory", "conventions", "errata"],
     "Results": ["results", "results/*", "results/details/*"],
     "Reference": ["scenes", "columns", "api/index", "*"],
 }
 
-OUTSIDE = re.compile(r"\[[^\]]*\]\((?:\.\./)+(benchmarks/[^)]*)\)")
+OUTSIDE = re.compile(r"\[[^\]]*\]\((?:\.\./)+((?:benchmarks|examples)/[^)]*)\)")
 
 project, release = PROJECT["name"], PROJECT["version"]
 copyright = PROJECT["authors"][0]["name"]

@@ -1,0 +1,19 @@
+"""Can a solver of others take my problem, and I theirs?
+
+FCLIB is the form in which Siconos and others exchange contact problems with friction. Out, in, and
+solved again."""
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.exchange.fclib import read_problem, write_problem
+from crowd_percussions import percussions_of, read_scene
+
+scene = read_scene("gate").with_contact(friction=0.3)
+found = percussions_of(scene, scene.snapshot)
+write_problem(Path("gate.hdf5"), found, {"source": "a filmed crowd before a gate"})
+
+again = read_problem(Path("gate.hdf5")).solve()
+apart = float(np.abs(again.answer.right_velocity - found.answer.right_velocity).max())
+print(f"{len(found.contacts)} contacts, {found.answer.status}; u⁺ differs by {apart:.0e} m/s")

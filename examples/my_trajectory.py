@@ -1,0 +1,23 @@
+"""Who is pressed most in a filmed crowd?
+
+Heads are not bodies: people get a radius, and are moved apart where they would overlap. The report
+says how far."""
+
+import numpy as np
+
+from analysis.scene.real.import_crowd import import_crowd
+from analysis.scene.real.trajectory import read_heads
+from analysis.support.shipped import shipped
+from crowd_percussions import percussions_of
+
+scenes = shipped("scenes")
+heads = read_heads(scenes / "gate_excerpt.txt", 405)
+crowd = import_crowd(heads, radius=0.18, room=scenes / "rooms" / "gate.toml", name="filmed")
+print(crowd.statement)
+
+found = percussions_of(crowd.scene, crowd.scene.snapshot)
+size = np.hypot(*found.pressing.T)  # N, of each contact
+load = found.contacts.sum_at_disks(size, len(found.snapshot))
+most = int(np.argmax(load))
+print(f"person {found.snapshot.ids[most]}: {load[most]:.0f} N in all, {found.answer.status}")
+found.plot().figure.savefig("my_trajectory.png")
