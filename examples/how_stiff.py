@@ -18,5 +18,6 @@ for error in (0.5, 0.2, 0.1):
         print(f"within {error:.0%}: no stiffness promises it")
     else:
         print(
-            f"within {error:.0%}: {choice.law}, {choice.stiffness_N_per_m:.0e} N/m, about {choice.cpu_seconds:.2g} CPU s"
+            f"within {error:.0%}: {choice.law}, {choice.stiffness_N_per_m:.0e} N/m, "
+            f"about {choice.cpu_seconds:.2g} CPU s"
         )
