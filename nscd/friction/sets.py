@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from nscd.friction.edges import Weighted
 from nscd.friction.elimination import add_to, put
 from nscd.friction.factor import factorise, solve_factorised
 from nscd.friction.measures import imbalance, measure
 from nscd.friction.problem import add_impulses, contact_velocities
+from nscd.solvers.cholesky.multifrontal import factorise_fronts, solve_fronts
 
 # Tangential states: nothing to hold on to, stuck, sliding forwards (τ = μ p_n) and backwards.
 FREE, STICK, FORWARD, BACKWARD = 0, 1, 2, 3
@@ -66,6 +68,20 @@ def _slide(problem: Any, hold: Any, v: Any, v_left: Any, lam: Any, tau: Any) -> 
 
 
 @njit(cache=True)
+def _held(problem: Any, factor: Any, weight: Any) -> bool:
+    """Factorise M + Σ α n nᵀ + β t tᵀ, weight (4,k): symmetric, since nothing slides, at half the
+    cost."""
+    k = weight.shape[1]
+    first, second = np.empty((k, 3)), np.empty((k, 3))
+    for c in range(k):
+        nx, ny = problem.normal[c, 0], problem.normal[c, 1]
+        first[c, 0], first[c, 1], first[c, 2] = -ny, nx, problem.lever[c, 0]
+        second[c, 0], second[c, 1], second[c, 2] = ny, -nx, problem.lever[c, 1]
+    system = Weighted(problem.mass, problem.normal, np.zeros(k), weight[1], first, second)
+    return bool(factorise_fronts(system, factor.fronts, weight[0]))
+
+
+@njit(cache=True)
 def settle(
     problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, steps: Any, lam: Any, tau: Any,
     u: Any,
@@ -90,7 +106,8 @@ def settle(
         if hold[c] == STICK:
             weight[1, c] += penalty / problem.tangent_inverse[c]
         weight[2, c] = slope(hold[c], problem.friction[c]) * weight[0, c]
-    if not factorise(problem, factor, weight):
+    sliding = weight[2].any()
+    if not (factorise(problem, factor, weight) if sliding else _held(problem, factor, weight)):
         return False
     before = np.inf
     for _ in range(steps):
@@ -115,7 +132,10 @@ def settle(
         before = off
         add_to(rest, -2.0, rest)
         add_impulses(problem, along, across, -1.0, rest)
-        solve_factorised(factor, rest)
+        if sliding:
+            solve_factorised(factor, rest)
+        else:
+            solve_fronts(factor.fronts, rest)
         contact_velocities(problem, rest, dv, ds)
         for c in range(k):
             if closed[c]:
