@@ -93,8 +93,7 @@ def settle(
     weight = np.zeros((4, k))
     v, s, dv, ds = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     along, across, work = np.empty(k), np.empty(k), np.empty((4, k))
-    v_left, s_left = np.empty(k), np.empty(k)
-    rest = np.empty((n, 3))
+    v_left, s_left, rest = np.empty(k), np.empty(k), np.empty((n, 3))
     contact_velocities(problem, problem.left, v_left, s_left)
     for c in range(k):
         weight[0, c] = problem.normal_weight[c]
