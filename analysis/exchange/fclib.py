@@ -112,7 +112,10 @@ def read_velocities(path: Path) -> Floats | None:
         if "solution" not in file:
             return None
         group = file.group("solution")
-        return group.numbers("u", (group.length("u"),)).reshape(-1, SPACE)
+        found = group.numbers("u", (group.length("u"),))
+        if len(found) % SPACE:
+            raise group.refuse("u", f"{len(found)} numbers; two for each contact")
+        return found.reshape(-1, SPACE)
 
 
 def _put_global(group: Any, problem: GlobalProblem, info: Mapping[str, str]) -> None:

@@ -18,7 +18,7 @@ from scipy.sparse import coo_array, csc_array, csr_array
 from analysis.support.files import whole_file
 from analysis.support.parts import load
 from analysis.support.reading import open_file
-from nscd.arrays import Floats
+from nscd.arrays import LARGEST, Floats
 
 # The first bytes of an HDF5 file.
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -165,16 +165,20 @@ class Group:
         return found[()].astype(np.int64)
 
     def numbers(self, key: str, shape: tuple[int, ...], unit: str | None = None) -> Floats:
-        """Read an array of finite numbers of this shape, in this unit where one is asked for."""
+        """Read an array of finite numbers of this shape, in this unit where one is asked for; numbers
+        that cannot be computed with are refused."""
         found = self._dataset(key)
         if found.dtype.kind not in "fiu" or found.shape != shape:
             raise self.refuse(key, f"numbers of shape {shape} are needed, not {found.shape}")
         if unit is not None and (said := found.attrs.get("unit")) != unit:
             raise self.refuse(key, f"unit {said!r} where {unit!r} is needed")
         values: Floats = found[()].astype(np.float64)
-        if not np.isfinite(values).all():
-            place = int(np.argmin(np.isfinite(values.ravel())))
-            raise self.refuse(key, f"entry {place + 1} is not a finite number")
+        sound = np.abs(values.ravel()) <= LARGEST
+        if not sound.all():
+            place = int(np.argmin(sound))
+            raise self.refuse(
+                key, f"entry {place + 1}: {values.flat[place]:g}; numbers up to {LARGEST:g} are needed"
+            )
         return values
 
     def matrix(self, key: str, rows: int | None = None) -> csc_array:

@@ -257,7 +257,8 @@ DAMAGE = {
     "no_vector": (lambda f: f.__delitem__("fclib_global/vectors/f"), "/fclib_global/vectors/f: miss"),
     "size": (replaced("fclib_global/vectors/mu", lambda v: v[1:]), "/fclib_global/vectors/mu: numbers"),
     "rows": (replaced("fclib_global/H/m", first(3)), "/fclib_global/H/m: 3 where 210 is needed"),
-    "nan": (replaced("fclib_global/vectors/f", first(np.nan)), "/fclib_global/vectors/f: entry 1 is"),
+    "nan": (replaced("fclib_global/vectors/f", first(np.nan)), "/fclib_global/vectors/f: entry 1: nan"),
+    "huge": (replaced("crowd/bodies/left_velocity", first(1e308)), "/crowd/bodies/left_velocity: entry"),
     "index": (replaced("fclib_global/H/i", first(10**6)), "/fclib_global/H/i: an index outside of"),
     "starts": (replaced("fclib_global/H/p", lambda v: v[::-1]), "/fclib_global/H/p: from 0 to at most"),
     "friction": (replaced("fclib_global/vectors/mu", first(-1)), "/fclib_global/vectors/mu: -1; coef"),
@@ -269,6 +270,7 @@ DAMAGE = {
     "body": (replaced("crowd/bodies/mass", first(-1.0)), "/crowd/: mass: -1 in row 0"),
     "bodies": (replaced("crowd/bodies/mass", lambda v: v[1:]), "/crowd/bodies/mass: numbers of shape"),
     "solution": (replaced("solution/u", lambda v: v[2:]), "/solution/u: "),
+    "odd": (replaced("solution/u", lambda v: v[1:]), "/solution/u: "),
 }  # fmt: skip
 
 
