@@ -258,7 +258,7 @@ DAMAGE = {
     "size": (replaced("fclib_global/vectors/mu", lambda v: v[1:]), "/fclib_global/vectors/mu: numbers"),
     "rows": (replaced("fclib_global/H/m", first(3)), "/fclib_global/H/m: 3 where 210 is needed"),
     "nan": (replaced("fclib_global/vectors/f", first(np.nan)), "/fclib_global/vectors/f: entry 1: nan"),
-    "huge": (replaced("crowd/bodies/left_velocity", first(1e308)), "/crowd/bodies/left_velocity: entry"),
+    "huge": (replaced("crowd/bodies/left_velocity", lambda v: v + 1e308), "/crowd/bodies/left_velocity: entry"),
     "index": (replaced("fclib_global/H/i", first(10**6)), "/fclib_global/H/i: an index outside of"),
     "starts": (replaced("fclib_global/H/p", lambda v: v[::-1]), "/fclib_global/H/p: from 0 to at most"),
     "friction": (replaced("fclib_global/vectors/mu", first(-1)), "/fclib_global/vectors/mu: -1; coef"),
