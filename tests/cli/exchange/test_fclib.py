@@ -13,6 +13,7 @@ from scipy.sparse import coo_array, csc_array, csr_array
 
 from analysis.dumps.writing import write_frame
 from analysis.exchange.fclib import read_problem, write_problem
+from analysis.exchange.layout import is_hdf5
 from analysis.percussions import Setting, percussions_of
 from analysis.scene import Crowd, read_scene, room
 from analysis.support.parts import MissingPartError
@@ -319,3 +320,10 @@ def test_python_of_the_page(tmp_path, monkeypatch):
     page = str(ROOT / "docs/how_to/exchange.md")
     done = doctest.testfile(page, module_relative=False)
     assert (done.failed, done.attempted) == (0, 9)
+
+
+@pytest.mark.parametrize("start", [b"BZh91AY&SY", b"\x1f\x8b\x08\0\0\0\0\0\0\xff\xff\xff"])
+def test_what_begins_as_compressed_and_is_not_is_no_problem_of_contacts(tmp_path, start):
+    path = tmp_path / "bad.dump"
+    path.write_bytes(start)
+    assert not is_hdf5(path)
