@@ -26,7 +26,8 @@ from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
-from analysis.percussions.trajectory import PercussionAnalysis, left_velocity_of
+from analysis.percussions.setting import left_velocity_of
+from analysis.percussions.trajectory import PercussionAnalysis
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import workers as processes
@@ -108,7 +109,7 @@ def frame_by_frame(dump: Path) -> None:
         if answer.choice != "corrects the guess":
             continue
         snapshot = snapshot_of(universe.trajectory[frame], str(dump))
-        left, _ = left_velocity_of(snapshot, "desired", scene.drive)
+        left, _ = left_velocity_of(snapshot, "desired", scene.drive, acceleration=scene.acceleration())
         cold = solve(snapshot, contacts, left_velocity=left, tolerance=TOLERANCE)
         warm.append(answer.seconds)
         anew.append(cold.seconds)
