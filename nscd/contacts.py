@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from nscd.arrays import (
     whole_numbers,
 )
 from nscd.bodies import Snapshot, Walls
-from nscd.segments import connect, own_nearest, pairs_within
+from nscd.segments import Segments, connect, own_nearest, pairs_within
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -256,20 +257,32 @@ def _pairs_near(position: Floats, radius: Floats, tolerance: float) -> tuple[Ind
     return pairs
 
 
+@functools.lru_cache(maxsize=8)
+def _connected(walls: Walls) -> Segments:
+    """How walls meet, found once: the frames of a film have the same ones."""
+    return connect(walls.start, walls.end)
+
+
 def _wall_neighbours(
     snapshot: Snapshot, walls: Walls | None, tolerance: float
 ) -> tuple[Indices, Indices, Floats, Floats]:
     disks, numbers, vectors = [], [], []
-    segments = connect(walls.start, walls.end) if walls is not None else None
-    for row in range(len(walls) if walls is not None else 0):
-        assert walls is not None
-        every = np.full(len(snapshot), row)
-        to_wall = walls.nearest_point(snapshot.position, every) - snapshot.position
-        near = np.flatnonzero(np.hypot(*to_wall.T) - snapshot.radius <= tolerance)
-        near = near[own_nearest(segments, snapshot.position[near], every[near])]
-        disks.append(near)
-        numbers.append(every[near])
-        vectors.append(to_wall[near])
+    if walls is not None:
+        segments = _connected(walls)
+        # the tolerance is at least what rounding makes of a gap, and the box rounds too
+        reach = (snapshot.radius + 2 * tolerance)[:, None]
+        low, high = snapshot.position - reach, snapshot.position + reach
+        ends = np.stack([walls.start, walls.end])
+        for row, (least, most) in enumerate(zip(ends.min(0), ends.max(0), strict=True)):
+            near = np.flatnonzero(((low <= most) & (high >= least)).all(1))
+            every = np.full(len(near), row)
+            to_wall = walls.nearest_point(snapshot.position[near], every) - snapshot.position[near]
+            close = np.hypot(*to_wall.T) - snapshot.radius[near] <= tolerance
+            near, every, to_wall = near[close], every[close], to_wall[close]
+            own = own_nearest(segments, snapshot.position[near], every)
+            disks.append(near[own])
+            numbers.append(every[own])
+            vectors.append(to_wall[own])
     if not disks:
         none = np.empty(0, dtype=np.int64)
         return none, none, np.empty((0, 2)), np.empty(0)

@@ -5,13 +5,13 @@ import functools
 import math
 import os
 import re
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
+from analysis.dumps.numbers import numbers_of
 from analysis.support.reading import (
     DAMAGED,
     LARGEST_WHOLE,
@@ -84,24 +84,21 @@ class DumpIndex:
             content = _opened.read(self.path, frame.offset, frame.length)
         except DAMAGED as error:
             raise DumpError(f"{self.path}, step {frame.step}: damaged: {error}") from None
-        rows = content.splitlines()
         width = len(self.columns)
         if not WORDS & set(self.columns):
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
-                try:
-                    numbers = np.fromstring(content.decode("ascii"), sep=" ")
-                    if len(rows) == frame.count and all(len(row.split()) == width for row in rows):
-                        return self._held(numbers.reshape(frame.count, width), rows, frame)
-                except (ValueError, DeprecationWarning):
-                    pass
+            numbers = numbers_of(content, frame.count, width)
+            if numbers is not None:
+                return self._held(numbers, content, frame)
+        rows = content.split(b"\n")[:-1]
+        if len(rows) != frame.count:
+            raise DumpError(f"{self.path}, step {frame.step}: changed while it was read")
         numbers = np.array([self._row(row, frame.line + n) for n, row in enumerate(rows)])
-        return self._held(numbers.reshape(frame.count, width), rows, frame)
+        return self._held(numbers.reshape(frame.count, width), content, frame)
 
-    def _held(self, numbers: Floats, rows: list[bytes], frame: Frame) -> Floats:
+    def _held(self, numbers: Floats, content: bytes, frame: Frame) -> Floats:
         """Refuse digits that no float64 holds; the word inf stays what it is."""
         for place, column in np.argwhere(np.isinf(numbers)):
-            word = rows[place].split()[column].decode("utf-8", "replace")
+            word = content.split(b"\n")[place].split()[column].decode("utf-8", "replace")
             if any(sign.isdigit() for sign in word):
                 raise DumpError(
                     f"{self.path}, line {frame.line + place}: {self.columns[column]}: "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import math
 import time
@@ -16,9 +15,9 @@ from typing import Any
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines.record import FILE, RunRecord
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
-from analysis.percussions.table import COLUMNS, Cells, Openness, cells_of
+from analysis.percussions.table import COLUMNS, Openness, cells_of
 from analysis.scene.scene import read_room
-from analysis.support.files import whole_file
+from analysis.support.files import csv_lines, whole_file
 from analysis.support.progress import Progress
 from nscd import ContactLaw
 
@@ -66,11 +65,13 @@ class DumpToSolve:
             known = None if math.isnan(seconds) else seconds
             cells = cells_of(found, self.openness, time=known, step=step)
             when = f"step {step}" if known is None else f"{known:g} s"
+            columns = [name for name in COLUMNS if name in cells]
             answer = found.answer
             why = f"{self.path}, {when}: {answer.status}: {answer.reason}"
             solved.append(
                 SolvedFrame(
-                    cells=cells,
+                    columns=columns,
+                    lines=csv_lines(cells[name] for name in columns),
                     contacts=len(found.contacts),
                     largest=found.largest,
                     unit=found.unit,
@@ -84,10 +85,11 @@ class DumpToSolve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolvedFrame:
-    """One solved frame: cells of the table, number of contacts, the largest that a contact carries
-    (in `unit`), when, residual, and why it is not solved."""
+    """One solved frame: columns and lines of the table, number of contacts, the largest that a
+    contact carries (in `unit`), when, residual, and why it is not solved."""
 
-    cells: Cells
+    columns: list[str]
+    lines: str
     contacts: int
     largest: float
     unit: str
@@ -140,13 +142,13 @@ def solve_dump(
     whole = SolvedDump(unsolved=[])
     columns: list[str] = []
     with whole_file(out) as file:
-        table = csv.writer(file, lineterminator="\n")
         for frame in _frames(dump, frames, executor, workers, expected):
             if frame.contacts:
                 if not columns:
-                    columns = [name for name in COLUMNS if name in frame.cells]
-                    table.writerow(columns)
-                table.writerows(zip(*(frame.cells[name] for name in columns), strict=True))
+                    columns = frame.columns
+                    file.write(",".join(columns) + "\n")
+                assert frame.columns == columns, "every frame has the same columns"
+                file.write(frame.lines)
             whole.add(frame)
             if progress:
                 progress(f"percussions of {dump.path}", whole.frames / frames)

@@ -1,0 +1,181 @@
+"""The numbers of a table of text, each the float64 that is nearest to its digits.
+
+Lemire (2021), Number parsing at a gigabyte per second, https://doi.org/10.1002/spe.2984, section 5:
+a product of 128 bits decides nearly every number; what it does not decide is left to Python."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from analysis.support.reading import NUMBER
+from nscd.arrays import Floats
+
+# 10ⁿ of these n are looked up; beyond them there are no float64.
+LEAST, MOST = -348, 308
+# So many digits fit into 64 bits; so many of an exponent are read.
+DIGITS, EXPONENT_DIGITS = 19, 4
+# Whole numbers below this, and powers of ten up to this, are float64.
+EXACT, EXACT_POWER = np.uint64(1 << 53), 22
+SPACE, TAB, LINE, RETURN = (ord(sign) for sign in " \t\n\r")
+PLUS, MINUS, POINT, LETTER_E = (ord(sign) for sign in "+-.e")
+ZERO, TEN, ONE = np.uint64(ord("0")), np.uint64(10), np.uint64(1)
+# Halves of 64 bits, the bit on top, the bits of a float64 behind its exponent, and the nine that
+# are rounded away, whose carry is not sure if all are set.
+HALF, LOWER, TOP = np.uint64(32), np.uint64((1 << 32) - 1), np.uint64(1 << 63)
+FRACTION, UNSURE = np.uint64((1 << 52) - 1), np.uint64((1 << 9) - 1)
+
+
+def _leading_bits() -> Any:
+    """The leading 128 bits of 10ⁿ from LEAST to MOST, (n,2) uint64: high, low."""
+    rows = []
+    for n in range(LEAST, MOST + 1):
+        power = 10 ** abs(n)
+        if n < 0:
+            power = (1 << (power.bit_length() + 127)) // power
+        short = 128 - power.bit_length()
+        leading = power << short if short >= 0 else power >> -short
+        rows.append((leading >> 64, leading & ((1 << 64) - 1)))
+    return np.array(rows, dtype=np.uint64)
+
+
+POWERS = _leading_bits()
+TENS = np.array([10.0**n for n in range(EXACT_POWER + 1)])
+
+
+def numbers_of(text: bytes, rows: int, width: int) -> Floats | None:
+    """Read (rows, width) numbers, one row a line, to the last bit as Python's float() reads them.
+
+    None where the text holds anything else; the words nan and inf are numbers."""
+    values = np.empty(rows * width)
+    left = np.empty((rows * width, 3), dtype=np.int64)
+    count = _read(np.frombuffer(text, np.uint8), width, values, values.view(np.uint64), left)
+    if count < 0:
+        return None
+    for cell, start, stop in left[:count].tolist():
+        word = text[start:stop].decode("ascii", "replace")
+        if not NUMBER.fullmatch(word):
+            return None
+        values[cell] = float(word)
+    return values.reshape(rows, width)
+
+
+@njit(cache=True)
+def _read(text: Any, width: int, values: Any, bits: Any, left: Any) -> int:
+    """Read all words. Those that are not decided are listed: cell, start, stop. Returns how many
+    these are; −1 where the rows, or the words of one, are too few or too many."""
+    at = cell = words = undecided = 0
+    while at < len(text):
+        if text[at] == LINE:
+            if words != width:
+                return -1
+            words = 0
+            at += 1
+        elif text[at] == SPACE or text[at] == TAB or text[at] == RETURN:
+            at += 1
+        else:
+            if words == width or cell == len(values):
+                return -1
+            start = at
+            while at < len(text) and text[at] > SPACE:
+                at += 1
+            if at == start:
+                return -1
+            if not _decide(text, start, at, cell, values, bits):
+                left[undecided] = cell, start, at
+                undecided += 1
+            cell += 1
+            words += 1
+    return undecided if cell == len(values) and words == 0 else -1
+
+
+@njit(cache=True)
+def _decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) -> bool:
+    """Put the number that a word is into its cell; False where this is left to Python."""
+    minus = text[start] == MINUS
+    at = first = start + 1 if minus or text[start] == PLUS else start
+    whole, digits, point = np.uint64(0), 0, stop
+    while at < stop:
+        digit = np.uint64(text[at]) - ZERO
+        if digit < TEN:
+            whole = TEN * whole + digit
+            # zeros in front are none of its digits
+            digits += 1 if whole else 0
+        elif text[at] == POINT and point == stop:
+            point = at
+        else:
+            break
+        at += 1
+    exponent = point + 1 - at if point < at else 0
+    if at - first == (1 if point < at else 0) or digits > DIGITS:
+        return False
+    if at < stop:
+        if text[at] | 32 != LETTER_E:
+            return False
+        at += 1
+        back = at < stop and text[at] == MINUS
+        if back or (at < stop and text[at] == PLUS):
+            at += 1
+        if not 0 < stop - at <= EXPONENT_DIGITS:
+            return False
+        power: Any = np.int64(0)
+        while at < stop:
+            digit = np.uint64(text[at]) - ZERO
+            if digit >= TEN:
+                return False
+            power = 10 * power + np.int64(digit)
+            at += 1
+        exponent += -power if back else power
+    return _nearest(whole, exponent, minus, cell, values, bits)
+
+
+@njit(cache=True)
+def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bits: Any) -> bool:
+    """Put ± whole · 10^exponent into a cell, to the nearest; False where that is not decided."""
+    if whole < EXACT and -EXACT_POWER <= exponent <= EXACT_POWER:
+        value = np.float64(whole)
+        value = value / TENS[-exponent] if exponent < 0 else value * TENS[exponent]
+        values[cell] = -value if minus else value
+        return True
+    if whole == 0 or not LEAST <= exponent <= MOST:
+        return False
+    shift = 0
+    for step in (32, 16, 8, 4, 2, 1):
+        if whole >> np.uint64(64 - step) == 0:
+            whole <<= np.uint64(step)
+            shift += step
+    high, low = _product(whole, POWERS[exponent - LEAST, 0])
+    if high & UNSURE == UNSURE and low + whole < whole:
+        over, under = _product(whole, POWERS[exponent - LEAST, 1])
+        merged = low + over
+        if merged < low:
+            high += ONE
+        if high & UNSURE == UNSURE and merged + ONE == 0 and under + whole < whole:
+            return False
+        low = merged
+    top = high >> np.uint64(63)
+    mantissa = high >> (top + np.uint64(9))
+    # half way between two, which only exact digits decide
+    if low == 0 and high & UNSURE == 0 and mantissa & np.uint64(3) == ONE:
+        return False
+    mantissa = (mantissa + (mantissa & ONE)) >> ONE
+    binary = ((217706 * exponent) >> 16) + 1086 + np.int64(top) - shift
+    if mantissa >> np.uint64(53):
+        mantissa >>= ONE
+        binary += 1
+    if not 0 < binary < 2047:
+        return False
+    sign = TOP if minus else np.uint64(0)
+    bits[cell] = sign | np.uint64(binary) << np.uint64(52) | mantissa & FRACTION
+    return True
+
+
+@njit(cache=True)
+def _product(a: Any, b: Any) -> Any:
+    """The high and low 64 bits of a product of two of 64."""
+    a1, a0, b1, b0 = a >> HALF, a & LOWER, b >> HALF, b & LOWER
+    middle = a1 * b0 + (a0 * b0 >> HALF)
+    other = a0 * b1 + (middle & LOWER)
+    return a1 * b1 + (middle >> HALF) + (other >> HALF), a * b
