@@ -10,16 +10,20 @@ import shlex
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from analysis.support.files import whole_file
 from analysis.support.machine import compiles_first
+from analysis.support.parts import missing_part
 from analysis.support.progress import Progress
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from analysis.engines.run import EngineRun
 
 # Where there is no terminal, a line of progress every so many seconds.
@@ -212,6 +216,24 @@ def say_runs(runs: Iterable[EngineRun], what: str = "") -> None:
     missing = [run for run in runs if not run.is_finished()]
     seconds = sum(expected_seconds(run.scene, run.engine) for run in missing)
     say_expected(seconds, what or f"{len(missing)} runs of engines")
+
+
+def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
+    """Write a picture as PNG and say where; where the part that draws is not installed, say which
+    it is and leave the picture out."""
+    try:
+        from analysis.pages.html import saved
+
+        content = saved(draw(), "png")
+    except ImportError as error:
+        missing = missing_part(error)
+        if missing is None:
+            raise
+        print(f"{path}: not drawn: {missing}", file=sys.stderr)
+        return
+    with whole_file(path, "wb") as file:
+        file.write(content)
+    print(path)
 
 
 def warn(words: str) -> None:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, count, positive, share, show, warn
+from analysis.cli.app import Out, count, positive, share, show, warn, write_picture
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from shapely import Polygon
 
     from analysis.scene.scene import Scene
@@ -205,16 +206,15 @@ def _four(key: str, text: str) -> tuple[float, float, float, float]:
 
 def _written(scene: Scene, out: Path) -> None:
     """Write a scene and its picture, and say so."""
-    from analysis.pages.html import drawn
-    from analysis.pages.report_charts import scene_picture
-    from analysis.pages.section import Picture
-    from analysis.support.files import whole_file
+
+    def draw() -> Figure:
+        from analysis.pages.report_charts import scene_picture
+
+        return scene_picture(scene)
 
     made = scene.write(out)
-    shown = drawn(Picture(name=scene.name, caption=scene.title, figure=scene_picture(scene)))
-    with whole_file(made.with_suffix(".png"), "wb") as file:
-        file.write(shown.png)
-    print(scene.notes, made, made.with_suffix(".png"), sep="\n")
+    print(scene.notes, made, sep="\n")
+    write_picture(made.with_suffix(".png"), draw)
     print(f"next: percussions report {shlex.quote(str(made))}")
 
 

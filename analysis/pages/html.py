@@ -8,10 +8,11 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import jinja2
 import markupsafe
+from matplotlib.figure import Figure
 
 from analysis.engines.doctor import made_with
 from analysis.pages.numbers import FILTERS, number, powers
@@ -91,14 +92,19 @@ def drawn(picture: Picture | Drawn) -> Drawn:
     """Draw a picture, without the date, so that the same picture is the same file."""
     if isinstance(picture, Drawn):
         return picture
-    files = {}
-    for suffix, dated in (("png", {}), ("pdf", {"CreationDate": None})):
-        file = io.BytesIO()
-        picture.figure.savefig(file, format=suffix, dpi=150, metadata=dated)
-        files[suffix] = file.getvalue()
-        # the layout that the first one found serves the second
-        picture.figure.set_layout_engine("none")
-    return Drawn(name=picture.name, caption=picture.caption, **files)
+    png = saved(picture.figure, "png")
+    # the layout that the first one found serves the second
+    picture.figure.set_layout_engine("none")
+    pdf = saved(picture.figure, "pdf")
+    return Drawn(name=picture.name, caption=picture.caption, png=png, pdf=pdf)
+
+
+def saved(figure: Figure, form: Literal["png", "pdf"]) -> bytes:
+    """Save a figure, without the date."""
+    file = io.BytesIO()
+    undated = {"CreationDate": None} if form == "pdf" else {}
+    figure.savefig(file, format=form, dpi=150, metadata=undated)
+    return file.getvalue()
 
 
 def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, str]:
