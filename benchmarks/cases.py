@@ -14,17 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
+from analysis.library.families import Case
 from nscd import Contacts, Snapshot, Walls
-
-
-class Case(NamedTuple):
-    """One contact problem."""
-
-    name: str
-    snapshot: Snapshot
-    walls: Walls
-    contacts: Contacts
-    left_velocity: Any
 
 
 def write_case(path: Path, case: Case) -> None:

@@ -22,10 +22,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 from cases import Case
-from families import FAMILIES
 from machine import describe
 
 from analysis.dumps import open_bodies, snapshot_of
+from analysis.library.families import FAMILIES
 from analysis.percussions import Setting
 from analysis.scene.scene import read_scene
 from nscd import ContactLaw, solve
@@ -42,11 +42,12 @@ TRIAL = 100
 
 
 class Result(NamedTuple):
-    """CPU seconds, natural map (recomputed) and what is to be said of it."""
+    """CPU seconds, natural map (recomputed), what is to be said of it, and λ and τ (k,) N·s."""
 
     seconds: float
     residual: float
     note: str
+    reaction: tuple[Any, Any] | None = None
 
 
 class Rows(NamedTuple):
@@ -94,8 +95,9 @@ def own(case: Case, problem: FrictionProblem, rows: Rows, mu: float) -> Result:
     found = solve(case.snapshot, case.contacts, left_velocity=left, law=law, tolerance=TARGET)
     seconds = time.process_time() - started
     assert found.friction is not None
-    residual = rows.residual(problem, found.reaction, found.friction.tangential)
-    return Result(seconds, residual, f"{found.status}, {found.solver}")
+    reaction = found.reaction, found.friction.tangential
+    said = f"{found.status}, {found.solver}"
+    return Result(seconds, rows.residual(problem, *reaction), said, reaction)
 
 
 def plain(problem: FrictionProblem, rows: Rows, limit: float) -> Result:
@@ -107,7 +109,8 @@ def plain(problem: FrictionProblem, rows: Rows, limit: float) -> Result:
         error, made = gauss_seidel(problem, along, across, u, BLOCK, TARGET)
         pairs += made
     seconds = time.process_time() - started
-    return Result(seconds, rows.residual(problem, along, across), f"{2 * pairs} sweeps")
+    residual = rows.residual(problem, along, across)
+    return Result(seconds, residual, f"{2 * pairs} sweeps", (along, across))
 
 
 def siconos(problem: FrictionProblem, rows: Rows, solver: str, limit: float) -> Result:
@@ -130,9 +133,9 @@ def siconos(problem: FrictionProblem, rows: Rows, solver: str, limit: float) -> 
                 [str(word) for word in words], capture_output=True, text=True, check=True
             )
             seconds = float(json.loads(said.stdout.splitlines()[-1])["seconds"])
-            reaction = np.load(found)
-            residual = rows.residual(problem, reaction[::2], reaction[1::2])
-            return Result(seconds, residual, f"asked {tolerance:.0e}")
+            reaction = tuple(np.load(found).reshape(-1, 2).T)
+            residual = rows.residual(problem, *reaction)
+            return Result(seconds, residual, f"asked {tolerance:.0e}", reaction)
 
         try:
             trial = asked(1e-16, TRIAL)

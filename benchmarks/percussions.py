@@ -15,15 +15,15 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import families
 from cases import Case, read_case, write_case
 from contest.compete import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
 from contest.peers import PEERS
 from contest.tables import Row, comma_separated, exponents, markdown, rows_of
 from contest.work_precision import TOLERANCES, picture
-from families import FAMILIES
 from machine import bandwidth, describe
 
+from analysis.library import families
+from analysis.library.families import FAMILIES
 from analysis.support.files import write_text
 from nscd import find_contacts
 from nscd.solve import SOLVERS

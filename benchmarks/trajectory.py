@@ -19,12 +19,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from families import heap
 from machine import describe
 
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
+from analysis.library.families import heap
 from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
 from analysis.percussions.setting import left_velocity_of
 from analysis.percussions.trajectory import PercussionAnalysis

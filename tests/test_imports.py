@@ -37,7 +37,7 @@ RANKS = [
         "analysis/paper",
         "analysis/push",
     ],
-    ["analysis/advice", "analysis/film"],
+    ["analysis/advice", "analysis/film", "analysis/library"],
     ["analysis/advice/people"],
     ["analysis/cli", "crowd_percussions"],
 ]

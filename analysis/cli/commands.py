@@ -7,6 +7,7 @@ from analysis.cli.compare import compare
 from analysis.cli.doctor import doctor
 from analysis.cli.exchange import export
 from analysis.cli.exposure import exposure
+from analysis.cli.library import benchmark_library, benchmark_score
 from analysis.cli.paper import paper
 from analysis.cli.real.film import film
 from analysis.cli.real.import_crowd import import_
@@ -21,6 +22,6 @@ __all__ = ["app"]
 
 for command in (
     scenes, new, run, import_, solve, compare, film, export, exposure, report, chart, stability, advise, paper,
-    push, doctor,
+    push, benchmark_library, benchmark_score, doctor,
 ):  # fmt: skip
-    app.command(name=command.__name__.rstrip("_"))(command)
+    app.command(name=command.__name__.rstrip("_").replace("_", "-"))(command)

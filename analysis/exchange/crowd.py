@@ -16,7 +16,7 @@ from analysis.exchange.problem import GlobalProblem
 from analysis.percussions import Setting, SnapshotPercussions
 from analysis.percussions.table import Openness, openness_of
 from nscd import Contacts, Snapshot, Walls, solve
-from nscd.arrays import Floats
+from nscd.arrays import Floats, Indices
 from nscd.indeterminacy import determinacy
 
 # Of this form of /crowd; a reader refuses others.
@@ -116,6 +116,30 @@ def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> Non
     for name, values in ends.items():
         put_numbers(group, name, [math.nan if end is None else end for end in values], "N s")
         group[name].attrs["meaning"] = "nan: no end, or none is known"
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Truth:
+    """Hold what is known of the reactions along the normal of a problem with k contacts.
+
+    determined: (k,) 1: the same in every answer, 0: not, −1: not known
+    lower, upper: (k,) N·s, least and largest; nan where there is no end, or none is known
+    """
+
+    determined: Indices
+    lower: Floats
+    upper: Floats
+
+
+def read_truth(group: Group, contacts: int) -> Truth:
+    """Read /truth. Raises ExchangeError naming what is missing or wrong."""
+    ends = {
+        name: group.numbers(name, (contacts,), "N s", gaps=True)
+        if name in group
+        else np.full(contacts, math.nan)
+        for name in ("lower", "upper")
+    }
+    return Truth(determined=group.wholes("determined", (contacts,)), **ends)
 
 
 def read_crowd(group: Group, friction: Floats) -> CrowdProblem:

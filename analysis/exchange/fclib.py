@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from analysis.exchange.crowd import CrowdProblem, put_crowd, put_truth, read_crowd
+from analysis.exchange.crowd import (
+    CrowdProblem,
+    Truth,
+    put_crowd,
+    put_truth,
+    read_crowd,
+    read_truth,
+)
 from analysis.exchange.layout import (
+    ExchangeError,
     Group,
     new_file,
     opened,
@@ -116,6 +125,39 @@ def read_velocities(path: Path) -> Floats | None:
         if len(found) % SPACE:
             raise group.refuse("u", f"{len(found)} numbers; two for each contact")
         return found.reshape(-1, SPACE)
+
+
+def read_truth_of(path: Path, contacts: int) -> Truth | None:
+    """Read what is known of the reactions of a problem with so many contacts; None where the file
+    says nothing."""
+    with opened(path) as file:
+        return read_truth(file.group("truth"), contacts) if "truth" in file else None
+
+
+def read_answer(path: Path, contacts: int) -> tuple[Floats, float | None]:
+    """Read r (2k,) of the solution in a file, whatever else it holds, and the seconds that it took
+    (an attribute of /solution; None where nothing is said).
+
+    Raises ExchangeError for another number of contacts. What is not finite is read as nan."""
+    with opened(path) as file:
+        group = file.group("solution")
+        reaction = group.numbers("r", (SPACE * contacts,), gaps=True)
+        said = group.content.attrs.get("seconds")
+    try:
+        seconds = None if said is None else float(said)
+    except (TypeError, ValueError):
+        seconds = math.nan
+    if seconds is not None and not 0 < seconds < math.inf:
+        raise ExchangeError(f"{path}: /solution, seconds: {said}; a time above 0 s is needed")
+    return reaction, seconds
+
+
+def write_answer(path: Path, reaction: Floats, seconds: float) -> None:
+    """Write r (2k,) N·s of an answer, and how long it took (CPU seconds)."""
+    with new_file(path) as file:
+        group = file.create_group("solution")
+        put_numbers(group, "r", reaction)
+        group.attrs["seconds"] = seconds
 
 
 def _put_global(group: Any, problem: GlobalProblem, info: Mapping[str, str]) -> None:

@@ -167,16 +167,18 @@ class Group:
             raise self.refuse(key, f"whole numbers of shape {shape} are needed, not {found.shape}")
         return found[()].astype(np.int64)
 
-    def numbers(self, key: str, shape: tuple[int, ...], unit: str | None = None) -> Floats:
+    def numbers(
+        self, key: str, shape: tuple[int, ...], unit: str | None = None, *, gaps: bool = False
+    ) -> Floats:
         """Read an array of finite numbers of this shape, in this unit where one is asked for; numbers
-        that cannot be computed with are refused."""
+        that cannot be computed with are refused, but for nan where there may be gaps."""
         found = self._dataset(key)
         if found.dtype.kind not in "fiu" or found.shape != shape:
             raise self.refuse(key, f"numbers of shape {shape} are needed, not {found.shape}")
         if unit is not None and (said := found.attrs.get("unit")) != unit:
             raise self.refuse(key, f"unit {said!r} where {unit!r} is needed")
         values: Floats = found[()].astype(np.float64)
-        sound = np.abs(values.ravel()) <= LARGEST
+        sound = (np.abs(values.ravel()) <= LARGEST) | (gaps & np.isnan(values.ravel()))
         if not sound.all():
             place = int(np.argmin(sound))
             raise self.refuse(

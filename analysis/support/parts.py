@@ -55,7 +55,6 @@ EXTRAS = (
     Part(extra="exchange", what="FCLIB files", libraries=_same("h5py")),
     Part(extra="cluster", what="runs on a Dask cluster", libraries=_same("distributed")),
     Part(extra="parquet", what="Parquet tables", libraries=_same("pyarrow")),
-    Part(extra="exchange", what="FCLIB files", libraries=_same("h5py")),
     *([ZST] if sys.version_info < (3, 14) else []),
 )
 

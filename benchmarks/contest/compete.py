@@ -28,7 +28,7 @@ NOT_INSTALLED, TOO_LONG = 3, 124
 class Attempt(NamedTuple):
     """One solve that was asked for a tolerance, or for a number of iterations (≥ 1): CPU seconds,
     recomputed residual, whether the solver's own u was used, iterations (0: not said), memory
-    beyond what the process had before (MB) and u⁺ (2n,) m/s."""
+    beyond what the process had before (MB), u⁺ (2n,) m/s and λ (k,) N·s."""
 
     variant: str
     asked: float
@@ -38,6 +38,7 @@ class Attempt(NamedTuple):
     iterations: int
     peak_MB: float  # noqa: N815  (megabyte)
     velocity: Any
+    reaction: Any
 
 
 class Outcome(NamedTuple):
@@ -100,7 +101,9 @@ def compete(
         if "error" in told:
             ended = ended or told["error"].splitlines()[0][:80]
             continue
-        told["velocity"] = np.load(folder / f"{told['velocity']}.npy")
+        number = told["velocity"]
+        told["velocity"] = np.load(folder / f"{number}.npy")
+        told["reaction"] = np.load(folder / f"{number}_reaction.npy")
         attempts.append(Attempt(**told))
     return Outcome(solver, attempts, ended)
 

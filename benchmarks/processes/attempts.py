@@ -2,7 +2,7 @@
 reached.
 
 Started by percussions.py, which ends it when its time is over. Prints `ready` and one line of JSON
-an attempt, whose velocities go to FOLDER/ATTEMPT.npy."""
+an attempt, whose velocities go to FOLDER/ATTEMPT.npy and reactions to FOLDER/ATTEMPT_reaction.npy."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 from cases import Case, Scaled, Solver, accuracy, read_case, scaled
 from contest.compete import CANONICAL
+from contest.listed import LISTED
 from contest.peers import PEERS
-from families import heap
 
+from analysis.library.families import heap
 from nscd import solve
 from nscd.solve import SOLVERS
 
@@ -47,6 +48,9 @@ def main() -> int:
         attempts = [*peer_variants(case, given.solver), *own_variants(case, given.solver)]
     except ImportError:
         return 3
+    except MemoryError as error:
+        print(error, file=sys.stderr)
+        return 1
     base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print("ready", flush=True)
     number = 0
@@ -71,6 +75,7 @@ def main() -> int:
                 for _ in range(repeats(seconds)):
                     seconds = min(seconds, timed(run, asked)[0])
             np.save(given.folder / f"{number}.npy", found.velocity)
+            np.save(given.folder / f"{number}_reaction.npy", reaction)
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base
             peak = max(peak, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
             line = {
@@ -112,7 +117,7 @@ def timed(run: Run, asked: float) -> tuple[float, object]:
 
 def peer_variants(case: Case, name: str) -> Iterator[tuple[str, tuple[float, ...], Run]]:
     """A peer's variants on the scaled problem; none if there is no such peer."""
-    peer = next((peer for peer in PEERS if peer.name == name), None)
+    peer = next((peer for peer in (*PEERS, *LISTED) if peer.name == name), None)
     if peer is not None:
         problem = scaled(case)
         for variant, prepare in peer.variants.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,6 +74,16 @@ def solve_planar(
         residual=least,
         sweeps=sweeps,
     )
+
+
+def natural_map(matrix: csr_array, free: Floats, friction: Floats, reaction: Floats) -> float:
+    """Recompute how far reactions r (2k,) are from an answer of `solve_planar`'s problem: the
+    largest |min(W_nn r_n, u_n)| and W_tt |r_t − Π(r_t − u_t/W_tt)| over max |q|, Π onto |r_t| ≤
+    μ r_n. It is 0 for an answer and nothing else; infinite where r is not finite."""
+    if not np.isfinite(reaction).all():
+        return math.inf
+    scale = float(np.abs(free).max(initial=0.0)) or 1.0
+    return _residual(matrix, free, friction, matrix.diagonal(), reaction) / scale
 
 
 def _residual(w: Any, q: Floats, friction: Floats, diagonal: Floats, r: Floats) -> float:

@@ -9,6 +9,7 @@ from documented import ROOT, columns
 from analysis.exchange.solved import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
+from analysis.library import score as scores
 from analysis.motion.precision import points as whole_runs
 from analysis.percussions.table import COLUMNS
 from analysis.work_precision.point import Point
@@ -29,6 +30,7 @@ def columns_of_film():
 
 def test_columns_of_solve_and_chart():
     assert set(COLUMNS) | set(whole_runs.COLUMNS) | columns_of_film() <= columns()
+    assert set(scores.COLUMNS) <= columns()
     assert {*BARE, *(field.name for field in dataclasses.fields(Point))} <= columns()
 
 
@@ -40,7 +42,7 @@ def test_no_column_is_named_that_nobody_writes():
     pages = ["stability/page.py", "paper/page.py", "compare/contacts_csv.py", "dumps/contacts.py"]
     pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/scores.py"]
-    pages += ["motion/windows_files.py", "exchange/solved.py"]
+    pages += ["motion/windows_files.py", "exchange/solved.py", "library/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}

@@ -1,4 +1,4 @@
-"""The benchmark's scene families are what they say."""
+"""The families of contact problems are what they say."""
 
 import sys
 from pathlib import Path
@@ -10,8 +10,8 @@ import pytest
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
 from cases import accuracy
-from families import DOOR, FAMILIES, chain, gate, heap, hexagonal, jammed, masses
 
+from analysis.library.families import DOOR, FAMILIES, chain, gate, heap, hexagonal, jammed, masses
 from analysis.scene.packing import REST
 
 SIZE = 300

@@ -1,17 +1,11 @@
 """Crowds of the benchmark's families: solved to the tolerance whichever rung takes them, and by the
 least energy."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-sys.path.append(str(Path(__file__).parents[3] / "benchmarks"))
-
-from families import FAMILIES
-
+from analysis.library.families import FAMILIES
 from nscd import solve
 
 CASES = [

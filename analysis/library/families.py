@@ -1,29 +1,40 @@
-"""Scene families for the benchmarks of the percussions: arrays that `nscd` takes, any size,
-reproducible.
+"""Families of contact problems: arrays that `nscd` takes, any size, reproducible.
 
 heap: disks (0.18–0.25 m) grown round an arch at a 1 m exit, each touching two others or the wall:
 nearly isostatic; jammed: the same relaxed as soft disks with the door closed; contacts are
 overlaps, redundant and ill-conditioned; hexagonal: equal disks on a lattice, redundant; chain: a
 line against a wall; masses: the heap with masses 1:10⁶; gate: one frame of a real crowd before a
-gate, the scene `gate`, in its one size. The left velocity is 2 m/s toward the nearest point of the
-exit (along the chain; in `gate` the scene's own)."""
+gate, the scene `gate`, in its one size; push: a row of people before a wall, the last of whom is
+pushed. The left velocity is 2 m/s toward the nearest point of the exit (along the chain; in `gate`
+the scene's own; in `push` of the last alone)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from cases import Case
 from numba import njit
 
 from analysis.scene.packing import REST, Growth, grow, pairs_within
 from analysis.scene.scene import read_scene
-from nscd import Snapshot, Walls, find_contacts
+from nscd import Contacts, Snapshot, Walls, find_contacts
 
 DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
+# Of a pushed row: how far people stand to the left and right of it (m).
+ASIDE = 0.03
+
+
+class Case(NamedTuple):
+    """One contact problem; left_velocity: (n,2) m/s, u⁻."""
+
+    name: str
+    snapshot: Snapshot
+    walls: Walls
+    contacts: Contacts
+    left_velocity: Any
 
 
 def heap(n: int, seed: int = 1) -> Case:
@@ -85,13 +96,31 @@ def gate(n: int = 0, seed: int = 1) -> Case:
     return Case("gate", snapshot, walls, contacts, scene.drive.desired_velocity(snapshot.position))
 
 
-FAMILIES: dict[str, Callable[[int], Case]] = {
+def push(n: int, seed: int = 1) -> Case:
+    """A row of n people who touch, a little aside of each other, before a wall; the last of them is
+    pushed at 2 m/s."""
+    rng = np.random.default_rng(seed)
+    radius, aside = rng.uniform(0.18, 0.25, n), rng.uniform(-ASIDE, ASIDE, n)
+    mass = rng.uniform(55.0, 100.0, n)
+    between = np.sqrt((radius[1:] + radius[:-1]) ** 2 - np.diff(aside) ** 2)
+    along = -radius[0] - np.concatenate([[0.0], np.cumsum(between)])
+    velocity = np.zeros((n, 2))
+    velocity[-1, 0] = 2.0
+    snapshot = Snapshot(
+        position=np.column_stack([along, aside]), velocity=velocity, radius=radius, mass=mass
+    )
+    walls = Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]]))
+    return Case("push", snapshot, walls, find_contacts(snapshot, walls, tolerance=1e-9), velocity)
+
+
+FAMILIES: dict[str, Callable[..., Case]] = {
     "heap": heap,
     "jammed": jammed,
     "hexagonal": hexagonal,
     "chain": chain,
     "masses": masses,
     "gate": gate,
+    "push": push,
 }
 
 
@@ -101,12 +130,10 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
     towards = target - position
     velocity = 2.0 * towards / np.hypot(*towards.T)[:, None]
     reach = float(np.abs(position).max()) + 1.0
-    ends = [[0.0, -reach], [0.0, DOOR]], [[0.0, -DOOR], [0.0, reach]]
-    walls = (
-        Walls(start=[[0.0, -reach]], end=[[0.0, reach]])
-        if closed
-        else Walls(start=ends[0], end=ends[1])
-    )  # type: ignore[arg-type]
+    shut = [[[0.0, -reach], [0.0, reach]]]
+    ajar = [[[0.0, -reach], [0.0, -DOOR]], [[0.0, DOOR], [0.0, reach]]]
+    ends = np.array(shut if closed else ajar)
+    walls = Walls(start=ends[:, 0], end=ends[:, 1])
     snapshot = Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
     return Case(
         name, snapshot, walls, find_contacts(snapshot, walls, tolerance=tolerance), velocity

@@ -1,0 +1,129 @@
+"""One answer held against one problem: by its equations, and by what they determine."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from analysis.exchange.crowd import CrowdProblem, Truth
+from analysis.exchange.fclib import read_answer, read_problem, read_truth_of
+from analysis.exchange.layout import ExchangeError
+from analysis.exchange.problem import GlobalProblem, LocalProblem
+from nscd.arrays import Floats
+from nscd.friction.planar import natural_map
+
+# Up to where an answer is right: residual of the equations; distance of u⁺ from the one that there
+# is, over the largest |u⁻|; distance of a determined reaction from the one that there is, and of any
+# from its interval, over the largest reaction. Nearly isostatic crowds carry a residual of 10⁻⁸ into
+# forces of 10⁻⁵ of the largest.
+THRESHOLDS = {"residual": 1e-8, "velocity": 1e-6, "reaction": 1e-4}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """Say how good an answer is. All errors are dimensionless; nan where nothing is judged.
+
+    residual: natural map over max |q|, from the matrices and r alone
+    velocity: largest |v − v*| of a disk over max |u⁻|
+    determined: largest |r_n − r_n*| where balance determines it, over max r_n*
+    outside: how far the worst other r_n lies outside its interval, over max r_n*
+    seconds: CPU seconds that the answer says it took; None where it says nothing
+    why: what is wrong with it; empty where nothing is
+    """
+
+    residual: float
+    velocity: float
+    determined: float
+    outside: float
+    seconds: float | None
+    why: str
+
+    @property
+    def right(self) -> bool:
+        """Whether nothing is wrong with it."""
+        return not self.why
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Known:
+    """Hold a problem as an answer is held against it: matrices, and what is known where u⁺ is
+    unique."""
+
+    whole: GlobalProblem
+    local: LocalProblem
+    left: Floats
+    reaction: Floats | None
+    truth: Truth | None
+
+    @classmethod
+    def read(cls, path: Path, unique: bool) -> Known:
+        """Read it. Raises ExchangeError for a problem without bodies."""
+        problem = read_problem(path)
+        if not isinstance(problem, CrowdProblem):
+            raise ExchangeError(f"{path}: /crowd: missing; the library has it")
+        k = len(problem.contacts)
+        law = problem.setting.law
+        friction = np.where(
+            problem.contacts.is_wall,
+            law.friction if law.wall_friction is None else law.wall_friction,
+            law.friction,
+        )
+        whole = problem.matrices(friction)
+        known = unique and (truth := read_truth_of(path, k)) is not None
+        return cls(
+            whole=whole,
+            local=whole.local(),
+            left=problem.left_velocity,
+            reaction=read_answer(path, k)[0] if known else None,
+            truth=truth if known else None,
+        )
+
+    def velocity(self, reaction: Floats) -> Floats:
+        """Give the velocities (n,2) m/s that reactions (2k,) N·s leave."""
+        moved = (self.whole.momentum + self.whole.transfer @ reaction) / self.whole.mass.diagonal()
+        found: Floats = moved.reshape(-1, 3)[:, :2]
+        return found
+
+
+# the same problem is asked for by every solver in turn
+_known = lru_cache(maxsize=2)(Known.read)
+
+
+def judge(problem: Path, answer: Path, *, unique: bool) -> Verdict:
+    """Hold the reactions in a file against the problem in another.
+
+    unique: whether u⁺ is, as without friction; where it is not, the residual alone is judged
+
+    Of reactions that balance leaves open any choice is right, as long as each lies in its interval.
+    Raises ExchangeError naming the file for what cannot be read."""
+    known = _known(problem, unique)
+    local = known.local
+    reaction, seconds = read_answer(answer, len(local.friction))
+    residual = natural_map(local.delassus, local.free, local.friction, reaction)
+    errors = {"velocity": math.nan, "determined": math.nan, "outside": math.nan}
+    if known.truth is not None and known.reaction is not None and math.isfinite(residual):
+        errors = _against(known, known.truth, known.reaction, reaction)
+    limits = {**THRESHOLDS, "determined": THRESHOLDS["reaction"]}
+    limits["outside"] = THRESHOLDS["reaction"]
+    every = {"residual": residual, **errors}
+    wrong = [f"{name} {error:.1e}" for name, error in every.items() if error > limits[name]]
+    return Verdict(**every, seconds=seconds, why=", ".join(wrong))
+
+
+def _against(known: Known, truth: Truth, exact: Floats, reaction: Floats) -> dict[str, float]:
+    """Errors of velocities and of what is known of reactions."""
+    apart = np.abs(known.velocity(reaction) - known.velocity(exact)).max()
+    right, found = exact[::2], reaction[::2]
+    scale = float(right.max(initial=0.0)) or 1.0
+    fixed = truth.determined == 1
+    beyond = np.fmax(truth.lower - found, found - truth.upper)[~fixed]
+    beyond = beyond[~np.isnan(beyond)]
+    return {
+        "velocity": float(apart / (np.abs(known.left).max() or 1.0)),
+        "determined": float(np.abs(found - right)[fixed].max(initial=0.0)) / scale,
+        "outside": float(beyond.max(initial=0.0)) / scale if len(beyond) else math.nan,
+    }

@@ -1,0 +1,193 @@
+"""The library of contact problems: what is written, and who is judged right."""
+
+import csv
+import json
+import math
+import shutil
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from analysis.exchange.fclib import read_answer, read_problem, write_answer
+from analysis.library.catalogue import PROBLEMS, Problem
+from analysis.library.judge import Verdict, judge
+from analysis.library.score import SHIFT, Scores
+from analysis.library.writing import read_manifest, write_library
+from nscd.friction.planar import solve_planar
+
+pytest.importorskip("h5py", reason="needs h5py")
+
+LATTICE, PUSHED, RUBBING = "hexagonal_20", "push_20", "hexagonal_12_mu030"
+SMALL = (
+    Problem(family="hexagonal", size=20),
+    Problem(family="push", size=20),
+    Problem(family="hexagonal", size=12, friction=0.3),
+)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("library")
+    write_library(folder, SMALL)
+    return folder
+
+
+@pytest.fixture
+def judged(library, tmp_path):
+    """The verdict on reactions (2k,) to a problem."""
+
+    def verdict(name, reaction, unique=True):
+        write_answer(tmp_path / "answer.hdf5", reaction, 0.5)
+        return judge(library / f"{name}.hdf5", tmp_path / "answer.hdf5", unique=unique)
+
+    return verdict
+
+
+def known(library, name):
+    """The problem of a crowd, and the reactions in its file."""
+    path = library / f"{name}.hdf5"
+    problem = read_problem(path)
+    return problem, read_answer(path, len(problem.contacts))[0]
+
+
+def other_split(problem, reaction):
+    """The admissible reactions with the most at one contact, by a linear program over λ ≥ 0 with
+    the same momentum of every disk, 0 where contacts open."""
+    rows = problem.contacts.normal_matrix(len(problem.snapshot))
+    right = problem.left_velocity.ravel() - (rows.T @ reaction[::2]) / 75.0
+    closed = -(rows @ right) < 1e-9
+    aim = np.zeros(len(reaction) // 2)
+    aim[len(aim) // 2] = -1.0
+    ends = [(0.0, None if one else 0.0) for one in closed]
+    found = linprog(aim, A_eq=rows.T, b_eq=rows.T @ reaction[::2], bounds=ends, method="highs-ds")
+    assert found.status == 0
+    return np.column_stack([found.x, np.zeros(len(aim))]).ravel()
+
+
+def test_sixty_problems_with_names_of_their_own():
+    assert len(PROBLEMS) == len({problem.name for problem in PROBLEMS}) == 60
+    assert sum(not problem.friction for problem in PROBLEMS) == 31
+
+
+def test_the_manifest_says_what_is_judged(library):
+    entries = {entry["name"]: entry for entry in read_manifest(library)}
+    assert set(entries) == {LATTICE, PUSHED, RUBBING}
+    assert {name for name, one in entries.items() if one["velocity"] == "unique"} == {
+        LATTICE,
+        PUSHED,
+    }
+    assert all(one["residual"] < 1e-10 for one in entries.values())
+    assert entries[LATTICE]["forces"] == "intervals"
+
+
+def test_another_split_of_what_balance_leaves_open_is_right(library, judged):
+    problem, reaction = known(library, LATTICE)
+    other = other_split(problem, reaction)
+    assert np.abs(other - reaction).max() > 0.1 * reaction.max()
+    for share in (0.0, 0.5, 1.0):
+        verdict = judged(LATTICE, (1 - share) * reaction + share * other)
+        assert verdict.right, verdict
+        assert verdict.outside < 1e-6
+
+
+def test_a_split_that_pulls_is_wrong(library, judged):
+    problem, reaction = known(library, LATTICE)
+    other = other_split(problem, reaction)
+    pulls = reaction + 20.0 * (reaction - other)
+    assert pulls.min() < 0
+    verdict = judged(LATTICE, pulls)
+    assert not verdict.right
+    # the velocities are the same: only forces are wrong
+    assert verdict.velocity < 1e-6
+
+
+@pytest.mark.parametrize("name", [LATTICE, PUSHED, RUBBING])
+def test_wrong_answers_are_wrong(library, judged, name):
+    unique = name != RUBBING
+    _, reaction = known(library, name)
+    assert judged(name, reaction, unique).right
+    nudged = reaction.copy()
+    nudged[2 * int(np.argmax(reaction[::2]))] *= 1.0 + 1e-4
+    for wrong in (0 * reaction, 1.001 * reaction, nudged, -reaction, reaction + math.nan):
+        assert not judged(name, wrong, unique).right
+
+
+def test_a_force_that_balance_determines_is_named(library, judged):
+    # a row is a chain: every reaction is determined; the wall's alone is changed
+    _, reaction = known(library, PUSHED)
+    reaction[np.flatnonzero(reaction)[0]] *= 1.01
+    verdict = judged(PUSHED, reaction)
+    assert "determined" in verdict.why
+    assert 1e-3 < verdict.determined <= 0.011
+
+
+def test_with_friction_the_residual_alone_is_judged(library, judged):
+    """Gauss–Seidel on the matrices alone ends at other reactions, which are as right."""
+    problem, reaction = known(library, RUBBING)
+    local = problem.matrices(np.full(len(problem.contacts), 0.3)).local()
+    other = solve_planar(local.delassus, local.free, local.friction, 1e-9).reaction.ravel()
+    verdict = judged(RUBBING, other, unique=False)
+    assert verdict.right
+    assert math.isnan(verdict.velocity)
+    assert np.abs(other - reaction).max() > 1e-3 * reaction.max()
+
+
+def test_means_and_profiles_of_made_up_times():
+    def took(seconds, why=""):
+        return Verdict(residual=0, velocity=0, determined=0, outside=0, seconds=seconds, why=why)
+
+    scores = Scores(
+        solvers=("fast", "slow", "liar"),
+        problems=({"friction": 0.0},) * 2 + ({"friction": 0.3},),
+        verdicts=(
+            (took(1.0), took(4.0), None),
+            (took(2.0), None, took(1.0)),
+            (took(0.1, "residual 1"), took(0.1, "residual 1"), None),
+        ),
+    )
+    smooth = scores.of(False)
+    fast = math.sqrt((1 + SHIFT) * (4 + SHIFT)) - SHIFT
+    slow = math.sqrt((2 + SHIFT) * (10 + SHIFT)) - SHIFT
+    assert smooth.means(10.0) == pytest.approx([fast, slow, 10.0])
+    shares = smooth.profiles(np.array([1.0, 1.9, 2.0, 100.0]))
+    assert shares.tolist() == [[1, 1, 1, 1], [0, 0, 0.5, 0.5], [0, 0, 0, 0]]
+    assert scores.of(True).solvers == ("slow",)
+
+
+def test_score_by_command(library, percussions, tmp_path):
+    answers = tmp_path / "answers"
+    for name in (LATTICE, RUBBING):
+        write_answer(answers / "mine" / f"{name}.hdf5", known(library, name)[1], 0.25)
+    _, reaction = known(library, PUSHED)
+    write_answer(answers / "theirs" / f"{PUSHED}.hdf5", 2 * reaction, 0.01)
+    said = percussions("benchmark-score", library, answers / "mine", answers / "theirs")
+    assert said.returncode == 0, said.stderr
+    with (tmp_path / "scores/scores.csv").open() as file:
+        rows = {(row["solver"], row["problem"]): row for row in csv.DictReader(file)}
+    assert {key: row["verdict"] for key, row in rows.items()} == {
+        ("mine", LATTICE): "right", ("mine", PUSHED): "missing", ("mine", RUBBING): "right",
+        ("theirs", LATTICE): "missing", ("theirs", PUSHED): "wrong", ("theirs", RUBBING): "missing",
+    }  # fmt: skip
+    assert rows["mine", LATTICE]["cpu_s"] == "0.25"
+    assert (tmp_path / "scores/profile.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_cannot_be_judged_is_named(library, percussions, tmp_path):
+    shutil.copytree(library, tmp_path / "changed")
+    with (tmp_path / "changed" / f"{PUSHED}.hdf5").open("ab") as file:
+        file.write(b"\0")
+    (tmp_path / "none").mkdir()
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged/manifest.json").write_text(json.dumps({"version": 1}))
+    for words, named in (
+        (("benchmark-score", "changed", "none"), f"changed/{PUSHED}.hdf5: not the file"),
+        (("benchmark-score", library, "none"), "none: no answer to any problem of"),
+        (("benchmark-score", "damaged", "none"), "damaged/manifest.json: no manifest"),
+        (("benchmark-score", "nowhere", "none"), "nowhere/manifest.json: no such file"),
+        (("benchmark-library", "--only", "heap_7"), "only: heap_7; there are: heap_40"),
+    ):
+        said = percussions(*words)
+        assert said.returncode == 1
+        (line,) = said.stderr.splitlines()
+        assert named in line
