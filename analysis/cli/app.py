@@ -104,6 +104,10 @@ SceneName = Annotated[str, typer.Argument(help="Name of a scene, or its .toml fi
 Scheduler = Annotated[
     str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
 ]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
+Limits = Annotated[
+    list[Path] | None, typer.Option(help="TOML file with further limits; several times.")
+]
 Jobs = Annotated[
     int | None, typer.Option(parser=processes, help="Processes; as many as cores if left out.")
 ]

@@ -5,14 +5,12 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import positive, show
+from analysis.cli.app import Limits, positive, show
 
 
 def exposure(
     run: Annotated[Path, typer.Argument(help="Folder of a finished run with impulses.")],
-    limits: Annotated[
-        list[Path] | None, typer.Option(help="TOML file with further limits; several times.")
-    ] = None,
+    limits: Limits = None,
     window: Annotated[
         float, typer.Option(parser=positive, help="Window over which forces are means, in s.")
     ] = 0.1,

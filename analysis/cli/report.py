@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, Runs, command_line, positive, progress, say_runs, warn
+from analysis.cli.app import Limits, Out, Runs, command_line, positive, progress, say_runs, warn
 from analysis.cli.rigid_law import RigidLaw
 
 if TYPE_CHECKING:
@@ -39,9 +39,7 @@ def report(
         float, typer.Option(parser=positive, help="How much of the end of each run counts, in s.")
     ] = 1.0,
     rigid_law: RigidLaw = None,
-    limits: Annotated[
-        list[Path] | None, typer.Option(help="TOML file with further limits; several times.")
-    ] = None,
+    limits: Limits = None,
     runs: Runs = Path("out"),
     out: Out = Path("report"),
 ) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, count, positive, share, show, warn, write_picture
+from analysis.cli.app import Out, Seed, count, positive, share, show, warn, write_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,7 +76,7 @@ def scenes(
         str | None, typer.Option(help="Write this scene, of any size, instead of listing.")
     ] = None,
     disks: Annotated[int | None, typer.Option(parser=count, help="Number of disks.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 1,
+    seed: Seed = 1,
     out: Out = Path("."),
 ) -> None:
     """List the scenes, or write one of any size.
@@ -126,7 +126,7 @@ def new(
     duration: Annotated[
         float, typer.Option(parser=positive, help="Time to simulate, in s.")
     ] = 10.0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 1,
+    seed: Seed = 1,
     out: Out = Path("."),
 ) -> None:
     """Write a scene of a crowd before the doors of a room, and a picture of it.

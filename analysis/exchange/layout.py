@@ -76,7 +76,10 @@ def put_words(group: Any, name: str, words: str) -> None:
     kind.set_size(len(content))
     kind.set_strpad(library.h5t.STR_NULLTERM)
     space = library.h5s.create(library.h5s.SCALAR)
-    made = library.h5d.create(group.id, name.encode(), kind, space)
+    # without the time, so that the same problem is the same file
+    undated = library.h5p.create(library.h5p.DATASET_CREATE)
+    undated.set_obj_track_times(False)
+    made = library.h5d.create(group.id, name.encode(), kind, space, undated)
     made.write(library.h5s.ALL, library.h5s.ALL, np.array(content), mtype=kind)
 
 

@@ -31,18 +31,7 @@ from nscd.solve import SOLVERS
 
 def main() -> int:
     """Attempt after attempt; 3 if the peer is not installed."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("case", type=Path)
-    parser.add_argument("solver")
-    parser.add_argument("folder", type=Path)
-    parser.add_argument(
-        "--target", type=float, default=0.0, help="stop at this residual; 0: try all"
-    )
-    parser.add_argument(
-        "--asked", type=float, nargs="*", help="tolerances or iterations, instead of its own"
-    )
-    parser.add_argument("--variant", help="only this one")
-    given = parser.parse_args()
+    given = arguments()
     case = read_case(given.case)
     try:
         attempts = [*peer_variants(case, given.solver), *own_variants(case, given.solver)]
@@ -93,6 +82,22 @@ def main() -> int:
             if found.residual <= given.target:
                 break
     return 0
+
+
+def arguments() -> argparse.Namespace:
+    """What is asked for on the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("case", type=Path)
+    parser.add_argument("solver")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument(
+        "--target", type=float, default=0.0, help="stop at this residual; 0: try all"
+    )
+    parser.add_argument(
+        "--asked", type=float, nargs="*", help="tolerances or iterations, instead of its own"
+    )
+    parser.add_argument("--variant", help="only this one")
+    return parser.parse_args()
 
 
 Run = Callable[[float], tuple[object, object, int, float | None]]

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import shutil
+import time
 
 import numpy as np
 import pytest
@@ -13,16 +14,16 @@ from analysis.exchange.fclib import read_answer, read_problem, write_answer
 from analysis.library.catalogue import PROBLEMS, Problem
 from analysis.library.judge import Verdict, judge
 from analysis.library.score import SHIFT, Scores
-from analysis.library.writing import read_manifest, write_library
+from analysis.library.writing import read_manifest, write_library, write_one
 from nscd.friction.planar import solve_planar
 
 pytest.importorskip("h5py", reason="needs h5py")
 
-LATTICE, PUSHED, RUBBING = "hexagonal_20", "push_20", "hexagonal_12_mu030"
+LATTICE, PUSHED, RUBBING = "hexagonal_20", "push_20", "jammed_16_mu030"
 SMALL = (
     Problem(family="hexagonal", size=20),
     Problem(family="push", size=20),
-    Problem(family="hexagonal", size=12, friction=0.3),
+    Problem(family="jammed", size=16, friction=0.3),
 )
 
 
@@ -79,6 +80,11 @@ def test_the_manifest_says_what_is_judged(library):
     }
     assert all(one["residual"] < 1e-10 for one in entries.values())
     assert entries[LATTICE]["forces"] == "intervals"
+
+
+def test_the_same_problem_is_the_same_file_whenever_it_is_written(library, tmp_path):
+    time.sleep(1.1)  # clocks of files have seconds
+    assert write_one(tmp_path, SMALL[1]) in read_manifest(library)
 
 
 def test_another_split_of_what_balance_leaves_open_is_right(library, judged):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from analysis.cli.app import command_line, given, path, warn
-from analysis.cli.solve import (
+from analysis.cli.problems.options import (
     ContactTolerance,
     Friction,
     LargestOverlap,

@@ -1,0 +1,1 @@
+"""Commands on contact problems: solved, exchanged, and the library of them."""
