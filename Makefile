@@ -10,7 +10,7 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install report paper docs test lint bench clean system system-test
+.PHONY: help install report paper docs test wheel-test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
@@ -18,6 +18,7 @@ help:
 	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
 	@echo "make docs      the docs as a site that opens offline, in site/"
 	@echo "make test      lint, types and tests"
+	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
 	@echo "make clean     removes everything that the other targets made"
@@ -108,6 +109,20 @@ lint: $(VENV)/installed-test
 test: system-test $(VENV)/installed
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/kernels lint
 	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
+# The tests install the wheel without a network; this is the whole of it, as a stranger does it.
+wheel-test: $(VENV)/installed-test
+	@rm -rf build/wheel-test
+	mkdir -p build/wheel-test
+	$(PYTHON) -m build --wheel --outdir build/wheel-test . >/dev/null
+	cd build/wheel-test
+	$(PYTHON3) -m venv env
+	env/bin/pip --disable-pip-version-check install --quiet "$$(echo *.whl)[all]"
+	env/bin/percussions doctor || true
+	env/bin/percussions new my_room --room 8x6 --door 0.8 --people 60 --push 100 --duration 2
+	env/bin/percussions run my_room.toml --engine lammps
+	env/bin/percussions solve out/my_room/*/bodies.dump --left-velocity desired
+	echo "The wheel works: build/wheel-test/"
 
 bench: install
 	@$(PIP) --editable '.[bench]'

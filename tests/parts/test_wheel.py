@@ -1,0 +1,90 @@
+"""The wheel: built, installed into a bare environment, used from outside of the source tree. No
+network: what it depends on is lent from the environment of the tests."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SOURCES = ("nscd", "analysis", "crowd_percussions", "scenes", "lammps_inputs", "yade_scripts", "docs")
+FILES = ("pyproject.toml", "README.md", "LICENSE")
+# What a stranger does first, each from the folder that the wheel knows nothing of.
+FIRST = """
+import importlib.metadata, pathlib, sys
+import analysis, crowd_percussions, nscd
+from analysis.scene import read_scene, scene_names
+from crowd_percussions import ContactLaw, Snapshot, find_contacts, solve
+
+home = pathlib.Path(sys.prefix).resolve()
+for package in (nscd, analysis, crowd_percussions):
+    assert home in pathlib.Path(package.__file__).resolve().parents, package.__file__
+assert "gate" in scene_names()
+assert len(read_scene("gate").snapshot) == 55
+two = Snapshot(
+    position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.25], mass=[75, 75]
+)
+found = solve(two, find_contacts(two, tolerance=1e-9), law=ContactLaw(restitution=0.5))
+print(found.status, found.impulse.round(9).tolist(), importlib.metadata.version("crowd-percussions"))
+"""
+
+
+def called(*words, **rest):
+    made = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300, **rest)
+    assert made.returncode == 0, made.stdout + made.stderr
+    return made.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Built from a copy, so that nothing is left in the source tree."""
+    source, out = (tmp_path_factory.mktemp(name) for name in ("source", "dist"))
+    for name in SOURCES:
+        leave = shutil.ignore_patterns("__pycache__", "*.png")
+        shutil.copytree(ROOT / name, source / name, ignore=leave)
+    for name in FILES:
+        shutil.copyfile(ROOT / name, source / name)
+    build = (sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(out))
+    called(*build, str(source))
+    (made,) = out.iterdir()
+    return made
+
+
+@pytest.fixture(scope="module")
+def bare(wheel, tmp_path_factory):
+    """The folder of an environment with the wheel and nothing else of ours."""
+    folder = tmp_path_factory.mktemp("bare")
+    called(sys.executable, "-m", "venv", "--without-pip", "--symlinks", str(folder))
+    python = str(folder / "bin/python")
+    pip = (sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check")
+    called(*pip, "install", "--quiet", "--no-deps", "--no-compile", "--no-index", str(wheel))
+    (site,) = folder.glob("lib/python*/site-packages")
+    (site / "lent.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return folder
+
+
+def outside(tmp_path):
+    """Of a process that knows nothing of the source tree. Two disks need no compiled kernel."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return {"cwd": tmp_path, "env": {**kept, "NUMBA_DISABLE_JIT": "1", "HOME": str(tmp_path)}}
+
+
+def test_the_wheel_has_the_one_version(wheel):
+    assert wheel.name == f"crowd_percussions-{PROJECT['version']}-py3-none-any.whl"
+
+
+def test_a_stranger_can_import_and_solve(bare, tmp_path):
+    said = called(str(bare / "bin/python"), "-c", FIRST, **outside(tmp_path))
+    assert said == f"solved [[112.5, 0.0]] {PROJECT['version']}\n"
+
+
+def test_the_command_is_there(bare, tmp_path):
+    command = str(bare / "bin/percussions")
+    assert called(command, "--version", **outside(tmp_path)).split()[1] == PROJECT["version"]
+    assert "benchmark-library" in called(command, "--help", **outside(tmp_path))
