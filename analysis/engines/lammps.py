@@ -29,8 +29,8 @@ INSTALL = install("engines")
 RESUMES = False
 timing, setting = penalty_of, penalty_setting
 NEARLY = "law = body_hertz is within 8 % of it"
-# LAMMPS has 32 groups, `all` among them.
-MOST_MEETING = 31
+# LAMMPS has 32 groups, `all` and `near_walls` among them.
+MOST_MEETING = 30
 
 
 def find() -> Path | None:
@@ -163,6 +163,7 @@ def scene_deck(scene: Scene) -> str:
         gates = _gates(scene)
         named = (f"at_{wall.name}" if wall.name in gates else "none" for wall in scene.walls)
         lines.append(f"variable wall_gate index {' '.join(named)}")
+        lines += ["", "# who may touch a wall", *_near_lines(scene)]
         if gates:
             lines += ["", "# walls that meet: for whom each of them answers"]
             lines += [line for commands in gates.values() for line in commands]
@@ -173,6 +174,16 @@ def scene_deck(scene: Scene) -> str:
         + "\n".join(lines)
         + "\n"
     )
+
+
+def _near_lines(scene: Scene) -> list[str]:
+    """The commands for the region of all who are within two largest radii of a wall's block."""
+    reach = 2 * float(scene.snapshot.radius.max())
+    names, lines = [f"near_{wall.name}" for wall in scene.walls], []
+    for name, wall in zip(names, scene.walls, strict=True):
+        low, high = np.sort([wall.start_m, wall.end_m], axis=0) + np.array([[-reach], [reach]])
+        lines.append(f"region {name} block {low[0]} {high[0]} {low[1]} {high[1]} INF INF")
+    return [*lines, _joined("near_walls", "union", names)]
 
 
 def _gates(scene: Scene) -> dict[str, list[str]]:
