@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Flags, Index32, Indices
+from nscd.compiling import kernel
 from nscd.problem import ContactProblem
 
 
@@ -48,7 +48,7 @@ def find_islands(problem: ContactProblem) -> Islands:
     )
 
 
-@njit(cache=True)
+@kernel
 def components(n: int, first: Any, second: Any) -> Any:
     """Label (n,) each disk's component, and count them.
 

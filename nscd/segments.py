@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Flags, Floats, Indices
+from nscd.compiling import inner, kernel
 
 # Ends of walls that are nearer to each other than this (m) are one point.
 SAME_POINT_M = 1e-9
@@ -47,7 +47,7 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
     return nearest
 
 
-@njit(cache=True)
+@kernel
 def headed(position: Any, start: Any, end: Any, outward: Any, place: Any, speed: float) -> Any:
     """Velocities (n,2) m/s of who walks at a speed to the nearest point of a segment; along
     `outward` on it, and beyond the line through `place` across `outward`.
@@ -97,7 +97,7 @@ def connect(start: Floats, end: Floats) -> Segments:
     )
 
 
-@njit(cache=True)
+@inner
 def share_of(segments: Any, w: int, x: float, y: float) -> Any:
     """Find where on wall w, 0 to 1, its nearest point to (x, y) is."""
     ax, ay = segments.along[w, 0], segments.along[w, 1]
@@ -108,7 +108,7 @@ def share_of(segments: Any, w: int, x: float, y: float) -> Any:
     return 1.0 if s >= length - ROUNDING_M else s / length
 
 
-@njit(cache=True)
+@inner
 def is_of_another(segments: Any, w: int, share: float, x: float, y: float) -> bool:
     """Decide whether the nearest point of wall w to (x, y), at `share` of it, is one that another
     wall answers for: one that it ends in, one that comes nearer beyond their common end, or the
@@ -134,7 +134,7 @@ def is_of_another(segments: Any, w: int, share: float, x: float, y: float) -> bo
     return False
 
 
-@njit(cache=True)
+@kernel
 def own_nearest(segments: Any, points: Floats, wall: Indices) -> Flags:
     """Tell for points (k,2) m and a wall (k,) each whether the wall answers for its nearest point
     itself, (k,)."""
@@ -158,7 +158,7 @@ class Cells(NamedTuple):
     at: Any
 
 
-@njit(cache=True)
+@kernel
 def cells_of(position: Any, size: float) -> Any:
     """Sort disks at (n,2) m into cells of a size (m); the last row and column also have all that is
     farther."""
@@ -193,7 +193,7 @@ def pairs_within(position: Floats, reach: float, most: int) -> tuple[Indices, In
     return (first[:count], second[:count]) if count <= most else None
 
 
-@njit(cache=True)
+@kernel
 def _pairs(position: Any, reach: float, cells: Any, first: Any, second: Any, most: int) -> int:
     """Put in the pairs for which there is room, and count all of them, or just more than `most`."""
     head, after, at = cells.head, cells.after, cells.at

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from nscd.arrays import Floats, read_only
+from nscd.compiling import inner, kernel
 
 # Cells along the longer side of the points, at most.
 MOST_CELLS = 512
@@ -117,7 +117,7 @@ def cells_of(points: Floats, reach: float) -> Cells:
     return Cells(points, order, begins, nx, ny, float(low[0]), float(low[1]), side)
 
 
-@njit(cache=True)
+@inner
 def value_at(d2: float, width: float, compact: bool) -> float:
     """Compute φ (1/m²) at the squared distance d2 (m²) from its middle."""
     if compact:
@@ -126,7 +126,7 @@ def value_at(d2: float, width: float, compact: bool) -> float:
     return math.exp(-0.5 * d2 / (width * width)) / (2.0 * math.pi * width * width)
 
 
-@njit(cache=True)
+@inner
 def _slope(d2: float, width: float, compact: bool) -> float:
     """∇φ(d) = slope · d."""
     if compact:
@@ -135,14 +135,14 @@ def _slope(d2: float, width: float, compact: bool) -> float:
     return -value_at(d2, width, False) / (width * width)
 
 
-@njit(cache=True)
+@inner
 def window(low: float, high: float, side: float, count: int) -> tuple[int, int]:
     """Find the first and last of `count` cells that an interval (m from the first) meets; none:
     first > last."""
     return max(math.floor(low / side), 0), min(math.floor(high / side), count - 1)
 
 
-@njit(cache=True)
+@kernel
 def _add_points(cells: Any, where: Any, what: Any, weight: Any, field: Any, gradient: Any) -> None:
     points, order, begins, nx, ny, x0, y0, side = cells
     width, reach, compact = weight

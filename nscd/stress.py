@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from nscd.arrays import Floats, read_only
 from nscd.bodies import Snapshot
+from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
 from nscd.smearing import Kernel, cells_of, smear, value_at, window
 
@@ -162,7 +162,7 @@ class Fields(NamedTuple):
     traction: Any
 
 
-@njit(cache=True)
+@inner
 def _along(along: float, across: float, length: float, width: float, compact: bool) -> float:
     """∫₀¹ φ ds on a branch of this length, seen from a point that is `along` after its start and
     `across` beside it (m)."""
@@ -193,7 +193,7 @@ def _along(along: float, across: float, length: float, width: float, compact: bo
     return height * difference * width * math.sqrt(0.5 * math.pi) / length
 
 
-@njit(cache=True)
+@kernel
 def _add_contacts(cells: Any, loads: Any, weight: Any, out: Any) -> None:
     points, order, begins, nx, ny, x0, y0, side = cells
     start, branch, impulse, is_wall = loads

@@ -8,6 +8,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # From the ground up; folders of one rank know nothing of each other, and neither do two of one
 # line.
 RANKS = [
+    ["nscd/compiling"],
     ["nscd"],
     ["nscd/solvers/cholesky"],
     ["nscd/solvers"],

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.elimination import add_to, put
 from nscd.friction.measures import imbalance
 from nscd.friction.problem import add_impulses, contact_velocities
@@ -78,7 +78,7 @@ def solve_edges(problem: Any, factor: Any, edges: Edges, tolerance: float) -> in
     return int(_follow(problem, factor.fronts, system, edges, tolerance))
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _factorise(problem: Any, fronts: Any, system: Any, theta: Any, press: Any) -> bool:
     """Factorise M + DᵀKD + Σ θ₊ e₊e₊ᵀ + θ₋ e₋e₋ᵀ, θ (2k,): as press (k,) along n and one term along
     t + γn."""
@@ -99,7 +99,7 @@ def _factorise(problem: Any, fronts: Any, system: Any, theta: Any, press: Any) -
     return bool(factorise_fronts(system, fronts, press))
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _edge_velocities(problem: Any, u: Any, v: Any, s: Any, out: Any) -> None:
     """out (2k,) = C u ± μ T u."""
     contact_velocities(problem, u, v, s)
@@ -109,7 +109,7 @@ def _edge_velocities(problem: Any, u: Any, v: Any, s: Any, out: Any) -> None:
         out[2 * c + 1] = v[c] - across
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _push(problem: Any, edges: Any, factor: float, along: Any, across: Any, out: Any) -> None:
     """out += factor · Eᵀ edges."""
     for c in range(len(along)):
@@ -118,7 +118,7 @@ def _push(problem: Any, edges: Any, factor: float, along: Any, across: Any, out:
     add_impulses(problem, along, across, factor, out)
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _to_boundary(slack: Any, slack_step: Any, edge: Any, edge_step: Any) -> float:
     fastest = 1.0
     for c in range(len(slack)):
@@ -126,7 +126,7 @@ def _to_boundary(slack: Any, slack_step: Any, edge: Any, edge_step: Any) -> floa
     return 1.0 / fastest
 
 
-@njit(cache=True)
+@inner
 def _worst(problem: Any, dual: Any, edge: Any, slack: Any, weight: Any) -> float:
     """The larger of the natural map and of the imbalance over mass, m/s."""
     worst = 0.0
@@ -138,7 +138,7 @@ def _worst(problem: Any, dual: Any, edge: Any, slack: Any, weight: Any) -> float
     return worst
 
 
-@njit(cache=True)
+@inner
 def _keep(edges: Any, error: float, along: Any, across: Any) -> None:
     """Note the point as the best one met."""
     edges.error[0] = error
@@ -147,7 +147,7 @@ def _keep(edges: Any, error: float, along: Any, across: Any) -> None:
     put(edges.best, edges.u)
 
 
-@njit(cache=True)
+@inner
 def _correct(
     slack: Any, slack_step: Any, edge: Any, edge_step: Any, length: float, mu: float, product: Any
 ) -> None:
@@ -163,14 +163,14 @@ def _correct(
         product[c] += slack_step[c] * edge_step[c] - centring * mu
 
 
-@njit(cache=True)
+@inner
 def _advance(x: Any, length: float, step: Any) -> None:
     """x ← x + length · step, kept positive."""
     for c in range(len(x)):
         x[c] = max(x[c] + length * step[c], TINY)
 
 
-@njit(cache=True)
+@kernel
 def _follow(problem: Any, fronts: Any, system: Any, edges: Any, tolerance: float) -> int:
     n, k = len(problem.mass), len(problem.first)
     slack, edge, u = edges.slack, edges.multiplier, edges.u

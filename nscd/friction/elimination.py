@@ -6,12 +6,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from nscd.compiling import inner
 
 BLOCK = 8
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True, apart=True)
 def eliminate(F: Any, swaps: Any, size: int, pivots: int) -> bool:
     """P A = L U on the first `pivots` rows and columns of F (size · size), in place: U and the
     strict lower L (unit diagonal), the Schur complement behind them. swaps (pivots,): the row that
@@ -54,7 +55,7 @@ def eliminate(F: Any, swaps: Any, size: int, pivots: int) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _update_by_eight(F: Any, m: int, q: int, end: int) -> None:
     """Subtract from all later rows what the eight rows from q on leave to them, two at a time."""
     u0, u1 = F[q * m + end : (q + 1) * m], F[(q + 1) * m + end : (q + 2) * m]
@@ -89,7 +90,7 @@ def _update_by_eight(F: Any, m: int, q: int, end: int) -> None:
         r += 2
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _update_by_few(F: Any, size: int, start: int, end: int) -> None:
     for r in range(end, size):
         row = F[r * size + end : (r + 1) * size]
@@ -99,7 +100,7 @@ def _update_by_few(F: Any, size: int, start: int, end: int) -> None:
                 row[j] -= factor * other[j]
 
 
-@njit(cache=True)
+@inner(apart=True)
 def solve_dense(A: Any, b: Any) -> bool:
     """b ← A⁻¹ b in place for a small matrix A (m · m), overwritten, whose rows may be of different
     size; False where it is singular."""
@@ -129,7 +130,7 @@ def solve_dense(A: Any, b: Any) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def add_to(out: Any, factor: float, other: Any) -> None:
     """out += factor · other, of one shape."""
     one, two = out.reshape(-1), other.reshape(-1)
@@ -137,7 +138,7 @@ def add_to(out: Any, factor: float, other: Any) -> None:
         one[a] += factor * two[a]
 
 
-@njit(cache=True)
+@inner
 def put(out: Any, other: Any) -> None:
     """out ← other, of one shape."""
     one, two = out.reshape(-1), other.reshape(-1)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.elimination import eliminate
 from nscd.solvers.cholesky.dissection import dissect
 from nscd.solvers.cholesky.fronts import Fronts, fronts_of
@@ -53,7 +53,7 @@ def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Any, Factor]
     return ordering.order, contact, factor
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True, apart=True)
 def factorise(problem: Any, factor: Any, weight: Any) -> bool:
     """Factorise M + Σ α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ, weight = (α, β, γ, δ) (4,k) kg, rows n and
     t of C and T; False where rounding left it singular. Contacts as when the factor was made."""
@@ -91,7 +91,7 @@ def factorise(problem: Any, factor: Any, weight: Any) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _add_contact(problem: Any, c: int, weight: Any, F: Any, size: int, i: int, j: int) -> None:
     """Add the blocks of a contact at rows i and j (negative: a wall)."""
     alpha, beta, gamma, delta = weight[0, c], weight[1, c], weight[2, c], weight[3, c]
@@ -128,7 +128,7 @@ def _add_contact(problem: Any, c: int, weight: Any, F: Any, size: int, i: int, j
             F[at + 2] += lever_row * bz
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _add_child(F: Any, size: int, stack: Any, source: int, inner: Any, run: Any) -> None:
     """Add a child's Schur complement at the places `inner` of its disks, neighbouring places
     together."""
@@ -151,7 +151,7 @@ def _add_child(F: Any, size: int, stack: Any, source: int, inner: Any, run: Any)
                 j = end
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True, apart=True)
 def solve_factorised(factor: Any, b: Any) -> None:
     """b ← A⁻¹ b in place, (n,3)."""
     fronts, store, work = factor.fronts, factor.store, factor.front
@@ -211,7 +211,7 @@ def solve_factorised(factor: Any, b: Any) -> None:
             flat[base + q] = work[q]
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True)
 def solve_two(factor: Any, one: Any, two: Any) -> None:
     """one ← A⁻¹ one and two ← A⁻¹ two in place, (n,3) each: what is read of the factor is read once
     for both."""
@@ -220,7 +220,7 @@ def solve_two(factor: Any, one: Any, two: Any) -> None:
     _back_two(factor, a, b)
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _forward_two(factor: Any, a: Any, b: Any) -> None:
     """Both ← L⁻¹ P both, (3n,) each."""
     fronts, store = factor.fronts, factor.store
@@ -265,7 +265,7 @@ def _forward_two(factor: Any, a: Any, b: Any) -> None:
                 at += pivots
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _back_two(factor: Any, a: Any, b: Any) -> None:
     """Both ← U⁻¹ both, (3n,) each."""
     fronts, store = factor.fronts, factor.store

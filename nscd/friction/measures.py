@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.problem import add_impulses, contact_velocities
 
 
-@njit(cache=True)
+@inner
 def imbalance(
     problem: Any, u: Any, v: Any, s: Any, lam: Any, tau: Any, work: Any, out: Any
 ) -> None:
@@ -27,7 +27,7 @@ def imbalance(
     add_impulses(problem, work[2], work[3], 1.0, out)
 
 
-@njit(cache=True)
+@inner
 def natural_map(problem: Any, c: int, pn: float, lam: float, tau: float, v: float, s: float) -> Any:
     """min(wλ, b − v) and w_t (τ − Π(τ + s/w_t)) of contact c, m/s; Π: onto |τ| ≤ μ max(p_n, 0)."""
     most = problem.friction[c] * max(pn, 0.0)
@@ -36,7 +36,7 @@ def natural_map(problem: Any, c: int, pn: float, lam: float, tau: float, v: floa
     return normal, problem.tangent_inverse[c] * (tau - wanted)
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def measure(problem: Any, u: Any, lam: Any, tau: Any, v: Any, s: Any) -> Any:
     """The larger of natural map and momentum error of each island; v, s (k,) ← C u, T u.
 

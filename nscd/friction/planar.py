@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csr_array
 
 from nscd.arrays import Floats
+from nscd.compiling import inner, kernel
 
 # Gauss–Seidel sweeps between two looks at the residual, and at most.
 SWEEPS, MOST_SWEEPS = 50, 100_000
@@ -121,7 +121,7 @@ def _by_states(w: Any, q: Floats, friction: Floats, diagonal: Floats, r: Floats)
     return best
 
 
-@njit(cache=True)
+@kernel
 def _sweep(
     starts: Any, columns: Any, values: Any, q: Any, friction: Any, r: Any, sweeps: int
 ) -> None:
@@ -143,7 +143,7 @@ def _sweep(
             r[2 * c], r[2 * c + 1] = _alone(own, free, friction[c])
 
 
-@njit(cache=True)
+@inner
 def _alone(own: Any, free: Any, mu: float) -> Any:
     """The reaction of one contact with W (2,2) and q (2,)."""
     if free[0] >= 0.0:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
+from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
 from nscd.islands import components
 from nscd.laws import ContactLaw
@@ -159,7 +159,7 @@ def chosen(problem: FrictionProblem, disks: Any, contacts: Any) -> FrictionProbl
     )
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True)
 def contact_velocities(problem: Any, u: Any, v: Any, s: Any) -> None:
     """v = C u and s = T u, (k,) m/s, of velocities u (n,3)."""
     for c in range(len(v)):
@@ -175,7 +175,7 @@ def contact_velocities(problem: Any, u: Any, v: Any, s: Any) -> None:
         s[c] = nx * y - ny * x + turn
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def add_impulses(problem: Any, along: Any, across: Any, factor: float, out: Any) -> None:
     """out += factor · (Cᵀ along + Tᵀ across), (n,3)."""
     for c in range(len(along)):

@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.elimination import put
 from nscd.friction.measures import natural_map
 from nscd.friction.problem import contact_velocities
@@ -27,7 +27,7 @@ PENALTY, SOFTEST, FIRMEST, STEPS = 1e3, 1e1, 1e8, 2
 PAIRS, LENGTHS, SHORTER, GROWTH = 20, 3, 0.3, 1.5
 
 
-@njit(cache=True)
+@inner
 def _smooth(problem: Any, inverse: Any, lam: Any, tau: Any, u: Any, pairs: Any) -> None:
     """Pairs of sweeps from λ, τ (k,); u (n,3) ← the velocities that balance them."""
     none = np.empty(0)  # u⁻ at the contacts: for dissipation only
@@ -38,7 +38,7 @@ def _smooth(problem: Any, inverse: Any, lam: Any, tau: Any, u: Any, pairs: Any) 
     velocities_of(problem, lam, tau, u)
 
 
-@njit(cache=True)
+@inner
 def _error(problem: Any, lam: Any, tau: Any, u: Any, v: Any, s: Any) -> Any:
     """The natural map over the scale: its largest entry and its Euclidean norm; v, s ← C u, T u."""
     contact_velocities(problem, u, v, s)
@@ -52,7 +52,7 @@ def _error(problem: Any, lam: Any, tau: Any, u: Any, v: Any, s: Any) -> Any:
     return worst / problem.scale, np.sqrt(square) / problem.scale
 
 
-@njit(cache=True)
+@inner
 def _between(problem: Any, old: Any, new: Any, length: float, out: Any) -> None:
     """out ← old + length (new − old), put back into the cones; each (λ, τ)."""
     for c in range(len(out[0])):
@@ -62,7 +62,7 @@ def _between(problem: Any, old: Any, new: Any, length: float, out: Any) -> None:
         out[0][c], out[1][c] = along, min(max(across, -most), most)
 
 
-@njit(cache=True)
+@kernel
 def proximal_newton(
     problem: Any, factor: Any, lam: Any, tau: Any, u: Any, rounds: int, tolerance: float, weight: Any
 ) -> Any:  # fmt: skip

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.edges import Weighted
 from nscd.friction.elimination import add_to, put
 from nscd.friction.factor import factorise, solve_factorised
@@ -22,7 +22,7 @@ PENALTY, STEPS = 1e8, 6
 ROUNDS = 8
 
 
-@njit(cache=True)
+@inner
 def slope(tangential: int, friction: float) -> float:
     """dτ/dp_n of a sliding contact, 0 otherwise."""
     if tangential == FORWARD:
@@ -30,7 +30,7 @@ def slope(tangential: int, friction: float) -> float:
     return -friction if tangential == BACKWARD else 0.0
 
 
-@njit(cache=True)
+@kernel
 def find_states(
     problem: Any, v_left: Any, v: Any, s: Any, lam: Any, tau: Any, closed: Any, hold: Any
 ) -> int:
@@ -58,7 +58,7 @@ def find_states(
     return changed
 
 
-@njit(cache=True)
+@inner
 def _slide(problem: Any, hold: Any, v: Any, v_left: Any, lam: Any, tau: Any) -> None:
     """τ ← ±μ p_n of the contacts that slide, 0 of those with nothing to hold on to."""
     for c in range(len(lam)):
@@ -67,7 +67,7 @@ def _slide(problem: Any, hold: Any, v: Any, v_left: Any, lam: Any, tau: Any) -> 
             tau[c] = slope(hold[c], problem.friction[c]) * pn
 
 
-@njit(cache=True)
+@inner(apart=True)
 def _held(problem: Any, factor: Any, weight: Any) -> bool:
     """Factorise M + Σ α n nᵀ + β t tᵀ, weight (4,k): symmetric, since nothing slides, at half the
     cost."""
@@ -81,7 +81,7 @@ def _held(problem: Any, factor: Any, weight: Any) -> bool:
     return bool(factorise_fronts(system, factor.fronts, weight[0]))
 
 
-@njit(cache=True)
+@inner(apart=True)
 def settle(
     problem: Any, factor: Any, closed: Any, hold: Any, penalty: float, steps: Any, lam: Any, tau: Any,
     u: Any,
@@ -147,7 +147,7 @@ def settle(
     return True
 
 
-@njit(cache=True)
+@kernel
 def newton(
     problem: Any, factor: Any, closed: Any, hold: Any, lam: Any, tau: Any, u: Any, tolerance: float,
     rounds: int, penalty: float,
@@ -196,7 +196,7 @@ def newton(
     return best, done
 
 
-@njit(cache=True)
+@inner
 def states_key(closed: Any, hold: Any) -> Any:
     """A 64-bit hash of the states."""
     key = np.uint64(1469598103934665603)

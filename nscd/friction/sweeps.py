@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.elimination import add_to, put, solve_dense
 from nscd.friction.measures import natural_map
 from nscd.friction.problem import add_impulses, contact_velocities
@@ -17,7 +17,7 @@ MEMORY, GROWTH = 10, 2.0
 CHECK = 50
 
 
-@njit(cache=True)
+@kernel
 def velocities_of(problem: Any, pn: Any, pt: Any, u: Any) -> None:
     """u ← u⁻ − M⁻¹(Cᵀp_n + Tᵀp_t), (n,3)."""
     u[:] = 0.0
@@ -27,7 +27,7 @@ def velocities_of(problem: Any, pn: Any, pt: Any, u: Any) -> None:
             u[i, a] = problem.left[i, a] + u[i, a] / problem.mass[i, a]
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True, apart=True)
 def sweep(
     problem: Any, inverse: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, backward: Any
 ) -> None:
@@ -74,7 +74,7 @@ def sweep(
             u[j, 2] -= lj * a2 * inverse[j, 2]
 
 
-@njit(cache=True)
+@inner
 def off_by(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: Any, s: Any) -> Any:
     """The largest natural map of whole percussions pn, pt (k,) and velocities u (n,3), over the
     scale; v, s ← C u, T u."""
@@ -90,7 +90,7 @@ def off_by(problem: Any, v_left: Any, s_left: Any, pn: Any, pt: Any, u: Any, v: 
     return worst / problem.scale
 
 
-@njit(cache=True)
+@kernel
 def gauss_seidel(problem: Any, pn: Any, pt: Any, u: Any, pairs: int, tolerance: float) -> Any:
     """Up to `pairs` pairs of sweeps, forward and back, from percussions pn, pt (k,), changed in
     place as is u: a natural map within the tolerance ends it. Returns it, and the pairs made."""
@@ -112,13 +112,13 @@ def gauss_seidel(problem: Any, pn: Any, pt: Any, u: Any, pairs: int, tolerance: 
     return error, done
 
 
-@njit(cache=True)
+@inner
 def _difference(out: Any, new: Any, old: Any) -> None:
     for c in range(len(out)):
         out[c] = new[c] - old[c]
 
 
-@njit(cache=True)
+@kernel
 def anderson(
     problem: Any, pn: Any, pt: Any, u: Any, blocks: int, pairs: int, tolerance: float
 ) -> Any:
@@ -182,7 +182,7 @@ def anderson(
     return best, done
 
 
-@njit(cache=True)
+@inner
 def _combine(steps: Any, step: Any, ends: Any, x: Any, m: int) -> None:
     """x −= Σ share · ends, with the shares of the m differences `steps` (m,2k) that are nearest to
     `step` (2k,)."""
@@ -200,7 +200,7 @@ def _combine(steps: Any, step: Any, ends: Any, x: Any, m: int) -> None:
             add_to(x, -share[a], ends[a])
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def product(one: Any, two: Any) -> float:
     """The inner product of two vectors."""
     value = 0.0

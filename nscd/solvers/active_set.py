@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Flags, Floats
+from nscd.compiling import inner, kernel
 from nscd.solvers.cholesky.factor import factorise
 from nscd.solvers.closing import CLOSED, EXACT, PENALTY, close_contacts
 from nscd.solvers.projected_gradient import descend
@@ -114,7 +114,7 @@ def close_set(
     return task.answer(reaction, velocity, before + int(done), least=least), float(error)
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def _rounds(
     system: Any, factor: Any, closed: Any, theta: Any, most: Any, thorough: Any, enough: Any
 ) -> Any:
@@ -161,7 +161,7 @@ def _rounds(
     return best, best_u, done, best_error, False
 
 
-@njit(cache=True)
+@inner
 def _find_wrong(
     w: Any, offset: Any, scale: float, closed: Any, reaction: Any, v: Any, wrong: Any
 ) -> int:
@@ -178,7 +178,7 @@ def _find_wrong(
     return count
 
 
-@njit(cache=True)
+@inner
 def _change(first: Any, second: Any, disks: int, closed: Any, wrong: Any, sparing: bool) -> None:
     """Wrong contacts change sides; of those that share a disk only the first one where
     `sparing`."""

@@ -7,9 +7,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats
+from nscd.compiling import inner, kernel
 from nscd.solvers.active_set import gap
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
 from nscd.solvers.system import add_reactions, approach
@@ -56,7 +56,7 @@ def _least_energy(task: Task, answer: Answer) -> Floats:
     return least
 
 
-@njit(cache=True)
+@inner
 def _value(system: Any, may: Any, y: Any, v: Any, momentum: Any) -> float:
     """½ Σ max(0, C y)² − y·momentum; v ← C y."""
     approach(system, y, v)
@@ -69,7 +69,7 @@ def _value(system: Any, may: Any, y: Any, v: Any, momentum: Any) -> float:
     return value
 
 
-@njit(cache=True)
+@inner
 def _largest(values: Any) -> float:
     """The largest magnitude, or what is no number."""
     largest = 0.0
@@ -81,7 +81,7 @@ def _largest(values: Any) -> float:
     return largest
 
 
-@njit(cache=True)
+@kernel
 def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
     n, d = system.mass.shape
     k = len(start)

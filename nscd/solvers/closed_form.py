@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Flags
+from nscd.compiling import inner
 from nscd.islands import components, find_islands
 from nscd.solvers.system import approach
 from nscd.solvers.task import Answer, Task
@@ -57,7 +57,7 @@ class Chosen(NamedTuple):
     number: Any
 
 
-@njit(cache=True)
+@inner(apart=True)
 def answer_at_once(system: Any, reaction: Any, velocity: Any, bounded: bool) -> Any:
     """λ = (Cu⁻ − b)/w of pressed contacts that are alone; the bound of these answers, what is left, and
     whether it forms trees."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import kernel
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
 from nscd.solvers.system import add_reactions, approach, inertia, stiffness
 from nscd.solvers.task import Answer, Held, Task
@@ -23,7 +23,7 @@ FIRM = 1e9
 STEPS = 200
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def close_contacts(
     system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: Any, enough: Any
 ) -> int:  # fmt: skip

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import kernel
 from nscd.solvers.task import Answer, Task
 
 MOST_SWEEPS = 200_000
@@ -27,7 +27,7 @@ def gauss_seidel(task: Task) -> Answer:
     return task.answer(reaction, velocity, int(sweeps))
 
 
-@njit(cache=True)
+@kernel
 def _sweep(system: Any, tolerance: float, most: int) -> Any:
     first, second, normal, mass = system.first, system.second, system.normal_first, system.mass
     free, offset, w = system.free, system.offset, system.inverse_mass

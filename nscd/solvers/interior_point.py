@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats
+from nscd.compiling import inner, kernel
 from nscd.solvers.active_set import close_set, gap, pressing
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
 from nscd.solvers.system import add_reactions, approach, even, inertia, stiffness
@@ -140,7 +140,7 @@ def follow_path(
     return reaction, velocity, int(iterations)
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _to_boundary(slack: Any, slack_step: Any, reaction: Any, reaction_step: Any) -> float:
     length = 1.0
     for c in range(len(slack)):
@@ -151,7 +151,7 @@ def _to_boundary(slack: Any, slack_step: Any, reaction: Any, reaction_step: Any)
     return length
 
 
-@njit(cache=True)
+@inner
 def _imbalance(system: Any, u: Any, reaction: Any, moved: Any, dual: Any, size: Any) -> float:
     """dual ← Â(u − û) + Cᵀλ; its largest entry relative to m ‖u⁻‖∞ + Σ|λ| of the disk."""
     n = len(u)
@@ -171,7 +171,7 @@ def _imbalance(system: Any, u: Any, reaction: Any, moved: Any, dual: Any, size: 
     return worst
 
 
-@njit(cache=True)
+@kernel
 def _follow(
     system: Any, factor: Any, tolerance: float, soft: Any, yields: float, at: Any, most: int
 ) -> Any:
@@ -228,12 +228,12 @@ def _follow(
     return best_reaction, best_u, best_at, theta if made else np.empty(0)
 
 
-@njit(cache=True)
+@inner
 def _copy(a: Any, b: Any) -> None:
     b.slack[:], b.reaction[:], b.velocity[:] = a.slack, a.reaction, a.velocity
 
 
-@njit(cache=True)
+@inner
 def _errors(system: Any, soft: Any, yields: float, at: Any, rest: Any, work: Any) -> Any:
     """The error at a point, what it misses, and the mean of sλ."""
     slack, reaction, u = at
@@ -250,7 +250,7 @@ def _errors(system: Any, soft: Any, yields: float, at: Any, rest: Any, work: Any
     return error, mu
 
 
-@njit(cache=True)
+@inner
 def _newton(system: Any, factor: Any, theta: Any, at: Any, rest: Any, step: Any, work: Any) -> None:
     """The step that takes away what is missed, to first order."""
     slack, reaction, _ = at
@@ -267,7 +267,7 @@ def _newton(system: Any, factor: Any, theta: Any, at: Any, rest: Any, step: Any,
         step.slack[c] = -(rest.complementarity[c] + slack[c] * step.reaction[c]) / reaction[c]
 
 
-@njit(cache=True)
+@inner
 def _aim(at: Any, rest: Any, step: Any, length: float, mu: float) -> float:
     """Mehrotra's corrector: the sλ to go for from how far the predictor gets, which is returned."""
     slack, reaction, _ = at
@@ -284,7 +284,7 @@ def _aim(at: Any, rest: Any, step: Any, length: float, mu: float) -> float:
     return target
 
 
-@njit(cache=True)
+@inner
 def _push_back(at: Any, rest: Any, step: Any, further: float, target: float) -> None:
     """Gondzio's corrector: the products sλ that a longer step would leave far from the target."""
     slack, reaction, _ = at

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.solvers.task import Answer, Task
 
 # More make steps shorter and sweeps more: momentum is stable up to 4/3 of the right step, and after
@@ -50,7 +50,7 @@ def projected_gradient(task: Task) -> Answer:
     return task.answer(reaction, velocity, sweeps)
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _gather(first: Any, second: Any, x: Any, y: Any, reaction: Any, ux: Any, uy: Any) -> None:
     """u = Cᵀ λ (momentum)."""
     ux[:] = 0.0
@@ -64,7 +64,7 @@ def _gather(first: Any, second: Any, x: Any, y: Any, reaction: Any, ux: Any, uy:
         uy[j] -= py
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _approach(first: Any, second: Any, x: Any, y: Any, ux: Any, uy: Any, v: Any) -> None:
     """v = C u."""
     for c in range(len(v)):
@@ -72,7 +72,7 @@ def _approach(first: Any, second: Any, x: Any, y: Any, ux: Any, uy: Any, v: Any)
         v[c] = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j])
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
     """The largest eigenvalue of the scaled Delassus operator, by power iteration, with a margin of
     2 %."""
@@ -90,7 +90,7 @@ def _norm(first: Any, second: Any, x: Any, y: Any, inverse: Any) -> float:
     return 1.02 * size
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _descend(
     scaled: Any, step: float, tolerance: float, most: int, steady: int, redundant: float
 ) -> Any:
@@ -139,7 +139,7 @@ def _descend(
     return now, most, False
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def descend(system: Any, tolerance: float, most: Any, steady: Any, redundant: float) -> Any:
     """Descend to the tolerance, or for a number of sweeps.
 

@@ -9,10 +9,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
+from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
 from nscd.solvers.active_set import ROUNDS, _rounds
 from nscd.solvers.cholesky.factor import factor_by_rows
@@ -76,7 +76,7 @@ def solve_small(
     return small
 
 
-@njit(cache=True)
+@kernel
 def _solve(
     first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left: Any, tolerance: float
 ) -> Any:
@@ -93,7 +93,7 @@ def _solve(
     return _ended(end, reaction, velocity, iterations)
 
 
-@njit(cache=True)
+@inner(apart=True)
 def reactions_of(whole: Any, tolerance: float, bounded: Any) -> Any:
     """Solve a system: how it ended, λ (k,), u⁺ (n,2), disks that were not answered in closed form,
     iterations, and where `bounded` √(Σ m |u − u⁺|²) at most (offsets are then to be 0)."""
@@ -113,14 +113,14 @@ def reactions_of(whole: Any, tolerance: float, bounded: Any) -> Any:
     return end, reaction, velocity, len(rest.disk), iterations, bound
 
 
-@njit(cache=True)
+@inner
 def _ended(end: int, reaction: Any, velocity: Any, iterations: int) -> Any:
     """An answer that is none, but a start for another rung."""
     none = np.empty((0, 2))
     return Small(end, reaction, none, velocity, 0, iterations, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
-@njit(cache=True)
+@inner(apart=True)
 def system_at(
     first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left: Any, offset: Any
 ) -> Any:
@@ -145,7 +145,7 @@ def system_at(
 TINY = float(np.finfo(float).tiny)
 
 
-@njit(cache=True)
+@inner
 def _part(whole: Any, rest: Any) -> Any:
     """The problem of the contacts that are left, in the order in which they were given."""
     m, n = len(rest.contact), len(rest.disk)
@@ -168,7 +168,7 @@ def _part(whole: Any, rest: Any) -> Any:
     return System(i, j, there, back, there, back, none, none, heavy, free, offset, w, speed)
 
 
-@njit(cache=True)
+@inner
 def _ordered(part: Any, factor: Any) -> Any:
     """The same problem in elimination order."""
     there, back = part.normal_first[factor.contact], part.normal_second[factor.contact]
@@ -183,7 +183,7 @@ def _ordered(part: Any, factor: Any) -> Any:
     )  # fmt: skip
 
 
-@njit(cache=True, inline="always")
+@inner(inline="always")
 def _descend_and_close(
     part: Any, rest: Any, tolerance: float, bounded: bool, reaction: Any, velocity: Any
 ) -> Any:
@@ -226,13 +226,13 @@ def _descend_and_close(
     return end, iterations, bound
 
 
-@njit(cache=True)
+@inner
 def _larger(a: float, b: float) -> float:
     """The larger of two, or the one that is no number."""
     return a if a >= b or a != a else b
 
 
-@njit(cache=True)
+@inner(apart=True)
 def certified(
     system: Any, reaction: Any, velocity: Any, disks: int, iterations: int, bound: float
 ) -> Any:

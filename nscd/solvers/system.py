@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats
+from nscd.compiling import kernel
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.factor import Factor, factor_of
 
@@ -100,7 +100,7 @@ def even(inverse_mass: Floats) -> bool:
     return bool(inverse_mass.max() <= EVEN * inverse_mass.min())
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True)
 def approach(system: Any, u: Any, out: Any) -> None:
     """Compute out = C u, (k,). C has no entries at the spins."""
     for c in range(len(out)):
@@ -112,7 +112,7 @@ def approach(system: Any, u: Any, out: Any) -> None:
         out[c] = system.normal_first[c, 0] * x + system.normal_first[c, 1] * y
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True)
 def add_reactions(system: Any, reaction: Any, factor: float, out: Any) -> None:
     """Add factor · Cᵀ reaction to out, (n,d)."""
     for c in range(len(reaction)):
@@ -126,7 +126,7 @@ def add_reactions(system: Any, reaction: Any, factor: float, out: Any) -> None:
             out[j, 1] -= y
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True)
 def inertia(system: Any, u: Any, out: Any) -> None:
     """Compute out = Â u = (M + DᵀKD) u, (n,d)."""
     n, d = u.shape

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import kernel
 from nscd.solvers.task import Answer, Task
 
 ROUNDS = 50
@@ -58,7 +58,7 @@ def tree(task: Task) -> Answer:
     return Answer(np.maximum(reaction, 0.0), u, done, least=True)
 
 
-@njit(cache=True)
+@kernel
 def branches_of(n: int, first: Any, second: Any) -> Any:
     """Order disks from the roots outward.
 
@@ -106,7 +106,7 @@ def branches_of(n: int, first: Any, second: Any) -> Any:
     return order, parent, link
 
 
-@njit(cache=True)
+@kernel
 def close_tree(branches: Any, closed: Any, given: Any) -> Any:
     """Compute reactions (k,) and velocities (n,2) with the `closed` contacts (k,) at C u = b.
 

@@ -23,8 +23,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
 from nscd.solvers.system import EVEN, add_reactions, approach, in_given_order, inertia
@@ -78,7 +78,7 @@ def rounding_bound(problem: ContactProblem, answer: Answer) -> float:
     return float(_rounding(system, given, answer.reaction, velocity))
 
 
-@njit(cache=True)
+@kernel
 def _rounding(system: Any, given: Any, reaction: Any, u: Any) -> float:
     k = len(reaction)
     gap, kept, closed = np.empty(k), np.empty(k), np.ones(k, np.bool_)
@@ -90,7 +90,7 @@ def _rounding(system: Any, given: Any, reaction: Any, u: Any) -> float:
     return math.sqrt(square)
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def _by_factor(
     system: Any, factor: Any, given: Any, reaction: Any, u: Any, held: Any, equal: Any
 ) -> Any:
@@ -135,7 +135,7 @@ def _by_factor(
     return square + (u * rest).sum()
 
 
-@njit(cache=True)
+@inner
 def _correct(
     system: Any, factor: Any, closed: Any, theta: Any, target: Any, most: Any, enough: float,
     t: Any, v: Any,
@@ -169,7 +169,7 @@ def _correct(
         before = left
 
 
-@njit(cache=True)
+@inner
 def _beyond(gap: Any, closed: Any, rounding: float) -> bool:
     """Whether a closed contact is open, or any overlaps, by more than rounding."""
     beyond = False
@@ -178,7 +178,7 @@ def _beyond(gap: Any, closed: Any, rounding: float) -> bool:
     return beyond
 
 
-@njit(cache=True)
+@inner
 def _noise(k: int, rounding: float) -> Any:
     """± rounding (k,), as rounding is: without a pattern, and the same each time."""
     noise = np.empty(k)
@@ -187,7 +187,7 @@ def _noise(k: int, rounding: float) -> Any:
     return noise
 
 
-@njit(cache=True)
+@kernel
 def _by_tree(system: Any, branches: Any, reaction: Any, u: Any) -> Any:
     """The square of the bound for contacts without dissipation that form trees, in linear time."""
     n, d = u.shape
@@ -209,7 +209,7 @@ def _by_tree(system: Any, branches: Any, reaction: Any, u: Any) -> Any:
     return square + (system.mass * u * u).sum()
 
 
-@njit(cache=True)
+@inner
 def _missed(
     system: Any, given: Any, reaction: Any, u: Any, pressing: Any, closed: Any, gap: Any, kept: Any
 ) -> tuple[float, float]:
@@ -255,7 +255,7 @@ def _missed(
     return rounding, square
 
 
-@njit(cache=True)
+@inner
 def _judge(
     gap: Any, moved: Any, kept: Any, closed: Any, rounding: float, equal: Any
 ) -> tuple[int, float, bool]:

@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.solvers.projected_gradient import MARGIN, MOST_SWEEPS, descend
 from nscd.solvers.small import SOLVED, certified, reactions_of, system_at
 from nscd.solvers.system import System, approach
@@ -58,7 +58,7 @@ class Stepped(NamedTuple):
     repeats: int
 
 
-@njit(cache=True)
+@kernel
 def stepped(bodies: Any, step: float, restitution: float, gained: float, tolerance: float) -> Any:
     """Make a step of `step` s without friction; a contact that closed no faster than
     twice `gained` m/s, what the drive gives in a step, does not rebound."""
@@ -81,7 +81,7 @@ def stepped(bodies: Any, step: float, restitution: float, gained: float, toleran
         margin = needed
 
 
-@njit(cache=True)
+@kernel
 def missed(bodies: Any, velocity: Any, step: float, margin: float) -> bool:
     """Tell whether velocities (n,2) m/s would close within a step (s) a gap beyond the margin (m)
     within which contacts were looked for."""
@@ -100,7 +100,7 @@ def missed(bodies: Any, velocity: Any, step: float, margin: float) -> bool:
     return False
 
 
-@njit(cache=True)
+@kernel
 def freed(velocity: Any, desired: Any, share: float, gain: Any) -> Any:
     """Velocities (n,2) m/s after a step without contacts, (u + g + a u_d)/(1 + a), and the largest
     component (m/s) of what they gained. Where nobody drives, desired is empty."""
@@ -114,7 +114,7 @@ def freed(velocity: Any, desired: Any, share: float, gain: Any) -> Any:
     return free, most
 
 
-@njit(cache=True, inline="always")
+@inner(inline="always")
 def _solved(system: Any, before: Any, tolerance: float) -> Any:
     """How it ended, λ (k,), u⁺ (n,2), iterations and error: first without the contacts that disks as
     fast as before could not close; with all of them where that is not the answer of all."""
@@ -143,7 +143,7 @@ def _solved(system: Any, before: Any, tolerance: float) -> Any:
     return end, reaction, velocity, sweeps, error
 
 
-@njit(cache=True)
+@inner
 def _likely(system: Any, before: Any) -> Any:
     """The contacts whose gap two disks close that go towards each other as fast as before, or as
     without contacts."""
@@ -162,7 +162,7 @@ def _likely(system: Any, before: Any) -> Any:
     return chosen[:count]
 
 
-@njit(cache=True)
+@inner
 def _restricted(system: Any, chosen: Any) -> Any:
     """The system of some of its contacts."""
     s = system
@@ -174,7 +174,7 @@ def _restricted(system: Any, chosen: Any) -> Any:
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def fastest(velocity: Any) -> float:
     """Find the largest speed (m/s) of velocities (n,d), spins left out."""
     square = 0.0
@@ -183,7 +183,7 @@ def fastest(velocity: Any) -> float:
     return float(np.sqrt(square))
 
 
-@njit(cache=True)
+@inner
 def _rebound(system: Any, velocity: Any, restitution: float, gained: float) -> None:
     """C u⁺ ≤ −e v⁻ for contacts that close within the step with v⁻ > 2 `gained`."""
     k = len(system.first)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats, Index32
 from nscd.bodies import Walls
+from nscd.compiling import inner, kernel
 from nscd.segments import Segments, cells_of, connect, is_of_another, share_of
 
 
@@ -45,7 +45,7 @@ def neighbours(position: Floats, radius: Floats, segments: Segments, margin: flo
     return found
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def find(position: Any, radius: Any, segments: Any, margin: float) -> Any:
     """Find the neighbours, compiled."""
     # eight neighbours each are ample for disks of similar size; the search grows the room it needs
@@ -70,7 +70,7 @@ def find(position: Any, radius: Any, segments: Any, margin: float) -> Any:
         most = count
 
 
-@njit(cache=True)
+@inner
 def _search(position: Any, radius: Any, segments: Any, margin: float, out: Any) -> int:
     n, most = len(radius), len(out.gap)
     head, after, at = cells_of(position, 2.0 * radius.max() + max(margin, 0.0))
@@ -98,7 +98,7 @@ def _search(position: Any, radius: Any, segments: Any, margin: float, out: Any) 
     return count
 
 
-@njit(cache=True)
+@inner
 def _walls_of(
     a: int, position: Any, radius: Any, segments: Any, margin: float, out: Any, count: int
 ) -> int:

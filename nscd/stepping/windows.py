@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Flags, Floats, Indices
+from nscd.compiling import inner, kernel
 from nscd.stepping.search import Neighbours
 
 
@@ -104,7 +104,7 @@ class WindowSums:
 BITS = 31
 
 
-@njit(cache=True)
+@inner
 def _place(key: Any, name: Any) -> int:
     """Where a name is, or would be."""
     last = len(key) - 1
@@ -114,7 +114,7 @@ def _place(key: Any, name: Any) -> int:
     return place
 
 
-@njit(cache=True)
+@kernel
 def _move(old: Any, new: Any) -> None:
     for a in range(len(old.key)):
         if old.key[a] != EMPTY:
@@ -123,7 +123,7 @@ def _move(old: Any, new: Any) -> None:
             new.number[b] = old.number[a]
 
 
-@njit(cache=True)
+@kernel
 def _add(table: Any, used: int, n: int, near: Any, reaction: Any, friction: Any) -> int:
     """Add a step to a table that has room; return how many places are used."""
     for c in range(len(reaction)):

@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner, kernel
 from nscd.friction.elimination import add_to
 from nscd.friction.pivots.rates import (
     LAM,
@@ -33,7 +33,7 @@ FARTHEST = 20.0
 ARRIVED, LOOP, AWAY, LONG, BROKEN = 0, 1, 2, 3, 4
 
 
-@njit(cache=True)
+@inner
 def margins(problem: Any, path: Any, c: int, t: float) -> Any:
     """Two margins that must stay ≥ 0 in the contact's state and their derivatives by t."""
     x, dx = path.x, path.dx
@@ -56,7 +56,7 @@ def margins(problem: Any, path: Any, c: int, t: float) -> Any:
     return x[LAM, c], dx[LAM, c], way * slid, way * slides
 
 
-@njit(cache=True)
+@inner
 def _next_event(problem: Any, path: Any, t: float, way: float) -> Any:
     """The nearest change of a state when t moves by way · step: step, contact, which margin."""
     best, contact, which = np.inf, -1, 0
@@ -73,7 +73,7 @@ def _next_event(problem: Any, path: Any, t: float, way: float) -> Any:
     return best, contact, which
 
 
-@njit(cache=True)
+@inner
 def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
     """Change the state of contact c whose margin `which` is used up; the margin of the new state
     that has to grow."""
@@ -94,7 +94,7 @@ def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
     return 0 if hold == FORWARD else 1
 
 
-@njit(cache=True)
+@kernel
 def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int) -> Any:
     """Follow the path from t, in the direction `way` of t, to t = 0 with at most `most` pivots; the
     states at the end are left in `path.hold`, velocities and forces in `path`. How it ended and the
@@ -137,7 +137,7 @@ def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int
     return LONG, most
 
 
-@njit(cache=True)
+@inner
 def _word(contact: int, hold: int) -> Any:
     """A 64-bit word of one contact's state; states of all are their exclusive or."""
     x = np.uint64(4 * contact + int(hold) + 1) * np.uint64(0x9E3779B97F4A7C15)
@@ -146,7 +146,7 @@ def _word(contact: int, hold: int) -> Any:
     return x ^ (x >> np.uint64(31))
 
 
-@njit(cache=True)
+@kernel
 def clean(problem: Any, u: Any, lam: Any, tau: Any) -> None:
     """Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact
     opens by more than it presses, ±μλ where it slides by more than it may still hold."""
@@ -162,7 +162,7 @@ def clean(problem: Any, u: Any, lam: Any, tau: Any) -> None:
             tau[c] = mu * lam[c] if s[c] >= 0.0 else -mu * lam[c]
 
 
-@njit(cache=True)
+@kernel
 def perturb(problem: Any, path: Any, lam: Any, tau: Any, noise: Any) -> None:
     """Perturbations a, d with which percussions lam, tau (k,), within their cones, and u⁻ + what
     they do are the answer at t = 1; contacts on the brink get `noise` (k,) m/s away from it."""
@@ -191,7 +191,7 @@ def perturb(problem: Any, path: Any, lam: Any, tau: Any, noise: Any) -> None:
         path.held[0, c], path.held[1, c] = lam[c], tau[c]
 
 
-@njit(cache=True)
+@kernel
 def open_all(problem: Any, path: Any, noise: Any) -> float:
     """Perturbations with which all contacts are open down to the returned t, where the first
     closes: contacts are moved apart by 1 + noise (k,), and across by a little of it."""

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner
 from nscd.friction.elimination import add_to, solve_dense
 from nscd.friction.factor import factorise, solve_factorised, solve_two
 from nscd.friction.problem import add_impulses, contact_velocities
@@ -71,7 +71,7 @@ def path_of(n: int, k: int) -> Path:
     )
 
 
-@njit(cache=True)
+@inner
 def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
     """α, β, γ, δ of a contact in a state: its part α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of the
     matrix."""
@@ -84,7 +84,7 @@ def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
     return alpha, 0.0, alpha * slope(hold, problem.friction[c]), 0.0
 
 
-@njit(cache=True)
+@inner
 def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> None:
     """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1,
     0.0).
@@ -108,7 +108,7 @@ def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> Non
             x[TAU, c] = slope(hold, problem.friction[c]) * x[LAM, c]
 
 
-@njit(cache=True)
+@inner(apart=True)
 def restart(problem: Any, factor: Any, path: Any, t: float) -> bool:
     """Factorise the matrix of the states now; velocities and forces at t from it, without drift."""
     k, n = len(path.hold), len(path.u)
@@ -146,7 +146,7 @@ def restart(problem: Any, factor: Any, path: Any, t: float) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _at_contact(problem: Any, c: int, u: Any) -> Any:
     """n and t components of the velocities u (n,3) at contact c: C u, T u."""
     i, j = problem.first[c], problem.second[c]
@@ -159,7 +159,7 @@ def _at_contact(problem: Any, c: int, u: Any) -> Any:
     return nx * x + ny * y, nx * y - ny * x + turn
 
 
-@njit(cache=True)
+@inner(apart=True)
 def take(problem: Any, factor: Any, path: Any, c: int) -> None:
     """Add contact c to those whose state has changed since the factorisation."""
     q = path.count[0]
@@ -190,7 +190,7 @@ def take(problem: Any, factor: Any, path: Any, c: int) -> None:
     path.known[2 * q], path.known[2 * q + 1] = one, two
 
 
-@njit(cache=True)
+@inner(apart=True)
 def find_rate(problem: Any, path: Any) -> None:
     """Derivatives by t with the states now: the factorised matrix and the rank-two changes of the
     contacts that have changed (Woodbury)."""
@@ -226,7 +226,7 @@ def find_rate(problem: Any, path: Any) -> None:
     _set_forces(problem, path, path.dx, 1.0, 0.0)
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def move(path: Any, step: float) -> None:
     """Go a step along the path: velocities, C u, T u, λ and τ."""
     add_to(path.u, step, path.rate)

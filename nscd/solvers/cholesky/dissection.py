@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats, Index32, Indices
+from nscd.compiling import inner, kernel
 
 
 class Ordering(NamedTuple):
@@ -53,7 +53,7 @@ def dissect(position: Floats, first: Index32, second: Index32, leaf: int) -> Ord
     return Ordering(order, place, start, neighbour, node_first[rank], node_end[rank], parent)
 
 
-@njit(cache=True)
+@kernel
 def contact_graph(n: int, first: Any, second: Any) -> Any:
     """List the neighbours of each disk a: neighbour[start[a] : start[a + 1]]."""
     start = np.zeros(n + 1, np.int64)
@@ -75,7 +75,7 @@ def contact_graph(n: int, first: Any, second: Any) -> Any:
     return start, neighbour
 
 
-@njit(cache=True)
+@inner
 def _divide(nodes: Any, key: Any, low: int, high: int, middle: int) -> None:
     """Hoare's selection: nodes[low:middle] have keys up to those of nodes[middle:high]."""
     while high - low > 1:
@@ -99,7 +99,7 @@ def _divide(nodes: Any, key: Any, low: int, high: int, middle: int) -> None:
             return
 
 
-@njit(cache=True)
+@inner
 def _at_cut(a: int, side: Any, other: int, start: Any, neighbour: Any) -> bool:
     for e in range(start[a], start[a + 1]):  # noqa: SIM110  (any() over a generator does not compile)
         if side[neighbour[e]] == other:
@@ -107,7 +107,7 @@ def _at_cut(a: int, side: Any, other: int, start: Any, neighbour: Any) -> bool:
     return False
 
 
-@njit(cache=True)
+@kernel
 def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
     n = len(x)
     nodes, side = np.arange(n).astype(np.int32), np.zeros(n, np.int32)
@@ -138,7 +138,7 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
     return nodes, node_first[:count].copy(), node_end[:count].copy(), node_parent[:count].copy()
 
 
-@njit(cache=True)
+@inner
 def _separate(
     nodes: Any, along: Any, stamp: int, side: Any, part: Any, start: Any, neighbour: Any
 ) -> Any:

@@ -6,7 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from nscd.compiling import inner, kernel
 
 # Fronts of this many rows no longer fit into a cache: PANEL rows are eliminated before the others
 # are updated, by BLAS.
@@ -15,7 +16,7 @@ LARGE, PANEL, CHUNK = 600, 64, 64
 COLUMNS = PANEL + CHUNK
 
 
-@njit(cache=True, fastmath=True)
+@kernel(fastmath=True, apart=True)
 def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
     """Eliminate the rows P (pivots, size) of a symmetric matrix whose other rows are S (upper
     halves).
@@ -32,7 +33,7 @@ def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _eliminate_rows(
     P: Any, S: Any, size: int, first: Any, last: int, pivots: int, end: int
 ) -> bool:
@@ -59,7 +60,7 @@ def _eliminate_rows(
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _update_by_many(
     P: Any, S: Any, work: Any, size: int, pivots: int, first: int, last: int
 ) -> None:
@@ -88,7 +89,7 @@ def _update_by_many(
                 row[j] -= other[j]
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _eliminate_block(P: Any, size: int, done: int, block: int) -> bool:
     """Eliminate `block` (8, 4, 2 or 1) rows of P among themselves: halves, so that rows are passed
     less often."""
@@ -113,7 +114,7 @@ def _eliminate_block(P: Any, size: int, done: int, block: int) -> bool:
     return bool(_eliminate_pair(P, size, done))
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _eliminate_block_of_four(P: Any, size: int, done: int) -> bool:
     if not _eliminate_pair(P, size, done):
         return False
@@ -121,7 +122,7 @@ def _eliminate_block_of_four(P: Any, size: int, done: int) -> bool:
     return bool(_eliminate_pair(P, size, done + 2))
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _eliminate_pair(P: Any, size: int, q: int) -> bool:
     a, b, c = P[q * size + q], P[q * size + q + 1], P[(q + 1) * size + q + 1]
     if not a > 0.0:
@@ -144,7 +145,7 @@ def _eliminate_pair(P: Any, size: int, q: int) -> bool:
 # Slices, not indices: with them the inner loops become vector instructions (3 times faster). Two
 # rows at a time halve the loads. F holds the rows from `shift` on, of which rows start … end are
 # updated.
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _update_by_eight(F: Any, stride: int, shift: int, U: Any, m: int, start: int, end: int) -> None:
     t = start
     while t + 1 < end:
@@ -181,7 +182,7 @@ def _update_by_eight(F: Any, stride: int, shift: int, U: Any, m: int, start: int
                 row[j] -= factor * u[j]
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _update_by_four(F: Any, stride: int, shift: int, U: Any, m: int, start: int, end: int) -> None:
     for t in range(start, end):
         a0, a1, a2, a3 = U[t], U[m + t], U[2 * m + t], U[3 * m + t]
@@ -192,7 +193,7 @@ def _update_by_four(F: Any, stride: int, shift: int, U: Any, m: int, start: int,
             row[j] -= (a0 * u0[j] + a1 * u1[j]) + (a2 * u2[j] + a3 * u3[j])
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _update_by_few(
     F: Any, stride: int, shift: int, U: Any, count: int, m: int, start: int, end: int
 ) -> None:

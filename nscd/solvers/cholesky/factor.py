@@ -6,9 +6,9 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Index32
+from nscd.compiling import kernel
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.dissection import dissect
 from nscd.solvers.cholesky.fronts import Fronts, fronts_of, no_fronts
@@ -52,7 +52,7 @@ def factor_of(problem: ContactProblem) -> Factor:
     return Factor(ordering.order, ordering.place, contact, True, _no_rows(), fronts)
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def factor_by_rows(n: int, first: Any, second: Any) -> Any:
     """Order n disks for elimination, and reserve storage for the rows of their factor.
 
@@ -79,7 +79,7 @@ def _no_rows() -> Any:
     return factor_by_rows(0, none, none).rows
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def factorise(system: Any, factor: Any, theta: Any) -> bool:
     """Factorise Â + CᵀΘC for theta (k,) kg; False where rounding left it indefinite."""
     if factor.many:
@@ -87,7 +87,7 @@ def factorise(system: Any, factor: Any, theta: Any) -> bool:
     return factorise_rows(system, factor.rows, theta)
 
 
-@njit(cache=True)
+@kernel(apart=True)
 def solve_factorised(factor: Any, b: Any) -> None:
     """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
     if factor.many:

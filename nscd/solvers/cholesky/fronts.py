@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Index32, Indices
+from nscd.compiling import inner, kernel
 from nscd.solvers.cholesky.dissection import Ordering
 from nscd.solvers.cholesky.elimination import COLUMNS, LARGE
 
@@ -50,7 +50,7 @@ class Fronts(NamedTuple):
     run: Index32
 
 
-@njit(cache=True)
+@inner
 def no_fronts() -> Any:
     """Make the structure of nothing."""
     i, j, x = np.empty(0, np.int32), np.empty(0, np.int64), np.empty(0)
@@ -83,7 +83,7 @@ def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fr
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _children(parent: Any) -> Any:
     child = np.full(len(parent), -1, np.int32)
     sibling = np.full(len(parent), -1, np.int32)
@@ -94,7 +94,7 @@ def _children(parent: Any) -> Any:
     return child, sibling
 
 
-@njit(cache=True)
+@kernel
 def _borders(ordering: Any, child: Any, sibling: Any) -> Any:
     n, m = len(ordering.order), len(child)
     mark = np.full(n, -1, np.int32)
@@ -129,7 +129,7 @@ def _borders(ordering: Any, child: Any, sibling: Any) -> Any:
     return border_start, border[: border_start[m]].copy()
 
 
-@njit(cache=True)
+@inner
 def _local(s: int, first: Any, end: Any, border_start: Any, border: Any, local: Any) -> None:
     for k in range(first[s], end[s]):
         local[k] = k - first[s]
@@ -138,7 +138,7 @@ def _local(s: int, first: Any, end: Any, border_start: Any, border: Any, local: 
         local[border[q]] = width + q
 
 
-@njit(cache=True)
+@kernel
 def _inner(
     first: Any, end: Any, child: Any, sibling: Any, border_start: Any, border: Any, n: int
 ) -> Any:
@@ -156,7 +156,7 @@ def _inner(
     return inner
 
 
-@njit(cache=True)
+@kernel
 def _elements(a: Any, b: Any, first: Any, end: Any, border_start: Any, border: Any, n: int) -> Any:
     m, k = len(first), len(a)
     node = np.empty(n, np.int32)
@@ -185,7 +185,7 @@ def _elements(a: Any, b: Any, first: Any, end: Any, border_start: Any, border: A
     return start, element, left, right
 
 
-@njit(cache=True)
+@kernel
 def _storage(
     first: Any, end: Any, parent: Any, border_start: Any, child: Any, sibling: Any, d: int
 ) -> Any:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from nscd.compiling import inner
 from nscd.solvers.cholesky.dissection import Ordering, contact_graph
 
 
-@njit(cache=True)
+@inner
 def _ones(x: Any) -> Any:
     """How many bits of a word are set."""
     x = x - ((x >> np.uint64(1)) & np.uint64(0x5555555555555555))
@@ -19,7 +19,7 @@ def _ones(x: Any) -> Any:
     return np.int64((x * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
-@njit(cache=True)
+@inner
 def _neighbours(start: Any, neighbour: Any) -> Any:
     """The neighbours of each disk as bits (n, n/64), and how many there are (n,)."""
     n = len(start) - 1
@@ -33,7 +33,7 @@ def _neighbours(start: Any, neighbour: Any) -> Any:
     return bits, degree
 
 
-@njit(cache=True)
+@inner
 def _eliminate(start: Any, neighbour: Any) -> Any:
     bits, degree = _neighbours(start, neighbour)
     n, words = bits.shape
@@ -89,7 +89,7 @@ def _eliminate(start: Any, neighbour: Any) -> Any:
     return order
 
 
-@njit(cache=True)
+@inner
 def minimum_degree(n: int, first: Any, second: Any) -> Any:
     """Eliminate a disk with the fewest neighbours, which become neighbours of each other, and so
     on.

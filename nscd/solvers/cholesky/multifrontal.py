@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
+from nscd.compiling import inner
 from nscd.solvers.cholesky.elimination import eliminate
 
 # A front (panel, update, size, pivots) is made where its results belong: row t of front s begins in
@@ -13,7 +12,7 @@ from nscd.solvers.cholesky.elimination import eliminate
 # pivots)·rest. Only the upper half is kept.
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True, apart=True)
 def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
     """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns per disk.
 
@@ -51,7 +50,7 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _add_normal(
     F: Any,
     front: Any,
@@ -85,7 +84,7 @@ def _add_normal(
     F[at + size + 1] -= yy
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _add_tangent(
     F: Any,
     front: Any,
@@ -116,7 +115,7 @@ def _add_tangent(
                 F[at] += weight * first[a] * second[b]
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _add_child(
     F: Any,
     front: Any,
@@ -150,7 +149,7 @@ def _add_child(
                 j = end
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True, apart=True)
 def solve_fronts(fronts: Any, b: Any) -> None:
     """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
     d = b.shape[1]

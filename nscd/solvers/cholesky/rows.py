@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Index32, Indices
+from nscd.compiling import inner
 
 
 class Rows(NamedTuple):
@@ -40,7 +40,7 @@ class Rows(NamedTuple):
     work: Any
 
 
-@njit(cache=True)
+@inner
 def _structure(start: Any, neighbour: Any, order: Any, place: Any) -> Any:
     """Blocks of L: a row's columns are the paths in the elimination tree from its neighbours up to
     it."""
@@ -103,7 +103,7 @@ def _structure(start: Any, neighbour: Any, order: Any, place: Any) -> Any:
     return column_start, row, row_start, column, slot
 
 
-@njit(cache=True)
+@inner
 def rows_of(ordering: Any, first: Any, second: Any) -> Any:
     """Plan the rows of contacts between disks.
 
@@ -134,7 +134,7 @@ def rows_of(ordering: Any, first: Any, second: Any) -> Any:
     )  # fmt: skip
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def _assemble(system: Any, rows: Any, theta: Any) -> None:
     """Put M + Cᵀ(Θ + K)C into `matrix` and `matrix_diagonal`."""
     A, B = rows.matrix, rows.matrix_diagonal
@@ -160,7 +160,7 @@ def _assemble(system: Any, rows: Any, theta: Any) -> None:
             A[p, 3] -= yy
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
     """Factorise M + Cᵀ(Θ + K)C for theta (k,) kg; False where rounding left it indefinite."""
     _assemble(system, rows, theta)
@@ -207,7 +207,7 @@ def factorise_rows(system: Any, rows: Any, theta: Any) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True)
+@inner(fastmath=True)
 def solve_rows(rows: Any, b: Any) -> None:
     """Solve b ← (L Lᵀ)⁻¹ b in place, (n,2)."""
     n = len(b)

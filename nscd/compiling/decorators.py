@@ -1,0 +1,65 @@
+"""The decorators of kernels.
+
+Numba takes the code of whatever a kernel calls into the kernel and compiles it there once more, and
+makes two wrappers for each, whether anybody calls it from outside or not. A wrapper for tuples of
+arrays is longer than most kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.core.registry import CPUDispatcher
+
+from nscd.compiling.by_address import called_by_address
+
+
+class _Kernel(CPUDispatcher):
+    """What Python and kernels call."""
+
+
+class _Inner(CPUDispatcher):
+    """What kernels call: it has no entry for Python."""
+
+    def __call__(self, *given: Any, **named: Any) -> Any:
+        raise TypeError(f"{self.py_func.__qualname__}: for kernels only; @kernel lets Python call")
+
+
+class _KernelApart(_Kernel):
+    get_overload = called_by_address
+
+
+class _InnerApart(_Inner):
+    get_overload = called_by_address
+
+
+def kernel(
+    function: Callable[..., Any] | None = None, *, apart: bool = False, **options: Any
+) -> Any:
+    """Compile a function, to be called from Python and by kernels.
+
+    apart: kernels call it by its address and do not take its code in: for what is long, and called
+        by several; a call then costs 2 ns more, and nothing is optimised across it
+    options: of `numba.njit`, such as fastmath"""
+    return _decorated(_KernelApart if apart else _Kernel, function, options)
+
+
+def inner(
+    function: Callable[..., Any] | None = None, *, apart: bool = False, **options: Any
+) -> Any:
+    """Compile a function, to be called by kernels only; a call from Python raises TypeError.
+
+    apart, options: as of `kernel`"""
+    return _decorated(
+        _InnerApart if apart else _Inner, function, options | {"no_cpython_wrapper": True}
+    )
+
+
+def _decorated(kind: type, function: Callable[..., Any] | None, options: dict[str, Any]) -> Any:
+    def decorate(plain: Callable[..., Any]) -> Any:
+        fixed = {"nopython": True, "nogil": False, "no_cfunc_wrapper": True}
+        compiled = kind(py_func=plain, targetoptions=fixed | options)
+        compiled.enable_caching()
+        return compiled
+
+    return decorate if function is None else decorate(function)
