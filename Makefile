@@ -71,8 +71,8 @@ $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
 	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
 	$(PIP) --no-compile --editable '.[all]'
-	# pip compiles file by file; this on all cores
-	$(PYTHON) -m compileall -qq -j 0 $(VENV)/lib || true
+	# pip compiles file by file, and our own not at all; this on all cores
+	$(PYTHON) -m compileall -qq -j 0 $(VENV)/lib nscd analysis crowd_percussions || true
 	touch $@
 
 $(VENV)/kernels: $(VENV)/installed
