@@ -7,11 +7,13 @@ arrays is longer than most kernels."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar, overload
 
 from numba.core.registry import CPUDispatcher
 
 from nscd.compiling.by_address import called_by_address
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class _Kernel(CPUDispatcher):
@@ -26,36 +28,39 @@ class _Inner(CPUDispatcher):
 
 
 class _KernelApart(_Kernel):
-    get_overload = called_by_address
+    get_overload: Any = called_by_address
 
 
 class _InnerApart(_Inner):
-    get_overload = called_by_address
+    get_overload: Any = called_by_address
 
 
-def kernel(
-    function: Callable[..., Any] | None = None, *, apart: bool = False, **options: Any
-) -> Any:
+@overload
+def kernel(function: Function, /) -> Function: ...
+@overload
+def kernel(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]: ...
+def kernel(function: Any = None, /, *, apart: bool = False, **options: Any) -> Any:
     """Compile a function, to be called from Python and by kernels.
 
     apart: kernels call it by its address and do not take its code in: for what is long, and called
-        by several; a call then costs 2 ns more, and nothing is optimised across it
+        by several; nothing is optimised across such a call
     options: of `numba.njit`, such as fastmath"""
     return _decorated(_KernelApart if apart else _Kernel, function, options)
 
 
-def inner(
-    function: Callable[..., Any] | None = None, *, apart: bool = False, **options: Any
-) -> Any:
+@overload
+def inner(function: Function, /) -> Function: ...
+@overload
+def inner(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]: ...
+def inner(function: Any = None, /, *, apart: bool = False, **options: Any) -> Any:
     """Compile a function, to be called by kernels only; a call from Python raises TypeError.
 
     apart, options: as of `kernel`"""
-    return _decorated(
-        _InnerApart if apart else _Inner, function, options | {"no_cpython_wrapper": True}
-    )
+    kind = _InnerApart if apart else _Inner
+    return _decorated(kind, function, options | {"no_cpython_wrapper": True})
 
 
-def _decorated(kind: type, function: Callable[..., Any] | None, options: dict[str, Any]) -> Any:
+def _decorated(kind: type[Any], function: Any, options: dict[str, Any]) -> Any:
     def decorate(plain: Callable[..., Any]) -> Any:
         fixed = {"nopython": True, "nogil": False, "no_cfunc_wrapper": True}
         compiled = kind(py_func=plain, targetoptions=fixed | options)
