@@ -36,9 +36,15 @@ class _InnerApart(_Inner):
 
 
 @overload
-def kernel(function: Function, /) -> Function: ...
+def kernel(function: Function, /) -> Function:
+    """Compile without options."""
+
+
 @overload
-def kernel(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]: ...
+def kernel(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]:
+    """Compile with options."""
+
+
 def kernel(function: Any = None, /, *, apart: bool = False, **options: Any) -> Any:
     """Compile a function, to be called from Python and by kernels.
 
@@ -49,9 +55,15 @@ def kernel(function: Any = None, /, *, apart: bool = False, **options: Any) -> A
 
 
 @overload
-def inner(function: Function, /) -> Function: ...
+def inner(function: Function, /) -> Function:
+    """Compile without options."""
+
+
 @overload
-def inner(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]: ...
+def inner(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]:
+    """Compile with options."""
+
+
 def inner(function: Any = None, /, *, apart: bool = False, **options: Any) -> Any:
     """Compile a function, to be called by kernels only; a call from Python raises TypeError.
 
