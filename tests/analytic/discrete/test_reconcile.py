@@ -140,6 +140,19 @@ def test_no_farther_than_another_optimiser():
     assert ours <= other.fun * (1 + 1e-5)
 
 
+@pytest.mark.parametrize("seed", [117, 1098, 1215])
+def test_a_slow_search_ends_too(seed):
+    """Six people on less than a square metre, whose steps shrink by a thirtieth each."""
+    heads, radius = np.random.default_rng(seed).uniform(0.0, 0.8, (6, 2)), np.full(6, 0.2)
+    arranged = reconcile(heads, radius)
+    assert arranged.linearisations > 100
+    contacts = contacts_of(arranged.position, radius)
+    assert 0 <= contacts.gap.min() <= 2 * SPARE_M
+    back = (heads - arranged.position).ravel()
+    _, rest = nnls(contacts.normal_matrix(6).T.toarray(), back)
+    assert rest < 1e-6 * np.linalg.norm(back)
+
+
 @settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_random_crowds_between_walls_end_without_overlap(seed):
