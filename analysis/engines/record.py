@@ -12,8 +12,8 @@ from typing import Annotated
 from pydantic import Field, TypeAdapter, ValidationError
 
 from analysis.engines.timing import Timing
-from analysis.scene.scene import FileName, Scene, first_problem
-from analysis.scene.values import Count, Number, Positive
+from analysis.scene.scene import Scene, first_problem
+from analysis.scene.values import Count, FileName, Number, Positive
 from analysis.support.files import write_json
 from analysis.support.reading import UnreadableError, read_text
 

@@ -136,7 +136,7 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
     )
     label = f"{scene.name}: {engine_name}, {chosen.setting(scene)}"
     with staged(folder, resume=record if chosen.RESUMES else None) as staging:
-        scene.model_copy(update={"name": "scene"}).write(staging)
+        scene.model_copy(update={"name": "scene", "other_frames": None}).write(staging)
         chosen.write_input(scene, staging / DECKS)
         record.write(staging)
         step = 0

@@ -185,7 +185,8 @@ class Group:
         if not sound.all():
             place = int(np.argmin(sound))
             raise self.refuse(
-                key, f"entry {place + 1}: {values.flat[place]:g}; numbers up to {LARGEST:g} are needed"
+                key,
+                f"entry {place + 1}: {values.flat[place]:g}; numbers up to {LARGEST:g} are needed",
             )
         return values
 

@@ -31,7 +31,7 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
     values = {
         "models": [one.title for one in study.ensembles],
         "crowds": study.crowds,
-        "varied": how_varied(scene),
+        "varied": how_varied(scene, study.crowds),
         "window": first.series[0].window_s,
         "last": first.last_s,
         "count": len(study.ensembles),

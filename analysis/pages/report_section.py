@@ -156,7 +156,10 @@ def _tables(words: Words, study: Study, runs: Sequence[Run]) -> list[Table]:
         words.table("engines", [_engine(run) for run in runs]),
     ]
     if scene.reconciliation:
-        tables.append(words.table("reconciliation", list(scene.reconciliation.rows())))
+        rows = scene.reconciliation.rows()
+        if scene.other_frames:
+            rows += scene.other_frames.rows()
+        tables.append(words.table("reconciliation", list(rows)))
     return tables
 
 

@@ -1,9 +1,14 @@
-"""What was done to the heads of a real crowd to make a scene of them: the part `[reconciliation]`
-of a scene file."""
+"""What was done to the heads of a real crowd to make a scene of them: the parts `[reconciliation]`
+and `[other_frames]` of a scene file."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+
+from analysis.scene.values import FileName, Number, Part
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Length = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -79,3 +84,55 @@ class Reconciliation(BaseModel):
             unit = next((end for end in units if key.endswith(end)), "")
             rows.append((key.removesuffix(unit).replace("_", " ") + units.get(unit, ""), value))
         return rows
+
+
+class OtherFrames(Part):
+    """Name frames of the same film, near in time, that became crowds in the same way.
+
+    frames: their numbers in the file
+    after_s: s after the scene's own frame, negative before it
+    data: names of their data files, in the folder of the scene
+    refused: numbers of frames that could not be made crowds
+    """
+
+    frames: tuple[Annotated[int, Strict()], ...]
+    after_s: tuple[Number, ...]
+    data: tuple[FileName, ...]
+    refused: tuple[Annotated[int, Strict()], ...] = ()
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> OtherFrames:
+        if not len(self.frames) == len(self.after_s) == len(self.data):
+            raise ValueError("frames, after_s and data need one entry per frame")
+        return self
+
+    @staticmethod
+    def files(scene: str, frames: Sequence[int]) -> tuple[str, ...]:
+        """Name the data files of the frames of a scene."""
+        return tuple(f"{scene}_{number}.data" for number in frames)
+
+    @property
+    def statement(self) -> str:
+        """Say which frames there are, in one line."""
+        found = [
+            f"{number} ({time:+.3g} s)"
+            for number, time in sorted(zip(self.frames, self.after_s, strict=True))
+        ]
+        words = f"Other frames of the film: {', '.join(found) or 'none'}."
+        if self.refused:
+            left = ", ".join(str(number) for number in sorted(self.refused))
+            words += f" Of frames that were tried, these could not be made crowds: {left}."
+        return words.replace("-", "−")
+
+    def rows(self) -> list[tuple[str, float | int | str]]:
+        """List the frames for a table."""
+        rows: list[tuple[str, float | int | str]] = []
+        for words, numbers in (("became", self.frames), ("could not become", self.refused)):
+            if numbers:
+                frames = ", ".join(str(number) for number in sorted(numbers))
+                rows.append((f"other frames that {words} crowds", frames))
+        return rows
+
+    def of(self, scene: str) -> OtherFrames:
+        """Name the data files after another scene."""
+        return self.model_copy(update={"data": self.files(scene, self.frames)})

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import AfterValidator, ConfigDict, Field, Strict, ValidationError
+from pydantic import ConfigDict, Field, Strict, ValidationError
 
-from analysis.scene.account import Reconciliation
+from analysis.scene.account import OtherFrames, Reconciliation
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.contact import AS_HERTZ, BODY, ContactModel
 from analysis.scene.lammps_data import read_data, write_data, written_mass
 from analysis.scene.parts import Analysis, Drive, Room, Run, Wall
 from analysis.scene.placement import check_room
-from analysis.scene.values import Means, Part
+from analysis.scene.values import FileName, Means, Part
 from analysis.support.files import write_text
 from analysis.support.reading import UnreadableError, read_text
 from analysis.support.shipped import shipped
@@ -43,16 +43,6 @@ __all__ = [
 ]
 
 
-def _file_name(name: str) -> str:
-    if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
-        raise ValueError(f"{name!r} is not the name of a file in one folder")
-    return name
-
-
-# It becomes a part of paths, and must not lead out of their folder.
-FileName = Annotated[str, AfterValidator(_file_name)]
-
-
 # Of a scene file, in their order.
 PARTS = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
@@ -70,6 +60,7 @@ class _Disks(Part):
 class _SceneFile(Room):
     disks: _Disks
     reconciliation: Reconciliation | None = None
+    other_frames: OtherFrames | None = None
 
 
 class Scene(Room):
@@ -79,6 +70,7 @@ class Scene(Room):
     notes: the comment at the head of the file
     snapshot: the initial state
     reconciliation: how the heads of a real crowd became disks
+    other_frames, other_crowds: which other frames of its film became crowds, and these
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -87,6 +79,8 @@ class Scene(Room):
     notes: str = ""
     snapshot: Snapshot
     reconciliation: Reconciliation | None = None
+    other_frames: OtherFrames | None = None
+    other_crowds: tuple[Snapshot, ...] = ()
 
     @classmethod
     def of(cls, room: Room, **rest: Any) -> Scene:
@@ -148,6 +142,8 @@ class Scene(Room):
     def to_toml(self) -> str:
         """Write out the text of the scene file; its disks are in `<name>.data` beside it."""
         content = self._content()
+        if self.other_frames:
+            content["other_frames"] = _said(self.other_frames.of(self.name))
         head = {key: content.pop(key) for key in ("title", "source")}
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
         # points read better on one line
@@ -159,15 +155,20 @@ class Scene(Room):
         return comment + "\n" + text
 
     def write(self, folder: Path) -> Path:
-        """Write `<name>.toml` and `<name>.data` into the folder; return the path of the first."""
+        """Write `<name>.toml` and `<name>.data` into the folder, and a data file of each other
+        frame; return the path of the first."""
         folder.mkdir(parents=True, exist_ok=True)
+        if self.other_frames:
+            files = self.other_frames.of(self.name).data
+            for file, crowd in zip(files, self.other_crowds, strict=True):
+                write_data(folder / file, crowd, self.title)
         write_data(folder / f"{self.name}.data", self.snapshot, self.title)
         write_text(folder / f"{self.name}.toml", self.to_toml())
         return folder / f"{self.name}.toml"
 
     def digest(self) -> str:
-        """Compute the SHA-256 of all that the files of the scene say, but for its name and its
-        notes."""
+        """Compute the SHA-256 of all that the files of the scene say, but for its name, its notes
+        and other frames."""
         disks = self.snapshot
         arrays = (disks.position, disks.velocity, disks.radius, written_mass(disks))
         state = hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode())
@@ -203,13 +204,14 @@ def read_scene(name_or_path: str | Path) -> Scene:
         snapshot = _bodies(path, content)
         if parts.disks.people:
             snapshot = apart(snapshot, parts.wall_segments())
+        others = parts.other_frames
+        crowds = tuple(read_data(path.parent / name) for name in others.data) if others else ()
     except StepError as error:
         raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
     except ValueError as error:
         raise SceneError(str(error)) from None
-    scene = Scene.of(
-        parts, name=path.stem, notes=notes, snapshot=snapshot, reconciliation=parts.reconciliation
-    )
+    more = {"reconciliation": parts.reconciliation, "other_frames": others, "other_crowds": crowds}
+    scene = Scene.of(parts, name=path.stem, notes=notes, snapshot=snapshot, **more)
     scene.check(str(path))
     return scene
 

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationInfo,
+    field_validator,
+)
 
 # Engines do not read numbers whose squares or quotients underflow.
 SMALLEST = 1e-100
@@ -18,6 +27,16 @@ Count = Annotated[int, Strict(), Field(ge=1)]
 # beyond this, distances leave double precision
 Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
 Point = tuple[Length, Length]
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
+        raise ValueError(f"{name!r} is not the name of a file in one folder")
+    return name
+
+
+# It becomes a part of paths, and must not lead out of their folder.
+FileName = Annotated[str, AfterValidator(_file_name)]
 # Mean radius (m) and mean mass (kg) of the disks of a file.
 Means = tuple[float, float]
 

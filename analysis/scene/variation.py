@@ -19,7 +19,8 @@ def variant(scene: Scene, number: int) -> Scene:
     """Return crowd `number` of a scene; 0 is the scene itself.
 
     A shipped scene of random disks is made with another seed. Any other has its places moved at
-    random, by 2 cm in the mean square along each axis, and its radii multiplied by 1 ± 2 %; disks
+    random, by 2 cm in the mean square along each axis, and its radii multiplied by 1 ± 2 %; where
+    other frames of a film came with it, they take turns with its own, and are varied so too. Disks
     that then overlap are pushed apart as little as possible. Where somebody is then outside the
     walls, as who stood in the door may be, all are drawn again.
 
@@ -30,7 +31,9 @@ def variant(scene: Scene, number: int) -> Scene:
         crowd = make(scene.name, seed=1 + number).snapshot
         return scene.model_copy(update={"snapshot": crowd})
     random = np.random.default_rng([2, number])
-    given = scene.snapshot
+    frames = (scene.snapshot, *scene.other_crowds)
+    given = frames[number % len(frames)]
+    rest = {"reconciliation": None, "other_frames": None, "other_crowds": ()}
     for draws in range(DRAWS):
         moved = dataclasses.replace(
             given,
@@ -38,7 +41,7 @@ def variant(scene: Scene, number: int) -> Scene:
             radius=given.radius * random.uniform(1 - RADIUS_SHARE, 1 + RADIUS_SHARE, len(given)),
         )
         crowd = apart(moved, scene.wall_segments())
-        made = scene.model_copy(update={"snapshot": crowd, "reconciliation": None})
+        made = scene.model_copy(update=rest | {"snapshot": crowd})
         try:
             made.check(f"{scene.name}, crowd {number}")
         except SceneError:
@@ -49,12 +52,20 @@ def variant(scene: Scene, number: int) -> Scene:
     return made
 
 
-def how_varied(scene: Scene) -> str:
-    """Say in words what the crowds of a scene differ in."""
+def how_varied(scene: Scene, crowds: int) -> str:
+    """Say in words what so many crowds of a scene differ in."""
     if scene.name in SEEDED and _is_shipped(scene):
         return "the seed of their places and radii"
-    return (
+    said = (
         f"places (σ = {100 * PLACE_M:g} cm along each axis) and radii (± {100 * RADIUS_SHARE:g} %)"
+    )
+    others = scene.other_frames
+    if not others or not others.frames[: crowds - 1]:
+        return said
+    after = others.after_s[: crowds - 1]
+    return (
+        f"the frame of the film ({1 + len(after)} frames, from {max(0.0, -min(after)):.2g} s before "
+        f"to {max(0.0, *after):.2g} s after the first crowd's), {said}"
     )
 
 

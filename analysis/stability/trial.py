@@ -70,7 +70,7 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
         return Trial(**{**found, "folder": folder, "reused": True})
     if folder.exists():
         shutil.rmtree(folder)
-    scene.model_copy(update={"name": "scene"}).write(folder)
+    scene.model_copy(update={"name": "scene", "other_frames": None}).write(folder)
     chosen.write_input(scene, folder / DECKS)
     for edit in edits:
         file = folder / DECKS / edit.file

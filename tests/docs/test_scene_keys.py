@@ -63,7 +63,9 @@ def accepted(schema):
         whole = schema["prefixItems"][0]["type"] == "integer"
         return f"two {accepted(schema['prefixItems'][0])}" if whole else "(x, y)"
     if schema["type"] == "array":
-        return "tables"
+        many = {"integer": "whole numbers", "number": "numbers", "string": "texts"}
+        kind = schema["items"].get("type")
+        return f"list of {many[kind]}" if kind in many else "tables"
     if schema["type"] == "string":
         return "text"
     if schema["type"] == "boolean":

@@ -1,12 +1,17 @@
 """percussions import."""
 
+from __future__ import annotations
+
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, positive, share
+from analysis.cli.app import Out, positive, share, warn
 from analysis.cli.real.options import FrameRate, Mass, Unit
+
+if TYPE_CHECKING:
+    from analysis.scene.real.import_crowd import ImportedCrowd
 
 Crowd = Annotated[
     Path,
@@ -18,6 +23,14 @@ Crowd = Annotated[
 RoomFile = Annotated[
     Path,
     typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene."),
+]
+
+Others = Annotated[
+    int,
+    typer.Option(min=0, max=100, help="Other frames that a report varies the crowd by; 0: none."),
+]
+Apart = Annotated[
+    float, typer.Option(parser=positive, help="Time in s from one of these frames to the next.")
 ]
 
 
@@ -53,16 +66,14 @@ def import_(
         float,
         typer.Option(parser=positive, help="Time in s over which velocities are measured."),
     ] = 0.4,
+    others: Others = 4,
+    apart: Apart = 1.0,
     out: Out = Path("."),
 ) -> None:
-    """Turn one frame of a real trajectory, or a crowd of LEMONS, into a scene without overlaps.
+    """Turn a frame of a real trajectory, and frames near it, or a crowd of LEMONS into a scene.
 
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
-    from analysis.scene.anthropometry import Varied
-    from analysis.scene.real.import_crowd import import_crowd
-    from analysis.scene.real.trajectory import read_heads
-
     if file.suffix.lower() == ".xml":
         if frame is not None or people is not None:
             raise ValueError("--frame, --people: only of a trajectory")
@@ -70,22 +81,42 @@ def import_(
         return
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
-    varied = Varied(people=people, radius_share=radius_spread, seed=seed)
-    heads = read_heads(file, frame, unit=unit, frame_rate=frame_rate, window_s=window)
-    imported = import_crowd(heads, radius=radius, room=room, mass=mass, name=name, varied=varied)
-    beside = out / f"{imported.scene.name}.toml"
-    if beside.exists() and beside.samefile(room):
-        raise ValueError(f"{beside}: the scene would replace its room; give --name or --out")
+    from analysis.scene.anthropometry import Varied
+    from analysis.scene.real.import_crowd import import_crowd
+    from analysis.scene.real.other_frames import with_other_frames
+    from analysis.scene.real.trajectory import Recording
+
+    recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
+
+    def crowd_of(number: int) -> ImportedCrowd:
+        after = number - frame
+        own = seed + 2 * abs(after) - (after > 0)  # each frame has its own
+        varied = Varied(people=people, radius_share=radius_spread, seed=own)
+        heads = recording.heads(number, window)
+        return import_crowd(heads, radius=radius, room=room, mass=mass, name=name, varied=varied)
+
+    _check_place(out / f"{name or room.stem}.toml", room)
+    _write(*with_other_frames(crowd_of(frame), recording, others, apart, crowd_of), out)
+
+
+def _write(imported: ImportedCrowd, refused: list[str], out: Path) -> None:
+    for reason in refused:
+        warn(f"left out of the other frames: {reason}")
     print(imported.write(out))
     print(imported.statement)
+    if others := imported.scene.other_frames:
+        print(others.statement)
+
+
+def _check_place(scene: Path, room: Path) -> None:
+    if scene.exists() and scene.samefile(room):
+        raise ValueError(f"{scene}: the scene would replace its room; give --name or --out")
 
 
 def _import_lemons(file: Path, room: Path, name: str | None, one_disk: bool, out: Path) -> None:
     from analysis.scene.real.lemons import read_lemons
 
     scene = read_lemons(file, one_disk=one_disk).into(room, name)
-    beside = out / f"{scene.name}.toml"
-    if beside.exists() and beside.samefile(room):
-        raise ValueError(f"{beside}: the scene would replace its room; give --name or --out")
+    _check_place(out / f"{scene.name}.toml", room)
     print(scene.write(out))
     print(scene.notes)

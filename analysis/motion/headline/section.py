@@ -45,11 +45,13 @@ def headline_section(study: MotionStudy) -> Section | None:
         "models": [one.title for one in models],
         "people": len(scene.snapshot),
         "crowds": study.crowds,
-        "varied": how_varied(scene),
+        "varied": how_varied(scene, study.crowds),
         "window": models[0].series[0].window_s,
         "last": models[0].last_s,
         "duration": scene.run.duration_s,
         "reconciliation": scene.reconciliation,
+        "refused": scene.other_frames.refused if scene.other_frames else (),
+        "frames_vary": study.crowds > 1 and bool(scene.other_crowds),
     }
     caption = words.text("picture", time=models[-1].series[0].time[-1], **values)
     return Section(

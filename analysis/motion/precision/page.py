@@ -31,7 +31,7 @@ def whole_runs_section(found: Precision) -> Section:
         "reference": found.reference.setting.title,
         "crowds": found.crowds,
         "duration": scene.run.duration_s,
-        "varied": how_varied(scene),
+        "varied": how_varied(scene, found.crowds),
         "driven": scene.drive is not None,
         "heads": [f"{one.title} ({one.unit})" for one in found.statistics.values()],
     }
