@@ -40,6 +40,7 @@ class Balance:
 
     drive: (2,) N, Σ of the drive; of an impact Σ m Δu
     walls, rigid_walls: (2,) N, Σ of what the walls receive, in the penalty and the rigid model
+    magnitudes: N, Σ of the magnitudes of what `drive` adds up: a sum far below it is rounding
     unbalanced: Σ |m a| / Σ |drive| over people, the body force in the drive: the share of the drive
         that accelerates them, 0 at rest; NaN where the dump has no forces
     closure_error: how far the engine's own balance is from closing: |Σ drive − Σ walls − Σ m a| /
@@ -50,6 +51,7 @@ class Balance:
     drive: Floats
     walls: Floats
     rigid_walls: Floats
+    magnitudes: float
     unbalanced: float
     closure_error: float
     frames_needed: int
@@ -228,6 +230,7 @@ def _impulses(
         drive=whole.change.sum(0),
         walls=whole.contacts.force[whole.contacts.is_wall].sum(0),
         rigid_walls=np.zeros(2),
+        magnitudes=float(np.hypot(*whole.change.T).sum()),
         unbalanced=0.0,
         closure_error=whole.error,
         frames_needed=whole.frames_needed,
@@ -243,15 +246,17 @@ def _driven_balance(
     if snapshot.drive is not None:
         drive = drive + snapshot.drive
     walls, total = engine.force[engine.is_wall].sum(0), drive.sum(0)
+    magnitudes = float(np.hypot(*drive.T).sum())
     error = unbalanced = float("nan")
     if "fx" in data:
         force = np.column_stack([data["fx"], data["fy"]])
         error = float(np.hypot(*(total - walls - force.sum(0)))) / (float(np.hypot(*total)) or 1.0)
-        unbalanced = float(np.hypot(*force.T).sum()) / (float(np.hypot(*drive.T).sum()) or 1.0)
+        unbalanced = float(np.hypot(*force.T).sum()) / (magnitudes or 1.0)
     return Balance(
         drive=total,
         walls=walls,
         rigid_walls=np.zeros(2),
+        magnitudes=magnitudes,
         unbalanced=unbalanced,
         closure_error=error,
         frames_needed=0,

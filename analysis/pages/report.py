@@ -122,6 +122,7 @@ def _numbers(comparison: Comparison) -> dict[str, Any]:
         "drive_sum": comparison.balance.drive.tolist(),
         "wall_sum": comparison.balance.walls.tolist(),
         "rigid_wall_sum": comparison.balance.rigid_walls.tolist(),
+        "drive_magnitudes": comparison.balance.magnitudes,
         "walls": [(*load, span) for load, span in zip(comparison.wall_loads(), spans, strict=True)],
         "unit": comparison.unit,
     }

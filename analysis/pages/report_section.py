@@ -12,7 +12,7 @@ from analysis.compare.study import Study
 from analysis.pages import report_charts as charts
 from analysis.pages.approach import FEWEST, MEASURES, SAME, fit_power, moved_between
 from analysis.pages.names import engine_label
-from analysis.pages.numbers import number, percent
+from analysis.pages.numbers import number, percent, summed
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.snapshot import percussions_of
@@ -180,8 +180,9 @@ def _per_contact(name: str, run: Run) -> list[Cell]:
 
 
 def _balance(name: str, run: Run, impact: bool) -> list[Cell]:
+    of = run["drive_magnitudes"]
     sums = [
-        f"{number(run[key][0], 6)}, {number(run[key][1])}"
+        f"{summed(run[key][0], of, 6)}, {summed(run[key][1], of)}"
         for key in ("drive_sum", "wall_sum", "rigid_wall_sum")
     ]
     row: list[Cell] = [name, *sums, percent(run["statistics"]["closure_error"])]
@@ -190,13 +191,19 @@ def _balance(name: str, run: Run, impact: bool) -> list[Cell]:
 
 def _walls(words: Words, names: Sequence[str], runs: Sequence[Run]) -> list[Table]:
     """The loads of the walls that anybody presses."""
-    loaded = {wall for run in runs for wall, penalty, rigid, _ in run["walls"] if penalty or rigid}
+    loaded = {
+        wall
+        for run in runs
+        for wall, *loads, _ in run["walls"]
+        if any(summed(load, run["drive_magnitudes"]) != "0" for load in loads)
+    }
     rows: list[list[Cell]] = []
     for name, run in zip(names, runs, strict=True):
         row: list[Cell] = [name]
         for wall, penalty, rigid, span in run["walls"]:
             if wall in loaded:
-                row += [number(penalty, 4), number(rigid, 4), reach(span)]
+                loads = [summed(load, run["drive_magnitudes"], 4) for load in (penalty, rigid)]
+                row += [*loads, reach(span)]
         rows.append(row)
     walls = [wall for wall, *_ in runs[0]["walls"] if wall in loaded]
     return [words.table("walls", rows, unit=runs[0]["unit"], walls=walls)] if walls else []
