@@ -17,6 +17,7 @@ from analysis.pages.drawing import (
     COLOURS,
     GREY,
     LINES,
+    NARROW_IN,
     VERMILION,
     add_scale,
     contact_lines,
@@ -36,9 +37,10 @@ FAINT, FAINTER = 0.35, 0.15
 BETWEEN = 0.08
 
 
-def draw_series(reels: Sequence[Reel]) -> Figure:
-    """Draw each headline number over time, those of two units apart: of runs every model, of a filmed crowd the middle
-    radius within the band of all; crosses where percussions are not solved."""
+def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
+    """Draw each headline number over time, those of two units apart: of runs every model, of a
+    filmed crowd the middle radius within the band of all; crosses where percussions are not solved;
+    narrow: for a telephone."""
     panels = {
         (key, unit_of(reel, model, key)): None
         for key in HEADLINES
@@ -46,7 +48,8 @@ def draw_series(reels: Sequence[Reel]) -> Figure:
         for model in reel.models
         if any(key in one.values.get(model, {}) for one in reel.frames)
     }
-    figure = Figure(figsize=(8.0, 2.2 * len(panels) + 1.0), layout="constrained")
+    size = (NARROW_IN if narrow else 8.0, 2.2 * len(panels) + 1.0)
+    figure = Figure(figsize=size, layout="constrained")
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (key, unit) in zip(every, panels, strict=True):
         if reels[0].radius is not None:
@@ -65,7 +68,7 @@ def draw_series(reels: Sequence[Reel]) -> Figure:
     every[-1].set_xlabel("time (s)")
     named = {name: line for axes in every for line, name in
              zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
-    figure.legend(named.values(), named.keys(), fontsize=8, ncols=2,
+    figure.legend(named.values(), named.keys(), fontsize=8, ncols=1 if narrow else 2,
                   loc="outside upper center")  # fmt: skip
     return figure
 
@@ -128,20 +131,22 @@ def _draw_limits(axes: Axes, key: str) -> None:
             axes.text(*place, words, fontsize=6, va="center", transform=axes.transAxes)
 
 
-def draw_still(reel: Reel, shown: Frame, model: str) -> Figure:
-    """Draw one frame: people, walls, and what the contacts carry."""
+def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
+    """Draw one frame: people, walls, and what the contacts carry in the last model; narrow: for a
+    telephone."""
+    model = reel.models[-1]
     assert shown.found is not None
     assert shown.match is not None
     now, size = shown.found.snapshot, shown.size(model)
     walls = [(wall.start_m, wall.end_m) for wall in reel.scene.walls]
     points = np.concatenate([now.position, *(np.array(wall) for wall in walls)])
     margin = float(now.radius.max())
-    figure = Figure(figsize=size_of(points, margin, 1), layout="constrained")
+    figure = Figure(figsize=size_of(points, margin, 1, narrow=narrow), layout="constrained")
     axes = figure.subplots()
     norm = Normalize(0, float(size.max(initial=0.0)) or 1.0)
     draw_disks(axes, now)
     draw_walls(axes, walls)
     draw_forces(axes, contact_lines(now, shown.match.contacts), size, norm)
     frame(axes, points, margin)
-    add_scale(figure, axes, norm, f"per contact ({shown.unit(model)})")
+    add_scale(figure, axes, norm, f"per contact ({shown.unit(model)})", narrow=narrow)
     return figure

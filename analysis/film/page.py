@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -161,9 +162,13 @@ def _pictures(words: Words, reels: Sequence[Reel], shared: Mapping[str, object])
 
     frame = max(middle.frames, key=largest)
     about = {"title": middle.title, "number": frame.number, "time": frame.time}
-    return (
-        words.picture("still", draw_still(middle, frame, middle.models[-1]), **about),
+    still, series = (
+        words.picture("still", draw_still(middle, frame), **about),
         words.picture("series", draw_series(reels), **shared),
+    )
+    return (
+        replace(still, narrow=draw_still(middle, frame, narrow=True)),
+        replace(series, narrow=draw_series(reels, narrow=True)),
     )
 
 

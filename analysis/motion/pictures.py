@@ -10,15 +10,17 @@ from matplotlib.figure import Figure
 
 from analysis.motion.ensemble import Ensemble
 from analysis.motion.series import Series
-from analysis.pages.drawing import COLOURS, GRID, LINES
+from analysis.pages.drawing import COLOURS, GRID, LINES, NARROW_IN
 from nscd.arrays import Floats
 
 
-def motion_picture(ensembles: Sequence[Ensemble]) -> Figure:
+def motion_picture(ensembles: Sequence[Ensemble], *, narrow: bool = False) -> Figure:
     """Draw people through the door and load on the walls against time, and how forces are spread:
-    the median of the crowds and, as a band, where nine in ten of them are."""
-    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
-    people, walls, spread = figure.subplots(1, 3)
+    the median of the crowds and, as a band, where nine in ten of them are; for a telephone below
+    each other."""
+    size = (NARROW_IN, 9.0) if narrow else (11.0, 3.6)
+    figure = Figure(figsize=size, layout="constrained")
+    people, walls, spread = figure.subplots(*((3, 1) if narrow else (1, 3)))
     _bands(people, ensembles, lambda series: series.evacuated)
     people.set(xlabel="time (s)", ylabel="people through the door", title="flow")
     _bands(walls, ensembles, lambda series: 1e-3 * series.values["walls"])
@@ -35,7 +37,10 @@ def motion_picture(ensembles: Sequence[Ensemble]) -> Figure:
     for axes in (people, walls, spread):
         axes.grid(color=GRID)
     figure.legend(
-        *people.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8
+        *people.get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=1 if narrow else 3,
+        fontsize=8,
     )
     return figure
 

@@ -41,7 +41,10 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
         "windows": sum(int(series.last(first.last_s).sum()) for series in first.series),
     }
     picture = Picture(
-        name=name, caption=words.text("motion", **values), figure=motion_picture(study.ensembles)
+        name=name,
+        caption=words.text("motion", **values),
+        figure=motion_picture(study.ensembles),
+        narrow=motion_picture(study.ensembles, narrow=True),
     )
     return Section(
         number=name,

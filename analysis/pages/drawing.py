@@ -30,6 +30,8 @@ COLOURS = (BLUE, ORANGE, GREEN, PINK)
 MARKERS = "osD^v"
 LINES = ("-", "--", ":", "-.")
 SHADES = "viridis_r"
+# Inches: so wide a picture has words on a telephone as large as those beside it.
+NARROW_IN = 4.4
 
 
 def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:
@@ -85,18 +87,36 @@ def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **look: Any) -> Non
     axes.quiver(*start.T, *vectors.T, angles="xy", scale_units="xy", scale=1, **look)
 
 
-def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:
-    """Add the scale of the shades; it is open above, since a few values may lie beyond."""
+def add_scale(
+    figure: Figure,
+    axes: Axes | Sequence[Axes],
+    norm: Normalize,
+    label: str,
+    *,
+    narrow: bool = False,
+) -> Colorbar:
+    """Add the scale of the shades, at the right or, in a narrow picture, below; it is open above,
+    since a few values may lie beyond."""
     bar: Colorbar = figure.colorbar(
-        ScalarMappable(norm, SHADES), ax=axes, shrink=0.75, extend="max", label=label
+        ScalarMappable(norm, SHADES),
+        ax=axes,
+        shrink=0.75,
+        extend="max",
+        label=label,
+        location="bottom" if narrow else "right",
     )
     return bar
 
 
-def size_of(points: Floats, margin: float, panels: int) -> tuple[float, float]:
+def size_of(
+    points: Floats, margin: float, panels: int, *, narrow: bool = False
+) -> tuple[float, float]:
     """Return the figure size (inches) for panels side by side that show points (n,2) m at equal
-    scale; margin in m."""
+    scale, or for a telephone below each other; margin in m."""
     width, height = points.max(0) - points.min(0) + 4 * margin
+    if narrow:
+        tall = np.clip((NARROW_IN - 0.7) * height / width, 1.0, 6.0) + 0.7
+        return NARROW_IN, float(panels * tall) + 0.7
     panel = min(7.0, 11.0 / panels)
     tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)
     wide = (tall - 1.3) * width / height + 0.7

@@ -107,13 +107,18 @@ def saved(figure: Figure, form: Literal["png", "pdf"]) -> bytes:
     return file.getvalue()
 
 
-def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, str]:
+def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, list[str]]:
     """Write the pictures of sections as PNG and PDF, each whole or not at all; return the PNG as
-    base64 text, by name."""
+    base64 text, by name, and after it the one for a narrow screen where there is one."""
     images = {}
-    for picture in (drawn(one) for section in sections for one in section.pictures):
+    for one in (one for section in sections for one in section.pictures):
+        picture = drawn(one)
         for suffix, content in (("png", picture.png), ("pdf", picture.pdf)):
             with whole_file(folder / f"{picture.name}.{suffix}", "wb") as file:
                 file.write(content)
-        images[picture.name] = base64.b64encode(picture.png).decode("ascii")
+        shown = [picture.png]
+        if isinstance(one, Picture) and one.narrow is not None:
+            one.narrow.savefig(narrow := io.BytesIO(), format="png", dpi=150)
+            shown.append(narrow.getvalue())
+        images[picture.name] = [base64.b64encode(png).decode("ascii") for png in shown]
     return images

@@ -65,8 +65,9 @@ def scene_picture(scene: Scene) -> Figure:
     return figure
 
 
-def force_networks(comparisons: Sequence[Comparison]) -> Figure:
-    """Draw the contact forces of each engine and of the rigid model on the same snapshot.
+def force_networks(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
+    """Draw the contact forces of each engine and of the rigid model on the same snapshot, side by
+    side or, for a telephone, below each other.
 
     Width and shade grow with the normal force, on one scale."""
     parts = [(engine_label(c), c, c.match.normal_parts()[0]) for c in comparisons]
@@ -74,13 +75,14 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
     snapshot_of = f"Percussions on the {engine_name(first.record.engine)} snapshot"
     parts.append((snapshot_of, first, first.match.normal_parts()[1]))
     view = _lines(comparisons[0]).reshape(-1, 2)
-    size = size_of(view, float(comparisons[0].snapshot.radius.max()), len(parts))
+    radius = float(comparisons[0].snapshot.radius.max())
+    size = size_of(view, radius, len(parts), narrow=narrow)
     figure = Figure(figsize=size, layout="constrained")
     every = np.concatenate([force[force > 0] for _, _, force in parts])
     top = float(np.quantile(every, 0.99)) if len(every) else 1.0
     norm = Normalize(0.0, top)
     for number, (label, comparison, force) in enumerate(parts):
-        axes = figure.add_subplot(1, len(parts), number + 1)
+        axes = figure.add_subplot(*_grid(len(parts), narrow), number + 1)
         snapshot = comparison.snapshot
         draw_disks(axes, snapshot)
         draw_walls(axes, _walls(comparison.scene))
@@ -89,34 +91,35 @@ def force_networks(comparisons: Sequence[Comparison]) -> Figure:
         frame(axes, view, float(snapshot.radius.max()))
     unit = comparisons[0].unit
     quantity = "normal contact force" if unit == FORCE else "normal contact impulse"
-    add_scale(figure, figure.axes, norm, f"{quantity} ({unit})")
+    add_scale(figure, figure.axes, norm, f"{quantity} ({unit})", narrow=narrow)
     return figure
 
 
-def carried_maps(comparison: Comparison) -> Figure:
+def carried_maps(comparison: Comparison, *, narrow: bool = False) -> Figure:
     """Draw what each disk carries, the sum of the magnitudes of its normal forces.
 
     Penalty and rigid, on one scale."""
     sums = comparison.disk_sums()
     lines = _lines(comparison).reshape(-1, 2)
-    size = size_of(lines, float(comparison.snapshot.radius.max()), 2)
+    size = size_of(lines, float(comparison.snapshot.radius.max()), 2, narrow=narrow)
     figure = Figure(figsize=size, layout="constrained")
     norm = Normalize(0.0, float(np.quantile(np.concatenate(sums), 0.995)) or 1.0)
     labels = (engine_label(comparison), "Percussions")
-    for axes, label, values in zip(figure.subplots(1, 2), labels, sums, strict=True):
+    for axes, label, values in zip(figure.subplots(*_grid(2, narrow)), labels, sums, strict=True):
         snapshot = comparison.snapshot
         draw_disks(axes, snapshot, values=values, norm=norm)
         draw_walls(axes, _walls(comparison.scene))
         axes.set_title(label, fontsize=10)
         frame(axes, lines, float(snapshot.radius.max()))
-    add_scale(figure, figure.axes, norm, f"sum of normal magnitudes ({comparison.unit})")
+    words = f"sum of normal magnitudes ({comparison.unit})"
+    add_scale(figure, figure.axes, norm, words, narrow=narrow)
     return figure
 
 
-def scatter(comparisons: Sequence[Comparison]) -> Figure:
+def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
     """Draw rigid against penalty, contact by contact; filled where mechanics determines the rigid
     force."""
-    columns = min(len(comparisons), 4)
+    columns = 1 if narrow else min(len(comparisons), 4)
     rows = -(-len(comparisons) // columns)
     figure = Figure(figsize=(3.9 * columns, 3.9 * rows + 0.4), layout="constrained")
     for number, comparison in enumerate(comparisons):
@@ -137,7 +140,8 @@ def scatter(comparisons: Sequence[Comparison]) -> Figure:
         axes.set_ylabel(f"rigid ({'p/τ' if unit == FORCE else 'percussion p'}, {unit})")
         axes.title.set_fontsize(10)
     handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
+    ncols = 1 if narrow else 3
+    figure.legend(handles, labels, loc="outside lower center", ncols=ncols, fontsize=8)
     return figure
 
 
@@ -208,6 +212,11 @@ def _exceedance(axes: Axes, force: Floats, label: str, **look: Any) -> None:
     if len(pressed) > 1:
         beyond = 1.0 - np.arange(len(pressed)) / len(pressed)
         axes.step(pressed / pressed.mean(), beyond, label=label, **look)
+
+
+def _grid(panels: int, narrow: bool) -> tuple[int, int]:
+    """Rows and columns of so many panels."""
+    return (panels, 1) if narrow else (1, panels)
 
 
 def _lines(comparison: Comparison) -> Floats:

@@ -127,17 +127,22 @@ def _pictures(words: Words, study: Study) -> list[Picture]:
     largest = _stiffness(_stiffest(study))
     stiffest = [c for c in comparisons if _stiffness(c) == largest]
     drawn = {
-        "scene": charts.scene_picture(study.scene),
-        "networks": charts.force_networks(stiffest),
-        "carried": charts.carried_maps(stiffest[0]),
-        "scatter": charts.scatter(comparisons),
-        "distributions": charts.distributions(stiffest),
+        "scene": [charts.scene_picture(study.scene)],
+        "networks": [charts.force_networks(stiffest, narrow=narrow) for narrow in (False, True)],
+        "carried": [charts.carried_maps(stiffest[0], narrow=narrow) for narrow in (False, True)],
+        "scatter": [charts.scatter(comparisons, narrow=narrow) for narrow in (False, True)],
+        "distributions": [charts.distributions(stiffest)],
     }
     if len(stiffest) < len(comparisons):
-        drawn["stiffness"] = charts.stiffness_study(comparisons)
+        drawn["stiffness"] = [charts.stiffness_study(comparisons)]
     return [
-        Picture(name=f"{study.scene.name}-{name}", caption=words.text(name), figure=figure)
-        for name, figure in drawn.items()
+        Picture(
+            name=f"{study.scene.name}-{name}",
+            caption=words.text(name),
+            figure=figures[0],
+            narrow=figures[-1] if len(figures) > 1 else None,
+        )
+        for name, figures in drawn.items()
     ]
 
 

@@ -58,11 +58,13 @@ class Picture:
 
     name: of its files, without suffix
     caption: in Markdown
+    narrow: the same for a telephone, panels below each other; the figure itself where left out
     """
 
     name: str
     caption: str
     figure: Figure
+    narrow: Figure | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

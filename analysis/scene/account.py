@@ -14,6 +14,10 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Length = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0)]
 
+# What two keys say in the words of a table.
+DECILE = ("decile", "that a tenth of people exceed")
+SHARE = ("moved share over 1 cm", "share of people moved by more than 1 cm")
+
 
 class Reconciliation(BaseModel):
     """Record how heads became disks that do not overlap: where they come from, what was there and
@@ -82,7 +86,8 @@ class Reconciliation(BaseModel):
         rows: list[tuple[str, float | int | str]] = []
         for key, value in self.model_dump(exclude_none=True).items():
             unit = next((end for end in units if key.endswith(end)), "")
-            rows.append((key.removesuffix(unit).replace("_", " ") + units.get(unit, ""), value))
+            words = key.removesuffix(unit).replace("_", " ").replace(*DECILE).replace(*SHARE)
+            rows.append((words + units.get(unit, ""), value))
         return rows
 
 

@@ -65,7 +65,7 @@ def how_varied(scene: Scene, crowds: int) -> str:
     after = others.after_s[: crowds - 1]
     return (
         f"the frame of the film ({1 + len(after)} frames, from {max(0.0, -min(after)):.2g} s before "
-        f"to {max(0.0, *after):.2g} s after the first crowd's), {said}"
+        f"to {max(0.0, *after):.2g} s after that of the first crowd), {said}"
     )
 
 

@@ -69,7 +69,7 @@ def test_crowds_take_turns_with_the_frames():
         assert 0 < np.median(far) < 3 * PLACE_M
         assert not made.other_crowds
     said = how_varied(scene, 5)
-    assert "(3 frames, from 0.2 s before to 0.2 s after the first crowd's)" in said
+    assert "(3 frames, from 0.2 s before to 0.2 s after that of the first crowd)" in said
     assert "2 frames, from 0.2 s before to 0 s after" in how_varied(scene, 2)
     assert "frame" not in how_varied(scene, 1)
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from analysis.exposure.counts import limits_of_people
 from analysis.exposure.loads import loads_of
 from analysis.motion.ensemble import Ensemble
-from analysis.pages.drawing import SHADES, draw_disks, draw_walls, frame
+from analysis.pages.drawing import NARROW_IN, SHADES, draw_disks, draw_walls, frame
 from analysis.scene.scene import Scene
 from nscd.arrays import Flags, Floats
 
@@ -23,9 +23,16 @@ QUANTITY = "contact_largest"
 WIDE_IN = 6.5
 
 
-def loads_picture(scene: Scene, models: Sequence[Ensemble], files: tuple[Path, ...] = ()) -> Figure:
+def loads_picture(
+    scene: Scene,
+    models: Sequence[Ensemble],
+    files: tuple[Path, ...] = (),
+    *,
+    narrow: bool = False,
+) -> Figure:
     """Draw crowd 0 in its last window by the first and the last model, people shaded by their
-    largest contact force between the limits of that quantity; files: of further limits."""
+    largest contact force between the limits of that quantity; files: of further limits; narrow: for
+    a telephone."""
     shown = [models[0], models[-1]] if len(models) > 1 else list(models)
     ends = [model.series[0].final for model in shown]
     windows = [window for window in ends if window is not None]
@@ -40,9 +47,10 @@ def loads_picture(scene: Scene, models: Sequence[Ensemble], files: tuple[Path, .
     margin = float(scene.snapshot.radius.max())
     width, height = np.ptp(places, axis=0)
     # below each other where that makes the better use of half a screen
-    rows = len(shown) if width > height else 1
-    tall = np.clip(0.75 * WIDE_IN * height / width * rows**2 / len(shown), 3.0, 7.0)
-    figure = Figure(figsize=(WIDE_IN, float(tall) + 0.6 * rows), layout="constrained")
+    rows = len(shown) if narrow or width > height else 1
+    wide = NARROW_IN if narrow else WIDE_IN
+    tall = np.clip(0.75 * wide * height / width * rows**2 / len(shown), 3.0, 7.0)
+    figure = Figure(figsize=(wide, float(tall) + 0.6 * rows), layout="constrained")
     every = figure.subplots(rows, len(shown) // rows, squeeze=False).ravel()
     for axes, model, window, load in zip(every, shown, windows, loads, strict=True):
         draw_disks(axes, window.now, values=load, norm=norm)

@@ -64,6 +64,7 @@ def headline_section(study: MotionStudy) -> Section | None:
                 name=f"{scene.name}-who-bears-most",
                 caption=caption,
                 figure=loads_picture(scene, models, study.limits),
+                narrow=loads_picture(scene, models, study.limits, narrow=True),
             )
         ],
         tables=[
