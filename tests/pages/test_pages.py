@@ -1,16 +1,22 @@
 """Pages as they are rendered: nothing of a file name or a title becomes more than text."""
 
+import base64
 import re
 
 import pytest
+from matplotlib.figure import Figure
 
-from analysis.pages.html import cell_html, cell_kind, href, render
-from analysis.pages.section import Section, Table
+from analysis.pages.html import cell_html, cell_kind, href, render, write_pictures
+from analysis.pages.section import Picture, Section, Table
 
 
-def page_of(section):
+def page_of(section, images=()):
     return render(
-        "report.html", firsts=[], sections=[section], images={}, command="percussions <report>"
+        "report.html",
+        firsts=[],
+        sections=[section],
+        images=dict(images),
+        command="percussions <report>",
     )
 
 
@@ -65,3 +71,30 @@ def test_cells(cell, shown, kind):
     assert cell_kind(cell, "head") == kind
     if shown is not None:
         assert cell_html(cell) == shown
+
+
+def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
+    wide, narrow = Figure(figsize=(4, 1)), Figure(figsize=(1, 4))
+    section = Section(
+        number="both",
+        title="both",
+        pictures=[
+            Picture(name="panels", caption="two", figure=wide, narrow=narrow),
+            Picture(name="one", caption="one", figure=Figure(figsize=(2, 2))),
+        ],
+    )
+    images = write_pictures([section], tmp_path)
+    shapes = {
+        name: [
+            tuple(int.from_bytes(base64.b64decode(png)[k : k + 4]) // 150 for k in (16, 20))
+            for png in every
+        ]
+        for name, every in images.items()
+    }
+    assert shapes == {"panels": [(4, 1), (1, 4)], "one": [(2, 2)]}
+    page = page_of(section, images)
+    (source,) = re.findall(r'<source media="([^"]*)" srcset="data:image/png;base64,([^"]*)">', page)
+    assert source == ("screen and (max-width: 40rem)", images["panels"][1])
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "panels.png", "panels.pdf", "one.png", "one.pdf"
+    }  # fmt: skip
