@@ -23,6 +23,7 @@ RANKS = [
     ["nscd/continuum/closed_forms", "nscd/continuum/rivals"],
     ["analysis/__init__.py"],
     ["analysis/support"],
+    ["analysis/lammps_process"],
     ["analysis/scene"],
     ["analysis/scene/real"],
     ["analysis/dumps"],

@@ -12,7 +12,6 @@ from analysis.dumps.table import DumpError, DumpIndex, index_dump
 from nscd.arrays import Flags, Floats, Indices
 
 CONTACT_COLUMNS = ("first", "second", "is_wall", "nx", "ny", "overlap", "fx", "fy")
-IMPULSE_COLUMNS = ("first", "second", "is_wall", "impulse_x", "impulse_y")
 # Normals are unit vectors to this.
 UNIT = 1e-6
 

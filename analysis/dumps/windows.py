@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.dumps.contacts import IMPULSE_COLUMNS
 from analysis.dumps.reader import open_bodies, snapshot_of
 from analysis.dumps.table import DumpError, DumpIndex, index_dump
+from analysis.support.frames import IMPULSE_COLUMNS
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
 

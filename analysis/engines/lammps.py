@@ -13,9 +13,9 @@ import numpy as np
 from analysis.engines.guard import energy_besides, speed_most
 from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, python_command, version_said
-from analysis.engines.programs.lammps import WALLS
 from analysis.engines.programs.lammps_contacts import merge_contacts
 from analysis.engines.record import EngineError
+from analysis.lammps_process import WALLS
 from analysis.scene.contact import BODY
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.files import write_text
@@ -113,7 +113,7 @@ def command(
     variables = [word for name, value in given.items() for word in ("-var", name, value)]
     words = ["-nonbuf", *variables]
     if (folder / decks / WALLS).exists():
-        return python_command("analysis.engines.programs.lammps", decks, *words)
+        return python_command("analysis.lammps_process", decks, *words)
     words = [str(find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
     return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.dumps.contacts import CONTACT_COLUMNS
-from analysis.dumps.writing import write_frame
 from analysis.exposure.loads import loads_of
 from analysis.film.frame import ENGINE, Frame, Reel, window_of
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_text
+from analysis.support.frames import write_frame
 from nscd.arrays import Floats
 
 Form = Literal["vtk", "ovito"]

@@ -19,11 +19,11 @@ from typing import IO
 import numpy as np
 
 from analysis.dumps import DumpError, index_dump, open_bodies, snapshot_of
-from analysis.dumps.contacts import CONTACT_COLUMNS, IMPULSE_COLUMNS
-from analysis.dumps.writing import write_frame
+from analysis.dumps.contacts import CONTACT_COLUMNS
 from analysis.engines.guard import STOPPED_STATUS
 from analysis.engines.rigid import timing, tolerance_of
 from analysis.scene.scene import Scene, read_scene
+from analysis.support.frames import IMPULSE_COLUMNS, write_frame
 from nscd import Snapshot
 from nscd.arrays import Floats
 from nscd.stepping import Motion, Push, StepError, WindowImpulses, WindowSums

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.dumps import index_dump
-from analysis.dumps.writing import write_frame
 from analysis.engines.penalty import penalty_of
 from analysis.engines.programs.lammps_contacts import merge_contacts
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene
+from analysis.support.frames import write_frame
 from nscd import Snapshot
 
 FRICTION, OVERLAP = 0.4, 0.01

@@ -1,6 +1,6 @@
 """LAMMPS with a look at each step: the deck crowd.in, and the impulses of its contacts.
 
-    python -m analysis.engines.programs.lammps DECKS -var … (the words of lmp but for -in and -log)
+    python -m analysis.lammps_process DECKS -var … (the words of lmp but for -in and -log)
 
 A contact that begins and ends between two frames is in none of them, and every tenth step may miss
 much of a short impact. Here the forces of every step are summed, as the step itself uses them:
@@ -14,15 +14,16 @@ import ctypes
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.engines.programs.impulse_sums import ImpulseSums
-from nscd.arrays import Floats
+from analysis.lammps_process import WALLS
+from analysis.lammps_process.impulse_sums import ImpulseSums
 
-# In the folder of the decks: names of walls, in the order of the scene.
-WALLS = "impulse_walls.txt"
+if TYPE_CHECKING:
+    from nscd.arrays import Floats
+
 IDS, PAIRS, LOOK = b"impulse_ids", b"impulse_pairs", "impulse_look"
 # As LAMMPS' library numbers them; a wall's fix has whether it is touched, force, place and radius.
 PER_ATOM, LOCAL, ARRAY, ROWS, WALL_COLUMNS = 1, 2, 2, 4, 8

@@ -1,12 +1,17 @@
 """Frames in the form of LAMMPS' dumps, as every engine writes them."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nscd.arrays import Floats
+if TYPE_CHECKING:  # the process of an engine begins at once without
+    from nscd.arrays import Floats
+
+IMPULSE_COLUMNS = ("first", "second", "is_wall", "impulse_x", "impulse_y")
 
 
 def write_frame(
