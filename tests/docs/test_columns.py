@@ -40,6 +40,7 @@ def test_no_column_is_named_that_nobody_writes():
     )
     written |= columns_of_film()
     pages = ["stability/page.py", "paper/page.py", "compare/contacts_csv.py", "dumps/contacts.py"]
+    pages += ["support/frames.py"]
     pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/scores.py"]
     pages += ["motion/windows_files.py", "exchange/solved.py", "library/score.py"]
