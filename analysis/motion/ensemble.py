@@ -26,6 +26,8 @@ class Interval:
     median, low, high: in the unit of the measure
     crowds, windows: of each, how many there are
     independent: how many of all windows count as independent, by their correlation time
+    alike: how many numbers there are, where all are equal; else 0. Equal numbers do not say by how
+        much others vary, so their interval, of no width, is no certainty
     """
 
     median: float
@@ -34,6 +36,7 @@ class Interval:
     crowds: int
     windows: int
     independent: float
+    alike: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,11 +98,13 @@ class Ensemble:
             crowds=len(samples),
             windows=len(samples[0]),
             independent=len(pooled) / correlation_windows(samples),
+            alike=0 if np.ptp(pooled) else len(pooled),
         )
 
     def above(self, other: Ensemble, measure: str) -> Difference | None:
         """Compare the medians with those of another model, by drawing crowds again (bootstrap);
-        None where both are zero or either has fewer than three crowds."""
+        None where both are zero, where either has fewer than three crowds, and where the crowds of
+        each are all equal: nothing says then how far chance reaches."""
         mine, theirs = self.samples(measure), other.samples(measure)
         if min(len(mine), len(theirs)) < 3:
             return None
@@ -109,7 +114,10 @@ class Ensemble:
             return None
         median, reference = (float(np.median(np.concatenate(one))) for one in (mine, theirs))
         relative = not next_to_zero(*_ends(others))
-        low, high = _ends(drawn / others - 1 if relative else drawn - others)
+        apart = drawn / others - 1 if relative else drawn - others
+        if not np.ptp(apart):
+            return None
+        low, high = _ends(apart)
         value = median / reference - 1 if relative else median - reference
         return Difference(value=value, low=low, high=high, relative=relative)
 

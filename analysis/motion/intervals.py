@@ -7,17 +7,29 @@ from analysis.pages.numbers import NONE, decimals, signed, significant, with_sig
 
 
 def interval_cell(found: Interval) -> str:
-    """Write a median and its interval: 120 (90 – 150); – where there is none."""
+    """Write a median and its interval: 120 (90 – 150); – where there is none. Where all numbers are
+    equal: 120 in all 3."""
     if not found.crowds:
         return NONE
+    if found.alike:
+        return in_all(two(found.median), found.alike)
     return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
 
 
 def count_cell(found: Interval) -> str:
-    """Write a median of counts and its interval, whole numbers of two digits: 12 (3 – 200)."""
+    """Write a median of counts and its interval, whole numbers of two digits: 12 (3 – 200). Where
+    all numbers are equal: 12 in all 30."""
     ends = (found.median, found.low, found.high)
     median, low, high = (decimals(float(f"{round(end):.2g}"), 0) for end in ends)
+    if found.alike:
+        return in_all(median, found.alike)
     return f"{median} ({low} – {high})"
+
+
+def in_all(value: str, count: int) -> str:
+    """Write a number that so many runs or windows gave alike, which have no interval: 120 in all
+    3; alone where there is one."""
+    return value if count == 1 else f"{value} in all {count}"
 
 
 def two(value: float) -> str:

@@ -82,8 +82,10 @@ class Paired:
     @property
     def verdict(self) -> str:
         """Say whether the two can be told apart."""
-        if not np.isfinite(self.more.low):
+        if self.independent < FEWEST:
             return "too few independent windows"
+        if self.more.value and not np.isfinite(self.more.low):
+            return "all windows alike"  # which do not say how far chance reaches
         return "differ" if self.more.distinguishable else "not distinguishable"
 
 
@@ -214,8 +216,9 @@ def _paired(first: Floats, second: Floats) -> Paired:
 
 
 def _half_interval(values: Floats, independent: float) -> float:
-    """Half the interval of the mean of values, so many of which are independent."""
-    if independent < FEWEST:
+    """Half the interval of the mean of values, so many of which are independent; NaN of too few, and
+    of equal ones, which do not say how far chance reaches."""
+    if independent < FEWEST or not np.ptp(values):
         return float("nan")
     error = float(values.std(ddof=1)) / np.sqrt(independent)
     return float(student.ppf(0.5 + LEVEL / 2, independent - 1) * error)

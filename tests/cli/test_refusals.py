@@ -96,6 +96,26 @@ def test_words_that_are_not_known(refused, words, says):
     assert says in refused(*words)
 
 
+@pytest.mark.parametrize(
+    "words", [("solve", "pair.dump", "--out", "a.csv"), ("export", "pair", "--fclib", "a.hdf5")]
+)
+def test_friction_of_walls_that_are_not_there(refused, tmp_path, words):
+    header = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "0 1\n"
+    rows = "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 1 1 0 0\n"
+    (tmp_path / "pair.dump").write_text(header + rows)
+    said = refused(*words, "--wall-friction", "0.3")
+    assert said == "percussions: wall_friction: 0.3; there are no walls"
+
+
+def test_friction_of_one_wall_is_no_key_of_a_scene(refused, tmp_path):
+    path = make("corridor").write(tmp_path)
+    text = path.read_text()
+    path.write_text(text.replace("[[walls]]", "[[walls]]\nfriction = 0.3", 1))
+    assert "friction" in refused("run", path)
+    path.write_text(text.replace("[contact]", "[contact]\nwall_friction = 0.3", 1))
+    assert "contact.wall_friction" in refused("run", path)
+
+
 def test_more_than_fits_on_the_disk(refused, tmp_path):
     path = make("arch", 100).with_run(frames=10**9, time_step_s=1.0).write(tmp_path)
     said = refused("run", path)

@@ -6,7 +6,7 @@ import pytest
 from analysis.dumps import DumpError
 from analysis.engines.run import simulate
 from analysis.motion.ensemble import Difference, Ensemble
-from analysis.motion.intervals import difference_cell, difference_words
+from analysis.motion.intervals import count_cell, difference_cell, difference_words, interval_cell
 from analysis.motion.series import MEASURES, Series, read_series
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
@@ -55,6 +55,17 @@ def test_a_difference_is_told_from_chance():
     assert above.distinguishable
     assert above.value == pytest.approx(0.1, abs=0.02)
     assert ensemble(base[:2]).above(ensemble(base), "walls") is None
+
+
+def test_equal_numbers_are_no_interval_of_no_width():
+    """Three crowds let as many people through: that says nothing of what a fourth would do."""
+    same = ensemble(np.full((3, 1), 0.5))
+    assert interval_cell(same.interval("flow")) == "0.5 in all 3"
+    assert count_cell(ensemble(np.full((3, 4), 12.0)).interval("walls")) == "12 in all 12"
+    assert interval_cell(ensemble([[0.5], [0.5], [0.7]]).interval("flow")) == "0.5 (0.5 – 0.68)"
+    assert interval_cell(ensemble([[0.5]]).interval("flow")) == "0.5"
+    assert same.above(ensemble(np.full((3, 1), 0.4)), "flow") is None
+    assert same.above(ensemble([[0.4], [0.4], [0.5]]), "flow") is not None
 
 
 def test_a_model_that_nearly_stands_is_no_measure_of_another():

@@ -11,7 +11,7 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.motion.pairwise import compare_windows
+from analysis.motion.pairwise import _paired, compare_windows
 from analysis.motion.same_crowd import check_same_crowd
 from analysis.scene.shipped_scenes import make
 
@@ -65,6 +65,15 @@ def test_impulses_that_are_a_tenth_larger_are_found_so(rigid, tmp_path):
         assert said["contact_correlation"] == pytest.approx(1.0)
         assert said["sum_difference"] == pytest.approx(0.1)
         assert said["contacts_only_first"] == said["contacts_only_second"] == 0
+
+
+def test_windows_that_all_differ_alike_have_no_interval():
+    first = np.array([1.0, 2.0, 4.0, 3.0, 1.0, 5.0, 2.0, 3.0])
+    found = _paired(first, first + 1.0)
+    assert np.isnan([found.more.low, found.more.high]).all()
+    assert found.verdict == "all windows alike"
+    assert _paired(first, first + np.arange(8) % 2).verdict == "differ"
+    assert _paired(first[:2], first[:2] + 1.0).verdict == "too few independent windows"
 
 
 def test_flow_is_the_count_of_those_who_passed(rigid, scene):

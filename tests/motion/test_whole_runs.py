@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.motion.precision.measured import Measured, Precision, measure, statistics_of
-from analysis.motion.precision.page import whole_runs_section
+from analysis.motion.precision.page import whole_runs_rows, whole_runs_section
 from analysis.motion.precision.points import points_of, read_whole_runs, write_whole_runs
 from analysis.motion.precision.settings import Setting, crowds_of, runs_of, settings_of
 from analysis.scene.shipped_scenes import make
@@ -36,6 +36,19 @@ def test_an_error_is_that_of_the_crowds_that_both_have():
     alone = of_walls(SOFT, [3], [600.0]).bias(reference, "walls")
     assert alone.share == pytest.approx(0.2)
     assert np.isnan(alone.low)  # one crowd has no interval
+
+
+def test_crowds_that_all_differ_alike_have_no_interval():
+    reference = of_walls(RIGID, [0, 1, 2], [2.0, 2.0, 2.0])
+    soft = of_walls(SOFT, [0, 1, 2], [2.5, 2.5, 2.5])
+    found = soft.bias(reference, "walls")
+    assert found.share == pytest.approx(0.25)
+    assert np.isnan([found.error, found.low, found.high]).all()
+    scene = make("arch", disks=30)
+    rows = whole_runs_rows(
+        Precision(scene=scene, crowds=3, every=[reference, soft], failures=[])
+    )
+    assert [row[-1] for row in rows] == ["2 in all 3", "+25 % in all 3"]
 
 
 def test_the_settings_of_a_scene_begin_with_the_shortest_rigid_step(tmp_path):

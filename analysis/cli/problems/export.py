@@ -131,10 +131,10 @@ def _of_scene(
     from analysis.scene import read_scene
 
     scene = read_scene(target)
+    setting = dataclasses.replace(Setting.of(scene), **options)
     if scene.analysis.kind == "impact" and scene.contact.restitution:
         said = f"contact.restitution: {scene.contact.restitution:g}"
         warn(f"{target}: {said}; FCLIB has inelastic contacts, and those are written")
-    setting = dataclasses.replace(Setting.of(scene), **options)
     found = percussions_of(setting, scene.snapshot, tolerance=tolerance)
     origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
     return found, origin

@@ -25,6 +25,7 @@ from nscd.arrays import Floats
 ARREST_S = (0.5, 1.0)
 # Contacts that pass on less than this share of the largest impulse of an impact hardly touch.
 LEAST_SHARE = 1e-2
+NAN = float("nan")
 DRIVEN: Mapping[str, Measure] = {
     "walls_arrest": Measure(title="load on all walls, 0.5–1 s", unit="kN"),
     "walls": Measure(title="load on all walls", unit="kN"),
@@ -45,13 +46,15 @@ class Bias:
     """Hold by what share of the reference a setting is above it, on the crowds that both have.
 
     error: standard error of the share; low, high: its 90 % interval (Student's t); NaN of fewer
-        than two crowds
+        than two crowds, and where all differ alike, which does not say how far chance reaches
+    crowds: how many both have
     """
 
     share: float
     error: float
     low: float
     high: float
+    crowds: int
 
     @property
     def within(self) -> float:
@@ -81,7 +84,7 @@ class Measured:
     with_impulses: float
 
     def mean(self, name: str) -> tuple[float, float]:
-        """Give the mean of the crowds and its standard error, NaN of one crowd."""
+        """Give the mean of the crowds and its standard error, NaN of one crowd and of equal ones."""
         values = self.values[name]
         return float(values.mean()), _standard_error(values)
 
@@ -93,18 +96,20 @@ class Measured:
             for one in (self, reference)
         )
         if self is reference or not shared or not theirs.mean():
-            none = float("nan")
-            return Bias(share=0.0 if self is reference else none, error=none, low=none, high=none)
+            share = 0.0 if self is reference else NAN
+            return Bias(share=share, error=NAN, low=NAN, high=NAN, crowds=len(shared))
         share = float((mine - theirs).mean() / theirs.mean())
         error = _standard_error(mine - theirs) / abs(float(theirs.mean()))
-        reach = error * float(student.ppf(0.5 + LEVEL / 2, len(shared) - 1))
-        return Bias(share=share, error=error, low=share - reach, high=share + reach)
+        count = len(shared)
+        reach = error * float(student.ppf(0.5 + LEVEL / 2, count - 1))
+        low, high = share - reach, share + reach
+        return Bias(share=share, error=error, low=low, high=high, crowds=count)
 
 
 def _standard_error(values: Floats) -> float:
     if len(values) < 2:
-        return float("nan")
-    return float(np.std(values, ddof=1)) / float(np.sqrt(len(values)))
+        return NAN
+    return float(np.std(values, ddof=1)) / float(np.sqrt(len(values))) or NAN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

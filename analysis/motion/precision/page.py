@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from analysis.motion.intervals import in_all
 from analysis.motion.precision.measured import Bias, Measured, Precision
 from analysis.motion.precision.points import NAME
 from analysis.pages.drawing import COLOURS, GRID, MARKERS
@@ -66,12 +67,15 @@ def _cell(one: Measured, found: Precision, name: str) -> str:
     """The mean of a reference; of others by how much they are above it, with 90 %."""
     if one is found.reference:
         mean, error = one.mean(name)
-        return f"{significant(mean)} ± {significant(error, 2)}" if isfinite(error) else number(mean)
+        if not isfinite(error):
+            return in_all(number(mean), len(one.crowds))
+        return f"{significant(mean)} ± {significant(error, 2)}"
     bias = one.bias(found.reference, name)
     if not isfinite(bias.share):
         return NONE
-    ends = f" ({signed(bias.low)} to {signed(bias.high)})" if isfinite(bias.low) else ""
-    return signed(bias.share) + ends
+    if not isfinite(bias.low):
+        return in_all(signed(bias.share), bias.crowds)
+    return f"{signed(bias.share)} ({signed(bias.low)} to {signed(bias.high)})"
 
 
 def whole_runs_picture(found: Precision) -> Figure:

@@ -13,19 +13,21 @@ from typing import Any
 import numpy as np
 
 from nscd.compiling import inner, kernel
-from nscd.friction.elimination import add_to
+from nscd.friction.elimination import put
 from nscd.friction.pivots.rates import (
     LAM,
     TAU,
     S,
     V,
+    add_start,
     find_rate,
     move,
     restart,
     take,
 )
-from nscd.friction.problem import add_impulses, contact_velocities
+from nscd.friction.problem import contact_velocities
 from nscd.friction.sets import BACKWARD, FORWARD, FREE, STICK
+from nscd.friction.sweeps import velocities_of
 
 # Farther than this from the start a path is given up.
 FARTHEST = 20.0
@@ -38,22 +40,28 @@ def margins(problem: Any, path: Any, c: int, t: float) -> Any:
     """Two margins that must stay ≥ 0 in the contact's state and their derivatives by t."""
     x, dx = path.x, path.dx
     hold, mu = path.hold[c], problem.friction[c]
-    wt = path.compliance[0] * problem.tangent_inverse[c]
-    slid = x[S, c] + t * path.push[1, c] + wt * path.held[1, c]
-    slides = dx[S, c] + path.push[1, c]
     if hold == FREE:
         w = path.compliance[0] * problem.normal_inverse[c]
-        gap = problem.offset[c] - x[V, c] - t * path.push[0, c] - w * path.held[0, c]
-        rate = -dx[V, c] - path.push[0, c]
-        return gap, rate, np.inf, 0.0
+        gap = -path.start[0, c] - x[V, c] - t * path.push[0, c] - w * path.held[0, c]
+        return gap, -dx[V, c] - path.push[0, c], np.inf, 0.0
+    lam = path.held[0, c] + x[LAM, c]
     if hold == STICK:
-        one, two = mu * x[LAM, c], mu * dx[LAM, c]
-        return one - x[TAU, c], two - dx[TAU, c], one + x[TAU, c], two + dx[TAU, c]
+        tau = path.held[1, c] + x[TAU, c]
+        one, two = mu * lam, mu * dx[LAM, c]
+        return one - tau, two - dx[TAU, c], one + tau, two + dx[TAU, c]
     if mu == 0.0:
-        return x[LAM, c], dx[LAM, c], np.inf, 0.0
+        return lam, dx[LAM, c], np.inf, 0.0
     way = 1.0 if hold == FORWARD else -1.0
-    slid, slides = slid - wt * x[TAU, c], slides - wt * dx[TAU, c]
-    return x[LAM, c], dx[LAM, c], way * slid, way * slides
+    wt = path.compliance[0] * problem.tangent_inverse[c]
+    slides = dx[S, c] + path.push[1, c] - wt * dx[TAU, c]
+    return lam, dx[LAM, c], way * _slid(problem, path, c, t), way * slides
+
+
+@njit(cache=True)
+def _slid(problem: Any, path: Any, c: int, t: float) -> float:
+    """How fast a contact that does not stick slides, what it yields left out."""
+    slid = path.start[1, c] + path.x[S, c] + t * path.push[1, c]
+    return slid - path.compliance[0] * problem.tangent_inverse[c] * path.x[TAU, c]
 
 
 @inner
@@ -79,9 +87,7 @@ def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
     that has to grow."""
     hold = path.hold[c]
     if hold == FREE:
-        slid = path.x[S, c] + t * path.push[1, c]
-        slid += path.compliance[0] * problem.tangent_inverse[c] * path.held[1, c]
-        forward = slid >= 0.0 or problem.friction[c] == 0.0
+        forward = _slid(problem, path, c, t) >= 0.0 or problem.friction[c] == 0.0
         path.hold[c] = FORWARD if forward else BACKWARD
         return 0
     if hold == STICK:
@@ -97,8 +103,8 @@ def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
 @kernel
 def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int) -> Any:
     """Follow the path from t, in the direction `way` of t, to t = 0 with at most `most` pivots; the
-    states at the end are left in `path.hold`, velocities and forces in `path`. How it ended and the
-    pivots made."""
+    states at the end are left in `path.hold`, and where it arrived velocities and forces in `path`.
+    How it ended and the pivots made."""
     seen = np.zeros(most + 1, np.uint64)
     farthest = max(FARTHEST, 2.0 * t)
     key = np.uint64(0)
@@ -116,7 +122,10 @@ def follow(problem: Any, factor: Any, path: Any, t: float, way: float, most: int
         step, contact, which = _next_event(problem, path, t, way)
         if way < 0.0 and step >= t:
             move(path, -t)
-            return (ARRIVED if restart(problem, factor, path, 0.0) else BROKEN), pivot
+            if not restart(problem, factor, path, 0.0):
+                return BROKEN, pivot
+            add_start(path)
+            return ARRIVED, pivot
         if contact < 0 or t + way * step > farthest:
             return AWAY, pivot
         move(path, way * step)
@@ -167,14 +176,11 @@ def perturb(problem: Any, path: Any, lam: Any, tau: Any, noise: Any) -> None:
     """Perturbations a, d with which percussions lam, tau (k,), within their cones, and u⁻ + what
     they do are the answer at t = 1; contacts on the brink get `noise` (k,) m/s away from it."""
     path.u[:] = 0.0
-    add_impulses(problem, lam, tau, -1.0, path.u)
-    for i in range(len(path.u)):
-        for b in range(3):
-            path.u[i, b] = problem.left[i, b] + path.u[i, b] / problem.mass[i, b]
-    contact_velocities(problem, path.u, path.x[V], path.x[S])
+    velocities_of(problem, lam, tau, path.origin)
+    contact_velocities(problem, path.origin, path.start[0], path.start[1])
     for c in range(len(lam)):
-        mu, s = problem.friction[c], path.x[S, c]
-        gap = problem.offset[c] - path.x[V, c]
+        path.start[0, c] -= problem.offset[c]
+        mu, gap, s = problem.friction[c], -path.start[0, c], path.start[1, c]
         d, hold = 0.0, FREE
         if lam[c] > 0.0:
             if abs(tau[c]) < (1.0 - 1e-12) * mu * lam[c]:
@@ -196,13 +202,14 @@ def open_all(problem: Any, path: Any, noise: Any) -> float:
     """Perturbations with which all contacts are open down to the returned t, where the first
     closes: contacts are moved apart by 1 + noise (k,), and across by a little of it."""
     path.u[:] = 0.0
-    add_to(path.u, 1.0, problem.left)
-    contact_velocities(problem, path.u, path.x[V], path.x[S])
+    put(path.origin, problem.left)
+    contact_velocities(problem, path.origin, path.start[0], path.start[1])
     t = 0.0
     for c in range(len(path.hold)):
         path.hold[c] = FREE
+        path.start[0, c] -= problem.offset[c]
         path.held[0, c] = path.held[1, c] = 0.0
         path.push[0, c] = -(1.0 + noise[c])
         path.push[1, c] = 0.01 * (noise[c] - 0.5)
-        t = max(t, (path.x[V, c] - problem.offset[c]) / -path.push[0, c])
+        t = max(t, path.start[0, c] / -path.push[0, c])
     return 1.01 * t

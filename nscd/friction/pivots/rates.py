@@ -23,23 +23,27 @@ V, S, LAM, TAU = 0, 1, 2, 3
 
 
 class Path(NamedTuple):
-    """hold, base (k,): states now, and when the matrix was factorised (FREE is open). u, rate,
-    base_rate (n,3): velocities, their derivative by t, and that with the states of then; x, dx
-    (4,k): C u, T u, λ, τ and their derivatives; push (2,k) m/s: a and d; held (2,k) N·s: the λ and
-    τ at which contacts do not yield. changed, slot: contacts
+    """hold, base (k,): states now, and when the matrix was factorised (FREE is open). origin (n,3),
+    start (2,k) m/s, held (2,k) N·s: velocities, C u − b and T u, λ and τ where the path begins; at
+    these λ and τ contacts do not yield. u (n,3), x (4,k): by how much velocities, C u, T u, λ and τ
+    have changed since, so that what firm contacts make of a change is not lost in the digits of the
+    whole; the whole where a path has arrived. rate, base_rate (n,3), dx (4,k): their derivatives by
+    t, base_rate with the states of then; push (2,k) m/s: a and d. changed, slot: contacts
     whose state is not that of `base`, and where they are in it; columns (2m,n,3): what unit
     percussions along n and t of each do with the matrix of then, gram (2m,2m) at each other,
     known (2m,): `base_rate` at each; count (1,); compliance (1,)."""
 
     hold: Any
     base: Any
+    origin: Any
+    start: Any
+    held: Any
     u: Any
     rate: Any
     base_rate: Any
     x: Any
     dx: Any
     push: Any
-    held: Any
     changed: Any
     slot: Any
     columns: Any
@@ -54,13 +58,15 @@ def path_of(n: int, k: int) -> Path:
     return Path(
         hold=np.zeros(k, dtype=np.int8),
         base=np.zeros(k, dtype=np.int8),
+        origin=np.zeros((n, 3)),
+        start=np.zeros((2, k)),
+        held=np.zeros((2, k)),
         u=np.zeros((n, 3)),
         rate=np.zeros((n, 3)),
         base_rate=np.zeros((n, 3)),
         x=np.zeros((4, k)),
         dx=np.zeros((4, k)),
         push=np.zeros((2, k)),
-        held=np.zeros((2, k)),
         changed=np.zeros(CHANGES, dtype=np.int32),
         slot=np.full(k, -1, dtype=np.int32),
         columns=np.zeros((2 * CHANGES, n, 3)),
@@ -86,26 +92,24 @@ def weights_of(problem: Any, path: Any, c: int, hold: int) -> Any:
 
 @inner
 def _set_forces(problem: Any, path: Any, x: Any, t: float, offset: float) -> None:
-    """λ and τ from C u and T u: at t with the offset b (1.0), or their derivatives by t (t = 1,
-    0.0).
+    """Changes of λ and τ from those of C u and T u: at t (offset 1.0), or their derivatives by t
+    (t = 1, 0.0).
 
     Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is
     beyond the latter is the slip σ, and τ = ±μλ."""
     for c in range(len(path.hold)):
         hold = path.hold[c]
-        x[LAM, c] = x[TAU, c] = 0.0
+        along, across = offset * path.held[0, c], offset * path.held[1, c]
         if hold == FREE:
+            x[LAM, c], x[TAU, c] = -along, -across
             continue
-        w = path.compliance[0] * problem.normal_inverse[c]
-        wt = path.compliance[0] * problem.tangent_inverse[c]
-        pressed = x[V, c] + t * path.push[0, c]
-        pressed += offset * (w * path.held[0, c] - problem.offset[c])
-        slid = x[S, c] + t * path.push[1, c] + offset * wt * path.held[1, c]
+        pressed = x[V, c] + t * path.push[0, c] + offset * path.start[0, c]
+        x[LAM, c] = pressed / (path.compliance[0] * problem.normal_inverse[c])
         if hold == STICK:
-            x[LAM, c], x[TAU, c] = pressed / w, slid / wt
+            slid = x[S, c] + t * path.push[1, c] + offset * path.start[1, c]
+            x[TAU, c] = slid / (path.compliance[0] * problem.tangent_inverse[c])
         else:
-            x[LAM, c] = pressed / w
-            x[TAU, c] = slope(hold, problem.friction[c]) * x[LAM, c]
+            x[TAU, c] = slope(hold, problem.friction[c]) * (along + x[LAM, c]) - across
 
 
 @inner(apart=True)
@@ -134,7 +138,7 @@ def restart(problem: Any, factor: Any, path: Any, t: float) -> bool:
         _set_forces(problem, path, path.x, t, 1.0)
         for i in range(n):
             for b in range(3):
-                rest[i, b] = problem.mass[i, b] * (problem.left[i, b] - path.u[i, b])
+                rest[i, b] = -problem.mass[i, b] * path.u[i, b]
         add_impulses(problem, path.x[LAM], path.x[TAU], -1.0, rest)
         if repeat == 0:
             solve_two(factor, rest, path.base_rate)
@@ -231,3 +235,11 @@ def move(path: Any, step: float) -> None:
     """Go a step along the path: velocities, C u, T u, λ and τ."""
     add_to(path.u, step, path.rate)
     add_to(path.x, step, path.dx)
+
+
+@njit(cache=True)
+def add_start(path: Any) -> None:
+    """Make the changes since the start the whole velocities, λ and τ: where a path has arrived."""
+    add_to(path.u, 1.0, path.origin)
+    add_to(path.x[LAM], 1.0, path.held[0])
+    add_to(path.x[TAU], 1.0, path.held[1])
