@@ -32,10 +32,10 @@ LOCAL_PIVOTS, RAY_PIVOTS = 300, 5000
 PROXIMAL, FEW = ((8, 100), (16, 150), (32, 300), (64, 300)), 2
 PROXIMAL_NOISE = 1e-2
 # The cost of steps of the proximal point method, in pivots: at first and further from where the
-# proximal steps led, from the convex programme's answer, and from none. They bound the time that a
-# search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
-# than NEAR.
-POINT, FURTHER, CONVEX, AGAIN = 1500, 6000, 12_500, 1500
+# proximal steps led, from no percussions, and from the convex programme's answer; from random ones.
+# They bound the time that a search may take. Newton's method is tried where no contact changed, and
+# after SOME steps nearer than NEAR.
+POINT, FURTHER, NONE, CONVEX, RANDOM = 1500, 6000, 12_500, 6000, 1500
 NEAR, SOME = 1e-5, 4
 # The largest island that is solved from the ray.
 RAY_CONTACTS = 1000
@@ -78,9 +78,9 @@ class Search:
         if not self.solved and patient:
             self.by_point(points, FURTHER)
         if not self.solved and patient:
-            self.by_point(self.points_from(lam, tau, u), CONVEX)
-        if not self.solved and patient:
             self.run_from(0)
+        if not self.solved and patient:
+            self.by_point(self.points_from(lam, tau, u), CONVEX)
 
     def run_from(self, seed: int) -> None:
         """Search from random percussions within the cones, from none with seed 0."""
@@ -94,7 +94,7 @@ class Search:
             lam[:] = tau[:] = 0.0
         points = self.points_from_sweeps(lam, tau)
         if not self.solved:
-            self.by_point(points, AGAIN)
+            self.by_point(points, RANDOM if seed else NONE)
         if not self.solved and k <= RAY_CONTACTS:
             self.by_ray(seed)
 

@@ -53,15 +53,9 @@ def margins(problem: Any, path: Any, c: int, t: float) -> Any:
         return lam, dx[LAM, c], np.inf, 0.0
     way = 1.0 if hold == FORWARD else -1.0
     wt = path.compliance[0] * problem.tangent_inverse[c]
+    slid = path.start[1, c] + x[S, c] + t * path.push[1, c] - wt * x[TAU, c]
     slides = dx[S, c] + path.push[1, c] - wt * dx[TAU, c]
-    return lam, dx[LAM, c], way * _slid(problem, path, c, t), way * slides
-
-
-@njit(cache=True)
-def _slid(problem: Any, path: Any, c: int, t: float) -> float:
-    """How fast a contact that does not stick slides, what it yields left out."""
-    slid = path.start[1, c] + path.x[S, c] + t * path.push[1, c]
-    return slid - path.compliance[0] * problem.tangent_inverse[c] * path.x[TAU, c]
+    return lam, dx[LAM, c], way * slid, way * slides
 
 
 @inner
@@ -87,7 +81,9 @@ def switch(problem: Any, path: Any, c: int, which: int, t: float) -> int:
     that has to grow."""
     hold = path.hold[c]
     if hold == FREE:
-        forward = _slid(problem, path, c, t) >= 0.0 or problem.friction[c] == 0.0
+        slid = path.start[1, c] + path.x[S, c] + t * path.push[1, c]
+        slid += path.compliance[0] * problem.tangent_inverse[c] * path.held[1, c]
+        forward = slid >= 0.0 or problem.friction[c] == 0.0
         path.hold[c] = FORWARD if forward else BACKWARD
         return 0
     if hold == STICK:

@@ -20,9 +20,9 @@ from nscd.friction.pivots.rates import LAM, TAU
 
 # Compliance at first and its bounds; it falls by FIRMER after a step of at most FEW pivots and
 # grows by SOFTER where there is none.
-FIRST, FIRMEST, SOFTEST, FIRMER, SOFTER, FEW = 1e-3, 1e-8, 1.0, 0.3, 10.0, 25
+FIRST, FIRMEST, SOFTEST, FIRMER, SOFTER, FEW = 1e-3, 1e-10, 1.0, 0.3, 10.0, 25
 # Pivots allowed for a step; what its factorisations cost, in pivots.
-PIVOTS, STEP = 100, 15
+PIVOTS, STEP = 300, 15
 # Noise on contacts that are on the brink of another state, of the scale of velocities.
 BRINK = 1e-9
 
