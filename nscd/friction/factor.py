@@ -151,13 +151,13 @@ def _add_child(F: Any, size: int, stack: Any, source: int, inner: Any, run: Any)
                 j = end
 
 
-@kernel(fastmath=True, apart=True)
+@kernel
 def solve_factorised(factor: Any, b: Any) -> None:
     """b ← A⁻¹ b in place, (n,3)."""
     solve_two(factor, b, np.zeros_like(b))  # reading the factor takes the time: a tenth more
 
 
-@kernel(fastmath=True)
+@kernel(fastmath=True, apart=True)
 def solve_two(factor: Any, one: Any, two: Any) -> None:
     """one ← A⁻¹ one and two ← A⁻¹ two in place, (n,3) each: what is read of the factor is read once
     for both."""

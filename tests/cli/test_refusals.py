@@ -100,7 +100,9 @@ def test_words_that_are_not_known(refused, words, says):
     "words", [("solve", "pair.dump", "--out", "a.csv"), ("export", "pair", "--fclib", "a.hdf5")]
 )
 def test_friction_of_walls_that_are_not_there(refused, tmp_path, words):
-    header = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "0 1\n"
+    header = (
+        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "0 1\n"
+    )
     rows = "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 1 1 0 0\n"
     (tmp_path / "pair.dump").write_text(header + rows)
     said = refused(*words, "--wall-friction", "0.3")

@@ -45,9 +45,7 @@ def test_crowds_that_all_differ_alike_have_no_interval():
     assert found.share == pytest.approx(0.25)
     assert np.isnan([found.error, found.low, found.high]).all()
     scene = make("arch", disks=30)
-    rows = whole_runs_rows(
-        Precision(scene=scene, crowds=3, every=[reference, soft], failures=[])
-    )
+    rows = whole_runs_rows(Precision(scene=scene, crowds=3, every=[reference, soft], failures=[]))
     assert [row[-1] for row in rows] == ["2 in all 3", "+25 % in all 3"]
 
 

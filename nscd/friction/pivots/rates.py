@@ -237,7 +237,7 @@ def move(path: Any, step: float) -> None:
     add_to(path.x, step, path.dx)
 
 
-@njit(cache=True)
+@inner
 def add_start(path: Any) -> None:
     """Make the changes since the start the whole velocities, λ and τ: where a path has arrived."""
     add_to(path.u, 1.0, path.origin)
