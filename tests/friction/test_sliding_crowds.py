@@ -57,7 +57,7 @@ def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is(monkeypatch
 
 
 def test_the_effort_of_the_proximal_point_method_is_bounded():
-    snapshot, mu = pile(rows=8), 0.15
+    snapshot, mu = pile(rows=12), 0.15
     contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
     problem = arrays(snapshot, contacts, mu)
     part = part_of(problem, snapshot.position, np.arange(len(snapshot)), np.arange(len(contacts)))
