@@ -238,7 +238,25 @@ def tables(known: Known) -> str:
                 lines.append([f"{push:g}", name, *means, deep])
     text += "\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines)
     total = sum(values["cpu_s"] for values in known.values())
-    return f"{text}\n\n{len(known)} runs, {total:.0f} CPU s"
+    return f"{text}\n\n{_largest(known)}\n\n{len(known)} runs, {total:.0f} CPU s"
+
+
+def _largest(known: Known) -> str:
+    """The table of the largest crowds, push by push, where all of them ran."""
+    lines = [["push (N)", "s", *MEASURES.values(), "largest overlap (r)"]]
+    lines += [["---"] * len(lines[0])]
+    most = max(people for people, *_ in FAMILIES)
+    for (people, push, crowds), s in itertools.product(FAMILIES, SOFTNESS[1:]):
+        every = [relative(known, people, push, f"{s:g}", key) for key in MEASURES]
+        if people == most and all(len(values) == crowds for values in every):
+            cells = (_cell(values) for values in every)
+            deep = max(
+                values["overlap_largest"]
+                for case, values in known.items()
+                if (case.people, case.push, case.softness) == (people, push, f"{s:g}")
+            )
+            lines.append([f"{push:g}", f"{s:g}", *cells, f"{deep:.2f}"])
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def _cell(values: Sequence[float]) -> str:
