@@ -66,11 +66,11 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
 
 
 def _push(scene: Scene) -> dict[str, float]:
-    """The least and the largest force (N) with which a person pushes."""
+    """The least and the largest force (N) with which a person pushes, and to how many doors."""
     drive = scene.drive
     assert drive is not None
     push = scene.snapshot.mass * drive.speed_m_per_s / drive.relaxation_time_s
-    return {"least": float(push.min()), "most": float(push.max())}
+    return {"least": float(push.min()), "most": float(push.max()), "ways": drive.ways}
 
 
 def _found(words: Words, study: MotionStudy) -> list[str]:

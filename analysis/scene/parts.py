@@ -138,6 +138,11 @@ class Drive(Part, Exit):
         """All doors, the drive's own first."""
         return (self, *self.goals)
 
+    @property
+    def ways(self) -> int:
+        """Count the different doors to which people go."""
+        return len({exit.door for exit in self.doors})
+
     def target(self, exit_: Exit | None = None) -> tuple[Point, Point]:
         """Give the segment whose nearest point people walk to (m): the door, or its centre twice;
         of the drive's own door, or of a goal."""

@@ -7,6 +7,8 @@ import pytest
 from analysis.pages.approach import fit_power
 from analysis.pages.report_section import _trends
 from analysis.pages.words import Words
+from analysis.scene import Crowd, room
+from analysis.scene.waiting import opposing
 
 
 def run(engine, stiffness, difference):
@@ -70,3 +72,15 @@ def test_the_power_has_the_interval_of_its_scatter():
 def test_no_trend_of_one_stiffness_or_of_no_number(difference):
     assert trends(run("LAMMPS", 1e6, 0.2)) == []
     assert trends(run("LAMMPS", 1e6, 0.2), run("LAMMPS", 1e7, difference)) == []
+
+
+@pytest.mark.parametrize(
+    ("doors", "said"),
+    [(0.8, "towards the door"), (list(opposing(6, 3)), "towards their own of 2 doors")],
+)
+def test_who_pushes_where(doors, said):
+    drive = room("hall", 6, 3, doors, Crowd(people=6)).drive
+    of_film = Words("analysis.film").text("push", push=(100.0, 100.0), drive=drive)
+    of_motion = Words("analysis.motion").text("push", least=100.0, most=100.0, ways=drive.ways)
+    for words in (of_film, of_motion):
+        assert f"Everybody pushes {said} with" in words
