@@ -108,8 +108,9 @@ def why_not(chosen: Engine) -> str:
     """Say why an engine that is there does not start, in its own last words."""
     path = chosen.find()
     lines = said(path, chosen.ASK).split("\n") if path else []
-    last = next((line.strip() for line in reversed(lines) if line.strip()), "without a word")
-    return f"{path} does not start ({last})"
+    # two: what it said, and by what it was ended
+    last = [line.strip() for line in lines if line.strip()][-2:] or ["without a word"]
+    return f"{path} does not start ({'; '.join(last)})"
 
 
 @functools.cache

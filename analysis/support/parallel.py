@@ -30,8 +30,8 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     Dask cluster whose scheduler is at that address.
 
     The workers of a cluster must see the same folders, and each measures CPU time of one run at a
-    time. Raises ValueError for a number below 1 and where nothing answers at the address,
-    MissingPartError where `distributed` is not installed."""
+    time. Raises ValueError for a number below 1, where nothing answers at the address and where
+    processes can share no memory, MissingPartError where `distributed` is not installed."""
     if processes is not None and processes < 1:
         raise ValueError(f"jobs: {processes}; a number ≥ 1 is needed")
     if scheduler is not None:
@@ -44,11 +44,17 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
             yield client.get_executor(pure=False)
         return
     # spawned, since a forked process would inherit threads of numerical libraries
-    pool = ProcessPoolExecutor(
-        processes or os.cpu_count() or 1,
-        multiprocessing.get_context("spawn"),
-        initializer=end_with_parent,
-    )
+    try:
+        pool = ProcessPoolExecutor(
+            processes or os.cpu_count() or 1,
+            multiprocessing.get_context("spawn"),
+            initializer=end_with_parent,
+        )
+    except OSError as error:  # as in a container without /dev/shm
+        why = error.strerror or error
+        raise ValueError(
+            f"jobs: no processes can share work here: {why}; is /dev/shm there, and writable?"
+        ) from None
     try:
         yield pool
     finally:

@@ -5,10 +5,11 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from analysis.engines import lammps
+from analysis.engines import lammps, why_not
 from analysis.engines.doctor import examine
 
 
@@ -67,3 +68,14 @@ def test_a_lammps_that_does_not_start_counts_as_none(monkeypatch, tmp_path):
     finding = findings()["LAMMPS"]
     assert finding.state == "optional"
     assert "libmpi.so.12" in finding.advice
+
+
+def test_an_engine_that_is_killed_is_quoted_with_what_it_said_before(tmp_path):
+    """As LAMMPS' MPI ends where it finds no shared memory."""
+    program = tmp_path / "lmp"
+    program.write_text("#!/bin/sh\necho Shared memory error\nkill -TERM $$\n")
+    program.chmod(0o755)
+    broken = SimpleNamespace(find=lambda: program, ASK="-h")
+    assert why_not(broken) == (
+        f"{program} does not start (Shared memory error; it was told to end)"
+    )

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from analysis.cli import app
+from analysis.support import parallel
 from analysis.support.parts import BASE, EXTRAS, MissingPartError, install, load
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -166,3 +167,14 @@ def test_every_library_that_is_imported_is_declared():
                 found.add((node.module or "").partition(".")[0])
     assert found - own - declared == set()
     assert {"numpy", "skfem", "jinja2", "pedpy"} <= found
+
+
+def test_where_processes_can_share_no_memory_it_is_said(monkeypatch):
+    """As in a container without /dev/shm, where the system says no more than this."""
+
+    def refused(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(parallel, "ProcessPoolExecutor", refused)
+    with pytest.raises(ValueError, match=r"^jobs: .*Permission denied; is /dev/shm there"):
+        parallel.workers(2).__enter__()
