@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, Seed, count, positive, share, show, warn, write_picture
+from analysis.cli.app import Out, Seed, count, positive, progress, share, show, warn, write_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -147,13 +147,15 @@ def new(
         blocks=[_four("block", text) for text in block or ()],
         barriers=[((a, b), (c, d)) for a, b, c, d in (_four("barrier", t) for t in barrier or ())],
     )
-    if geometry is None:
-        length, width = _lengths("room", room or "", "x", 2)
-        doors = _doors_of_room(door or [], (length, width), stream)
-        scene = rectangle(name, length, width, doors, crowd, duration, inside)
-    else:
-        floor, ways = _floor(geometry, door or [], stream)
-        scene = from_geometry(name, floor, ways, crowd, duration, inside)
+    # what packs people is compiled before its first use
+    with progress():
+        if geometry is None:
+            length, width = _lengths("room", room or "", "x", 2)
+            doors = _doors_of_room(door or [], (length, width), stream)
+            scene = rectangle(name, length, width, doors, crowd, duration, inside)
+        else:
+            floor, ways = _floor(geometry, door or [], stream)
+            scene = from_geometry(name, floor, ways, crowd, duration, inside)
     _written(scene, out)
 
 

@@ -41,9 +41,10 @@ def profile_picture(scores: Scores) -> Figure:
         if not count:
             continue
         shares = some.profiles(ratios)
-        for number, (name, share) in enumerate(zip(some.solvers, shares, strict=True)):
+        for name, share in zip(some.solvers, shares, strict=True):
             if not share.any():
                 continue
+            number = scores.solvers.index(name)
             panel.step(
                 ratios,
                 share,
