@@ -30,7 +30,8 @@ def _same(*names: str) -> dict[str, str]:
 BASE = Part(
     extra="",
     what="percussions of snapshots and dumps, scenes, the rigid engine",
-    libraries=_same("numpy", "scipy", "numba", "MDAnalysis", "pydantic", "shapely", "orjson")
+    libraries=_same("numpy", "scipy", "numba", "llvmlite", "MDAnalysis")
+    | _same("pydantic", "shapely", "orjson")
     | {"typer": "typer", "rich": "rich", "tomli_w": "tomli-w"},
 )
 # from Python 3.14 on it reads them itself
