@@ -1,7 +1,8 @@
-"""Percussions of a dump file, written as CSV."""
+"""Percussions of a dump file, written as a table."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 import time
@@ -14,10 +15,10 @@ from typing import Any
 
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines.record import FILE, RunRecord
+from analysis.percussions.rows import Rows, is_parquet, rows_of, table_file
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import COLUMNS, Openness, cells_of
 from analysis.scene.scene import read_room
-from analysis.support.files import csv_lines, whole_file
 from analysis.support.progress import Progress
 from nscd import ContactLaw
 
@@ -37,6 +38,7 @@ class DumpToSolve:
     law: of the contacts; inelastic where left out
     tolerance: residual up to which a frame counts as solved
     openness: what is said of reactions that the mechanics may leave open
+    parquet: whether rows are made for Parquet, not for CSV
     """
 
     path: Path
@@ -45,6 +47,7 @@ class DumpToSolve:
     law: ContactLaw | None = None
     tolerance: float = 1e-8
     openness: Openness = "determined"
+    parquet: bool = False
 
     def solve(self, numbers: range) -> list[SolvedFrame]:
         """Solve some frames, one after the other. Raises DumpError naming file and step."""
@@ -65,13 +68,12 @@ class DumpToSolve:
             known = None if math.isnan(seconds) else seconds
             cells = cells_of(found, self.openness, time=known, step=step)
             when = f"step {step}" if known is None else f"{known:g} s"
-            columns = [name for name in COLUMNS if name in cells]
             answer = found.answer
             why = f"{self.path}, {when}: {answer.status}: {answer.reason}"
             solved.append(
                 SolvedFrame(
-                    columns=columns,
-                    lines=csv_lines(cells[name] for name in columns),
+                    columns=[name for name in COLUMNS if name in cells],
+                    rows=rows_of(cells, self.parquet),
                     contacts=len(found.contacts),
                     largest=found.largest,
                     unit=found.unit,
@@ -85,11 +87,11 @@ class DumpToSolve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolvedFrame:
-    """One solved frame: columns and lines of the table, number of contacts, the largest that a
+    """One solved frame: columns and rows of the table, number of contacts, the largest that a
     contact carries (in `unit`), when, residual, and why it is not solved."""
 
     columns: list[str]
-    lines: str
+    rows: Rows
     contacts: int
     largest: float
     unit: str
@@ -131,24 +133,21 @@ def solve_dump(
     progress: Progress | None = None,
     expected: Callable[[float], None] | None = None,
 ) -> SolvedDump:
-    """Solve every frame and write `out`, one row per contact (columns: docs/columns.md).
+    """Solve every frame and write `out`, one row per contact (columns: docs/columns.md): CSV, or
+    Parquet where its name ends in .parquet.
 
     executor: with `workers` processes; this process where left out
     expected: called with the seconds that all this will take, once they are known
 
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
+    dump = dataclasses.replace(dump, parquet=is_parquet(out))
     frames = _trajectory(dump.path, dump.time_step).n_frames
     whole = SolvedDump(unsolved=[])
-    columns: list[str] = []
-    with whole_file(out) as file:
+    with table_file(out) as add:
         for frame in _frames(dump, frames, executor, workers, expected):
             if frame.contacts:
-                if not columns:
-                    columns = frame.columns
-                    file.write(",".join(columns) + "\n")
-                assert frame.columns == columns, "every frame has the same columns"
-                file.write(frame.lines)
+                add(frame.columns, frame.rows)
             whole.add(frame)
             if progress:
                 progress(f"percussions of {dump.path}", whole.frames / frames)

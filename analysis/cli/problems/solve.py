@@ -36,7 +36,12 @@ Dump = Annotated[
         "contacts."
     ),
 ]
-Table = Annotated[Path, typer.Option(parser=path, help="CSV file, one row per contact.")]
+Table = Annotated[
+    Path,
+    typer.Option(
+        parser=path, help="Table, one row per contact: CSV, or Parquet if it ends in .parquet."
+    ),
+]
 
 
 def solve(
@@ -111,10 +116,13 @@ def _solve_problem(
 ) -> None:
     """Solve an FCLIB problem; `others` are options that it has no use for."""
     from analysis.exchange.solved import solve_file
+    from analysis.percussions.rows import is_parquet
 
     if others:
         name = others[0].replace("_", "-")
         raise ValueError(f"--{name}: {problem} has its own; this option is for dumps")
+    if is_parquet(out):
+        raise ValueError(f"--out: {out}: Parquet is for dumps; of a problem the table is CSV")
     found = solve_file(problem, out, tolerance, openness)
     rows = [["contacts", str(found.contacts)], ["residual", f"{found.residual:.1e}"]]
     if found.difference is not None:

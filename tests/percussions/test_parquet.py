@@ -1,0 +1,43 @@
+"""Percussions as Parquet: the rows of the CSV file, number for number."""
+
+import pandas as pd
+import pytest
+
+from analysis.dumps import DumpError
+from analysis.percussions import rows
+from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
+from analysis.percussions.setting import Setting
+
+PAIR = "1 0 0 0.25 75 2 0\n2 {x} 0 0.25 75 0 0\n"
+
+
+def dump_of(folder, *places):
+    path = folder / "some.dump"
+    head = (
+        "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n"
+        "-9 9\nITEM: ATOMS id x y radius mass vx vy\n"
+    )
+    frames = (head.format(step=step) + PAIR.format(x=x) for step, x in enumerate(places))
+    path.write_text("".join(frames))
+    return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="ranges")
+
+
+@pytest.mark.parametrize("group", [1, rows.GROUP])
+def test_the_same_rows(tmp_path, monkeypatch, group):
+    monkeypatch.setattr(rows, "GROUP", group)
+    dump = dump_of(tmp_path, 0.5, 2.0, 0.49, 0.5)
+    for name in ("a.csv", "a.parquet"):
+        assert solve_dump(dump, tmp_path / name).contacts == 3
+    wanted = pd.read_csv(tmp_path / "a.csv")
+    found = pd.read_parquet(tmp_path / "a.parquet")
+    assert len(found) == 3
+    pd.testing.assert_frame_equal(found, wanted, check_dtype=False, check_exact=True)
+
+
+def test_what_was_there_stays_where_there_is_no_contact(tmp_path):
+    out = tmp_path / "a.parquet"
+    out.write_text("before")
+    with pytest.raises(DumpError, match="no contact"):
+        solve_dump(dump_of(tmp_path, 2.0), out)
+    assert out.read_text() == "before"
+    assert len(list(tmp_path.iterdir())) == 2
