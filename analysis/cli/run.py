@@ -1,11 +1,22 @@
 """percussions run."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, SceneName, given, positive, progress, say_runs, share, warn
+from analysis.cli.app import (
+    Out,
+    SceneName,
+    given,
+    positive,
+    processes,
+    progress,
+    say_runs,
+    share,
+    warn,
+)
 
 AdvisedError = Annotated[
     str | None,
@@ -41,6 +52,10 @@ def run(
     duration: Annotated[
         float | None, typer.Option(parser=positive, help="Simulated time in s.")
     ] = None,
+    ranks: Annotated[
+        int,
+        typer.Option(parser=processes, help="Processes of MPI that share the run; LAMMPS only."),
+    ] = 1,
     out: Out = Path("out"),
 ) -> None:
     """Run a scene with one engine.
@@ -71,7 +86,7 @@ def run(
 
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")
-    wanted = EngineRun.of(chosen, engine or "lammps", out)
+    wanted = replace(EngineRun.of(chosen, engine or "lammps", out), ranks=ranks)
     if not wanted.is_finished():
         check_before(wanted.scene, wanted.engine, wanted.folder)
         say_runs([wanted], f"{chosen.name} with {wanted.engine}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import importlib.util
 import shutil
@@ -116,6 +117,21 @@ def command(
         return python_command("analysis.lammps_process", decks, *words)
     words = [str(find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
     return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
+
+
+def on_ranks(command: Command, ranks: int, scene: Scene) -> Command:
+    """Return the command for so many ranks of MPI. Raises EngineError where it cannot be shared."""
+    if scene.run.impulses:
+        raise EngineError(
+            f"{scene.name}: ranks: run.impulses: LAMMPS sums impulses on one rank only"
+        )
+    beside = Path(command.words[0]).with_name("mpiexec")
+    starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
+    if starter is None:
+        raise EngineError(
+            f"ranks: mpiexec of the MPI of LAMMPS is not found; install it with: {INSTALL}"
+        )
+    return dataclasses.replace(command, words=(starter, "-n", str(ranks), *command.words))
 
 
 def collect(scene: Scene, folder: Path) -> None:

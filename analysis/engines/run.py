@@ -63,10 +63,16 @@ def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | No
 
 
 def run_engine(
-    scene: Scene, engine_name: str, folder: Path, progress: Progress | None = None
+    scene: Scene,
+    engine_name: str,
+    folder: Path,
+    progress: Progress | None = None,
+    ranks: int = 1,
 ) -> RunRecord:
     """Run the scene, or take the finished run that is in the folder if scene, decks, engine and
     version are the same.
+
+    ranks: of MPI that share the run, which changes it by rounding; LAMMPS only
 
     Raises EngineError."""
     if record := _taken(scene, engine_name, folder):
@@ -74,7 +80,9 @@ def run_engine(
     check_before(scene, engine_name, folder)
     with locked(folder):
         # another process may have run it meanwhile
-        return _taken(scene, engine_name, folder) or _simulate(scene, engine_name, folder, progress)
+        return _taken(scene, engine_name, folder) or _simulate(
+            scene, engine_name, folder, progress, ranks
+        )
 
 
 def simulate(
@@ -118,8 +126,13 @@ def _taken(scene: Scene, engine_name: str, folder: Path) -> RunRecord | None:
     return record
 
 
-def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress | None) -> RunRecord:
+def _simulate(
+    scene: Scene, engine_name: str, folder: Path, progress: Progress | None, ranks: int = 1
+) -> RunRecord:
     chosen = engine(engine_name)
+    on_ranks = getattr(chosen, "on_ranks", None)
+    if ranks > 1 and on_ranks is None:
+        raise EngineError(f"{scene.name}: ranks: {ranks}; {engine_name} runs on one core")
     timing = chosen.timing(scene)
     if timing.time_step > 1.000001 * timing.safe_time_step:
         log.warning(
@@ -151,9 +164,10 @@ def _simulate(scene: Scene, engine_name: str, folder: Path, progress: Progress |
                 if progress:
                     progress(label, step / max(record.steps, 1))
 
-        ended = run_command(
-            chosen.command(staging, record.time_step_s, decks=DECKS), staging, told=told
-        )
+        command = chosen.command(staging, record.time_step_s, decks=DECKS)
+        if ranks > 1 and on_ranks:
+            command = on_ranks(command, ranks, scene)
+        ended = run_command(command, staging, told=told)
         record = dataclasses.replace(
             record, wall_seconds=ended.wall_seconds, cpu_seconds=ended.cpu_seconds
         )
@@ -191,12 +205,14 @@ def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> flo
 class EngineRun:
     """A run that somebody needs.
 
-    scene: what is run; engine: the name of the engine that runs it; folder: where its results are.
+    scene: what is run; engine: the name of the engine that runs it; folder: where its results are;
+    ranks: of MPI that share it.
     """
 
     scene: Scene
     engine: str
     folder: Path
+    ranks: int = 1
 
     @classmethod
     def of(cls, scene: Scene, engine: str, runs: Path) -> EngineRun:
@@ -209,7 +225,7 @@ class EngineRun:
 
     def record(self, progress: Progress | None = None) -> RunRecord:
         """Run it, or take the finished run where it is unchanged. Raises EngineError."""
-        return run_engine(self.scene, self.engine, self.folder, progress)
+        return run_engine(self.scene, self.engine, self.folder, progress, self.ranks)
 
     @property
     def particle_steps(self) -> int:
