@@ -28,6 +28,10 @@ WallStiffness = Annotated[
     typer.Option(parser=positive, help="The same of walls in N/m, instead of the scene's."),
 ]
 
+Ranks = Annotated[
+    int, typer.Option(parser=processes, help="Processes of MPI that share the run; LAMMPS only.")
+]
+
 
 def run(
     scene: SceneName,
@@ -52,10 +56,7 @@ def run(
     duration: Annotated[
         float | None, typer.Option(parser=positive, help="Simulated time in s.")
     ] = None,
-    ranks: Annotated[
-        int,
-        typer.Option(parser=processes, help="Processes of MPI that share the run; LAMMPS only."),
-    ] = 1,
+    ranks: Ranks = 1,
     out: Out = Path("out"),
 ) -> None:
     """Run a scene with one engine.
