@@ -123,10 +123,10 @@ def _cheap_engines():
     """Runs that would last are refused: they are not what is tested here."""
     real = engine_runs.run_engine
 
-    def cheap(scene, name, folder, progress=None):
+    def cheap(scene, name, folder, *others):
         if penalty_of(scene).steps * len(scene.snapshot) > DEAR:
             raise EngineError(f"{folder}: too dear for this test")
-        return real(scene, name, folder, progress)
+        return real(scene, name, folder, *others)
 
     engine_runs.run_engine = cheap
     try:
