@@ -96,7 +96,7 @@ def _listed() -> tuple[Problem, ...]:
     grown: tuple[Family, ...] = ("heap", "jammed", "hexagonal", "masses", "chain")
     for family in grown:
         found += [Problem(family=family, size=size) for size in (40, 150, 594, 2000, 5000)]
-        # unequal masses that stick: already those of 594 disks are beyond every solver here
+        # 2,000 unequal masses with friction are beyond every solver here
         rubbing = (40, 150, 594) if family == "masses" else (40, 150, 594, 2000)
         found += [Problem(family=family, size=size, friction=0.3) for size in rubbing]
     slides: tuple[Family, ...] = ("heap", "jammed", "hexagonal", "masses")
