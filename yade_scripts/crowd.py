@@ -50,6 +50,7 @@ from crowd_dumps import Dumps  # noqa: E402
 from crowd_guard import STOPPED, Guard  # noqa: E402
 from crowd_impulses import Impulses  # noqa: E402
 from crowd_law import interactions, law_of  # noqa: E402
+from crowd_motion import Motion  # noqa: E402
 from crowd_walls import Walls  # noqa: E402
 from scene_file import (  # noqa: E402
     SceneFileError,
@@ -100,8 +101,9 @@ def main(words):
     crowd = Crowd(scene, disks, penalty, guarded == "yes")
     # where YADE looks for the commands of its observers
     main_module = sys.modules["__main__"]
-    main_module.crowd_after_step, main_module.crowd_guard = crowd.after_step, crowd.look
-    main_module.crowd_joints, main_module.crowd_springs = crowd.walls.take_back, crowd.press
+    main_module.crowd_springs, main_module.crowd_joints = crowd.press, crowd.walls.take_back
+    for name in crowd.after:
+        setattr(main_module, f"crowd_{name}", getattr(crowd, name))
     names = ["bodies.dump", "contacts.dump"]
     if scene["run"].get("impulses"):
         names.append("impulses.dump")
@@ -112,9 +114,10 @@ def main(words):
         sys.exit(STOPPED)
 
 
-def in_plane(vectors):
-    """x and y of YADE's vectors, (n,2)."""
-    return np.array([(vector[0], vector[1]) for vector in vectors])
+def runner(name, dead=True, **given):
+    """What calls crowd_NAME of the main module; updateGlobals looks for new names at each call."""
+    command = f"crowd_{name}()"
+    return PyRunner(command=command, iterPeriod=1, updateGlobals=False, dead=dead, **given)
 
 
 class Crowd:
@@ -125,7 +128,7 @@ class Crowd:
     same numbers."""
 
     def __init__(self, scene, disks, penalty, guarded):
-        self.guarded, self.broken, self.seen = guarded, "", (-1, None)
+        self.guarded, self.broken, self.seen = guarded, "", (-1,)
         self.scene, self.disks, self.penalty = scene, disks, penalty
         self.law = law_of(scene, penalty)
         self.material = O.materials.append(self.law.disk)
@@ -135,25 +138,22 @@ class Crowd:
                 disks.radius, disks.mass, disks.position, disks.velocity, disks.spin, strict=True
             )
         ]
-        self.walls = Walls(scene.get("walls", []), self.law.wall, self.states)
+        self.motion = Motion(self.states)
+        collider = InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M)
+        self.walls = Walls(scene.get("walls", []), self.law.wall, self.states, collider)
         self.law.walls = set(self.walls.numbers)
         self.weight = disks.mass[:, None] * acceleration(scene)
         self.held = np.zeros((len(disks.ids), 2))
-        self.observer = PyRunner(command="crowd_after_step()", iterPeriod=1, dead=True)
-        self.watch = PyRunner(command="crowd_guard()", iterPeriod=1, dead=True)
+        # what is done after a step, in this order, each at an interval of its own
+        self.after = {name: runner(name) for name in ("add_impulses", "write", "drive", "look")}
         O.engines = [
             ForceResetter(),
-            InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=SKIN_M),
+            collider,
             interactions(self.law),
-            PyRunner(
-                command="crowd_springs()", iterPeriod=1, initRun=True, dead=not self.law.spring
-            ),
-            PyRunner(
-                command="crowd_joints()", iterPeriod=1, initRun=True, dead=not self.walls.joints
-            ),
+            runner("springs", initRun=True, dead=not self.law.spring),
+            runner("joints", initRun=True, dead=not self.walls.joints),
             NewtonIntegrator(damping=0.0),
-            self.observer,
-            self.watch,
+            *self.after.values(),
         ]
 
     def _add_disk(self, radius, mass, position, velocity, spin):
@@ -176,26 +176,29 @@ class Crowd:
         # step 0: forces at the start, with no time passing
         O.dt = self.law.NO_TIME_S
         O.step()
-        force = in_plane(map(O.forces.f, range(len(self.states))))
+        force = self.motion.force()
         self._let_go_of_touching(force)
         self._write(0, self.disks.position, self.disks.velocity, self.disks.spin, force)
         if self.guarded:
             stored = sum(self.law.energy(i) for i in self.walls.touching())
             self.guard = Guard(self.scene, self.disks, self.penalty, stored, self._apart)
-            self.watch.iterPeriod = self.watch.firstIterRun = self.guard.interval
-            self.watch.dead = False
+            self._every(self.guard.interval, "look")
         self._first_half_step(force)
         O.dt = self.penalty.time_step
-        every = [self.penalty.frame_interval]
+        self._every(self.penalty.frame_interval, "write")
         if "drive" in self.scene:
-            every.append(self.scene["run"]["drive_interval_steps"])
+            self._every(self.scene["run"]["drive_interval_steps"], "drive")
         if self.impulses:
-            every.append(1)
-        self.observer.iterPeriod = self.observer.firstIterRun = math.gcd(*every)
-        self.observer.dead = False
+            self._every(1, "add_impulses")
         O.run(self.penalty.steps, True)
         if self.last_written != self.penalty.steps and not self.broken:
             raise RuntimeError(f"stopped after step {self.last_written} of {self.penalty.steps}")
+
+    def _every(self, steps, name):
+        """Have something done after every so many steps."""
+        runner = self.after[name]
+        runner.iterPeriod = runner.firstIterRun = steps
+        runner.dead = False
 
     def _let_go_of_touching(self, force):
         """Take away the damping of disks that touch without overlap: a contact begins with an
@@ -204,7 +207,7 @@ class Crowd:
             if interaction.geom.penetrationDepth <= 0:
                 for body, sign in ((interaction.id1, 1.0), (interaction.id2, -1.0)):
                     if body not in self.walls.numbers:
-                        force[body] += sign * in_plane([interaction.phys.normalForce])[0]
+                        force[body] += [sign * part for part in interaction.phys.normalForce.xy()]
                 # impulses are sums of it
                 interaction.phys.normalForce = Vector3.Zero
 
@@ -227,9 +230,7 @@ class Crowd:
     def look(self):
         """Called after a step at the guard's interval: stop a run that cannot be right."""
         step, dt = O.iter, self.penalty.time_step
-        broken = self.guard.look(
-            self._position, lambda: in_plane([state.vel for state in self.states])
-        )
+        broken = self.guard.look(self._position, self.motion.velocity)
         if broken:
             kind, words = broken
             self.broken = f"GUARD {kind} at t = {step * dt:.6g} s (step {step}): {words}"
@@ -242,37 +243,41 @@ class Crowd:
         return min(lengths, default=math.inf)
 
     def _position(self):
-        """Where the disks are after this step, (n,2) m; the observer may have asked already."""
-        step, position = self.seen
-        return position if step == O.iter else in_plane([state.pos for state in self.states])
+        """Where the disks are, (n,2) m; of this step, where it has been asked for."""
+        return self.seen[1] if self.seen[0] == O.iter else self.motion.position()
 
-    def after_step(self):
-        """Called after YADE has moved the disks from this step to the next one."""
-        step = O.iter
-        dt, half = self.penalty.time_step, 0.5 * self.penalty.time_step
-        mass, inertia = self.disks.mass, 0.5 * self.disks.mass * self.disks.radius**2
-        forces, bodies = O.forces, range(len(self.states))
-        force = in_plane(map(forces.f, bodies))
-        later = in_plane([state.vel for state in self.states])
-        position = in_plane([state.pos for state in self.states]) - dt * later
-        velocity = later - half * force / mass[:, None]
-        self.seen = step, position
-        written = step % self.penalty.frame_interval == 0
-        if self.impulses:
-            self.impulses.add(self.walls.touching(), 0.5 if written else 1.0)
-        if written:
-            torque = np.array([forces.t(body)[2] for body in bodies])
-            spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia
-            self._write(step, position, velocity, spin, force)
-        if "drive" in self.scene and step % self.scene["run"]["drive_interval_steps"] == 0:
-            self._push(position, velocity)
+    def _instant(self):
+        """Positions, velocities and forces, each (n,2), of the step from which YADE has moved the
+        disks on to the next one."""
+        if self.seen[0] != O.iter:
+            dt, mass = self.penalty.time_step, self.disks.mass[:, None]
+            force, later = self.motion.force(), self.motion.velocity()
+            position = self.motion.position() - dt * later
+            self.seen = O.iter, position, later - 0.5 * dt * force / mass, force
+        return self.seen[1:]
+
+    def add_impulses(self):
+        """Called after every step where impulses are summed."""
+        written = O.iter % self.penalty.frame_interval == 0
+        self.impulses.add(self.walls.touching(), 0.5 if written else 1.0)
+
+    def write(self):
+        """Called after the step of a frame."""
+        position, velocity, force = self._instant()
+        half, inertia = 0.5 * self.penalty.time_step, 0.5 * self.disks.mass * self.disks.radius**2
+        torque = np.array([O.forces.t(body)[2] for body in range(len(self.states))])
+        spin = np.array([state.angVel[2] for state in self.states]) - half * torque / inertia
+        self._write(O.iter, position, velocity, spin, force)
+
+    def drive(self):
+        """Called after a step at the interval of the drive."""
+        self._push(*self._instant()[:2])
 
     def _push(self, position, velocity):
         """Set the forces that act until the next call: the drive and the body force."""
         if "drive" in self.scene:
             self.held = drive_force(self.scene["drive"], self.disks, position, velocity)
-        for body, (x, y) in enumerate((self.held + self.weight).tolist()):
-            O.forces.setPermF(body, (x, y, 0.0))
+        self.motion.hold(self.held + self.weight)
 
     def _write(self, step, position, velocity, spin, force):
         drive = self.held if "drive" in self.scene else None

@@ -11,6 +11,7 @@ class Dumps:
 
     def __init__(self, bodies, contacts, disks, walls):
         self.bodies, self.contacts, self.disks, self.walls = bodies, contacts, disks, walls
+        self.ids = disks.ids.tolist()
 
     def write_bodies(self, step, position, velocity, spin, force, drive=None):
         """One frame of bodies.dump: arrays (n,2) m, m/s, (n,) rad/s, (n,2) N, and the drive (n,2) N
@@ -43,16 +44,17 @@ class Dumps:
 
     def contact(self, interaction):
         """A row: the first disk, the second disk or the wall, and what the first does to it."""
-        overlap = interaction.geom.penetrationDepth
+        geom, phys = interaction.geom, interaction.phys
+        overlap = geom.penetrationDepth
         if overlap <= 0:
             return None
-        normal = interaction.geom.normal
-        force = interaction.phys.normalForce + interaction.phys.shearForce
-        first, second = interaction.id1, interaction.id2
+        normal, pressing, sliding = geom.normal, phys.normalForce, phys.shearForce
+        first, second, way = interaction.id1, interaction.id2, 1.0
         wall = first in self.walls or second in self.walls
         if first in self.walls or (not wall and first > second):
-            first, second, normal, force = second, first, -normal, -force
-        other = self.walls[second] if wall else self.disks.ids[second]
+            first, second, way = second, first, -1.0
+        other = self.walls[second] if wall else self.ids[second]
         # + 0.0: no negative zeros
-        vectors = (normal[0] + 0.0, normal[1] + 0.0, overlap, force[0] + 0.0, force[1] + 0.0)
-        return (self.disks.ids[first], other, wall, *vectors)
+        along = [way * normal[axis] + 0.0 for axis in (0, 1)]
+        force = [way * (pressing[axis] + sliding[axis]) + 0.0 for axis in (0, 1)]
+        return (self.ids[first], other, wall, *along, overlap, *force)

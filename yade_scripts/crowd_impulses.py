@@ -31,7 +31,7 @@ class Impulses:
     def write(self, step):
         """One frame: the sums since the last one, the smaller id first, walls last."""
         rows = []
-        ids, walls = self.dumps.disks.ids, self.dumps.walls
+        ids, walls = self.dumps.ids, self.dumps.walls
         for (first, second), (x, y) in self.sums.items():
             wall = first in walls or second in walls
             if first in walls or (not wall and first > second):

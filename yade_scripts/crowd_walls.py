@@ -26,12 +26,16 @@ class Joint:
     def _unit(way):
         return (float(way[0] / math.hypot(*way)), float(way[1] / math.hypot(*way)))
 
+    def is_beyond(self, x, y, reach):
+        """Whether a disk at a point is beyond the wall's end, or within a reach (m) of being so."""
+        return (x - self.x) * self.own[0] + (y - self.y) * self.own[1] <= ROUNDING_M + reach
+
     def is_mine(self, x, y):
         """Whether the contact of a disk at a point (m) is the wall's own: its nearest point is
         within the wall, or it is the end, of which all others lead away too."""
-        dx, dy = x - self.x, y - self.y
-        if dx * self.own[0] + dy * self.own[1] > ROUNDING_M:
+        if not self.is_beyond(x, y, 0.0):
             return True
+        dx, dy = x - self.x, y - self.y
         return self.others is not None and all(
             dx * other[0] + dy * other[1] <= ROUNDING_M for other in self.others
         )
@@ -73,8 +77,9 @@ def _nearest(point, low, high):
 class Walls:
     """The boxes of a scene's walls, their numbers from 1 by body, and the contacts that count."""
 
-    def __init__(self, walls, material, states):
-        """states: of the disks, which are the first bodies."""
+    def __init__(self, walls, material, states, collider):
+        """states: of the disks, which are the first bodies; collider: it finds who is near."""
+        self.collider, self.looked, self.near_ends = collider, 0, []
         self.material, self.states = O.materials.append(material), states
         self.numbers = {self._add(wall): number for number, wall in enumerate(walls, start=1)}
         joints = joints_of(walls)
@@ -99,21 +104,31 @@ class Walls:
         """Called when the forces of a step are summed: take those back that a wall gives at a point
         which another wall answers for."""
         self.double = set()
-        for wall, joints in self.joints.items():
-            for interaction in O.interactions.withBody(wall):
-                if not interaction.isReal:
-                    continue
-                disk = interaction.id1 if interaction.id2 == wall else interaction.id2
-                place = self.states[disk].pos
-                x, y = place[0], place[1]
-                if all(joint.is_mine(x, y) for joint in joints):
-                    continue
+        if self.looked != self.collider.numAction:
+            self._look_for_ends()
+        for disk, wall in self.near_ends:
+            interaction, place = O.interactions[disk, wall], self.states[disk].pos
+            mine = all(joint.is_mine(place[0], place[1]) for joint in self.joints[wall])
+            if interaction.isReal and not mine:
                 self.double.add(frozenset((disk, wall)))
                 # the law has given this to the second body, and the opposite to the first
                 force = interaction.phys.normalForce + interaction.phys.shearForce
                 force = -force if disk == interaction.id2 else force
                 O.forces.addF(disk, force)
                 O.forces.addT(disk, (interaction.geom.contactPoint - place).cross(force))
+
+    def _look_for_ends(self):
+        """Find the disks that may pass the end of a wall before the collider runs again: it runs
+        before anybody has moved by its verletDist."""
+        self.looked, self.near_ends = self.collider.numAction, []
+        for wall, joints in self.joints.items():
+            for interaction in O.interactions.withBodyAll(wall):
+                disk = interaction.id1 if interaction.id2 == wall else interaction.id2
+                if disk in self.numbers:
+                    continue
+                x, y = self.states[disk].pos.xy()
+                if any(joint.is_beyond(x, y, 2 * self.collider.verletDist) for joint in joints):
+                    self.near_ends.append((disk, wall))
 
     def touching(self):
         """The contacts, each once."""
