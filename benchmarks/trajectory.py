@@ -109,7 +109,9 @@ def frame_by_frame(dump: Path) -> None:
         if answer.choice != "corrects the guess":
             continue
         snapshot = snapshot_of(universe.trajectory[frame], str(dump))
-        left, _ = left_velocity_of(snapshot, "desired", scene.drive, acceleration=scene.acceleration())
+        left, _ = left_velocity_of(
+            snapshot, "desired", scene.drive, acceleration=scene.acceleration()
+        )
         cold = solve(snapshot, contacts, left_velocity=left, tolerance=TOLERANCE)
         warm.append(answer.seconds)
         anew.append(cold.seconds)

@@ -59,6 +59,10 @@ MEASURES = {
     "density_per_m2": "density within 2 m of the door",
 }
 BODY = "body"
+# How a family is drawn: colour and mark say how many people, the line says the push (N).
+LOOKS = {75: "v", 150: "o", 300: "s", 594: "D", 1200: "^"}
+COLOUR_OF = dict(zip(LOOKS, (*COLOURS, SKY, VERMILION), strict=False))
+LINES = {300.0: "-", 100.0: "--", 30.0: ":"}
 # Radii (m) of soft people who are tried, and of the rigid disks they are compared with.
 RADII, HARD_M = (0.17, 0.2, 0.23, 0.26), 0.17
 BODY_PUSHES, BODY_PEOPLE, BODY_CROWDS = (100.0, 30.0), 150, 2
@@ -202,8 +206,8 @@ def picture(known: Known) -> Figure:
             means = [float(np.mean(found[s])) for s in xs]
             ends = [(m - min(found[s]), max(found[s]) - m) for s, m in zip(xs, means, strict=True)]
             axes.errorbar(
-                np.array(xs) * 1.04 ** (number - 2.5), means, yerr=np.array(ends).T,
-                fmt="osD^v*"[number] + "-", color=(*COLOURS, SKY, VERMILION)[number], capsize=3, lw=1, ms=5,
+                np.array(xs) * 1.04 ** (number - 4), means, yerr=np.array(ends).T,
+                fmt=LOOKS[people] + LINES[push], color=COLOUR_OF[people], capsize=3, lw=1, ms=5,
                 label=f"{people} people, {push:g} N",
             )  # fmt: skip
         axes.set(xscale="log", title=title, xlabel="s = N F/(k r)", ylabel="over the rigid value")
@@ -230,7 +234,11 @@ def tables(known: Known) -> str:
     for push in BODY_PUSHES:
         for law, radius in [(f"{RIGID:g}", HARD_M), *((BODY, radius) for radius in RADII)]:
             wanted = Case(BODY_PEOPLE, push, law, 0, radius)
-            rows = [v for c, v in known.items() if dataclasses.replace(c, crowd=0) == wanted]
+            rows = [
+                values
+                for case, values in known.items()
+                if case.crowd < BODY_CROWDS and dataclasses.replace(case, crowd=0) == wanted
+            ]
             if rows:
                 means = [f"{np.mean([row[key] for row in rows]):.3g}" for key in MEASURES]
                 deep = f"{max(row['overlap_largest'] for row in rows):.2f}"
@@ -238,25 +246,7 @@ def tables(known: Known) -> str:
                 lines.append([f"{push:g}", name, *means, deep])
     text += "\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines)
     total = sum(values["cpu_s"] for values in known.values())
-    return f"{text}\n\n{_largest(known)}\n\n{len(known)} runs, {total:.0f} CPU s"
-
-
-def _largest(known: Known) -> str:
-    """The table of the largest crowds, push by push, where all of them ran."""
-    lines = [["push (N)", "s", *MEASURES.values(), "largest overlap (r)"]]
-    lines += [["---"] * len(lines[0])]
-    most = max(people for people, *_ in FAMILIES)
-    for (people, push, crowds), s in itertools.product(FAMILIES, SOFTNESS[1:]):
-        every = [relative(known, people, push, f"{s:g}", key) for key in MEASURES]
-        if people == most and all(len(values) == crowds for values in every):
-            cells = (_cell(values) for values in every)
-            deep = max(
-                values["overlap_largest"]
-                for case, values in known.items()
-                if (case.people, case.push, case.softness) == (people, push, f"{s:g}")
-            )
-            lines.append([f"{push:g}", f"{s:g}", *cells, f"{deep:.2f}"])
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return f"{text}\n\n{len(known)} runs, {total:.0f} CPU s"
 
 
 def _cell(values: Sequence[float]) -> str:
