@@ -2,14 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.stats import linregress, t
 
+from analysis.compare.relaxed import FEWEST
 from analysis.compare.study import Study
+from nscd import Snapshot
 
 LEVEL = 0.90
-FEWEST = 4
 # Positions (over the mean radius) that differ by less are the same.
 SAME = 1e-6
 MEASURES: Mapping[str, str] = {
@@ -47,6 +49,16 @@ def fit_power(stiffnesses: Sequence[float], differences: Sequence[float]) -> Fit
 
 
 def moved_between(study: Study, engine: str) -> float:
-    """Return the largest distance (m) of a person between the snapshots of an engine's runs."""
-    places = [c.snapshot.position for c in study.comparisons if c.record.engine == engine]
-    return max((float(np.hypot(*(p - places[0]).T).max()) for p in places), default=0.0)
+    """Return the largest distance (m) between the places of a person in the runs of an engine; of
+    runs begun anew of the people who were left, and between neighbouring stiffnesses."""
+    mine = [c.snapshot for c in study.comparisons if c.record.engine == engine]
+    if engine not in study.anew:
+        return max((_apart(mine[0], one) for one in mine), default=0.0)
+    return max(_apart(one, other) for one, other in pairwise(mine))
+
+
+def _apart(one: Snapshot, other: Snapshot) -> float:
+    """The largest distance (m) between the places of a person, of those in both."""
+    _, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
+    way = one.position[here] - other.position[there]
+    return float(np.hypot(*way.T).max(initial=0.0))

@@ -1,16 +1,17 @@
 """One scene of the report: what came out, its tables and its pictures."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
 
 from analysis.compare.comparison import FORCE, Comparison
 from analysis.compare.load_ranges import Range, carried_ranges
+from analysis.compare.relaxed import AT_REST, FEWEST
 from analysis.compare.study import Study
 from analysis.pages import report_charts as charts
-from analysis.pages.approach import FEWEST, MEASURES, SAME, fit_power, moved_between
+from analysis.pages.approach import MEASURES, SAME, fit_power, moved_between
 from analysis.pages.names import engine_label
 from analysis.pages.numbers import number, percent, summed
 from analysis.pages.section import Cell, Picture, Section, Table
@@ -19,8 +20,6 @@ from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from nscd.indeterminacy.determinacy import determinacy
 
-# The share of the drive that may still accelerate a crowd "at rest".
-MOVING = 0.01
 MOST = 5
 
 Run = dict[str, Any]
@@ -57,9 +56,9 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     for run in runs:
         block = "found" if run["difference_from_first_engine"] is None else "agree"
         said.append(words.text(block, run=run))
-    said += _trends(words, runs, _moved(study))
+    said += _trends(words, runs, _moved(study), study.anew)
     moving = max(c.balance.unbalanced for c in study.comparisons)
-    if moving > MOVING:
+    if moving > AT_REST:
         said.append(words.text("moving", share=moving))
     if study.scene.reconciliation:
         frame, done = _real_frame(study.scene), study.scene.reconciliation
@@ -67,11 +66,14 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     return said
 
 
-def _trends(words: Words, runs: Sequence[Run], moved: Mapping[str, float]) -> list[str]:
+def _trends(
+    words: Words, runs: Sequence[Run], moved: Mapping[str, float], anew: Set[str] = frozenset()
+) -> list[str]:
     """What rising stiffness does, one sentence for all engines of which the same is to be said.
 
     moved: how far (m) somebody is from one run of an engine to another; where that is not nothing,
-        motion and softness cannot be told apart and nothing is concluded"""
+        motion and softness cannot be told apart and nothing is concluded
+    anew: engines whose stiffer runs began where the softest had come to rest"""
     said: dict[str, list[str]] = {}
     for engine in sorted({run["engine"] for run in runs}):
         mine = sorted((run for run in runs if run["engine"] == engine), key=_of_stiffness)
@@ -79,11 +81,13 @@ def _trends(words: Words, runs: Sequence[Run], moved: Mapping[str, float]) -> li
         table = {key: [_difference(run, key) for run in mine] for key in MEASURES}
         if len(k) < 2 or not all(math.isfinite(value) for value in table["contact"]):
             continue
-        fits = {MEASURES[key]: fit_power(k, values) for key, values in table.items()}
+        same = engine in anew or not moved.get(engine)
+        fits = {MEASURES[key]: fit_power(k, values) for key, values in table.items() if same}
         values = {
             "stiffnesses": k,
             "differences": [(MEASURES[key], row) for key, row in table.items()],
             "moved": moved.get(engine, 0.0),
+            "anew": engine in anew,
             "fits": {title: fit for title, fit in fits.items() if fit},
             "fewest": FEWEST,
         }

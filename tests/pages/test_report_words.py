@@ -48,6 +48,15 @@ def test_other_positions_allow_no_conclusion_however_many_stiffnesses():
     assert "power" not in said
 
 
+def test_runs_begun_anew_from_one_configuration_allow_a_conclusion():
+    runs = [run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)]
+    words = Words("analysis.pages", kind="force")
+    (said,) = _trends(words, runs, {"lammps": 0.031}, frozenset({"lammps"}))
+    assert "settled up to 3.1 cm elsewhere" in said
+    assert said.count("**approach each other**") == 3
+    assert "same positions" not in said
+
+
 def test_four_stiffnesses_on_the_same_positions_say_with_which_power():
     (said,) = trends(*(run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)))
     assert "−1.00 (−1.00 to −1.00) per contact, so the models **approach each other**" in said

@@ -13,7 +13,15 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-SOURCES = ("nscd", "analysis", "crowd_percussions", "scenes", "lammps_inputs", "yade_scripts", "docs")
+SOURCES = (
+    "nscd",
+    "analysis",
+    "crowd_percussions",
+    "scenes",
+    "lammps_inputs",
+    "yade_scripts",
+    "docs",
+)
 FILES = ("pyproject.toml", "README.md", "LICENSE")
 # What a stranger does first, each from the folder that the wheel knows nothing of.
 FIRST = """
