@@ -7,8 +7,10 @@ from analysis.dumps.contacts import (
     index_contacts,
     read_contacts,
 )
+from analysis.dumps.frame import DumpError
+from analysis.dumps.index import index_dump
 from analysis.dumps.reader import frame_at, open_bodies, snapshot_of
-from analysis.dumps.table import DumpError, DumpIndex, index_dump
+from analysis.dumps.table import DumpIndex
 
 __all__ = [
     "CONTACT_COLUMNS",

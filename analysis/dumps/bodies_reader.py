@@ -11,7 +11,9 @@ from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
 from analysis.dumps.columns import FLAT, BodyColumns
-from analysis.dumps.table import LARGEST_LENGTH, WORDS, DumpError, Frame, index_dump
+from analysis.dumps.frame import LARGEST_LENGTH, DumpError, Frame
+from analysis.dumps.index import index_dump
+from analysis.dumps.table import WORDS, DumpIndex
 from nscd.arrays import Floats
 
 # What begins so are columns of a user's own computes, fixes and variables.
@@ -30,9 +32,9 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
     format = "CROWD_BODIES"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012  (MDAnalysis' protocol)
 
-    def __init__(self, filename: Any, **kwargs: Any) -> None:
+    def __init__(self, filename: Any, *, index: DumpIndex | None = None, **kwargs: Any) -> None:
         super().__init__(str(filename), **kwargs)
-        self._index = index_dump(Path(self.filename))
+        self._index = index or index_dump(Path(self.filename))
         self._columns = BodyColumns.of(self._index.path, self._index.columns)
         self.n_atoms = max(self._index.counts)
         if not self.n_atoms:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.table import DumpError, Frame
+from analysis.dumps.frame import DumpError, Frame
 from analysis.scene.lammps_data import SPHERE
 from nscd.arrays import Floats
 

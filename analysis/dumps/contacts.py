@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.table import DumpError, DumpIndex, index_dump
+from analysis.dumps.frame import DumpError
+from analysis.dumps.index import index_dump
+from analysis.dumps.table import DumpIndex
 from nscd.arrays import Flags, Floats, Indices
 
 CONTACT_COLUMNS = ("first", "second", "is_wall", "nx", "ny", "overlap", "fx", "fy")
@@ -71,11 +73,8 @@ def contacts_at(index: DumpIndex, number: int) -> EngineContacts:
     get = {name: table[:, index.columns.index(name)] for name in CONTACT_COLUMNS}
     first, second = (index.ids(number, get[name], name) for name in ("first", "second"))
     normal = np.column_stack([get["nx"], get["ny"]])
-    key = np.column_stack([first, second, get["is_wall"]])
-    _, place = np.unique(key, axis=0, return_index=True)
-    again = np.ones(len(key), dtype=bool)
-    again[place] = False
     wall = get["is_wall"] == 1
+    again = _again((wall.astype(np.int64) << 62) + (first << 31) + second)
     for bad, what in (
         (~np.isfinite(table).all(1), "not a finite number"),
         (~wall & (get["is_wall"] != 0), "is_wall: 0 or 1 is needed"),
@@ -94,6 +93,16 @@ def contacts_at(index: DumpIndex, number: int) -> EngineContacts:
         overlap=get["overlap"],
         force=np.column_stack([get["fx"], get["fy"]]),
     )
+
+
+def _again(keys: Indices) -> Flags:
+    """Which keys have occurred before."""
+    if (keys[1:] > keys[:-1]).all():  # as every engine writes them
+        return np.zeros(len(keys), dtype=bool)
+    _, place = np.unique(keys, return_index=True)
+    again = np.ones(len(keys), dtype=bool)
+    again[place] = False
+    return again
 
 
 def read_contacts(path: Path) -> Iterator[EngineContacts]:

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from analysis.support.reading import NUMBER
-from nscd.arrays import Floats
+from nscd.arrays import Floats, Indices
 
 # 10ⁿ of these n are looked up; beyond them there are no float64.
 LEAST, MOST = -348, 308
@@ -49,50 +49,65 @@ def numbers_of(text: bytes, rows: int, width: int) -> Floats | None:
     """Read (rows, width) numbers, one row a line, to the last bit as Python's float() reads them.
 
     None where the text holds anything else; the words nan and inf are numbers."""
-    values = np.empty(rows * width)
-    left = np.empty((rows * width, 3), dtype=np.int64)
-    count = _read(np.frombuffer(text, np.uint8), width, values, values.view(np.uint64), left)
-    if count < 0:
+    return numbers_in(text, np.array([[0, len(text), rows]]), width)
+
+
+def numbers_in(text: bytes, parts: Indices, width: int) -> Floats | None:
+    """Read the numbers of several parts of a text, one below the other, as `numbers_of` does.
+
+    parts: (p,3) start and end of each (bytes), and its rows"""
+    count = width * int(parts[:, 2].sum())
+    values = np.empty(count)
+    left = np.empty((count, 3), dtype=np.int64)
+    undecided = _read(
+        np.frombuffer(text, np.uint8), parts, width, values, values.view(np.uint64), left
+    )
+    if undecided < 0:
         return None
-    for cell, start, stop in left[:count].tolist():
+    for cell, start, stop in left[:undecided].tolist():
         word = text[start:stop].decode("ascii", "replace")
         if not NUMBER.fullmatch(word):
             return None
         values[cell] = float(word)
-    return values.reshape(rows, width)
+    return values.reshape(-1, width)
 
 
 @njit(cache=True)
-def _read(text: Any, width: int, values: Any, bits: Any, left: Any) -> int:
+def _read(text: Any, parts: Any, width: int, values: Any, bits: Any, left: Any) -> int:
     """Read all words. Those that are not decided are listed: cell, start, stop. Returns how many
-    these are; −1 where the rows, or the words of one, are too few or too many."""
-    at = cell = words = undecided = 0
-    while at < len(text):
-        if text[at] == LINE:
-            if words != width:
-                return -1
-            words = 0
-            at += 1
-        elif text[at] == SPACE or text[at] == TAB or text[at] == RETURN:
-            at += 1
-        else:
-            if words == width or cell == len(values):
-                return -1
-            start = at
-            while at < len(text) and text[at] > SPACE:
+    these are; −1 where the rows of a part, or the words of a row, are too few or too many."""
+    cell = undecided = 0
+    for part in range(len(parts)):
+        at, end, last = parts[part, 0], parts[part, 1], cell + parts[part, 2] * width
+        words = 0
+        while at < end:
+            if text[at] == LINE:
+                if words != width:
+                    return -1
+                words = 0
                 at += 1
-            if at == start:
-                return -1
-            if not _decide(text, start, at, cell, values, bits):
-                left[undecided] = cell, start, at
-                undecided += 1
-            cell += 1
-            words += 1
-    return undecided if cell == len(values) and words == 0 else -1
+            elif text[at] == SPACE or text[at] == TAB or text[at] == RETURN:
+                at += 1
+            else:
+                if words == width or cell == last:
+                    return -1
+                start = at
+                while at < end and text[at] > SPACE:
+                    at += 1
+                if at == start:
+                    return -1
+                if not decide(text, start, at, cell, values, bits):
+                    left[undecided] = cell, start, at
+                    undecided += 1
+                cell += 1
+                words += 1
+        if cell != last or words:
+            return -1
+    return undecided
 
 
 @njit(cache=True)
-def _decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) -> bool:
+def decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) -> bool:
     """Put the number that a word is into its cell; False where this is left to Python."""
     minus = text[start] == MINUS
     at = first = start + 1 if minus or text[start] == PLUS else start
@@ -134,6 +149,10 @@ def _decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any)
 @njit(cache=True)
 def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bits: Any) -> bool:
     """Put ± whole · 10^exponent into a cell, to the nearest; False where that is not decided."""
+    # zeros behind, as LAMMPS writes them in the box of a frame
+    while whole >= EXACT and whole % TEN == 0:
+        whole //= TEN
+        exponent += 1
     if whole < EXACT and -EXACT_POWER <= exponent <= EXACT_POWER:
         value = np.float64(whole)
         value = value / TENS[-exponent] if exponent < 0 else value * TENS[exponent]

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.dumps.table import DumpError, index_dump
+from analysis.dumps.frame import DumpError
+from analysis.dumps.index import index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
 from nscd.arrays import LARGEST, Floats
@@ -44,8 +45,9 @@ def open_bodies(path: str | Path, time_step: float | None = None) -> Universe:
         raise DumpError(
             f"time_step: {time_step} s; a finite time above 0, at most {LARGEST:g}, is needed"
         )
-    universe = Universe.empty(max(1, *index_dump(path).counts, 1), trajectory=False)
-    universe.load_new(str(path), format=BodiesReader, dt=time_step)
+    index = index_dump(path)
+    universe = Universe.empty(max(1, *index.counts), trajectory=False)
+    universe.load_new(str(path), format=BodiesReader, dt=time_step, index=index)
     return universe
 
 

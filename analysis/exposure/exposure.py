@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.table import DumpError
+from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, joined
 from analysis.engines.record import RunRecord
 from analysis.exposure.limits import QUANTITIES, Limit

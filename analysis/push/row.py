@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.table import index_dump
+from analysis.dumps import index_dump
 from analysis.engines import engine
 from analysis.engines.process import Command, run_command
 from analysis.engines.record import EngineError

@@ -9,7 +9,7 @@ import stat
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 from analysis.support.parts import MissingPartError, load
 
@@ -24,6 +24,13 @@ DAMAGED = (EOFError, zlib.error, lzma.LZMAError, OSError)
 NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf)", re.I)
 # Ids and steps are whole numbers of at most so many digits.
 LARGEST_WHOLE = 2**31 - 1
+
+
+class Lines(Protocol):
+    """What is read line by line, such as a file."""
+
+    def readline(self, size: int, /) -> bytes:
+        """Read a line, or `size` bytes of it."""
 
 
 class UnreadableError(ValueError):
@@ -84,7 +91,7 @@ def lines_of(file: IO[bytes], path: Path) -> Iterator[bytes]:
         yield line
 
 
-def next_line(file: IO[bytes], path: Path, number: int) -> bytes:
+def next_line(file: Lines, path: Path, number: int) -> bytes:
     """The next line of an open file, empty at its end; `number` is for the message."""
     try:
         line = file.readline(LONGEST_LINE)

@@ -1,0 +1,162 @@
+"""The index of a dump: where each of its frames is, found in one pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from analysis.dumps.frame import DumpError, Frame
+from analysis.dumps.heads import MARK, TIME, Heads
+from analysis.dumps.scan import (
+    AT,
+    FRAMES,
+    FULL,
+    LAST,
+    LINES,
+    MORE,
+    REAL,
+    ROWS,
+    STRANGE,
+    Found,
+    scan,
+)
+from analysis.dumps.table import DumpIndex
+from analysis.support.reading import DAMAGED, UnreadableError, next_line, open_file
+
+# Bytes of a file that are read at once.
+BLOCK = 1 << 17
+
+
+def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
+    """Find and check the frames of a dump (kind ATOMS) or a dump local (kind ENTRIES), plain or
+    compressed.
+
+    Raises DumpError for a missing or empty file, one that is not such a dump, one that ends in
+    mid-frame, periodic or triclinic boxes, steps that do not grow, and columns that change or occur
+    twice."""
+    try:
+        with open_file(path) as file:
+            reader = _Frames(path, kind, file)
+            frames = tuple(reader.all())
+    except UnreadableError as error:
+        raise DumpError(str(error)) from None
+    if not frames:
+        raise DumpError(f"{path}: empty: no frame in it")
+    return DumpIndex(path, frames, reader.columns)
+
+
+class _Text:
+    """The bytes of an open file, of which a block is kept; it is read forwards only."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file: Any = file
+        self.kept, self.at, self.before = b"", 0, 0
+
+    def more(self) -> bool:
+        """Read on; what is behind is dropped. False at the end of the file."""
+        self.kept, self.before, self.at = self.kept[self.at :], self.before + self.at, 0
+        # of a compressed file, what is unpacked at once
+        read: bytes = self._file.read1(BLOCK)
+        self.kept += read
+        return bool(read)
+
+    def readline(self, most: int) -> bytes:
+        """Read a line, or `most` bytes of it, as a file does."""
+        while (end := self.kept.find(b"\n", self.at, self.at + most) + 1) == 0:
+            if len(self.kept) - self.at >= most or not self.more():
+                end = min(len(self.kept), self.at + most)
+                break
+        line, self.at = self.kept[self.at : end], end
+        return line
+
+
+class _Frames:
+    """The frames of a dump. A head that differs from the one before is read line by line."""
+
+    def __init__(self, path: Path, kind: str, file: IO[bytes]) -> None:
+        self.path = path
+        self.columns: tuple[str, ...] = ()
+        self._text = _Text(file)
+        self._heads = Heads(path, kind, self._text)
+        self._found = Found.nothing()
+        self._count = 0
+
+    def all(self) -> Iterator[Frame]:
+        """Read all frames, in order."""
+        now = self._found.now
+        while True:
+            end = self._scan()
+            if end == MORE and self._more():
+                continue
+            if now[ROWS]:
+                if end == STRANGE:
+                    next_line(self._text, self.path, self._heads.line + 1)
+                raise DumpError(
+                    f"{self.path}: truncated: the file ends inside step {now[LAST]}, "
+                    f"frame {self._count + now[FRAMES]}"
+                )
+            yield from self._taken()
+            if end != FULL and not self._read_head():
+                return
+
+    def _scan(self) -> int:
+        """Go on in compiled code, as far as that goes."""
+        text, heads, now = self._text, self._heads, self._found.now
+        now[AT], now[LINES] = text.at, heads.line
+        block, form = (np.frombuffer(b, np.uint8) for b in (text.kept, heads.form))
+        end: int = scan(block, text.before, form, len(self.columns), self._found)
+        text.at, heads.line = now[AT].item(), now[LINES].item()
+        return end
+
+    def _more(self) -> bool:
+        try:
+            return self._text.more()
+        except DAMAGED as error:
+            line = self._heads.line + 1
+            raise DumpError(f"{self.path}, line {line}: damaged: {error}") from None
+
+    def _taken(self) -> Iterator[Frame]:
+        """The frames that were found since; there is room for others then."""
+        count = self._found.now[FRAMES].item()
+        self._found.now[FRAMES] = 0
+        self._count += count
+        whole = self._found.whole[:count].tolist()
+        real = self._found.real.reshape(-1, REAL)[:count].tolist()
+        timed = self._timed(self._heads.form)
+        for (step, rows, *place), (time, x0, x1, y0, y1, *_) in zip(whole, real, strict=True):
+            yield Frame(step, time if timed else None, (x0, y0), (x1, y1), rows, *place)
+
+    @staticmethod
+    def _timed(form: bytes) -> bool:
+        return bytes((MARK, TIME)) in form
+
+    def _read_head(self) -> bool:
+        """Read a head line by line; False at the end of the file."""
+        before, now = self._heads.form, self._found.now
+        found = self._heads.next_frame()
+        if found is None:
+            return False
+        frame, names = found
+        if frame.step <= now[LAST]:
+            raise DumpError(
+                f"{self.path}, line {self._heads.step_line}: step {frame.step} follows step "
+                f"{now[LAST]}; frames must be in order, each once"
+            )
+        if before and self._timed(before) != self._timed(self._heads.form):
+            raise DumpError(
+                f"{self.path}, step {frame.step}: ITEM: TIME is in some frames and not in others"
+            )
+        if self.columns and names != self.columns:
+            raise DumpError(
+                f"{self.path}, line {frame.line - 1}: the columns change at step {frame.step}"
+            )
+        self.columns = names
+        now[ROWS], now[FRAMES], now[LAST] = frame.rows, 1, frame.step
+        place = self._text.before + self._text.at
+        self._found.whole[0] = frame.step, frame.rows, frame.line, place, 0
+        ends = zip(frame.low, frame.high, strict=True)
+        self._found.real[:5] = frame.time or 0.0, *(end for axis in ends for end in axis)
+        return True
