@@ -37,7 +37,7 @@ def factor_of(position: Any, first: Any, second: Any) -> tuple[Any, Any, Factor]
     an order of the contacts (k,) that goes with it, and storage for factors in these orders."""
     ordering = dissect(position, first, second, LEAF)
     contact = np.argsort(ordering.place[first], kind="stable")
-    fronts = fronts_of(ordering, first[contact], second[contact], 3)
+    fronts = fronts_of(ordering, first[contact], second[contact], 3, whole=True)
     pivots = 3 * (fronts.end - fronts.first).astype(np.int64)
     rest = 3 * np.diff(fronts.border_start)
     upper_start = np.concatenate([[0], np.cumsum(pivots * (pivots + 2 * rest))]).astype(np.int64)

@@ -1,5 +1,13 @@
-"""Dense elimination of the first rows of a symmetric matrix, in blocks: the arithmetic of a
-front."""
+"""Dense elimination of the first rows of a symmetric matrix: the arithmetic of a front.
+
+A front is kept in chunks of eight columns, row after row within a chunk, so that what is read
+together lies together. The pivots' columns begin a chunk and the others begin one; what is beyond
+the last column of either is zero. Only the upper half counts; what is below the diagonal within a
+chunk that crosses it is overwritten with anything.
+
+panel: the rows that are eliminated, `height` of them in each chunk, first the chunks of the
+    pivots, then those of the others; row q of chunk c begins at (c · height + q) · 8
+update: the others; chunk c has the 8 (c + 1) rows that reach it, and begins at 32 c (c + 1)"""
 
 from __future__ import annotations
 
@@ -8,204 +16,203 @@ from typing import Any
 import numpy as np
 
 from nscd.compiling import inner, kernel
+from nscd.compiling.vectors import less, load, spread, store, times
 
-# Fronts of this many rows no longer fit into a cache: PANEL rows are eliminated before the others
-# are updated, by BLAS.
-LARGE, PANEL, CHUNK = 600, 64, 64
-# Work that this takes, in columns of the largest front.
-COLUMNS = PANEL + CHUNK
+# So many rows are eliminated before those after them are updated: what they leave to eight columns
+# fits into the innermost cache.
+PANEL = 96
 
 
-@kernel(fastmath=True, apart=True)
-def eliminate(P: Any, S: Any, work: Any, size: int, pivots: int) -> bool:
-    """Eliminate the rows P (pivots, size) of a symmetric matrix whose other rows are S (upper
-    halves).
+@inner
+def chunks(columns: int) -> int:
+    """Count the chunks of some columns."""
+    return (columns + 7) >> 3
 
-    Lᵀ is left in P, the Schur complement in S; work (COLUMNS · size) is overwritten. Returns False
-    where a pivot is not positive."""
-    if size < LARGE:
-        return bool(_eliminate_rows(P, S, size, np.int64(0), pivots, pivots, size))
-    for first in range(0, pivots, PANEL):
-        last = min(first + PANEL, pivots)
-        if not _eliminate_rows(P, S, size, first, last, pivots, last):
-            return False
-        _update_by_many(P, S, work, size, pivots, first, last)
+
+@inner
+def height_of(pivots: int) -> int:
+    """Count the rows of a panel: blocks of four, or of eight where they are updated by eight."""
+    return (pivots + 3) & ~3 if pivots <= PANEL else (pivots + 7) & ~7
+
+
+@inner
+def update_size(rest: int) -> int:
+    """Count the numbers of an update."""
+    return 32 * chunks(rest) * (chunks(rest) + 1)
+
+
+@kernel(apart=True)
+def eliminate(F: Any, panel: int, update: int, pivots: int, rest: int) -> bool:
+    """Eliminate the pivots of the front whose panel and update begin there in F.
+
+    Lᵀ is left in the panel with its diagonal inverted, the Schur complement in the update. Returns
+    False where a pivot is not positive."""
+    height, wide, more = height_of(pivots), chunks(pivots), chunks(rest)
+    stride = 8 * height
+    for q in range(pivots, height):
+        F[panel + (q >> 3) * stride + 8 * q + (q & 7)] = 1.0
+    for first in range(0, height, PANEL):
+        last = min(first + PANEL, height)
+        for row in range(first, last, 4):
+            if not _eliminate_four(F, panel, height, first, row, wide + more):
+                return False
+        end = min(last, pivots)
+        if last < height:
+            for j in range(last >> 3, wide + more):
+                with_j = panel + j * stride
+                for i in range(last >> 3, min(j + 1, wide)):
+                    _subtract_eight(F, with_j + 64 * i, panel + i * stride, with_j, first, end)
+        others = panel + wide * stride
+        for j in range(more):
+            to, with_j = update + 32 * j * (j + 1), others + j * stride
+            for i in range(j + 1):
+                _subtract_eight(F, to + 64 * i, others + i * stride, with_j, first, end)
     return True
 
 
-@inner(fastmath=True)
-def _eliminate_rows(
-    P: Any, S: Any, size: int, first: Any, last: int, pivots: int, end: int
-) -> bool:
-    """Eliminate rows first … last and update those up to `end`."""
-    rest = size - pivots
-    done = first
-    while done < last:
-        left = last - done
-        block = 8 if left >= 8 else (4 if left >= 4 else (2 if left >= 2 else 1))
-        if not _eliminate_block(P, size, done, block):
-            return False
-        U = P[done * size : (done + block) * size]
-        done += block
-        within = min(end, pivots)
-        if block == 8:
-            _update_by_eight(P, size, 0, U, size, done, within)
-            _update_by_eight(S, rest, pivots, U, size, pivots, end)
-        elif block == 4:
-            _update_by_four(P, size, 0, U, size, done, within)
-            _update_by_four(S, rest, pivots, U, size, pivots, end)
-        else:
-            _update_by_few(P, size, 0, U, block, size, done, within)
-            _update_by_few(S, rest, pivots, U, block, size, pivots, end)
-    return True
+@inner
+def _subtract_eight(F: Any, to: int, left: int, right: int, first: int, end: int) -> None:
+    """Subtract Σ leftᵀ · right over rows first … end from eight rows of a chunk."""
+    y0, y1, y2, y3 = load(F, to), load(F, to + 8), load(F, to + 16), load(F, to + 24)
+    y4, y5, y6, y7 = load(F, to + 32), load(F, to + 40), load(F, to + 48), load(F, to + 56)
+    for k in range(first, end):
+        x, a = load(F, right + 8 * k), left + 8 * k
+        y0 = less(y0, spread(F[a]), x)
+        y1 = less(y1, spread(F[a + 1]), x)
+        y2 = less(y2, spread(F[a + 2]), x)
+        y3 = less(y3, spread(F[a + 3]), x)
+        y4 = less(y4, spread(F[a + 4]), x)
+        y5 = less(y5, spread(F[a + 5]), x)
+        y6 = less(y6, spread(F[a + 6]), x)
+        y7 = less(y7, spread(F[a + 7]), x)
+    store(F, to, y0)
+    store(F, to + 8, y1)
+    store(F, to + 16, y2)
+    store(F, to + 24, y3)
+    store(F, to + 32, y4)
+    store(F, to + 40, y5)
+    store(F, to + 48, y6)
+    store(F, to + 56, y7)
 
 
-@inner(fastmath=True)
-def _update_by_many(
-    P: Any, S: Any, work: Any, size: int, pivots: int, first: int, last: int
-) -> None:
-    """Subtract what rows first … last leave to all later ones, CHUNK rows at a time."""
-    count, after, rest = last - first, size - last, size - pivots
-    columns = work[: after * count].reshape(after, count)
-    for q in range(count):
-        row = P[(first + q) * size + last : (first + q + 1) * size]
-        for j in range(after):
-            columns[j, q] = row[j]
-    products = work[after * count :]
-    for start in range(0, after, CHUNK):
-        end = min(start + CHUNK, after)
-        width = after - start
-        product = products[: (end - start) * width].reshape(end - start, width)
-        np.dot(columns[start:end], columns[start:].T, product)
-        for i in range(start, end):
-            t = last + i
-            row = (
-                P[t * size + t : (t + 1) * size]
-                if t < pivots
-                else S[(t - pivots) * (rest + 1) : (t - pivots + 1) * rest]
-            )
-            other = product[i - start, i - start :]
-            for j in range(after - i):
-                row[j] -= other[j]
-
-
-@inner(fastmath=True)
-def _eliminate_block(P: Any, size: int, done: int, block: int) -> bool:
-    """Eliminate `block` (8, 4, 2 or 1) rows of P among themselves: halves, so that rows are passed
-    less often."""
-    if block == 1:
-        value = P[done * size + done]
-        if not value > 0.0:
-            return False
-        row = P[done * size + done : (done + 1) * size]
-        inverse = 1.0 / np.sqrt(value)
-        for j in range(size - done):
-            row[j] *= inverse
-        return True
-    half = block // 2
-    middle, end = done + half, done + block
-    if half == 4:
-        if not _eliminate_block_of_four(P, size, done):
-            return False
-        _update_by_four(P, size, 0, P[done * size : middle * size], size, middle, end)
-        return bool(_eliminate_block_of_four(P, size, middle))
-    if half == 2:
-        return bool(_eliminate_block_of_four(P, size, done))
-    return bool(_eliminate_pair(P, size, done))
-
-
-@inner(fastmath=True)
-def _eliminate_block_of_four(P: Any, size: int, done: int) -> bool:
-    if not _eliminate_pair(P, size, done):
+@inner
+def _eliminate_four(F: Any, panel: int, height: int, first: int, row: int, count: int) -> bool:
+    """Update four rows of a panel by those from `first` on, and eliminate them."""
+    stride, own = 8 * height, row >> 3
+    left = panel + own * stride + (row & 7)
+    _subtract_four(F, panel + own * stride, left, first, row)
+    diagonal = left + 8 * row
+    factor = _factor_of_four(F, diagonal)
+    if not factor[0] > 0.0:
         return False
-    _update_by_few(P, size, 0, P[done * size : (done + 2) * size], 2, size, done + 2, done + 4)
-    return bool(_eliminate_pair(P, size, done + 2))
+    _scale_four(F, panel + own * stride + 8 * row, factor)
+    for q in range(4):
+        F[diagonal + 9 * q] = factor[q]
+    c = own + 1
+    if (count - c) & 1:
+        _subtract_four(F, panel + c * stride, left, first, row)
+        _scale_four(F, panel + c * stride + 8 * row, factor)
+        c += 1
+    while c < count:
+        _subtract_and_scale(F, panel + c * stride, stride, left, first, row, factor)
+        c += 2
+    return True
 
 
-@inner(fastmath=True)
-def _eliminate_pair(P: Any, size: int, q: int) -> bool:
-    a, b, c = P[q * size + q], P[q * size + q + 1], P[(q + 1) * size + q + 1]
+@inner
+def _subtract_four(F: Any, right: int, left: int, first: int, row: int) -> None:
+    """Subtract Σ leftᵀ · right over rows first … row from four rows of the same chunk."""
+    to = right + 8 * row
+    y0, y1, y2, y3 = load(F, to), load(F, to + 8), load(F, to + 16), load(F, to + 24)
+    for k in range(first, row):
+        x, a = load(F, right + 8 * k), left + 8 * k
+        y0 = less(y0, spread(F[a]), x)
+        y1 = less(y1, spread(F[a + 1]), x)
+        y2 = less(y2, spread(F[a + 2]), x)
+        y3 = less(y3, spread(F[a + 3]), x)
+    store(F, to, y0)
+    store(F, to + 8, y1)
+    store(F, to + 16, y2)
+    store(F, to + 24, y3)
+
+
+@inner
+def _factor_of_four(F: Any, at: int) -> Any:
+    """The Cholesky factor of four rows and columns: its inverted diagonal, then what is above it by
+    rows; the first is 0 where there is none."""
+    no = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    a, b, c = F[at], F[at + 1], F[at + 9]
     if not a > 0.0:
-        return False
-    u = 1.0 / np.sqrt(a)
-    e = b * u
-    c -= e * e
-    if not c > 0.0:
-        return False
-    v = 1.0 / np.sqrt(c)
-    P[q * size + q] = a * u
-    one, two = P[q * size + q + 1 : (q + 1) * size], P[(q + 1) * size + q + 1 : (q + 2) * size]
-    for j in range(size - q - 1):
-        x = one[j] * u
-        one[j] = x
-        two[j] = (two[j] - e * x) * v
-    return True
+        return no
+    after = c - b * (b / a)  # so that neither square root waits for the other
+    if not after > 0.0:
+        return no
+    i0, i1 = 1.0 / np.sqrt(a), 1.0 / np.sqrt(after)
+    e01, e02, e03 = b * i0, F[at + 2] * i0, F[at + 3] * i0
+    e12, e13 = (F[at + 10] - e01 * e02) * i1, (F[at + 11] - e01 * e03) * i1
+    a = F[at + 18] - e02 * e02 - e12 * e12
+    b = F[at + 19] - e02 * e03 - e12 * e13
+    c = F[at + 27] - e03 * e03 - e13 * e13
+    if not a > 0.0:
+        return no
+    after = c - b * (b / a)
+    if not after > 0.0:
+        return no
+    i2, i3 = 1.0 / np.sqrt(a), 1.0 / np.sqrt(after)
+    return i0, i1, i2, i3, e01, e02, e03, e12, e13, b * i2
 
 
-# Slices, not indices: with them the inner loops become vector instructions (3 times faster). Two
-# rows at a time halve the loads. F holds the rows from `shift` on, of which rows start … end are
-# updated.
-@inner(fastmath=True)
-def _update_by_eight(F: Any, stride: int, shift: int, U: Any, m: int, start: int, end: int) -> None:
-    t = start
-    while t + 1 < end:
-        a0, a1, a2, a3 = U[t], U[m + t], U[2 * m + t], U[3 * m + t]
-        a4, a5, a6, a7 = U[4 * m + t], U[5 * m + t], U[6 * m + t], U[7 * m + t]
-        s = t + 1
-        b0, b1, b2, b3 = U[s], U[m + s], U[2 * m + s], U[3 * m + s]
-        b4, b5, b6, b7 = U[4 * m + s], U[5 * m + s], U[6 * m + s], U[7 * m + s]
-        at = (t - shift) * (stride + 1)
-        F[at] -= a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3 + a4 * a4 + a5 * a5 + a6 * a6 + a7 * a7
-        one, two = F[at + 1 : at + m - t], F[at + stride + 1 : at + stride + m - t]
-        u0, u1, u2, u3 = U[s:m], U[m + s : 2 * m], U[2 * m + s : 3 * m], U[3 * m + s : 4 * m]
-        u4, u5, u6, u7 = (
-            U[4 * m + s : 5 * m],
-            U[5 * m + s : 6 * m],
-            U[6 * m + s : 7 * m],
-            U[7 * m + s : 8 * m],
-        )
-        for j in range(m - s):
-            x0, x1, x2, x3, x4, x5, x6, x7 = u0[j], u1[j], u2[j], u3[j], u4[j], u5[j], u6[j], u7[j]
-            one[j] -= (a0 * x0 + a1 * x1 + a2 * x2 + a3 * x3) + (
-                a4 * x4 + a5 * x5 + a6 * x6 + a7 * x7
-            )
-            two[j] -= (b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3) + (
-                b4 * x4 + b5 * x5 + b6 * x6 + b7 * x7
-            )
-        t += 2
-    if t < end:
-        for q in range(8):
-            factor, u = U[q * m + t], U[q * m + t : (q + 1) * m]
-            at = (t - shift) * (stride + 1)
-            row = F[at : at + m - t]
-            for j in range(m - t):
-                row[j] -= factor * u[j]
+@inner
+def _scale_four(F: Any, at: int, factor: Any) -> None:
+    """Multiply four rows of a chunk by the inverse of the transposed factor."""
+    i0, i1, i2, i3, e01, e02, e03, e12, e13, e23 = factor
+    x0 = times(load(F, at), spread(i0))
+    x1 = times(less(load(F, at + 8), spread(e01), x0), spread(i1))
+    x2 = less(less(load(F, at + 16), spread(e02), x0), spread(e12), x1)
+    x2 = times(x2, spread(i2))
+    x3 = less(less(load(F, at + 24), spread(e03), x0), spread(e13), x1)
+    x3 = times(less(x3, spread(e23), x2), spread(i3))
+    store(F, at, x0)
+    store(F, at + 8, x1)
+    store(F, at + 16, x2)
+    store(F, at + 24, x3)
 
 
-@inner(fastmath=True)
-def _update_by_four(F: Any, stride: int, shift: int, U: Any, m: int, start: int, end: int) -> None:
-    for t in range(start, end):
-        a0, a1, a2, a3 = U[t], U[m + t], U[2 * m + t], U[3 * m + t]
-        at = (t - shift) * (stride + 1)
-        row = F[at : at + m - t]
-        u0, u1, u2, u3 = U[t:m], U[m + t : 2 * m], U[2 * m + t : 3 * m], U[3 * m + t : 4 * m]
-        for j in range(m - t):
-            row[j] -= (a0 * u0[j] + a1 * u1[j]) + (a2 * u2[j] + a3 * u3[j])
-
-
-@inner(fastmath=True)
-def _update_by_few(
-    F: Any, stride: int, shift: int, U: Any, count: int, m: int, start: int, end: int
+@inner
+def _subtract_and_scale(
+    F: Any, one: int, stride: int, left: int, first: int, row: int, factor: Any
 ) -> None:
-    for t in range(start, end):
-        at = (t - shift) * (stride + 1)
-        row = F[at : at + m - t]
-        if count == 2:
-            a, b = U[t], U[m + t]
-            u, v = U[t:m], U[m + t : 2 * m]
-            for j in range(m - t):
-                row[j] -= a * u[j] + b * v[j]
-        else:
-            a, u = U[t], U[t:m]
-            for j in range(m - t):
-                row[j] -= a * u[j]
+    """Both for two chunks, sixteen columns, at a time."""
+    two = one + stride
+    i0, i1, i2, i3, e01, e02, e03, e12, e13, e23 = factor
+    at, to = one + 8 * row, two + 8 * row
+    x0, x1, x2, x3 = load(F, at), load(F, at + 8), load(F, at + 16), load(F, at + 24)
+    y0, y1, y2, y3 = load(F, to), load(F, to + 8), load(F, to + 16), load(F, to + 24)
+    for k in range(first, row):
+        x, y, a = load(F, one + 8 * k), load(F, two + 8 * k), left + 8 * k
+        f = spread(F[a])
+        x0, y0 = less(x0, f, x), less(y0, f, y)
+        f = spread(F[a + 1])
+        x1, y1 = less(x1, f, x), less(y1, f, y)
+        f = spread(F[a + 2])
+        x2, y2 = less(x2, f, x), less(y2, f, y)
+        f = spread(F[a + 3])
+        x3, y3 = less(x3, f, x), less(y3, f, y)
+    x0, y0 = times(x0, spread(i0)), times(y0, spread(i0))
+    x1, y1 = less(x1, spread(e01), x0), less(y1, spread(e01), y0)
+    x1, y1 = times(x1, spread(i1)), times(y1, spread(i1))
+    x2, y2 = less(x2, spread(e02), x0), less(y2, spread(e02), y0)
+    x2, y2 = less(x2, spread(e12), x1), less(y2, spread(e12), y1)
+    x2, y2 = times(x2, spread(i2)), times(y2, spread(i2))
+    x3, y3 = less(x3, spread(e03), x0), less(y3, spread(e03), y0)
+    x3, y3 = less(x3, spread(e13), x1), less(y3, spread(e13), y1)
+    x3, y3 = less(x3, spread(e23), x2), less(y3, spread(e23), y2)
+    x3, y3 = times(x3, spread(i3)), times(y3, spread(i3))
+    store(F, at, x0)
+    store(F, at + 8, x1)
+    store(F, at + 16, x2)
+    store(F, at + 24, x3)
+    store(F, to, y0)
+    store(F, to + 8, y1)
+    store(F, to + 16, y2)
+    store(F, to + 24, y3)

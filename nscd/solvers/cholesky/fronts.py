@@ -14,7 +14,7 @@ import numpy as np
 from nscd.arrays import Index32, Indices
 from nscd.compiling import inner, kernel
 from nscd.solvers.cholesky.dissection import Ordering
-from nscd.solvers.cholesky.elimination import COLUMNS, LARGE
+from nscd.solvers.cholesky.elimination import chunks, height_of, update_size
 
 
 class Fronts(NamedTuple):
@@ -29,7 +29,7 @@ class Fronts(NamedTuple):
     panel_start: (m+1,) where the rows of Lᵀ begin in store
     update_start: (m,) where Schur complements do: two stacks, for even and odd depths, so that a
         node's is not where its children's are
-    store: the numbers
+    store: the numbers, as in `eliminate`
     work, run: overwritten"""
 
     first: Index32
@@ -57,10 +57,13 @@ def no_fronts() -> Any:
     return Fronts(i, i, j, i, i, i, i, j, i, i, i, j, j, x, x, i)
 
 
-def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fronts:
+def fronts_of(
+    ordering: Ordering, first: Index32, second: Index32, d: int, whole: bool = False
+) -> Fronts:
     """Plan the fronts of contacts between disks, with d unknowns per disk.
 
-    first, second: (k,) disks, second −1 for a wall"""
+    first, second: (k,) disks, second −1 for a wall
+    whole: the stacks have room for whole squares, not only for upper halves"""
     n = len(ordering.order)
     node_first, node_end, parent = ordering.node_first, ordering.node_end, ordering.node_parent
     child, sibling = _children(parent)
@@ -72,15 +75,22 @@ def fronts_of(ordering: Ordering, first: Index32, second: Index32, d: int) -> Fr
     element_start, element, left, right = _elements(
         a, b, node_first, node_end, border_start, border, n
     )
+    pivots = d * (node_end - node_first).astype(np.int64)
     panel_start, update_start, total, widest = _storage(
-        node_first, node_end, parent, border_start, child, sibling, d
+        pivots, d * np.diff(border_start), parent, child, sibling, whole
     )
     return Fronts(
         node_first, node_end, border_start, border, inner, child, sibling, element_start, element,
-        left, right, panel_start, update_start, np.empty(total),
-        np.empty(widest * (COLUMNS if widest >= LARGE else 1)),
+        left, right, panel_start, update_start, _aligned(total), _aligned(widest),
         np.empty(widest, dtype=np.int32),
     )  # fmt: skip
+
+
+def _aligned(size: int) -> Any:
+    """Room for so many numbers and seven more, at an address that is a multiple of 64 bytes: a
+    vector is then in one line of the cache."""
+    room = np.empty(size + 14)
+    return room[-(room.ctypes.data // 8) % 8 :]
 
 
 @kernel
@@ -186,28 +196,29 @@ def _elements(a: Any, b: Any, first: Any, end: Any, border_start: Any, border: A
 
 
 @kernel
-def _storage(
-    first: Any, end: Any, parent: Any, border_start: Any, child: Any, sibling: Any, d: int
-) -> Any:
-    m = len(first)
-    odd = np.zeros(m, np.int64)
+def _storage(pivots: Any, rest: Any, parent: Any, child: Any, sibling: Any, whole: bool) -> Any:
+    m = len(pivots)
+    odd, size = np.zeros(m, np.int64), np.empty(m, np.int64)
     for s in range(m - 1, -1, -1):
         if parent[s] >= 0:
             odd[s] = 1 - odd[parent[s]]
     panel_start, update_start = np.zeros(m + 1, np.int64), np.zeros(m, np.int64)
     top, most = np.zeros(2, np.int64), np.zeros(2, np.int64)
-    widest = 1
+    widest = 8
     for s in range(m):
-        pivots, rest = d * (end[s] - first[s]), d * (border_start[s + 1] - border_start[s])
-        panel_start[s + 1] = panel_start[s] + pivots * (pivots + rest)
-        widest = max(widest, pivots + rest)
+        columns = 8 * (chunks(pivots[s]) + chunks(rest[s]))
+        panel_start[s + 1] = panel_start[s] + height_of(pivots[s]) * columns
+        widest = max(widest, columns)
+        size[s] = update_size(rest[s])
+        if whole:
+            size[s] = max(size[s], 8 * chunks(rest[s] * rest[s]))
         here = odd[s]
         update_start[s] = top[here]
-        top[here] += rest * rest
+        top[here] += size[s]
         most[here] = max(most[here], top[here])
         c = child[s]
         while c >= 0:
-            top[1 - here] -= (d * (border_start[c + 1] - border_start[c])) ** 2
+            top[1 - here] -= size[c]
             c = sibling[c]
     for s in range(m):
         update_start[s] += panel_start[m] + odd[s] * most[0]

@@ -1,15 +1,26 @@
-"""The numbers of the multifrontal factorisation: assemble fronts, eliminate, substitute."""
+"""The numbers of the multifrontal factorisation: assemble fronts, and eliminate.
+
+A front is made where its results belong, as `eliminate` takes it."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from nscd.compiling import inner
-from nscd.solvers.cholesky.elimination import eliminate
+from nscd.compiling.vectors import add, load, store, within
+from nscd.solvers.cholesky.elimination import chunks, eliminate, height_of, update_size
 
-# A front (panel, update, size, pivots) is made where its results belong: row t of front s begins in
-# `store` at panel_start + t·size where it is eliminated here, else at update_start + (t −
-# pivots)·rest. Only the upper half is kept.
+
+class _Front(NamedTuple):
+    """Hold where panel and update of a front begin, its pivots and other rows, and rows and chunks
+    of its panel."""
+
+    panel: int
+    update: int
+    pivots: int
+    rest: int
+    height: int
+    wide: int
 
 
 @inner(fastmath=True, apart=True)
@@ -22,20 +33,19 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
     for s in range(len(fronts.first)):
         pivots = d * (fronts.end[s] - fronts.first[s])
         rest = d * (fronts.border_start[s + 1] - fronts.border_start[s])
-        size, panel, update = pivots + rest, fronts.panel_start[s], fronts.update_start[s]
-        front = (panel, update, size, pivots)
-        F[panel : panel + pivots * size] = 0.0
-        for i in range(rest):
-            F[update + i * rest + i : update + (i + 1) * rest] = 0.0
+        panel, update = fronts.panel_start[s], fronts.update_start[s]
+        front = _Front(panel, update, pivots, rest, height_of(pivots), chunks(pivots))
+        F[panel : fronts.panel_start[s + 1]] = 0.0
+        F[update : update + update_size(rest)] = 0.0
         for k in range(fronts.end[s] - fronts.first[s]):
             for a in range(d):
-                F[panel + (k * d + a) * (size + 1)] = system.mass[fronts.first[s] + k, a]
+                F[_place(front, k * d + a, k * d + a)] = system.mass[fronts.first[s] + k, a]
         for e in range(fronts.element_start[s], fronts.element_start[s + 1]):
             c = fronts.element[e]
             i, j = fronts.left[e] * d, fronts.right[e] * d
             weight = theta[c] + system.normal_weight[c]
             x, y = system.normal_first[c, 0], system.normal_first[c, 1]
-            _add_normal(F, front, i, j, weight * x * x, weight * x * y, weight * y * y)
+            _add_normal(F, front, i, j, (weight * x * x, weight * x * y, weight * y * y))
             if system.tangent_weight[c] != 0.0:
                 first, second = system.tangent_first[c], system.tangent_second[c]
                 _add_tangent(F, front, i, j, system.tangent_weight[c], first, second)
@@ -44,150 +54,107 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
             inner = fronts.inner[fronts.border_start[c] : fronts.border_start[c + 1]]
             _add_child(F, front, fronts.update_start[c], inner, fronts.run, d)
             c = fronts.sibling[c]
-        rows, others = F[panel : panel + pivots * size], F[update : update + rest * rest]
-        if not eliminate(rows, others, fronts.work, size, pivots):
+        if not eliminate(F, panel, update, pivots, rest):
             return False
     return True
 
 
+@inner
+def _place(front: Any, row: int, column: int) -> int:
+    """Where the number of a row and a later column is."""
+    if row >= front.pivots:
+        return _place_in_update(front, row - front.pivots, column - front.pivots)
+    if column >= front.pivots:
+        column += 8 * front.wide - front.pivots
+    place: int = front.panel + ((column >> 3) * front.height + row) * 8 + (column & 7)
+    return place
+
+
+@inner
+def _place_in_update(front: Any, row: int, column: int) -> int:
+    chunk = column >> 3
+    place: int = front.update + 32 * chunk * (chunk + 1) + 8 * row + (column & 7)
+    return place
+
+
 @inner(fastmath=True)
-def _add_normal(
-    F: Any,
-    front: Any,
-    i: int,
-    j: int,
-    xx: float,
-    xy: float,
-    yy: float,
-) -> None:
-    """The upper half of (n, −n)ᵀ(n, −n) = (xx, xy; xy, yy) at rows i and j (negative: a wall)."""
-    panel, update, size, pivots = front
-    at, stride = panel + i * (size + 1), size
-    if i >= pivots:
-        at, stride = update + (i - pivots) * (size - pivots + 1), size - pivots
+def _add_normal(F: Any, front: Any, i: int, j: int, product: Any) -> None:
+    """The upper half of (n, −n)ᵀ(n, −n), product = (xx, xy, yy), at rows i and j (negative: a
+    wall)."""
+    xx, xy, yy = product
+    at, next_to = _place(front, i, i), _place(front, i, i + 1)
     F[at] += xx
-    F[at + 1] += xy
-    F[at + stride + 1] += yy
+    F[next_to] += xy
+    F[next_to + 8] += yy
     if j < 0:
         return
-    at, stride = panel + j * (size + 1), size
-    if j >= pivots:
-        at, stride = update + (j - pivots) * (size - pivots + 1), size - pivots
+    at, next_to = _place(front, j, j), _place(front, j, j + 1)
     F[at] += xx
-    F[at + 1] += xy
-    F[at + stride + 1] += yy
+    F[next_to] += xy
+    F[next_to + 8] += yy
     # one of the two disks is eliminated here: the upper row is in the panel
-    at = panel + min(i, j) * size + max(i, j)
+    row, column = min(i, j), max(i, j)
+    at, next_to = _place(front, row, column), _place(front, row, column + 1)
     F[at] -= xx
-    F[at + 1] -= xy
-    F[at + size] -= xy
-    F[at + size + 1] -= yy
+    F[next_to] -= xy
+    F[at + 8] -= xy
+    F[next_to + 8] -= yy
 
 
 @inner(fastmath=True)
 def _add_tangent(
-    F: Any,
-    front: Any,
-    i: int,
-    j: int,
-    weight: float,
-    first: Any,
-    second: Any,
+    F: Any, front: Any, i: int, j: int, weight: float, first: Any, second: Any
 ) -> None:
     """The upper half of weight · (first, second)ᵀ(first, second) at rows i and j (negative: a
     wall)."""
-    panel, update, size, pivots = front
     d = len(first)
     for a in range(d):
         for b in range(d):
             if b >= a:
-                at = panel + (i + a) * size + i + b
-                if i >= pivots:
-                    at = update + (i - pivots + a) * (size - pivots) + i - pivots + b
-                F[at] += weight * first[a] * first[b]
+                F[_place(front, i + a, i + b)] += weight * first[a] * first[b]
             if b >= a and j >= 0:
-                at = panel + (j + a) * size + j + b
-                if j >= pivots:
-                    at = update + (j - pivots + a) * (size - pivots) + j - pivots + b
-                F[at] += weight * second[a] * second[b]
+                F[_place(front, j + a, j + b)] += weight * second[a] * second[b]
             if j >= 0:
-                at = panel + (i + a) * size + j + b if i < j else panel + (j + b) * size + i + a
+                at = _place(front, i + a, j + b) if i < j else _place(front, j + b, i + a)
                 F[at] += weight * first[a] * second[b]
 
 
 @inner(fastmath=True)
-def _add_child(
-    F: Any,
-    front: Any,
-    child: int,
-    inner: Any,
-    run: Any,
-    d: int,
-) -> None:
-    """Add a child's Schur complement at the places `inner` of its disks, neighbouring places
-    together."""
-    panel, update, size, pivots = front
-    count, rest, rows = len(inner), size - pivots, d * len(inner)
-    for i in range(count - 1, -1, -1):
-        run[i] = run[i + 1] if i + 1 < count and inner[i + 1] == inner[i] + 1 else i + 1
-    for i in range(count):
-        to = inner[i] * d
+def _add_child(F: Any, front: Any, child: int, inner: Any, to: Any, d: int) -> None:
+    """Add a child's Schur complement at the places `inner` of its disks, as many neighbouring
+    columns at a time as are in one chunk here and there; `to` is overwritten."""
+    count, above = d * len(inner), 0
+    # places in the grid of the panel, `above` of them pivots
+    beyond = 8 * front.wide - front.pivots
+    for i in range(len(inner)):
         for a in range(d):
-            source = child + (i * d + a) * rows
-            target = (
-                panel + (to + a) * size
-                if to < pivots
-                else update + (to + a - pivots) * rest - pivots
-            )
-            j = i
-            while j < count:
-                end = run[j]
-                at, length = target + inner[j] * d, (end - j) * d
-                part, other = F[at : at + length], F[source + j * d : source + end * d]
-                for x in range(length):
-                    part[x] += other[x]
-                j = end
+            place = inner[i] * d + a
+            if place < front.pivots:
+                above += 1
+            else:
+                place += beyond
+            to[i * d + a] = place
+    j = 0
+    while j < count:
+        lane, end = to[j] & 7, j + 1
+        while end < count and to[end] == to[end - 1] + 1 and to[end] & 7 and end & 7:
+            end += 1
+        chunk = to[j] >> 3
+        given = child + 32 * (j >> 3) * ((j >> 3) + 1) + (j & 7) - lane
+        panel = front.panel + 8 * chunk * front.height
+        above_here = min(above, end)
+        _add_rows(F, given, panel, to, (0, above_here), (lane, lane + end - j))
+        if above_here < end:
+            chunk -= front.wide
+            update = front.update + 32 * chunk * (chunk + 1) - 64 * front.wide
+            _add_rows(F, given, update, to, (above_here, end), (lane, lane + end - j))
+        j = end
 
 
-@inner(fastmath=True, apart=True)
-def solve_fronts(fronts: Any, b: Any) -> None:
-    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
-    d = b.shape[1]
-    flat = b.reshape(-1)
-    work = fronts.work
-    P = fronts.store
-    for s in range(len(fronts.first)):
-        width, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]
-        q0 = fronts.border_start[s]
-        count = fronts.border_start[s + 1] - q0
-        size, start = width + d * count, fronts.panel_start[s]
-        work[:width] = flat[base : base + width]
-        work[width:size] = 0.0
-        for q in range(width):
-            row = P[start + q * size + q : start + (q + 1) * size]
-            value = work[q] / row[0]
-            work[q] = value
-            rest = work[q:size]
-            for j in range(1, size - q):
-                rest[j] -= row[j] * value
-        flat[base : base + width] = work[:width]
-        for q in range(count):
-            to = fronts.border[q0 + q] * d
-            for a in range(d):
-                flat[to + a] += work[width + q * d + a]
-    for s in range(len(fronts.first) - 1, -1, -1):
-        width, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]
-        q0 = fronts.border_start[s]
-        count = fronts.border_start[s + 1] - q0
-        size, start = width + d * count, fronts.panel_start[s]
-        for q in range(count):
-            to = fronts.border[q0 + q] * d
-            for a in range(d):
-                work[width + q * d + a] = flat[to + a]
-        for q in range(width - 1, -1, -1):
-            row, rest = P[start + q * size + q : start + (q + 1) * size], work[q:size]
-            value = flat[base + q]
-            for j in range(1, size - q):
-                value -= row[j] * rest[j]
-            work[q] = value / row[0]
-            flat[base + q] = work[q]
+@inner(fastmath=True)
+def _add_rows(F: Any, given: int, chunk: int, to: Any, rows: Any, lanes: Any) -> None:
+    """Add some lanes of the rows that are given at the places `to` of a chunk."""
+    low, high = lanes
+    for i in range(rows[0], rows[1]):
+        at = chunk + 8 * to[i]
+        store(F, at, add(load(F, at), within(load(F, given + 8 * i), low, high)))

@@ -1,0 +1,122 @@
+"""Solutions by the factor that fronts hold: forward along the rows of Lᵀ, and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nscd.compiling import inner
+from nscd.compiling.vectors import add, less, load, more, spread, store, total, within
+from nscd.solvers.cholesky.elimination import chunks, height_of
+
+@inner(fastmath=True, apart=True)
+def solve_fronts(fronts: Any, b: Any) -> None:
+    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
+    d = b.shape[1]
+    flat, x, P = b.reshape(-1), fronts.work, fronts.store
+    for s in range(len(fronts.first)):
+        pivots, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]
+        if pivots == 0:
+            continue
+        border = fronts.border[fronts.border_start[s] : fronts.border_start[s + 1]]
+        _read_pivots(flat, base, pivots, x)
+        _forward(P, fronts.panel_start[s], x, height_of(pivots), pivots, chunks(d * len(border)))
+        for i in range(pivots):
+            flat[base + i] = x[i]
+        q = 8 * chunks(pivots)
+        for i in range(len(border)):
+            to = d * border[i]
+            flat[to] -= x[q]
+            flat[to + 1] -= x[q + 1]
+            if d == 3:
+                flat[to + 2] -= x[q + 2]
+            q += d
+    for s in range(len(fronts.first) - 1, -1, -1):
+        pivots, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]
+        if pivots == 0:
+            continue
+        border = fronts.border[fronts.border_start[s] : fronts.border_start[s + 1]]
+        count = chunks(pivots) + chunks(d * len(border))
+        store(x, 8 * count - 8, spread(0.0))
+        _read_pivots(flat, base, pivots, x)
+        q = 8 * chunks(pivots)
+        for i in range(len(border)):
+            to = d * border[i]
+            x[q] = flat[to]
+            x[q + 1] = flat[to + 1]
+            if d == 3:
+                x[q + 2] = flat[to + 2]
+            q += d
+        _back(P, fronts.panel_start[s], x, height_of(pivots), count)
+        for i in range(pivots):
+            flat[base + i] = x[i]
+
+
+@inner
+def _read_pivots(flat: Any, base: int, pivots: int, x: Any) -> None:
+    """Copy numbers to the beginning of x, with zeros up to the end of a chunk."""
+    store(x, 8 * chunks(pivots) - 8, spread(0.0))
+    for i in range(pivots):
+        x[i] = flat[base + i]
+
+
+@inner(fastmath=True)
+def _forward(P: Any, at: int, x: Any, height: int, pivots: int, others: int) -> None:
+    """x ← L⁻¹ x at the pivots; what they leave to the others, to be subtracted from them."""
+    wide = chunks(pivots)
+    for c in range(wide):
+        chunk = at + 8 * c * height
+        if c > 0:
+            store(x, 8 * c, less(load(x, 8 * c), spread(1.0), _left(P, chunk, x, 8 * c)))
+        for q in range(8 * c, min(8 * c + 8, height), 4):
+            row = chunk + 8 * q
+            k = row + (q & 7)
+            y0 = x[q] * P[k]
+            y1 = (x[q + 1] - P[k + 1] * y0) * P[k + 9]
+            y2 = (x[q + 2] - P[k + 2] * y0 - P[k + 10] * y1) * P[k + 18]
+            y3 = x[q + 3] - P[k + 3] * y0 - P[k + 11] * y1 - P[k + 19] * y2
+            y3 *= P[k + 27]
+            if not q & 7:
+                z = load(x, q)
+                z = less(less(z, spread(y0), load(P, row)), spread(y1), load(P, row + 8))
+                z = less(less(z, spread(y2), load(P, row + 16)), spread(y3), load(P, row + 24))
+                store(x, q, z)
+            x[q], x[q + 1], x[q + 2], x[q + 3] = y0, y1, y2, y3
+    for c in range(wide, wide + others):
+        store(x, 8 * c, _left(P, at + 8 * c * height, x, height))
+
+
+@inner(fastmath=True)
+def _left(P: Any, chunk: int, x: Any, rows: int) -> Any:
+    """Σ x · row over the first rows of a chunk, a multiple of four."""
+    z0 = z1 = z2 = z3 = spread(0.0)
+    for q in range(0, rows, 4):
+        row = chunk + 8 * q
+        z0 = more(z0, spread(x[q]), load(P, row))
+        z1 = more(z1, spread(x[q + 1]), load(P, row + 8))
+        z2 = more(z2, spread(x[q + 2]), load(P, row + 16))
+        z3 = more(z3, spread(x[q + 3]), load(P, row + 24))
+    return add(add(z0, z1), add(z2, z3))
+
+
+@inner(fastmath=True)
+def _back(P: Any, at: int, x: Any, height: int, count: int) -> None:
+    """x ← L⁻ᵀ x at the pivots, given the others."""
+    stride = 8 * height
+    for q in range(height - 4, -1, -4):
+        own = q >> 3
+        row = at + own * stride + 8 * q
+        z0 = z1 = z2 = z3 = spread(0.0)
+        if not q & 7:
+            v = within(load(x, q), 4, 8)
+            z0, z1 = less(z0, load(P, row), v), less(z1, load(P, row + 8), v)
+            z2, z3 = less(z2, load(P, row + 16), v), less(z3, load(P, row + 24), v)
+        for c in range(own + 1, count):
+            v, to = load(x, 8 * c), at + c * stride + 8 * q
+            z0, z1 = less(z0, load(P, to), v), less(z1, load(P, to + 8), v)
+            z2, z3 = less(z2, load(P, to + 16), v), less(z3, load(P, to + 24), v)
+        k = row + (q & 7)
+        y3 = (x[q + 3] + total(z3)) * P[k + 27]
+        y2 = (x[q + 2] + total(z2) - P[k + 19] * y3) * P[k + 18]
+        y1 = (x[q + 1] + total(z1) - P[k + 10] * y2 - P[k + 11] * y3) * P[k + 9]
+        y0 = x[q] + total(z0) - P[k + 1] * y1 - P[k + 2] * y2 - P[k + 3] * y3
+        x[q], x[q + 1], x[q + 2], x[q + 3] = y0 * P[k], y1, y2, y3
