@@ -5,10 +5,11 @@ eight would fit. On processors with narrower registers the compiler splits these
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.core.datamodel import PrimitiveModel, register_default
 from numba.core.extending import intrinsic
 
@@ -37,12 +38,17 @@ class _VectorModel(PrimitiveModel):
         super().__init__(manager, kind, DOUBLES)
 
 
+def _instruction(typed: Callable[..., Any]) -> Any:
+    """Let kernels call it; the types of its arguments are numba's, so no others are checked."""
+    return intrinsic(typed)
+
+
 def _pointer(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [at]), DOUBLES.as_pointer())
 
 
-@intrinsic
+@_instruction
 def load(_typing: Any, array: Any, _at: Any) -> Any:
     """Read array[at : at + 8]."""
 
@@ -52,7 +58,7 @@ def load(_typing: Any, array: Any, _at: Any) -> Any:
     return VECTOR(array, types.intp), emit
 
 
-@intrinsic
+@_instruction
 def store(_typing: Any, array: Any, _at: Any, _vector: Any) -> Any:
     """Write array[at : at + 8]."""
 
@@ -65,11 +71,13 @@ def store(_typing: Any, array: Any, _at: Any, _vector: Any) -> Any:
 
 
 def _spread(builder: Any, value: Any, kind: Any) -> Any:
-    first = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    first = builder.insert_element(
+        ir.Constant(kind, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
+    )
     return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), ir.Constant(PLACES, None))
 
 
-@intrinsic
+@_instruction
 def spread(_typing: Any, _value: Any) -> Any:
     """Give eight times a value."""
 
@@ -79,7 +87,7 @@ def spread(_typing: Any, _value: Any) -> Any:
     return VECTOR(types.float64), emit
 
 
-@intrinsic
+@_instruction
 def add(_typing: Any, _a: Any, _b: Any) -> Any:
     """Give a + b."""
 
@@ -89,7 +97,7 @@ def add(_typing: Any, _a: Any, _b: Any) -> Any:
     return VECTOR(VECTOR, VECTOR), emit
 
 
-@intrinsic
+@_instruction
 def times(_typing: Any, _a: Any, _b: Any) -> Any:
     """Give a · b."""
 
@@ -99,7 +107,7 @@ def times(_typing: Any, _a: Any, _b: Any) -> Any:
     return VECTOR(VECTOR, VECTOR), emit
 
 
-@intrinsic
+@_instruction
 def less(_typing: Any, _c: Any, _a: Any, _b: Any) -> Any:
     """Give c − a · b."""
 
@@ -110,7 +118,7 @@ def less(_typing: Any, _c: Any, _a: Any, _b: Any) -> Any:
     return VECTOR(VECTOR, VECTOR, VECTOR), emit
 
 
-@intrinsic
+@_instruction
 def more(_typing: Any, _c: Any, _a: Any, _b: Any) -> Any:
     """Give c + a · b."""
 
@@ -121,22 +129,22 @@ def more(_typing: Any, _c: Any, _a: Any, _b: Any) -> Any:
     return VECTOR(VECTOR, VECTOR, VECTOR), emit
 
 
-@intrinsic
+@_instruction
 def total(_typing: Any, _a: Any) -> Any:
     """Give the sum of the eight."""
 
     def emit(_context: Any, builder: Any, _signature: Any, given: Any) -> Any:
         kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType(), DOUBLES])
         name = "llvm.vector.reduce.fadd.v8f64"
-        from numba.core import cgutils
-
         reduce = cgutils.get_or_insert_function(builder.module, kind, name)
-        return builder.call(reduce, [ir.Constant(ir.DoubleType(), -0.0), given[0]], fastmath=ANY_ORDER)
+        return builder.call(
+            reduce, [ir.Constant(ir.DoubleType(), -0.0), given[0]], fastmath=ANY_ORDER
+        )
 
     return types.float64(VECTOR), emit
 
 
-@intrinsic
+@_instruction
 def within(_typing: Any, _a: Any, _low: Any, _high: Any) -> Any:
     """Give lanes low … high − 1 of a, and zeros."""
 

@@ -8,6 +8,7 @@ from nscd.compiling import inner
 from nscd.compiling.vectors import add, less, load, more, spread, store, total, within
 from nscd.solvers.cholesky.elimination import chunks, height_of
 
+
 @inner(fastmath=True, apart=True)
 def solve_fronts(fronts: Any, b: Any) -> None:
     """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
