@@ -68,11 +68,9 @@ def _steady(system: System) -> int:
     return AT.steady + int(AT.steady_share * len(system.first))
 
 
-def pressing(system: System, reaction: Floats, velocity: Floats, soft: float = 0.0) -> Flags:
-    """Tell which contacts (k,) press more than they open; with `soft` ones, more than they
-    yield."""
-    yielded = soft * reaction / stiffness(system)
-    closed: Flags = system.inverse_mass * reaction > gap(system, velocity) + yielded
+def pressing(system: System, reaction: Floats, velocity: Floats) -> Flags:
+    """Tell which contacts (k,) press more than they open."""
+    closed: Flags = system.inverse_mass * reaction > gap(system, velocity)
     return closed
 
 
@@ -104,7 +102,7 @@ def close_set(
     stiffness is the same for all contacts (see `stiffness`). It ends unsettled after ROUNDS, or
     when more contacts change than before."""
     system = task.system
-    theta = PENALTY * stiffness(system)
+    theta = PENALTY * stiffness(system.inverse_mass)
     closed = closed.copy()
     reaction, velocity, done, error, settled = _rounds(
         system, task.factor, closed, theta, ROUNDS, thorough, CLOSED

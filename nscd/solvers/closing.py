@@ -12,7 +12,7 @@ from nscd.solvers.system import add_reactions, approach, inertia, stiffness
 from nscd.solvers.task import Answer, Held, Task
 
 # Weight of the equalities: large for speed, small enough to keep ten digits.
-PENALTY = 1e6
+PENALTY = 1e8
 # Gaps and openings are known to this share of ‖u⁻‖∞.
 EXACT = 1e-14
 # To this share of it they are closed, where nothing less is enough.
@@ -75,7 +75,7 @@ def maintained(task: Task) -> Answer:
     closed, steps = np.ones(k, dtype=np.bool_), 0
     reaction, velocity, v = np.zeros(k), system.free.copy(), np.empty(k)
     for penalty in (PENALTY, FIRM):
-        theta = penalty * stiffness(system)
+        theta = penalty * stiffness(system.inverse_mass)
         if not factorise(system, factor, theta):
             break
         task.workspace.held = Held(theta, closed)

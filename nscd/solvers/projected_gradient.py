@@ -9,6 +9,7 @@ import numpy as np
 
 from nscd.compiling import inner, kernel
 from nscd.solvers.task import Answer, Task
+from nscd.solvers.thresholds import AT
 
 # More make steps shorter and sweeps more: momentum is stable up to 4/3 of the right step, and after
 # ten iterations the step is at most 1.1 of it (measured on crowds of 594 and 5,000).
@@ -17,7 +18,9 @@ CHECK = 25
 MOST_SWEEPS = 200_000
 # The solver stops a little before the tolerance, so that rounding does not carry it beyond.
 MARGIN = 0.9
-EARLY = 100
+# After so many sweeps it is clear that more contacts than unknowns will stay closed: where they are
+# REDUNDANT times as many, and where they are just more.
+EARLY, LATE, REDUNDANT = 100, 200, AT.redundant / AT.isostatic
 
 
 class Scaled(NamedTuple):
@@ -120,7 +123,8 @@ def _descend(
                 pressed += touching
             if error <= tolerance or changed <= steady:
                 return np.maximum(ahead, 0.0), sweep + 1, True
-            if sweep + 1 >= EARLY and pressed > redundant:
+            least = redundant if sweep + 1 >= LATE else REDUNDANT * redundant
+            if sweep + 1 >= EARLY and pressed > least:
                 return np.maximum(ahead, 0.0), sweep + 1, False
         beta = since / (since + 2.0)
         since += 1.0
@@ -146,7 +150,7 @@ def descend(system: Any, tolerance: float, most: Any, steady: Any, redundant: fl
     most: sweeps
     steady: end once no more than so many contacts (negative: never) close or open within 25
         sweeps
-    redundant: end after 100 sweeps where more contacts change than this times the number of
+    redundant: end after EARLY sweeps where more contacts change than this times the number of
         unknowns: they then cannot all be told from the reactions, which are not unique
 
     Returns reactions λ ≥ 0 (k,) N·s, velocities (n,2) m/s in elimination order, sweeps, and whether

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.arrays import Floats
-from nscd.compiling import kernel
+from nscd.compiling import inner, kernel
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.factor import Factor, factor_of
 
@@ -85,19 +85,27 @@ def in_given_order(problem: ContactProblem) -> System:
     )
 
 
-def stiffness(system: System) -> Any:
-    """Choose the relative stiffness (k,) kg of the contacts as a penalty model.
+@kernel
+def stiffness(inverse_mass: Any) -> Any:
+    """Choose the relative stiffness (k,) kg of the contacts as a penalty model, from their w (k,).
 
     The same for all, 1/max w, so that its stiff limit has the least Σλ²; 1/w where masses differ
     too much for that."""
-    w = system.inverse_mass
-    return np.full(len(w), 1.0 / w.max()) if even(w) else 1.0 / w
+    if evenly(inverse_mass):
+        return np.full(len(inverse_mass), 1.0 / inverse_mass.max())
+    return 1.0 / inverse_mass
 
 
 def even(inverse_mass: Floats) -> bool:
     """Tell from w (k,) whether masses are even enough for one stiffness, and for first-order
     methods."""
     return bool(inverse_mass.max() <= EVEN * inverse_mass.min())
+
+
+@inner
+def evenly(inverse_mass: Any) -> Any:
+    """Tell the same in kernels."""
+    return inverse_mass.max() <= EVEN * inverse_mass.min()
 
 
 @kernel(fastmath=True)

@@ -27,7 +27,7 @@ class Thresholds:
     steady_share: float = 1e-6
     isostatic: float = 1.0
     redundant: float = 1.2
-    soft_accuracy: float = 1e-9
+    soft_accuracy: float = 1e-7
     pressed: float = 1e-9
     unique: float = 1e-8
 
