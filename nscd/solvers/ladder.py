@@ -16,7 +16,7 @@ from nscd.solvers.closed_form import closed_form
 from nscd.solvers.closing import maintained
 from nscd.solvers.dissipation import balanced
 from nscd.solvers.gauss_seidel import gauss_seidel
-from nscd.solvers.interior_point import interior_point
+from nscd.solvers.interior.interior_point import interior_point
 from nscd.solvers.projected_gradient import projected_gradient
 from nscd.solvers.system import even
 from nscd.solvers.task import Answer, Solver, Task

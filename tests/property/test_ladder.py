@@ -8,7 +8,10 @@ from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
 from nscd.indeterminacy.least_energy import least_energy
+from nscd.problem import impact_problem
+from nscd.solvers.interior.central_path import State, follow
 from nscd.solvers.ladder import SOLVERS
+from nscd.solvers.system import system_of
 
 WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -0.6], [2.6, 3.0]]))
 
@@ -211,3 +214,24 @@ def test_reactions_are_those_of_least_energy(seed):
     _, other = answer(snapshot, canonical=False)
     np.testing.assert_allclose(other.right_velocity, found.right_velocity, atol=1e-7)
     assert (found.reaction**2).sum() <= (other.reaction**2).sum() * (1 + 1e-9)
+
+
+def test_the_path_ends_at_once_at_what_is_no_number():
+    snapshot = lattice(3)
+    contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
+    problem = impact_problem(snapshot, contacts, snapshot.velocity, ContactLaw())
+    system, factor = system_of(problem)
+    k, one = len(system.first), np.ones(len(system.first))
+    start = State(one.copy(), one.copy(), system.free.copy())
+    _, _, error, iterations, _ = follow(system, factor, 1e-10, 1e-14 * one, 0.0, start)
+    assert error <= 1e-10
+    assert iterations > 0
+    system.free[7, 1] = np.nan
+    start = State(one.copy(), one.copy(), np.zeros_like(system.free))
+    reaction, velocity, error, iterations, theta = follow(
+        system, factor, 1e-10, 1e-14 * one, 0.0, start
+    )
+    assert error == np.inf
+    assert (iterations, len(theta)) == (0, 0)
+    np.testing.assert_array_equal(reaction, np.ones(k))
+    np.testing.assert_array_equal(velocity, np.zeros_like(velocity))

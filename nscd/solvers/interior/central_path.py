@@ -68,6 +68,8 @@ def follow(
     n, d = system.mass.shape
     k = len(reaction)
     best_reaction, best_u, best, best_at = reaction.copy(), u.copy(), np.inf, 0
+    if system.scale < NOTHING:  # their squares are no numbers any more
+        return np.zeros(k), system.free.copy(), best, 0, np.empty(0)
     step = State(np.empty(k), np.empty(k), np.empty((n, d)))
     work = Work(
         np.empty(k), np.empty(k), np.empty(k), np.empty(k), np.empty(k), np.empty((n, d)), np.empty(n)
@@ -195,9 +197,7 @@ def _to_boundary(at: Any, step: Any) -> float:
     """How far a step goes until s or λ is 0, at most 1."""
     most = 1.0
     for c in range(len(at.slack)):
-        most = max(
-            most, max(-step.slack[c] / at.slack[c], -step.reaction[c] / at.reaction[c])
-        )
+        most = max(most, max(-step.slack[c] / at.slack[c], -step.reaction[c] / at.reaction[c]))
     return 1.0 / most
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from nscd.compiling import inner, kernel
 from nscd.solvers.active_set import ROUNDS, _rounds
-from nscd.solvers.central_path import NOTHING, away_from, cold_start, follow
+from nscd.solvers.interior.central_path import away_from, cold_start, follow
 from nscd.solvers.closing import CLOSED, PENALTY
 from nscd.solvers.system import approach, evenly, stiffness
 from nscd.solvers.task import Answer, Held, Task
@@ -72,8 +72,6 @@ def solve_by_path(
     k, w = len(system.first), system.inverse_mass
     kappa, closed, spent = stiffness(w), np.empty(k, np.bool_), 0
     none, unknown = np.empty(0), np.empty(0, np.bool_)
-    if system.scale < NOTHING:  # their squares are no numbers any more
-        return Found(np.zeros(k), system.free.copy(), 0, False, none, unknown)
     if least and evenly(w):
         soft = max(SOFT, SOFTEST * min(1.0, (MEDIUM / len(velocity)) ** 3))
         near, u = reaction, velocity
@@ -85,9 +83,7 @@ def solve_by_path(
             spent += done + rounds
             if error <= tolerance and (settled or soft <= SOFT):
                 theta = np.where(closed, PENALTY * kappa, 0.0) if settled else none
-                return Found(
-                    pushed, right, spent, settled, theta, closed if settled else unknown
-                )
+                return Found(pushed, right, spent, settled, theta, closed if settled else unknown)
             if soft <= SOFT:
                 break
             soft = max(FIRMER * soft, SOFT)
@@ -123,7 +119,8 @@ def _press(system: Any, reaction: Any, u: Any, compliance: Any, closed: Any) -> 
         opening, push = system.offset[c] - v[c], system.inverse_mass[c] * reaction[c]
         closed[c] = push > opening + compliance[c] * reaction[c]
         error = max(error, abs(min(push, opening)))
-    return error / system.scale
+    missed: float = error / system.scale
+    return missed
 
 
 @inner

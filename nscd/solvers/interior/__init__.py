@@ -1,0 +1,1 @@
+"""The interior point: its path, and how it is used."""
