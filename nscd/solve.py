@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
@@ -19,8 +18,8 @@ from nscd.percussions import GAIN, Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
 from nscd.solvers.closed_form import ALONE, NOTHING
 from nscd.solvers.dissipation import solve_one_sided
-from nscd.solvers.ladder import DESCENT, SOLVERS, at_once, climb
-from nscd.solvers.small import SOLVED, UNSETTLED, Small, solve_small
+from nscd.solvers.ladder import AT_ONCE, SOLVERS, climb, compiled
+from nscd.solvers.small import Small, solve_small
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
 
@@ -93,10 +92,10 @@ def solve(
     _check(snapshot, contacts, law, tolerance, solver)
     n, k = len(snapshot), len(contacts)
     left = _left(snapshot, left_velocity)
-    known, small = _known(guess, k), None
-    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and at_once():
-        small = solve_small(snapshot, contacts, left, tolerance)
-        if small is not None and small.end == SOLVED:
+    known = _known(guess, k)
+    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and compiled():
+        small = solve_small(snapshot, contacts, left, tolerance, canonical)
+        if small is not None and small.answered:
             return _of_small(snapshot, contacts, small, tolerance, started)
     contacts.check_disks(n)
     if law.frictional:
@@ -107,7 +106,7 @@ def solve(
     with np.errstate(all="ignore"):
         problem = impact_problem(snapshot, contacts, left, law)
         task = Task(problem=problem, tolerance=tolerance, canonical=canonical, guess=known)
-        found = _climb(replace(task, start=_start(small)), solver)
+        found = _climb(task, solver)
         problem = problem.acting(found.velocity)
         return certify(snapshot, contacts, problem, found, tolerance, started)
 
@@ -134,19 +133,14 @@ def _known(guess: Percussions | None, k: int) -> Floats | None:
     return guess.reaction
 
 
-def _start(small: Small | None) -> Answer | None:
-    """Where the descent of a small crowd ended that did not tell its closed contacts."""
-    if small is None or small.end != UNSETTLED:
-        return None
-    return Answer(small.reaction, small.velocity, small.iterations, least=False, settled=False)
-
-
 def _of_small(
     snapshot: Snapshot, contacts: Contacts, small: Small, tolerance: float, started: float
 ) -> Percussions:
-    solver, why = DESCENT.name, DESCENT.why.format(n=small.disks)
-    if not small.disks:
-        solver, why = "closed_form", ALONE if small.reaction.any() else NOTHING
+    chosen = small.chosen
+    solver, why = "closed_form", ALONE if small.reaction.any() else NOTHING
+    if chosen.disks:
+        rung = AT_ONCE[chosen.rung]
+        solver, why = rung.name, rung.why.format(n=chosen.disks)
     said = {
         "residual": small.residual,
         "velocity_error": small.velocity_error,
@@ -160,7 +154,9 @@ def _of_small(
         "right_velocity": small.velocity,
         "right_spin": snapshot.spin,
     }
-    found = Answer(small.reaction, small.velocity, small.iterations, True, solver=solver, why=why)
+    found = Answer(
+        small.reaction, small.velocity, chosen.iterations, chosen.least, solver=solver, why=why
+    )
     judged = _judged(said if small.finite else said | arrays, tolerance)
     return _percussions(snapshot, contacts, found, said | arrays, judged, small.energy, started)
 

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from nscd.arrays import Floats
 from nscd.compiling import inner, kernel
-from nscd.solvers.active_set import gap
 from nscd.solvers.cholesky.factor import factorise, solve_factorised
-from nscd.solvers.system import add_reactions, approach
+from nscd.solvers.system import System, add_reactions, approach
 from nscd.solvers.task import UNKNOWN, Answer, Task
 from nscd.solvers.thresholds import AT
 
@@ -21,6 +19,7 @@ STIFF = 1e8
 STEPS = 60
 # Differences of the dual value below this share of it are rounding.
 ROUNDING = 1e-14
+UNIQUE = AT.unique
 
 
 def canonical(task: Task, answer: Answer) -> Answer:
@@ -28,8 +27,16 @@ def canonical(task: Task, answer: Answer) -> Answer:
     suffer."""
     if answer.least or not task.error(answer) <= task.tolerance:
         return answer
+    system, factor = task.system, task.factor
+    task.workspace.held = UNKNOWN
     reaction = np.empty_like(answer.reaction)
-    reaction[task.factor.contact] = _least_energy(task, answer)
+    reaction[factor.contact] = least_energy(
+        system,
+        factor,
+        answer.reaction[factor.contact],
+        answer.velocity[factor.order],
+        task.tolerance,
+    )
     better = answer._replace(reaction=reaction, least=True)
     if task.error(better) <= task.tolerance:
         return better
@@ -38,22 +45,64 @@ def canonical(task: Task, answer: Answer) -> Answer:
     return answer._replace(least=apart <= AT.unique * float(reaction.max()))
 
 
-def _least_energy(task: Task, answer: Answer) -> Floats:
-    """Reactions λ (k,) N·s, in elimination order, of least Σλ² with the same momentum Cᵀλ as those
-    of the answer, λ ≥ 0, and λ = 0 where the contact opens by more than tolerance · ‖u⁻‖∞.
+@inner
+def settle_energy(system: Any, factor: Any, reaction: Any, u: Any, tolerance: float) -> Any:
+    """Do the same in kernels: the reactions (k,), and whether they are those of least energy."""
+    better = least_energy(system, factor, reaction, u, tolerance)
+    if accuracy(system, better, u) <= tolerance:
+        return better, True
+    return reaction, np.abs(better - reaction).max() <= UNIQUE * better.max()
+
+
+@inner
+def accuracy(system: Any, reaction: Any, u: Any) -> float:
+    """Measure an answer without dissipation: the larger of its residual and its momentum error."""
+    v, size = np.empty(len(reaction)), system.scale * system.mass[:, 0]
+    approach(system, u, v)
+    momentum, worst = system.mass * (u - system.free), 0.0
+    add_reactions(system, reaction, 1.0, momentum)
+    for c in range(len(v)):
+        error = abs(min(system.inverse_mass[c] * reaction[c], system.offset[c] - v[c]))
+        worst = larger(worst, error / system.scale)
+        size[system.first[c]] += abs(reaction[c])
+        if system.second[c] >= 0:
+            size[system.second[c]] += abs(reaction[c])
+    for i in range(len(size)):
+        for a in range(2):
+            worst = larger(worst, abs(momentum[i, a]) / size[i])
+    return worst
+
+
+@inner
+def larger(a: float, b: float) -> float:
+    """The larger of two, or the one that is no number."""
+    return a if a >= b or a != a else b
+
+
+@kernel(apart=True)
+def least_energy(system: Any, factor: Any, reaction: Any, u: Any, tolerance: float) -> Any:
+    """Compute reactions λ (k,) N·s of least Σλ² with the same momentum Cᵀλ as given ones, λ ≥ 0,
+    and λ = 0 where the contact opens by more than tolerance · ‖u⁻‖∞.
+
+    reaction, u: (k,) N·s, (n,d) m/s, in elimination order
 
     The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth
     Newton method with line search. It is the limit of a penalty packing of equal stiffness, loaded
     from rest, as the stiffness grows."""
-    system, factor = task.system, task.factor
-    task.workspace.held = UNKNOWN
-    reaction = answer.reaction[factor.contact]
-    may = gap(system, answer.velocity[factor.order]) <= task.tolerance * system.scale
-    none = np.zeros(len(reaction))
-    bare = system._replace(normal_weight=none, tangent_weight=none)
-    found, _, _ = _newton(bare, factor, np.where(may, reaction, 0.0), may)
-    least: Floats = found
-    return least
+    k = len(reaction)
+    may, start, v, none = np.empty(k, np.bool_), np.zeros(k), np.empty(k), np.zeros(k)
+    approach(system, u, v)
+    for c in range(k):
+        may[c] = system.offset[c] - v[c] <= tolerance * system.scale
+        if may[c]:
+            start[c] = reaction[c]
+    bare = System(
+        system.first, system.second, system.normal_first, system.normal_second, system.tangent_first,
+        system.tangent_second, none, none, system.mass, system.free, system.offset,
+        system.inverse_mass, system.scale,
+    )  # fmt: skip
+    found, _, _ = _newton(bare, factor, start, may)
+    return found
 
 
 @inner
@@ -81,7 +130,7 @@ def _largest(values: Any) -> float:
     return largest
 
 
-@kernel
+@inner
 def _newton(system: Any, factor: Any, start: Any, may: Any) -> Any:
     n, d = system.mass.shape
     k = len(start)

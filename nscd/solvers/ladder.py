@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nscd.solvers import at_once
 from nscd.solvers.active_set import active_set, correct_guess, descend_and_close
 from nscd.solvers.canonical import canonical as least_energy
 from nscd.solvers.closed_form import closed_form
@@ -66,30 +67,38 @@ def _even_so_far(task: Task) -> bool:
     return task.start is None and _even(task)
 
 
+TREES = Rung("tree", _trees, tree, "the contacts of {n} disks form trees: linear time")
+UNEVEN = Rung("interior_point", _uneven, interior_point, "{n} disks, masses far apart")
 DESCENT = Rung(
     "active_set",
     _even_so_far,
     descend_and_close,
     "{n} disks of even masses: descent found the closed contacts",
 )
+MARGINAL = Rung(
+    "interior_point",
+    _even,
+    interior_point,
+    "{n} disks: descent does not find the closed contacts exactly",
+)
 # What nobody presses and single contacts are answered before: see `closed_form`. Of the rungs that
 # serve, the first whose answer is within the tolerance has it; the last one's is given in any case.
 RUNGS = [
-    Rung("tree", _trees, tree, "the contacts of {n} disks form trees: linear time"),
+    TREES,
     Rung("active_set", _guessed, correct_guess, "corrects the guess"),
     Rung("interior_point", _dissipative, interior_point, "{n} disks, dissipative contacts"),
-    Rung("interior_point", _uneven, interior_point, "{n} disks, masses far apart"),
+    UNEVEN,
     DESCENT,
-    Rung(
-        "interior_point",
-        _even,
-        interior_point,
-        "{n} disks: descent does not find the closed contacts exactly",
-    ),
+    MARGINAL,
 ]
-# What these serve is not for the compiled call of `solve_small`, which stands for the climb to
-# DESCENT.
-ELSEWHERE = (_trees, _guessed, _dissipative, _uneven)
+# The rungs that the compiled call of `solve_small` stands for, and what it is not asked for.
+AT_ONCE = {
+    at_once.TREES: TREES,
+    at_once.UNEVEN: UNEVEN,
+    at_once.DESCENT: DESCENT,
+    at_once.MARGINAL: MARGINAL,
+}
+ELSEWHERE = (_guessed, _dissipative)
 # Solvers that can be asked for by name.
 BY_NAME: dict[str, Solver] = {
     "interior_point": interior_point,
@@ -100,10 +109,12 @@ BY_NAME: dict[str, Solver] = {
 SOLVERS = ("auto", *BY_NAME)
 
 
-def at_once() -> bool:
-    """Tell whether one compiled call may stand for the climb: no other rung comes before
-    DESCENT."""
-    return all(rung.serves in ELSEWHERE for rung in RUNGS[: RUNGS.index(DESCENT)])
+def compiled() -> bool:
+    """Tell whether one compiled call may stand for the climb: no rung was added before its last."""
+    return all(
+        rung in AT_ONCE.values() or rung.serves in ELSEWHERE
+        for rung in RUNGS[: RUNGS.index(MARGINAL)]
+    )
 
 
 def choose(task: Task, solver: str = "auto") -> list[Rung]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.compiling import kernel
+from nscd.solvers.system import approach, in_given_order
 from nscd.solvers.task import Answer, Task
 
 ROUNDS = 50
@@ -37,25 +38,34 @@ def tree(task: Task) -> Answer:
     gives these, one pass back the reactions (paper eqs. (5), (6) for a straight chain). Contacts
     that pull are then opened and open ones that would overlap closed, until none is left."""
     problem = task.problem
-    n, k = len(problem.mass), len(problem.first)
-    branches = branches_of(n, problem.first, problem.second)
+    branches = branches_of(len(problem.mass), problem.first, problem.second)
     task.workspace.branches = branches
+    reaction, u, done = close_branches(in_given_order(problem), branches)
+    return Answer(reaction, u, int(done), least=True)
+
+
+@kernel
+def close_branches(system: Any, branches: Any) -> Any:
+    """Find the closed ones of contacts that form trees: λ (k,), u⁺ (n,2) and the rounds."""
+    k = len(system.first)
     given = Given(
-        problem.first, problem.normal_first, problem.mass[:, 0].copy(), problem.free, problem.offset
+        system.first, system.normal_first, system.mass[:, 0].copy(), system.free, system.offset
     )
-    closed = np.ones(k, dtype=np.bool_)
-    reaction, u = np.zeros(k), problem.free.copy()
-    done = 0
-    while done < ROUNDS:
+    closed, v = np.ones(k, np.bool_), np.empty(k)
+    reaction, u, done, changed = np.zeros(k), system.free, 0, True
+    while changed and done < ROUNDS:
         done += 1
         reaction, u = close_tree(branches, closed, given)
-        new = problem.inverse_mass * reaction > problem.offset - problem.approach(u)
-        # a closed contact stays so unless it pulls: its own velocity is rounding
-        new = np.where(closed, reaction >= 0.0, new)
-        if (new == closed).all():
-            break
-        closed = new
-    return Answer(np.maximum(reaction, 0.0), u, done, least=True)
+        approach(system, u, v)
+        changed = False
+        for c in range(k):
+            # a closed contact stays so unless it pulls: its own velocity is rounding
+            new = system.inverse_mass[c] * reaction[c] > system.offset[c] - v[c]
+            if closed[c]:
+                new = reaction[c] >= 0.0
+            changed = changed or new != closed[c]
+            closed[c] = new
+    return np.maximum(reaction, 0.0), u, done
 
 
 @kernel

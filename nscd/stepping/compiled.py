@@ -9,13 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.compiling import inner, kernel
+from nscd.solvers.at_once import CLOSED_FORM, Chosen, answer
 from nscd.solvers.projected_gradient import MARGIN, MOST_SWEEPS, descend
-from nscd.solvers.small import SOLVED, certified, reactions_of, system_at
+from nscd.solvers.small import certified, system_at
 from nscd.solvers.system import System, approach
 from nscd.stepping.search import Neighbours, find
 
 # Accelerated gradient serves from this tolerance on: the exact solvers are for tighter ones.
 LOOSE = 1e-6
+# What gave the answer where no rung of the ladder did.
+GRADIENT = -1
 # A step is repeated so often, at most, with a larger margin.
 REPEATS = 20
 # Disks are taken to be faster than before by this share of the fastest one.
@@ -42,19 +45,20 @@ class Bodies(NamedTuple):
 class Stepped(NamedTuple):
     """Hold what a step found.
 
-    end: SOLVED, or another number where another solver is to be tried
     neighbours: its k candidates for contact
     reaction: (k,) N·s
     velocity: (n,2) m/s, u⁺
     error: dimensionless, the residual or the imbalance of momentum, recomputed
-    iterations, repeats: of the solver; how often contacts were missed"""
+    iterations: of the solver
+    rung: what gave the answer, of the numbers of `nscd.solvers.at_once`, or GRADIENT
+    repeats: how often contacts were missed"""
 
-    end: int
     neighbours: Neighbours
     reaction: Any
     velocity: Any
     error: float
     iterations: int
+    rung: int
     repeats: int
 
 
@@ -68,16 +72,16 @@ def stepped(bodies: Any, step: float, restitution: float, gained: float, toleran
         repeats += 1
         near = find(bodies.position, bodies.radius, bodies.segments, margin)
         if len(near.gap) == 0:
-            return Stepped(SOLVED, near, near.gap, bodies.free.copy(), 0.0, 0, repeats)
+            return Stepped(near, near.gap, bodies.free.copy(), 0.0, 0, CLOSED_FORM, repeats)
         system = system_at(
             near.first, near.second, near.wall >= 0, near.normal, bodies.mass, bodies.free, near.gap / step
         )  # fmt: skip
         if restitution > 0.0:
             _rebound(system, bodies.velocity, restitution, gained)
-        end, reaction, velocity, sweeps, error = _solved(system, bodies.velocity, tolerance)
+        reaction, velocity, sweeps, rung, error = _solved(system, bodies.velocity, tolerance)
         needed = 2.0 * step * fastest(velocity)
-        if end != SOLVED or repeats == REPEATS or not missed(bodies, velocity, step, margin):
-            return Stepped(end, near, reaction, velocity, error, sweeps, repeats)
+        if repeats == REPEATS or not missed(bodies, velocity, step, margin):
+            return Stepped(near, reaction, velocity, error, sweeps, rung, repeats)
         margin = needed
 
 
@@ -116,10 +120,10 @@ def freed(velocity: Any, desired: Any, share: float, gain: Any) -> Any:
 
 @inner(inline="always")
 def _solved(system: Any, before: Any, tolerance: float) -> Any:
-    """How it ended, λ (k,), u⁺ (n,2), iterations and error: first without the contacts that disks as
+    """λ (k,), u⁺ (n,2), iterations, what gave them and error: first without the contacts that disks as
     fast as before could not close; with all of them where that is not the answer of all."""
     # numbers of NumPy: a literal would compile a kernel once more
-    k, end, error, sweeps = len(system.first), SOLVED, 0.0, 0
+    k, error, sweeps, rung = len(system.first), 0.0, 0, CLOSED_FORM
     reaction, velocity = np.zeros(k), system.free
     for attempt in range(2):
         chosen = _likely(system, before) if attempt == 0 else np.arange(k)
@@ -127,20 +131,20 @@ def _solved(system: Any, before: Any, tolerance: float) -> Any:
         if len(chosen) == 0:
             continue
         if tolerance >= LOOSE:
-            end, disks = SOLVED, len(velocity)
             pushed, velocity, done, _ = descend(
                 part, MARGIN * tolerance, np.int64(MOST_SWEEPS), np.int64(-1), np.inf
             )
+            by = Chosen(GRADIENT, len(velocity), done, False, 0.0)
         else:
-            end, pushed, velocity, disks, done, _ = reactions_of(part, tolerance, np.bool_(False))
-        sweeps += done
+            pushed, velocity, by = answer(part, tolerance, np.bool_(False), np.bool_(False))
+        sweeps, rung = sweeps + by.iterations, by.rung
         reaction = np.zeros(k)
         reaction[chosen] = pushed
-        found = certified(system, reaction, velocity, disks, sweeps, 0.0)
+        found = certified(system, reaction, velocity, by)
         error = max(found.residual, found.momentum_error) if found.finite else np.inf
-        if end == SOLVED and error <= tolerance:
+        if error <= tolerance:
             break
-    return end, reaction, velocity, sweeps, error
+    return reaction, velocity, sweeps, rung, error
 
 
 @inner

@@ -10,8 +10,7 @@ import numpy as np
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot, Walls
 from nscd.problem import ContactProblem
-from nscd.solvers.ladder import at_once, climb
-from nscd.solvers.small import SOLVED
+from nscd.solvers.ladder import AT_ONCE, climb, compiled
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
 from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, freed, missed, stepped
@@ -156,12 +155,15 @@ class Motion:
     def _at_once(self, free: Floats, gained: float) -> tuple[StepReport, Floats] | None:
         """The step by one compiled call; None where that is not for it, or does not solve it."""
         loose, many = self._tolerance >= LOOSE, len(self.mass) >= AT.large
-        if self._friction or not len(self.mass) or (not loose and (many or not at_once())):
+        if self._friction or not len(self.mass) or (not loose and (many or not compiled())):
             return None
         bodies = self._bodies(free)
         done = stepped(bodies, self.step, self._restitution, gained, self._tolerance)
-        if done.end != SOLVED or not done.error <= STALLED * self._tolerance:
+        if not done.error <= STALLED * self._tolerance:
             return None
+        by = "projected_gradient" if loose else "closed_form"
+        if done.rung in AT_ONCE:
+            by = AT_ONCE[done.rung].name
         report = StepReport(
             neighbours=done.neighbours,
             reaction=done.reaction,
@@ -169,7 +171,7 @@ class Motion:
             residual=done.error,
             iterations=done.iterations,
             repeats=done.repeats,
-            solver="projected_gradient" if loose else "active_set",
+            solver=by,
         )
         return report, done.velocity
 

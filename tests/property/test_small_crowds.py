@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
-from nscd.solvers.small import SOLVED, UNSETTLED, solve_small
+from nscd.solvers import at_once
+from nscd.solvers.small import solve_small
 
 SOLVING = importlib.import_module("nscd.solve")
 WALLS = Walls(start=[[-1, -0.25]], end=[[9, -0.25]])
@@ -35,18 +36,22 @@ def crowd(seed, n, kept, decades=0.0):
     )
 
 
-def by_ladder(snapshot, contacts, tolerance):
+def by_ladder(snapshot, contacts, tolerance, **search):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(SOLVING, "solve_small", lambda *_: None)
-        return solve(snapshot, contacts, tolerance=tolerance)
+        return solve(snapshot, contacts, tolerance=tolerance, **search)
 
 
-@settings(max_examples=30)
-@given(st.integers(0, 10**6), st.integers(2, 40), st.floats(0.15, 1.0), st.floats(0.0, 0.6))
-def test_the_answer_is_that_of_the_ladder(seed, n, kept, decades):
+@settings(max_examples=40)
+@given(
+    st.integers(0, 10**6), st.integers(2, 40), st.floats(0.15, 1.0), st.floats(0.0, 2.0),
+    st.booleans(),
+)  # fmt: skip
+def test_the_answer_is_that_of_the_ladder(seed, n, kept, decades, canonical):
     snapshot = crowd(seed, n, kept, decades)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
-    found, other = solve(snapshot, contacts, tolerance=1e-10), by_ladder(snapshot, contacts, 1e-10)
+    found = solve(snapshot, contacts, tolerance=1e-10, canonical=canonical)
+    other = by_ladder(snapshot, contacts, 1e-10, canonical=canonical)
     same = ("status", "solver", "choice", "canonical", "iterations", "warnings")
     assert [getattr(found, name) for name in same] == [getattr(other, name) for name in same]
     for name in ("right_velocity", "reaction", "impulse", "energy_change", "energy_error"):
@@ -57,22 +62,38 @@ def test_the_answer_is_that_of_the_ladder(seed, n, kept, decades):
     assert found.velocity_error == pytest.approx(other.velocity_error, rel=0.1, abs=1e-15)
 
 
-@pytest.mark.parametrize(("kept", "end"), [(0.6, SOLVED), (0.85, UNSETTLED)])
-def test_each_way_to_end_is_taken(kept, end):
-    """Everybody walks to the middle. Where the packing is marginal, the descent is a start for the
-    interior point, whose iterations are added."""
-    still = crowd(4, 64, kept)
+@pytest.mark.parametrize(
+    ("kept", "decades", "rung", "solver"),
+    [
+        (0.25, 0.0, at_once.TREES, "tree"),
+        (0.6, 0.0, at_once.DESCENT, "active_set"),
+        (0.85, 0.0, at_once.MARGINAL, "interior_point"),
+        (0.85, 2.0, at_once.UNEVEN, "interior_point"),
+    ],
+)
+def test_each_rung_is_taken(kept, decades, rung, solver):
+    """Everybody walks to the middle."""
+    still = crowd(4, 64, kept, decades)
     inward = still.position.mean(0) - still.position
     snapshot = dataclasses.replace(still, velocity=inward)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
-    small = solve_small(snapshot, contacts, snapshot.velocity, 1e-10)
-    assert small.end == end
+    small = solve_small(snapshot, contacts, snapshot.velocity, 1e-10, True)
+    assert small.answered
+    assert small.chosen.rung == rung
     answer, other = solve(snapshot, contacts, tolerance=1e-10), by_ladder(snapshot, contacts, 1e-10)
     assert answer.status == "solved"
-    assert answer.solver == ("active_set" if end == SOLVED else "interior_point")
-    assert answer.iterations == other.iterations
-    assert (answer.iterations > small.iterations) == (end == UNSETTLED)
+    assert answer.solver == other.solver == solver
+    assert answer.canonical
+    assert answer.iterations == other.iterations == small.chosen.iterations
     np.testing.assert_allclose(answer.right_velocity, other.right_velocity, atol=1e-12)
+
+
+def test_what_is_not_within_the_tolerance_is_left_to_the_ladder():
+    crowded = crowd(4, 64, 0.85)
+    contacts = find_contacts(crowded, WALLS, tolerance=1e-9)
+    assert solve_small(crowded, contacts, crowded.velocity, 1e-10, True).answered
+    assert not solve_small(crowded, contacts, crowded.velocity, 1e-17, True).answered
+    assert solve(crowded, contacts, tolerance=1e-14).status == "solved"
 
 
 def test_a_contact_of_nobody_is_refused():

@@ -9,8 +9,8 @@ import numpy as np
 
 from nscd.compiling import inner, kernel
 from nscd.solvers.active_set import ROUNDS, _rounds
-from nscd.solvers.interior.central_path import away_from, cold_start, follow
 from nscd.solvers.closing import CLOSED, PENALTY
+from nscd.solvers.interior.central_path import away_from, cold_start, follow
 from nscd.solvers.system import approach, evenly, stiffness
 from nscd.solvers.task import Answer, Held, Task
 from nscd.solvers.thresholds import AT
