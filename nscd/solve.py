@@ -18,7 +18,7 @@ from nscd.percussions import GAIN, Percussions, Status
 from nscd.problem import ContactProblem, impact_problem
 from nscd.solvers.closed_form import ALONE, NOTHING
 from nscd.solvers.dissipation import solve_one_sided
-from nscd.solvers.ladder import AT_ONCE, SOLVERS, climb, compiled
+from nscd.solvers.ladder import AT_ONCE, COMPILED, SOLVERS, climb
 from nscd.solvers.small import Small, solve_small
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
@@ -93,7 +93,7 @@ def solve(
     n, k = len(snapshot), len(contacts)
     left = _left(snapshot, left_velocity)
     known = _known(guess, k)
-    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and compiled():
+    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and COMPILED:
         small = solve_small(snapshot, contacts, left, tolerance, canonical)
         if small is not None and small.answered:
             return _of_small(snapshot, contacts, small, tolerance, started)

@@ -91,7 +91,8 @@ RUNGS = [
     DESCENT,
     MARGINAL,
 ]
-# The rungs that the compiled call of `solve_small` stands for, and what it is not asked for.
+# The rungs that the compiled call of `solve_small` stands for, and what it is not asked for; whether
+# it stands for the climb, no rung being added before the last of them.
 AT_ONCE = {
     at_once.TREES: TREES,
     at_once.UNEVEN: UNEVEN,
@@ -99,6 +100,9 @@ AT_ONCE = {
     at_once.MARGINAL: MARGINAL,
 }
 ELSEWHERE = (_guessed, _dissipative)
+COMPILED = all(
+    rung in AT_ONCE.values() or rung.serves in ELSEWHERE for rung in RUNGS[: RUNGS.index(MARGINAL)]
+)
 # Solvers that can be asked for by name.
 BY_NAME: dict[str, Solver] = {
     "interior_point": interior_point,
@@ -107,14 +111,6 @@ BY_NAME: dict[str, Solver] = {
     "gauss_seidel": gauss_seidel,
 }
 SOLVERS = ("auto", *BY_NAME)
-
-
-def compiled() -> bool:
-    """Tell whether one compiled call may stand for the climb: no rung was added before its last."""
-    return all(
-        rung in AT_ONCE.values() or rung.serves in ELSEWHERE
-        for rung in RUNGS[: RUNGS.index(MARGINAL)]
-    )
 
 
 def choose(task: Task, solver: str = "auto") -> list[Rung]:

@@ -10,7 +10,7 @@ import numpy as np
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot, Walls
 from nscd.problem import ContactProblem
-from nscd.solvers.ladder import AT_ONCE, climb, compiled
+from nscd.solvers.ladder import AT_ONCE, COMPILED, climb
 from nscd.solvers.task import Answer, Task
 from nscd.solvers.thresholds import AT
 from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, freed, missed, stepped
@@ -155,7 +155,7 @@ class Motion:
     def _at_once(self, free: Floats, gained: float) -> tuple[StepReport, Floats] | None:
         """The step by one compiled call; None where that is not for it, or does not solve it."""
         loose, many = self._tolerance >= LOOSE, len(self.mass) >= AT.large
-        if self._friction or not len(self.mass) or (not loose and (many or not compiled())):
+        if self._friction or not len(self.mass) or (not loose and (many or not COMPILED)):
             return None
         bodies = self._bodies(free)
         done = stepped(bodies, self.step, self._restitution, gained, self._tolerance)

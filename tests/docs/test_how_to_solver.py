@@ -26,7 +26,7 @@ def followed(tmp_path_factory):
     for before, line in (
         ("from nscd.solvers.task import", "from nscd.solvers.jacobi import jacobi\n"),
         ('    "interior_point": interior_point,\n', BY_NAME),
-        ('    Rung("interior_point", _uneven', RUNG),
+        ("    UNEVEN,\n", RUNG),
     ):
         assert text.count(before) == 1
         text = text.replace(before, line + before)
