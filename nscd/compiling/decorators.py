@@ -12,6 +12,7 @@ from typing import Any, TypeVar, overload
 from numba.core.registry import CPUDispatcher
 
 from nscd.compiling.by_address import called_by_address
+from nscd.compiling.loading import Loading
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -76,7 +77,7 @@ def _decorated(kind: type[Any], function: Any, options: dict[str, Any]) -> Any:
     def decorate(plain: Callable[..., Any]) -> Any:
         fixed = {"nopython": True, "nogil": False, "no_cfunc_wrapper": True}
         compiled = kind(py_func=plain, targetoptions=fixed | options)
-        compiled.enable_caching()
+        compiled._cache = Loading(plain)
         return compiled
 
     return decorate if function is None else decorate(function)

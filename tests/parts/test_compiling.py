@@ -1,4 +1,4 @@
-"""Kernels called by their address, and kernels without an entry for Python."""
+"""Kernels called by their address, kernels without an entry for Python, kernels from the disk."""
 
 import importlib
 import subprocess
@@ -19,6 +19,10 @@ def scaled(x, by):
 @inner(apart=True)
 def counted(x):
     return RESULT
+
+@inner
+def summed(x):
+    return x.sum()
 """
 TOP = """
 import low
@@ -32,6 +36,22 @@ def twice(x, by):
 @kernel
 def count(x):
     return low.counted(x) + 1
+
+@kernel
+def total(x):
+    return low.summed(x)
+
+@kernel
+def fourfold(x):
+    return 4 * total(x) + low.summed(x)
+"""
+LOADED = """
+import sys
+import numpy as np
+import top
+print(top.total(np.ones(3)), sum(top.total.stats.cache_hits.values()))
+print("scipy.linalg" in sys.modules, "cffi" in sys.modules)
+print(top.fourfold(np.ones(3)), sum(top.fourfold.stats.cache_misses.values()))
 """
 ANOTHER_PROCESS = """
 import numpy as np
@@ -44,7 +64,9 @@ except RuntimeError as error:
 """
 
 
-def test_a_kernel_called_by_its_address_is_found_by_another_process(tmp_path, monkeypatch):
+def test_another_process_loads_kernels_and_finds_those_called_by_their_address(
+    tmp_path, monkeypatch
+):
     (tmp_path / "low.py").write_text(LOW.replace("RESULT", "len(x)"))
     (tmp_path / "top.py").write_text(TOP)
     monkeypatch.syspath_prepend(tmp_path)
@@ -58,11 +80,17 @@ def test_a_kernel_called_by_its_address_is_found_by_another_process(tmp_path, mo
         low.scaled(numpy.ones(2), 3.0)
     (inside,) = top.twice.overloads.values()
     assert not any("scaled" in f.name for f in inside.library.get_defined_functions())
+    # numba imports both when it readies itself to compile, here for `fourfold`
+    assert top.total(numpy.ones(3)) == 3.0
+    assert in_a_process(LOADED, tmp_path) == ["3.0 1", "False False", "15.0 1"]
     # of another kind than what the caller was compiled for
     (tmp_path / "low.py").write_text(LOW.replace("RESULT", "0.5 * len(x)"))
-    said = subprocess.run(
-        [sys.executable, "-c", ANOTHER_PROCESS], cwd=tmp_path, text=True, capture_output=True
-    )
-    first, second = said.stdout.splitlines()
+    first, second = in_a_process(ANOTHER_PROCESS, tmp_path)
     assert first == "[9. 9.] 1"
     assert second.startswith("a kernel that this one calls has changed: delete")
+
+
+def in_a_process(code, folder):
+    said = subprocess.run([sys.executable, "-c", code], cwd=folder, text=True, capture_output=True)
+    assert not said.stderr
+    return said.stdout.splitlines()
