@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nscd.arrays import Floats
+from nscd.arrays import Floats, Indices
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import Contacts
 
@@ -20,14 +20,14 @@ WIDEST = 5.0  # points
 SHOWN = 10
 
 
-def columns(
+def arrays(
     snapshot: Snapshot,
     contacts: Contacts,
     reaction: Floats,
     impulse: Floats,
     window: float | None = None,
-) -> dict[str, list[Any]]:
-    """Name the columns of k contacts, each a list of k, with units in the names.
+) -> dict[str, Floats | Indices]:
+    """Name the columns (k,) of k contacts, with units in the names.
 
     reaction: (k,) N·s
     impulse: (k,2) N·s
@@ -50,6 +50,18 @@ def columns(
     }
     if window is not None:
         named |= {"force_x_N": impulse[:, 0] / window, "force_y_N": impulse[:, 1] / window}
+    return named
+
+
+def columns(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    reaction: Floats,
+    impulse: Floats,
+    window: float | None = None,
+) -> dict[str, list[Any]]:
+    """Name the columns of k contacts as `arrays` does, each a list of k."""
+    named = arrays(snapshot, contacts, reaction, impulse, window)
     return {name: values.tolist() for name, values in named.items()}
 
 

@@ -17,7 +17,7 @@ from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines.record import FILE, RunRecord
 from analysis.percussions.rows import Rows, is_parquet, rows_of, table_file
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
-from analysis.percussions.table import COLUMNS, Openness, cells_of
+from analysis.percussions.table import COLUMNS, Openness, columns_of
 from analysis.scene.scene import read_room
 from analysis.support.progress import Progress
 from nscd import ContactLaw
@@ -66,7 +66,7 @@ class DumpToSolve:
                 raise DumpError(f"{self.path}, step {step}: {error}") from None
             before = found
             known = None if math.isnan(seconds) else seconds
-            cells = cells_of(found, self.openness, time=known, step=step)
+            cells = columns_of(found, self.openness, time=known, step=step)
             when = f"step {step}" if known is None else f"{known:g} s"
             answer = found.answer
             why = f"{self.path}, {when}: {answer.status}: {answer.reason}"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.percussions.table import COLUMNS, Cells
-from analysis.support.files import csv_lines, whole_file
+from analysis.percussions.csv_lines import Column, csv_lines
+from analysis.percussions.table import COLUMNS
+from analysis.support.files import whole_file
 from analysis.support.parts import load
 
 # Columns that are not of float64.
@@ -26,8 +27,8 @@ def is_parquet(out: Path) -> bool:
     return out.suffix.lower() == ".parquet"
 
 
-def rows_of(cells: Cells, parquet: bool) -> Rows:
-    """Return the cells of a frame as what `table_file` writes."""
+def rows_of(cells: Mapping[str, Column], parquet: bool) -> Rows:
+    """Return the columns of a frame as what `table_file` writes."""
     names = [name for name in COLUMNS if name in cells]
     if not parquet:
         return csv_lines(cells[name] for name in names)
@@ -45,13 +46,13 @@ def table_file(out: Path) -> Iterator[Callable[[Sequence[str], Rows], None]]:
         with _parquet_file(out) as add:
             yield add
         return
-    with whole_file(out) as file:
+    with whole_file(out, "wb") as file:
         head: list[str] = []
 
         def add(columns: Sequence[str], rows: Rows) -> None:
             if not head:
                 head.extend(columns)
-                file.write(",".join(head) + "\n")
+                file.write((",".join(head) + "\n").encode())
             assert list(columns) == head, "every frame has the same columns"
             file.write(rows)
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from analysis.percussions.csv_lines import Column
 from analysis.percussions.setting import Solved
 from nscd.indeterminacy.admissible import Admissible, ProgramError
 from nscd.indeterminacy.cones import Cones
 from nscd.indeterminacy.determinacy import admissible_determinacy
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
-from nscd.show import as_frame, columns
+from nscd.show import arrays, as_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,30 +94,29 @@ def _with_friction(found: Solved, ranges: bool) -> Open:
     )
 
 
-def cells_of(
+def columns_of(
     found: Solved,
     openness: Openness = "none",
     *,
     time: float | None = None,
     step: int | None = None,
-) -> Cells:
-    """Name the cells of each column, a list of k. Columns that have nothing to say are left out."""
+) -> dict[str, Column]:
+    """Name the columns of k rows: arrays, or lists of words or of what may be None. Those that have
+    nothing to say are left out."""
     contacts, answer = found.contacts, found.answer
     k = len(contacts)
-    cells: Cells = {}
+    cells: dict[str, Column] = {}
     if time is not None:
-        cells["time_s"] = [time] * k
+        cells["time_s"] = np.full(k, time)
     elif step is not None:
-        cells["step"] = [step] * k
-    cells |= columns(found.snapshot, contacts, answer.reaction, answer.impulse, found.window)
+        cells["step"] = np.full(k, step)
+    cells |= arrays(found.snapshot, contacts, answer.reaction, answer.impulse, found.window)
     if answer.friction is not None:
         cells |= answer.friction.columns()
-    names = found.setting.wall_names
-    if names:
-        cells["wall"] = [
-            names[number] if on else ""
-            for number, on in zip(contacts.second, contacts.is_wall, strict=True)
-        ]
+    if found.setting.wall_names:
+        names = ("", *found.setting.wall_names)
+        number = np.where(contacts.is_wall, contacts.second + 1, 0)
+        cells["wall"] = [names[n] for n in number.tolist()]
     if openness != "none":
         known = openness_of(found, openness == "ranges")
         cells["determined"] = list(known.determined)
@@ -125,14 +125,34 @@ def cells_of(
             if answer.friction is not None:
                 ends = known.friction_lower or [None] * k, known.friction_upper or [None] * k
                 cells |= {"friction_lower_Ns": list(ends[0]), "friction_upper_Ns": list(ends[1])}
-    cells |= {"status": [str(answer.status)] * k, "residual": [answer.residual] * k}
-    cells["velocity_error_m_per_s"] = [_finite(answer.velocity_error)] * k
+    cells |= {"status": [str(answer.status)] * k, "residual": _repeated(answer.residual, k)}
+    cells["velocity_error_m_per_s"] = _repeated(answer.velocity_error, k)
     return cells
+
+
+def cells_of(
+    found: Solved,
+    openness: Openness = "none",
+    *,
+    time: float | None = None,
+    step: int | None = None,
+) -> Cells:
+    """Name the cells of each column, a list of k. Columns that have nothing to say are left out."""
+    columns = columns_of(found, openness, time=time, step=step)
+    return {
+        name: column.tolist() if isinstance(column, np.ndarray) else list(column)
+        for name, column in columns.items()
+    }
 
 
 def dataframe(found: Solved, time: float | None = None, step: int | None = None) -> pd.DataFrame:
     """Return the rows as a data frame."""
     return as_frame(cells_of(found, time=time, step=step))
+
+
+def _repeated(value: float, k: int) -> Column:
+    """A number for each of k rows; None where it is not finite."""
+    return np.full(k, value) if np.isfinite(value) else [None] * k
 
 
 def _finite(value: float) -> float | None:

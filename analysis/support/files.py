@@ -11,8 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-import orjson
-
 
 @contextlib.contextmanager
 def whole_file(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
@@ -62,27 +60,6 @@ def write_rows(path: Path, head: Sequence[str], rows: Iterable[Iterable[object]]
         table = csv.writer(file, lineterminator="\n")
         table.writerow(head)
         table.writerows(rows)
-
-
-def csv_lines(columns: Iterable[Sequence[Any]]) -> str:
-    """Return columns of equal length, each of numbers or of texts, as lines of CSV.
-
-    Numbers are as short as they can be and still the same when read; None, NaN and infinities are
-    empty."""
-    rows = zip(*map(_words, columns), strict=True)
-    return "".join(f"{','.join(row)}\n" for row in rows)
-
-
-def _words(column: Sequence[Any]) -> list[str]:
-    if len(column) and isinstance(column[0], str):
-        quoted = {word: _quoted(word) for word in set(column)}
-        return [quoted[word] for word in column]
-    words = orjson.dumps(column).decode()[1:-1].replace("null", "")
-    return words.split(",") if len(column) else []
-
-
-def _quoted(word: str) -> str:
-    return '"' + word.replace('"', '""') + '"' if set(word) & set(',"\r\n') else word
 
 
 def _finite(value: Any) -> Any:
