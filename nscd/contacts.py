@@ -19,7 +19,7 @@ from nscd.arrays import (
     whole_numbers,
 )
 from nscd.bodies import Snapshot, Walls
-from nscd.segments import Segments, connect, own_nearest, pairs_within
+from nscd.segments import Near, Segments, connect, touching_pairs, touching_walls
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -195,34 +195,30 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     if number(tolerance, "tolerance", "a length ≥ 0 m") < 0:
         raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
-    position, radius = snapshot.position, snapshot.radius
-    i, j = _pairs_near(position, radius, tolerance)
-    difference = position[j] - position[i]
-    distance = np.hypot(*difference.T)
-    gap = distance - radius[i] - radius[j]
-    near = gap <= tolerance
-    order = np.lexsort((j[near], i[near]))
-    i, j, difference, distance, gap = (a[near][order] for a in (i, j, difference, distance, gap))
-
-    disk, wall, to_wall, wall_distance = _wall_neighbours(snapshot, walls, tolerance)
-    coinciding = [(i[row], f"disk {snapshot.ids[j[row]]}") for row in np.flatnonzero(distance == 0)]
+    pairs, walled = _touching(snapshot, tolerance), _touching_walls(snapshot, walls, tolerance)
+    coinciding = [
+        (pairs.first[row], f"disk {snapshot.ids[pairs.second[row]]}")
+        for row in np.flatnonzero(pairs.distance == 0)
+    ]
     coinciding += [
-        (disk[row], f"wall {wall[row] + 1}") for row in np.flatnonzero(wall_distance == 0)
+        (walled.first[row], f"wall {walled.second[row] + 1}")
+        for row in np.flatnonzero(walled.distance == 0)
     ]
     if coinciding:
         raise ValueError(
             f"position: disk {snapshot.ids[coinciding[0][0]]} and {coinciding[0][1]} coincide; "
             "their contact has no normal"
         )
-    normal = np.concatenate([difference / distance[:, None], to_wall / wall_distance[:, None]])
-    first = np.concatenate([i, disk])
+    found = Near(*map(np.concatenate, zip(pairs, walled, strict=True)))
+    normal = found.vector / found.distance[:, None]
+    first = found.first
     return Contacts(
         first=first,
-        second=np.concatenate([j, wall]),
-        is_wall=np.arange(len(first)) >= len(i),
+        second=found.second,
+        is_wall=np.arange(len(first)) >= len(pairs.first),
         normal=normal,
-        gap=np.concatenate([gap, wall_distance - radius[disk]]),
-        point=position[first] + radius[first, None] * normal,
+        gap=found.gap,
+        point=snapshot.position[first] + snapshot.radius[first, None] * normal,
     )
 
 
@@ -244,11 +240,10 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
     return 4 * float(np.finfo(float).eps) * largest
 
 
-def _pairs_near(position: Floats, radius: Floats, tolerance: float) -> tuple[Indices, Indices]:
-    """Pairs i < j that are within the largest diameter and the tolerance (m), and a few just
-    beyond."""
-    reach = (2 * float(radius.max(initial=0.0)) + tolerance) * MARGIN
-    pairs = pairs_within(position, reach, MOST_PAIRS)
+def _touching(snapshot: Snapshot, tolerance: float) -> Near:
+    """Pairs i < j of disks that touch."""
+    reach = (2 * float(snapshot.radius.max(initial=0.0)) + tolerance) * MARGIN
+    pairs = touching_pairs(snapshot.position, snapshot.radius, tolerance, reach, MOST_PAIRS)
     if pairs is None:
         raise ValueError(
             f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
@@ -263,30 +258,8 @@ def _connected(walls: Walls) -> Segments:
     return connect(walls.start, walls.end)
 
 
-def _wall_neighbours(
-    snapshot: Snapshot, walls: Walls | None, tolerance: float
-) -> tuple[Indices, Indices, Floats, Floats]:
-    disks, numbers, vectors = [], [], []
-    if walls is not None:
-        segments = _connected(walls)
-        # the tolerance is at least what rounding makes of a gap, and the box rounds too
-        reach = (snapshot.radius + 2 * tolerance)[:, None]
-        low, high = snapshot.position - reach, snapshot.position + reach
-        ends = np.stack([walls.start, walls.end])
-        for row, (least, most) in enumerate(zip(ends.min(0), ends.max(0), strict=True)):
-            near = np.flatnonzero(((low <= most) & (high >= least)).all(1))
-            every = np.full(len(near), row)
-            to_wall = walls.nearest_point(snapshot.position[near], every) - snapshot.position[near]
-            close = np.hypot(*to_wall.T) - snapshot.radius[near] <= tolerance
-            near, every, to_wall = near[close], every[close], to_wall[close]
-            own = own_nearest(segments, snapshot.position[near], every)
-            disks.append(near[own])
-            numbers.append(every[own])
-            vectors.append(to_wall[own])
-    if not disks:
-        none = np.empty(0, dtype=np.int64)
-        return none, none, np.empty((0, 2)), np.empty(0)
-    disk, wall = np.concatenate(disks), np.concatenate(numbers)
-    order = np.lexsort((wall, disk))
-    to_wall = np.concatenate(vectors)[order]
-    return disk[order], wall[order], to_wall, np.hypot(*to_wall.T)
+def _touching_walls(snapshot: Snapshot, walls: Walls | None, tolerance: float) -> Near:
+    """Disks that touch walls."""
+    if walls is None or not len(walls):
+        return Near.room(0)
+    return touching_walls(snapshot.position, snapshot.radius, tolerance, _connected(walls))

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nscd.arrays import Flags, Floats, Indices
+from nscd.arrays import Floats
 from nscd.compiling import inner, kernel
 
 # Ends of walls that are nearer to each other than this (m) are one point.
@@ -134,18 +134,6 @@ def is_of_another(segments: Any, w: int, share: float, x: float, y: float) -> bo
     return False
 
 
-@kernel
-def own_nearest(segments: Any, points: Floats, wall: Indices) -> Flags:
-    """Tell for points (k,2) m and a wall (k,) each whether the wall answers for its nearest point
-    itself, (k,)."""
-    own = np.empty(len(wall), np.bool_)
-    for k in range(len(wall)):
-        x, y = points[k, 0], points[k, 1]
-        share = share_of(segments, wall[k], x, y)
-        own[k] = not is_of_another(segments, wall[k], share, x, y)
-    return own
-
-
 class Cells(NamedTuple):
     """Hold which disks are in which cell.
 
@@ -179,27 +167,62 @@ def cells_of(position: Any, size: float) -> Any:
     return Cells(head, after, at)
 
 
-def pairs_within(position: Floats, reach: float, most: int) -> tuple[Indices, Indices] | None:
-    """Find the pairs i < j of disks at (n,2) m that are at most `reach` m from each other; None where
-    there are more than `most`."""
+class Near(NamedTuple):
+    """Hold pairs that touch, and what is known of them.
+
+    first, second: (k,) a disk, and another or a wall
+    vector: (k,2) m, from its centre to that of the other, or to the nearest point of the wall
+    distance: (k,) m, its length
+    gap: (k,) m"""
+
+    first: Any
+    second: Any
+    vector: Any
+    distance: Any
+    gap: Any
+
+    @classmethod
+    def room(cls, most: int) -> Near:
+        """Make room for so many."""
+        first, second = np.empty((2, most), np.int64)
+        vector = np.empty((most, 2))
+        return cls(first, second, vector, np.empty(most), np.empty(most))
+
+    def cut(self, count: int) -> Near:
+        """Keep the first ones."""
+        return Near(*(array[:count] for array in self))
+
+
+def touching_pairs(
+    position: Floats, radius: Floats, tolerance: float, reach: float, most: int
+) -> Near | None:
+    """Find the pairs i < j of disks at (n,2) m with a gap |x_j − x_i| − r_i − r_j of at most
+    `tolerance` m, by (i, j); None where more than `most` are within `reach` m, beyond which no disks
+    touch."""
     if len(position) < 2:
-        none = np.empty(0, dtype=np.int64)
-        return none, none
-    cells = cells_of(position, reach)
-    first, second, count = np.empty(0, np.int64), np.empty(0, np.int64), 4 * len(position)
-    while len(first) < count <= most:
-        first, second = np.empty((2, count), np.int64)
-        count = int(_pairs(position, reach, cells, first, second, most))
-    return (first[:count], second[:count]) if count <= most else None
+        return Near.room(0)
+    cells, room = cells_of(position, reach), 4 * len(position)
+    while True:
+        found = Near.room(room)
+        count, near = _touching(position, radius, tolerance, reach, cells, found, most)
+        if near > most:
+            return None
+        if count <= room:
+            return found.cut(count)
+        room = count
 
 
 @kernel
-def _pairs(position: Any, reach: float, cells: Any, first: Any, second: Any, most: int) -> int:
-    """Put in the pairs for which there is room, and count all of them, or just more than `most`."""
+def _touching(
+    position: Any, radius: Any, tolerance: float, reach: float, cells: Any, found: Any, most: int
+) -> Any:
+    """Put in the pairs for which there is room. Returns how many there are, and how many are within
+    reach, or just more than `most`."""
     head, after, at = cells.head, cells.after, cells.at
     nx, ny = head.shape
-    count = 0
+    count = near = 0
     for a in range(len(position)):
+        begin = count
         for p in range(max(at[a, 0] - 1, 0), min(at[a, 0] + 2, nx)):
             for q in range(max(at[a, 1] - 1, 0), min(at[a, 1] + 2, ny)):
                 b = head[p, q]
@@ -208,10 +231,85 @@ def _pairs(position: Any, reach: float, cells: Any, first: Any, second: Any, mos
                         dx = position[b, 0] - position[a, 0]
                         dy = position[b, 1] - position[a, 1]
                         if dx * dx + dy * dy <= reach * reach:
-                            if count < len(first):
-                                first[count], second[count] = a, b
-                            count += 1
+                            near += 1
+                            distance = np.hypot(dx, dy)
+                            gap = distance - radius[a] - radius[b]
+                            if gap <= tolerance:
+                                _put(found, begin, count, a, b, dx, dy, distance, gap)
+                                count += 1
                     b = after[b]
-        if count > most:
-            return count
+        if near > most:
+            return count, near
+    return count, near
+
+
+@inner
+def _put(
+    found: Any,
+    begin: int,
+    count: int,
+    a: int,
+    b: int,
+    dx: float,
+    dy: float,
+    distance: float,
+    gap: float,
+) -> None:
+    """Put a pair among those of its first disk, by its second, if there is room."""
+    if count >= len(found.first):
+        return
+    row = count
+    while row > begin and found.second[row - 1] > b:
+        for array in (found.first, found.second):
+            array[row] = array[row - 1]
+        for numbers in (found.distance, found.gap):
+            numbers[row] = numbers[row - 1]
+        found.vector[row, 0], found.vector[row, 1] = (
+            found.vector[row - 1, 0],
+            found.vector[row - 1, 1],
+        )
+        row -= 1
+    found.first[row], found.second[row] = a, b
+    found.vector[row, 0], found.vector[row, 1] = dx, dy
+    found.distance[row], found.gap[row] = distance, gap
+
+
+def touching_walls(position: Floats, radius: Floats, tolerance: float, segments: Segments) -> Near:
+    """Find disks at (n,2) m whose nearest point of a wall is at most r + `tolerance` m away, and that
+    wall itself answers for, by (disk, wall)."""
+    room = 64 + len(position)
+    while True:
+        found = Near.room(room)
+        count = int(_touching_walls(position, radius, tolerance, segments, found))
+        if count <= room:
+            return found.cut(count)
+        room = count
+
+
+@kernel
+def _touching_walls(position: Any, radius: Any, tolerance: float, segments: Any, found: Any) -> int:
+    """Put in those for which there is room, and count all."""
+    start, along, count = segments.start, segments.along, 0
+    for a in range(len(position)):
+        x, y = position[a, 0], position[a, 1]
+        # the tolerance is at least what rounding makes of a gap, and the box rounds too
+        reach = radius[a] + 2.0 * tolerance
+        for w in range(len(start)):
+            x0, y0 = start[w, 0], start[w, 1]
+            x1, y1 = x0 + along[w, 0], y0 + along[w, 1]
+            if x - reach > max(x0, x1) or x + reach < min(x0, x1):
+                continue
+            if y - reach > max(y0, y1) or y + reach < min(y0, y1):
+                continue
+            square = along[w, 0] * along[w, 0] + along[w, 1] * along[w, 1]
+            share = (x - x0) * along[w, 0] + (y - y0) * along[w, 1]
+            share = min(max(share / square, 0.0), 1.0)
+            dx, dy = x0 + share * along[w, 0] - x, y0 + share * along[w, 1] - y
+            distance = np.hypot(dx, dy)
+            gap = distance - radius[a]
+            if gap <= tolerance and not is_of_another(
+                segments, w, share_of(segments, w, x, y), x, y
+            ):
+                _put(found, count, count, a, w, dx, dy, distance, gap)
+                count += 1
     return count
