@@ -31,10 +31,10 @@ def read_only(
 
     Raises ValueError naming the field, and the first bad row, where shape or a value is wrong."""
     array = _numbers(value, shape, name, "numbers").astype(np.float64, order="C")
-    if not np.isfinite(array).all():
-        row = int(np.argwhere(~np.isfinite(array))[0][0])
-        raise ValueError(f"{name}: not a finite number in row {row}")
-    if array.size and not np.abs(array).max() <= largest:
+    if array.size and not np.abs(array).max() <= largest:  # nor where one is no number
+        if not np.isfinite(array).all():
+            row = int(np.argwhere(~np.isfinite(array))[0][0])
+            raise ValueError(f"{name}: not a finite number in row {row}")
         row = int(np.argwhere(np.abs(array) > largest)[0][0])
         worst = float(np.abs(array[row]).max())
         raise ValueError(

@@ -91,12 +91,13 @@ def solve(
     canonical, starts = _read(search) if search else (True, 1)
     _check(snapshot, contacts, law, tolerance, solver)
     n, k = len(snapshot), len(contacts)
-    left = _left(snapshot, left_velocity)
     known = _known(guess, k)
     if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and COMPILED:
+        left = _unread(snapshot, left_velocity)
         small = solve_small(snapshot, contacts, left, tolerance, canonical)
-        if small is not None and small.answered:
-            return _of_small(snapshot, contacts, small, tolerance, started)
+        if small is not None:
+            return _of_small(snapshot, contacts, small, started)
+    left = _left(snapshot, left_velocity)
     contacts.check_disks(n)
     if law.frictional:
         from nscd.friction.answer import solve_with_friction  # slow to import
@@ -117,6 +118,18 @@ def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
     return read_only(given, (len(snapshot), 2), "left_velocity")
 
 
+def _unread(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
+    """The left velocities, not copied where the kernel, which looks at each number, can take them as
+    they are."""
+    if type(given) is not np.ndarray or given.dtype != np.float64 or not given.flags.c_contiguous:
+        return _left(snapshot, given)
+    if given.shape != (len(snapshot), 2):
+        return _left(snapshot, given)
+    left: Floats = given.view()
+    left.flags.writeable = False
+    return left
+
+
 def _climb(task: Task, solver: str) -> Answer:
     """The answer; no number where a kernel divides by zero."""
     try:
@@ -133,32 +146,33 @@ def _known(guess: Percussions | None, k: int) -> Floats | None:
     return guess.reaction
 
 
-def _of_small(
-    snapshot: Snapshot, contacts: Contacts, small: Small, tolerance: float, started: float
-) -> Percussions:
-    chosen = small.chosen
-    solver, why = "closed_form", ALONE if small.reaction.any() else NOTHING
-    if chosen.disks:
-        rung = AT_ONCE[chosen.rung]
-        solver, why = rung.name, rung.why.format(n=chosen.disks)
-    said = {
-        "residual": small.residual,
-        "velocity_error": small.velocity_error,
-        "momentum_error": small.momentum_error,
-        "energy_change": small.change,
-        "energy_error": abs(small.change + 0.5 * small.work) / (small.energy or 1.0),
-    }
-    arrays = {
-        "reaction": small.reaction,
-        "impulse": small.impulse,
-        "right_velocity": small.velocity,
-        "right_spin": snapshot.spin,
-    }
-    found = Answer(
-        small.reaction, small.velocity, chosen.iterations, chosen.least, solver=solver, why=why
+def _of_small(snapshot: Snapshot, contacts: Contacts, small: Small, started: float) -> Percussions:
+    if small.disks:
+        rung = AT_ONCE[small.rung]
+        solver, why = rung.name, rung.why.format(n=small.disks)
+    else:
+        solver, why = "closed_form", ALONE if small.reaction.any() else NOTHING
+    return Percussions(
+        reaction=small.reaction,
+        impulse=small.impulse,
+        right_velocity=small.velocity,
+        right_spin=snapshot.spin,
+        residual=small.residual,
+        velocity_error=small.velocity_error,
+        momentum_error=small.momentum_error,
+        energy_change=small.change,
+        energy_error=abs(small.change + 0.5 * small.work) / (small.energy or 1.0),
+        status=Status.SOLVED,
+        reason="",
+        warnings=_grown(small.change, small.energy),
+        choice=why,
+        canonical=small.least,
+        solver=solver,
+        iterations=small.iterations,
+        seconds=time.perf_counter() - started,
+        snapshot=snapshot,
+        contacts=contacts,
     )
-    judged = _judged(said if small.finite else said | arrays, tolerance)
-    return _percussions(snapshot, contacts, found, said | arrays, judged, small.energy, started)
 
 
 def _read(search: Search) -> tuple[bool, int]:
@@ -234,14 +248,11 @@ def _percussions(
     energy: float,
     started: float,
 ) -> Percussions:
-    warnings: tuple[str, ...] = ()
-    if said["energy_change"] > 1e-9 * energy:
-        warnings = (f"energy grew by {said['energy_change']:.3g} J: {GAIN}",)
     return Percussions(
         **said,
         status=judged[0],
         reason=judged[1],
-        warnings=warnings,
+        warnings=_grown(said["energy_change"], energy),
         choice=found.why,
         canonical=found.least,
         solver=found.solver,
@@ -250,6 +261,11 @@ def _percussions(
         snapshot=snapshot,
         contacts=contacts,
     )
+
+
+def _grown(change: float, before: float) -> tuple[str, ...]:
+    """A warning where the kinetic energy (J) grew by more than rounding."""
+    return (f"energy grew by {change:.3g} J: {GAIN}",) if change > 1e-9 * before else ()
 
 
 def _judged(said: dict[str, Any], tolerance: float) -> tuple[Status, str]:

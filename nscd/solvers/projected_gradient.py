@@ -14,7 +14,9 @@ from nscd.solvers.thresholds import AT
 # More make steps shorter and sweeps more: momentum is stable up to 4/3 of the right step, and after
 # ten iterations the step is at most 1.1 of it (measured on crowds of 594 and 5,000).
 POWER_ITERATIONS = 10
-CHECK = 25
+# Sweeps from a look at the closed contacts to the next; in a crowd of FEW contacts, where a
+# factorisation costs less than that many sweeps.
+CHECK, OFTEN, FEW = 25, 10, 200
 MOST_SWEEPS = 200_000
 # The solver stops a little before the tolerance, so that rounding does not carry it beyond.
 MARGIN = 0.9
@@ -103,14 +105,14 @@ def _descend(
     for c in range(k):
         now[c] = max(pull[c], 0.0) * step
         ahead[c] = now[c]
-    closed = np.zeros(k, np.bool_)
+    closed, check = np.zeros(k, np.bool_), OFTEN if k < FEW else CHECK
     since = 0.0  # sweeps since the last restart
     for sweep in range(most):
         _gather(first, second, x, y, ahead, ux, uy)
         for i in range(n):
             ux[i] *= inverse[i]
             uy[i] *= inverse[i]
-        if sweep % CHECK == CHECK - 1:
+        if sweep % check == check - 1:
             _approach(first, second, x, y, ux, uy, v)
             error, changed, pressed = 0.0, 0, 0
             for c in range(k):

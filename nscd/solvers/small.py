@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nscd.arrays import Floats
+from nscd.arrays import LARGEST, Floats
 from nscd.bodies import Snapshot
 from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
-from nscd.solvers.at_once import TINY, Chosen, answer
+from nscd.solvers.at_once import TINY, answer
 from nscd.solvers.canonical import larger
 from nscd.solvers.system import System, add_reactions, approach
 
@@ -21,21 +21,34 @@ from nscd.solvers.system import System, add_reactions, approach
 class Small(NamedTuple):
     """Hold what the compiled call found.
 
-    answered: whether this is an answer; the ladder is to give it where a contact names no disk, or
-        where the error is beyond the tolerance
     reaction: (k,) N·s, λ
     impulse: (k,2) N·s, λ n
     velocity: (n,2) m/s, u⁺
-    chosen: what gave it, see `Chosen`
+    rung, disks, iterations, least: as of `Chosen`
     velocity_error, residual, momentum_error: as of `Percussions`
-    energy, change, work: J, ½u⁻·Mu⁻, ½u⁺·Mu⁺ − ½u⁻·Mu⁻ and p·D(u⁺+u⁻)
-    finite: whether every number is"""
+    energy, change, work: J, ½u⁻·Mu⁻, ½u⁺·Mu⁺ − ½u⁻·Mu⁻ and p·D(u⁺+u⁻)"""
 
-    answered: bool
     reaction: Any
     impulse: Any
     velocity: Any
-    chosen: Chosen
+    rung: int
+    disks: int
+    iterations: int
+    least: bool
+    velocity_error: float
+    residual: float
+    momentum_error: float
+    energy: float
+    change: float
+    work: float
+
+
+class Certified(NamedTuple):
+    """Hold what an answer says of itself: see `Small`.
+
+    finite: whether every number is"""
+
+    impulse: Any
     velocity_error: float
     residual: float
     momentum_error: float
@@ -52,15 +65,16 @@ def solve_small(
 
     canonical: whether λ is to be the one of least energy where it is not unique
 
-    None where what underflowed was to be divided by."""
+    None where the ladder is to give the answer, or to refuse to: where a contact names no disk, a
+    velocity is no number of at most 10¹⁰⁰, the error is beyond the tolerance, or what underflowed was to be divided by."""
     try:
-        small: Small = _solve(
+        answered, *found = _solve(
             contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.mass, left,
             tolerance, canonical,
         )  # fmt: skip
     except ZeroDivisionError:
         return None
-    return small
+    return Small(*found) if answered else None
 
 
 @kernel
@@ -68,22 +82,26 @@ def _solve(
     first: Any, second: Any, is_wall: Any, normal: Any, mass: Any, left: Any, tolerance: float,
     least: Any,
 ) -> Any:  # fmt: skip
+    """Whether this is an answer, and a `Small`, as a plain tuple, which reaches Python sooner."""
     k, n = len(first), len(mass)
+    sound = True
     for c in range(k):
-        if first[c] >= n or (second[c] >= n and not is_wall[c]):
-            return _unanswered()
+        sound = sound and first[c] < n and (second[c] < n or is_wall[c])
+    for i in range(n):
+        for a in range(2):
+            sound = sound and abs(left[i, a]) <= LARGEST
+    if not sound:
+        none, nothing = np.empty(0), np.empty((0, 2))
+        return False, none, nothing, nothing, 0, 0, 0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     whole = system_at(first, second, is_wall, normal, mass, left, np.zeros(k))
     reaction, velocity, chosen = answer(whole, tolerance, least, np.bool_(True))
-    found = certified(whole, reaction, velocity, chosen)
-    if max(found.residual, found.momentum_error) <= tolerance and found.finite:
-        return found
-    return _unanswered()
-
-
-@inner
-def _unanswered() -> Any:
-    none, nothing = np.empty((0, 2)), Chosen(0, 0, 0, False, 0.0)
-    return Small(False, np.empty(0), none, none, nothing, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+    said = certified(whole, reaction, velocity, chosen.bound)
+    answered = said.finite and max(said.residual, said.momentum_error) <= tolerance
+    return (
+        answered, reaction, said.impulse, velocity, chosen.rung, chosen.disks, chosen.iterations,
+        chosen.least, said.velocity_error, said.residual, said.momentum_error, said.energy,
+        said.change, said.work,
+    )  # fmt: skip
 
 
 @inner(apart=True)
@@ -109,7 +127,7 @@ def system_at(
 
 
 @inner(apart=True)
-def certified(system: Any, reaction: Any, velocity: Any, chosen: Any) -> Any:
+def certified(system: Any, reaction: Any, velocity: Any, bound: float) -> Any:
     """Recompute what an answer says of itself, from its reactions and velocities."""
     n, k = len(velocity), len(reaction)
     v, momentum, size, impulse = np.empty(k), np.zeros((n, 2)), np.zeros(n), np.empty((k, 2))
@@ -143,7 +161,14 @@ def certified(system: Any, reaction: Any, velocity: Any, chosen: Any) -> Any:
     work = 0.0
     for c in range(k):
         work += reaction[c] * v[c]
-    return Small(
-        True, reaction, impulse, velocity, chosen, chosen.bound / math.sqrt(mass),
-        residual / system.scale, error, energy, change, work, finite,
-    )  # fmt: skip
+    finite = finite and math.isfinite(residual + error + energy + change + work + bound)
+    return Certified(
+        impulse,
+        bound / math.sqrt(mass),
+        residual / system.scale,
+        error,
+        energy,
+        change,
+        work,
+        finite,
+    )

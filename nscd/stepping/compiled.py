@@ -140,7 +140,7 @@ def _solved(system: Any, before: Any, tolerance: float) -> Any:
         sweeps, rung = sweeps + by.iterations, by.rung
         reaction = np.zeros(k)
         reaction[chosen] = pushed
-        found = certified(system, reaction, velocity, by)
+        found = certified(system, reaction, velocity, 0.0)
         error = max(found.residual, found.momentum_error) if found.finite else np.inf
         if error <= tolerance:
             break
