@@ -115,13 +115,32 @@ class SolvedDump:
 
     def add(self, frame: SolvedFrame) -> None:
         """Count a frame."""
-        self.frames += 1
-        self.contacts += frame.contacts
-        self.residual = max(self.residual, frame.residual)
-        if not self.when or frame.largest > self.largest:
-            self.largest, self.unit, self.when = frame.largest, frame.unit, frame.when
-        if frame.unsolved:
-            self.unsolved.append(frame.unsolved)
+        self.join(
+            SolvedDump(
+                frames=1,
+                contacts=frame.contacts,
+                largest=frame.largest,
+                unit=frame.unit,
+                when=frame.when,
+                residual=frame.residual,
+                unsolved=[frame.unsolved] if frame.unsolved else [],
+            )
+        )
+
+    def join(self, later: SolvedDump) -> None:
+        """Count later frames."""
+        self.frames += later.frames
+        self.contacts += later.contacts
+        self.residual = max(self.residual, later.residual)
+        if not self.when or later.largest > self.largest:
+            self.largest, self.unit, self.when = later.largest, later.unit, later.when
+        self.unsolved += later.unsolved
+
+
+def frames_in(dump: DumpToSolve) -> int:
+    """Count the frames of the dump."""
+    frames: int = _trajectory(dump.path, dump.time_step).n_frames
+    return frames
 
 
 def solve_dump(
@@ -142,7 +161,7 @@ def solve_dump(
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
     dump = dataclasses.replace(dump, parquet=is_parquet(out))
-    frames = _trajectory(dump.path, dump.time_step).n_frames
+    frames = frames_in(dump)
     whole = SolvedDump(unsolved=[])
     with table_file(out) as add:
         for frame in _frames(dump, frames, executor, workers, expected):

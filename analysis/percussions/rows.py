@@ -34,7 +34,7 @@ def rows_of(cells: Mapping[str, Column], parquet: bool) -> Rows:
         return csv_lines(cells[name] for name in names)
     arrow = load("pyarrow")
     return arrow.RecordBatch.from_pydict(
-        {name: cells[name] for name in names}, schema=_schema(names)
+        {name: cells[name] for name in names}, schema=schema_of(names)
     )
 
 
@@ -73,7 +73,7 @@ def _parquet_file(out: Path) -> Iterator[Callable[[Sequence[str], Rows], None]]:
 
         def add(columns: Sequence[str], rows: Rows) -> None:
             if not writers:
-                schema = _schema(columns)
+                schema = schema_of(columns)
                 writers.append(stack.enter_context(parquet.ParquetWriter(file, schema)))
             waiting.append(rows)
             if sum(map(len, waiting)) >= GROUP:
@@ -84,7 +84,8 @@ def _parquet_file(out: Path) -> Iterator[Callable[[Sequence[str], Rows], None]]:
             write()
 
 
-def _schema(columns: Sequence[str]) -> Any:
+def schema_of(columns: Sequence[str]) -> Any:
+    """Return the Arrow schema of these columns."""
     arrow = load("pyarrow")
     kinds = {**dict.fromkeys(WHOLE, arrow.int64()), **dict.fromkeys(WORDS, arrow.string())}
     return arrow.schema([(name, kinds.get(name, arrow.float64())) for name in columns])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Scheduler, given, path, processes, progress, say_expected, show
+from analysis.cli.app import Scheduler, count, given, path, processes, progress, say_expected, show
 from analysis.cli.problems.options import (
     ContactTolerance,
     Friction,
@@ -26,7 +26,7 @@ from analysis.cli.problems.options import (
 )
 
 if TYPE_CHECKING:
-    from analysis.percussions.dump_to_csv import SolvedDump
+    from analysis.percussions.dump_to_csv import DumpToSolve, SolvedDump
 
 Dump = Annotated[
     Path,
@@ -40,6 +40,14 @@ Table = Annotated[
     Path,
     typer.Option(
         parser=path, help="Table, one row per contact: CSV, or Parquet if it ends in .parquet."
+    ),
+]
+PartFrames = Annotated[
+    int | None,
+    typer.Option(
+        parser=count,
+        help="Write a folder of Parquet files, each of so many frames, and keep those that are "
+        "there: what was interrupted goes on.",
     ),
 ]
 
@@ -59,6 +67,7 @@ def solve(
     openness: Openness = "determined",
     workers: Annotated[int, typer.Option(parser=processes, help="Processes.")] = 1,
     scheduler: Scheduler = None,
+    part_frames: PartFrames = None,
     out: Table = Path("contacts.csv"),
 ) -> None:
     """Compute the percussions at every contact of every frame of a dump, or of an FCLIB problem.
@@ -68,8 +77,7 @@ def solve(
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
     from analysis.exchange.layout import is_hdf5
-    from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
-    from analysis.support.parallel import workers as pool
+    from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside
     from nscd import ContactLaw
 
     if out.is_file() and any(out.samefile(file) for file in (dump, room) if file and file.exists()):
@@ -84,6 +92,7 @@ def solve(
     )
     others = given(room=room, time_step=time_step, restitution=restitution, scheduler=scheduler)
     if is_hdf5(dump):
+        others |= given(part_frames=part_frames)
         _solve_problem(dump, out, tolerance, openness, [*options, *others])
         return
     job = DumpToSolve(
@@ -94,21 +103,34 @@ def solve(
         tolerance=tolerance,
         openness=openness,
     )
+    found = _solve_dump(job, out, part_frames, workers, scheduler)
+    _say(found, dump, out)
+    if found.unsolved:
+        raise typer.Exit(1)
+
+
+def _solve_dump(
+    job: DumpToSolve, out: Path, part_frames: int | None, workers: int, scheduler: str | None
+) -> SolvedDump:
+    """Solve a dump into one table, or into parts."""
+    from analysis.percussions.dump_to_csv import solve_dump
+    from analysis.percussions.in_parts import solve_in_parts
+    from analysis.percussions.rows import is_parquet
+    from analysis.support.parallel import workers as pool
+
+    if part_frames and not is_parquet(out):
+        raise ValueError(f"--part-frames: {out}: parts are Parquet; end --out in .parquet")
     with contextlib.ExitStack() as stack:
         executor = None
         if workers > 1 or scheduler:
             executor = stack.enter_context(pool(workers, scheduler))
-        found = solve_dump(
-            job,
-            out,
-            executor=executor,
-            workers=workers,
-            progress=stack.enter_context(progress()),
-            expected=functools.partial(say_expected, what=f"percussions of {dump}"),
+        bars = stack.enter_context(progress())
+        if part_frames:
+            return solve_in_parts(job, out, part_frames, executor=executor, progress=bars)
+        expected = functools.partial(say_expected, what=f"percussions of {job.path}")
+        return solve_dump(
+            job, out, executor=executor, workers=workers, progress=bars, expected=expected
         )
-    _say(found, dump, out)
-    if found.unsolved:
-        raise typer.Exit(1)
 
 
 def _solve_problem(

@@ -1,0 +1,148 @@
+"""Percussions as a folder of parts: the rows of one table, kept when the work is interrupted."""
+
+import os
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+from analysis.cli.problems.solve import solve
+from analysis.dumps import DumpError
+from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
+from analysis.percussions.in_parts import JOB, solve_in_parts
+from analysis.percussions.setting import Setting
+from analysis.support.frames import write_frame
+from analysis.support.parallel import workers
+
+FRAMES, PART, ROW = 50, 4, 40
+
+
+@pytest.fixture
+def dump(tmp_path):
+    """A row of people that is pushed, ever more of them touching; nobody in the first frames."""
+    path = tmp_path / "row.dump"
+    with path.open("w") as file:
+        for step in range(FRAMES):
+            apart = [0.5 if i < step - PART else 0.6 for i in range(ROW)]
+            x = [sum(apart[:i]) for i in range(ROW)]
+            columns = {"id": range(1, ROW + 1), "x": x, "y": [0.0] * ROW, "radius": [0.25] * ROW}
+            columns |= {"mass": [75.0] * ROW, "vx": [2.0 - 0.1 * i for i in range(ROW)]}
+            columns["vy"] = [0.0] * ROW
+            write_frame(file, "ATOMS", step, list(columns), list(columns.values()))
+    return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="none")
+
+
+def table(path):
+    return pd.read_parquet(path)
+
+
+def test_the_rows_are_those_of_one_table(dump, tmp_path):
+    whole = solve_dump(dump, tmp_path / "one.parquet")
+    parts = solve_in_parts(dump, tmp_path / "parts.parquet", PART)
+    assert (parts.frames, parts.contacts, parts.when) == (FRAMES, whole.contacts, whole.when)
+    assert len(list((tmp_path / "parts.parquet").glob("frames_*.parquet"))) == 13
+    pd.testing.assert_frame_equal(
+        table(tmp_path / "parts.parquet"), table(tmp_path / "one.parquet"), rtol=1e-9, atol=1e-9
+    )
+
+
+def test_what_is_finished_is_kept(dump, tmp_path):
+    folder = tmp_path / "parts.parquet"
+    before = solve_in_parts(dump, folder, PART)
+    first = table(folder)
+    names = sorted(folder.glob("frames_*"))
+    names[3].unlink()
+    names[5].write_bytes(names[5].read_bytes()[:-7])
+    (folder / ".frames_00000012_00000015.parquet.99.part").write_text("of a worker that was lost")
+    times = {name: name.stat().st_mtime_ns for name in names if name.exists()}
+    seen = []
+    again = solve_in_parts(dump, folder, PART, progress=lambda _, share: seen.append(share))
+    assert again == before
+    assert seen == [12 / 13, 1.0]
+    pd.testing.assert_frame_equal(table(folder), first)
+    changed = {name for name in times if name.stat().st_mtime_ns != times[name]}
+    assert changed == {names[5]}
+    assert sorted(folder.iterdir()) == sorted([folder / JOB, *names])
+
+
+def test_other_parts_are_refused(dump, tmp_path):
+    folder = tmp_path / "parts.parquet"
+    solve_in_parts(dump, folder, PART)
+    with pytest.raises(ValueError, match=r"another frames per part \(4 where this is 5\)"):
+        solve_in_parts(dump, folder, 5)
+    os.utime(dump.path, ns=(1, 1))
+    with pytest.raises(ValueError, match=r"--out: .*parts.parquet: its parts are of another dump"):
+        solve_in_parts(dump, folder, PART)
+    with pytest.raises(ValueError, match=r"it is there, and no folder of parts"):
+        solve_in_parts(dump, tmp_path, PART)
+    (folder / JOB).write_text("[")
+    with pytest.raises(ValueError, match=r"_job.json: not what is written there"):
+        solve_in_parts(dump, folder, PART)
+
+
+def test_the_command(dump, tmp_path, capsys):
+    out = tmp_path / "contacts.parquet"
+    solve(dump.path, left_velocity="dump", part_frames=20, out=out)
+    assert len(list(out.glob("frames_*.parquet"))) == 3
+    assert str(out) in capsys.readouterr().out
+    with pytest.raises(ValueError, match=r"--part-frames: contacts.csv: parts are Parquet"):
+        solve(dump.path, left_velocity="dump", part_frames=20)
+
+
+def test_no_contact_anywhere(tmp_path):
+    path = tmp_path / "far.dump"
+    with path.open("w") as file:
+        names = ("id", "x", "y", "radius", "mass", "vx", "vy")
+        write_frame(file, "ATOMS", 0, names, [[1], [0.0], [0.0], [0.25], [75.0], [0.0], [0.0]])
+    job = DumpToSolve(path=path, setting=Setting(left_velocity="dump"))
+    with pytest.raises(DumpError, match=r"far.dump: no contact in any frame"):
+        solve_in_parts(job, tmp_path / "parts.parquet", PART)
+
+
+@pytest.fixture
+def cluster():
+    """A Dask scheduler, and the processes of its two workers."""
+    distributed = pytest.importorskip(
+        "distributed", reason="no Dask (pip install 'crowd-percussions[cluster]')"
+    )
+    with distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=50) as local:
+        address = local.scheduler_address
+        call = [sys.executable, "-m", "distributed.cli.dask_worker", address]
+        call += ["--no-nanny", "--nthreads", "1", "--no-dashboard"]
+        processes = [
+            subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            for _ in range(2)
+        ]
+        try:
+            with distributed.Client(address) as client:
+                client.wait_for_workers(2, timeout=60)
+                yield address, processes
+        finally:
+            for process in processes:
+                process.kill()
+                process.wait()
+
+
+def test_a_worker_is_lost(dump, tmp_path, cluster):
+    """One of two workers is killed when the first part is finished; the other does the rest."""
+    address, (one, other) = cluster
+    lost = []
+
+    def kill(_, share):
+        if not lost:
+            one.kill()
+            one.wait()
+            lost.append(share)
+
+    with workers(scheduler=address) as executor:
+        found = solve_in_parts(
+            dump, tmp_path / "parts.parquet", PART, executor=executor, progress=kill
+        )
+    assert lost == [1 / 13]
+    assert other.poll() is None
+    assert found.frames == FRAMES
+    solve_dump(dump, tmp_path / "one.parquet")
+    pd.testing.assert_frame_equal(
+        table(tmp_path / "parts.parquet"), table(tmp_path / "one.parquet"), rtol=1e-9, atol=1e-9
+    )
