@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from analysis.motion.series import Series
 from nscd.arrays import Floats
@@ -102,7 +104,9 @@ class Ensemble:
         )
 
     def above(self, other: Ensemble, measure: str) -> Difference | None:
-        """Compare the medians with those of another model, by drawing crowds again (bootstrap);
+        """Compare the medians with those of another model, by drawing crowds again (bootstrap, its
+        quantiles farther out the fewer crowds there are).
+
         None where both are zero, where either has fewer than three crowds, and where the crowds of
         each are all equal: nothing says then how far chance reaches."""
         mine, theirs = self.samples(measure), other.samples(measure)
@@ -117,7 +121,7 @@ class Ensemble:
         apart = drawn / others - 1 if relative else drawn - others
         if not np.ptp(apart):
             return None
-        low, high = _ends(apart)
+        low, high = _ends(apart, _tail(min(len(mine), len(theirs))))
         value = median / reference - 1 if relative else median - reference
         return Difference(value=value, low=low, high=high, relative=relative)
 
@@ -128,10 +132,21 @@ def next_to_zero(low: float, high: float) -> bool:
     return not low > NEXT_TO_ZERO * high
 
 
-def _ends(values: Floats) -> tuple[float, float]:
-    """The 90 % interval of values."""
-    low, high = np.quantile(values, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+def _ends(values: Floats, tail: float = 0.5 - LEVEL / 2) -> tuple[float, float]:
+    """The interval of values that leaves out a share at either end; of 90 % where that is left
+    out."""
+    low, high = np.quantile(values, [tail, 1 - tail])
     return float(low), float(high)
+
+
+def _tail(crowds: int) -> float:
+    """The share of drawn medians to leave out at either end for a 90 % interval.
+
+    Few crowds drawn again vary less than crowds do: three would hold the truth 76 times in 100
+    instead of 90, five 83 times. The quantiles are moved out as Student's t is beyond the normal
+    one: Φ(−√(n/(n − 1)) t) (Hesterberg 2015, Am. Stat. 69, 371–386, expanded percentiles)."""
+    reach = np.sqrt(crowds / (crowds - 1)) * student.ppf(0.5 + LEVEL / 2, crowds - 1)
+    return float(norm.cdf(-reach))
 
 
 def _drawn(samples: Sequence[Floats], random: np.random.Generator) -> Floats:

@@ -18,6 +18,7 @@ from analysis.pages.drawing import (
     GREY,
     LINES,
     MARKERS,
+    NARROW_IN,
     ORANGE,
     PALE_BLUE,
     add_scale,
@@ -145,11 +146,11 @@ def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figur
     return figure
 
 
-def distributions(comparisons: Sequence[Comparison]) -> Figure:
+def distributions(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
     """Draw the share of contacts whose normal force exceeds f, over its mean.
 
     The penalty model of each run, and the rigid one."""
-    figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+    figure = Figure(figsize=(NARROW_IN, 3.6) if narrow else (6.5, 4.0), layout="constrained")
     axes = figure.add_subplot()
     for number, comparison in enumerate(comparisons):
         penalty, rigid = comparison.match.normal_parts()
@@ -169,11 +170,11 @@ def distributions(comparisons: Sequence[Comparison]) -> Figure:
     return figure
 
 
-def stiffness_study(comparisons: Sequence[Comparison]) -> Figure:
+def stiffness_study(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
     """Draw the relative difference of rigid and penalty forces against the stiffness.
 
     With a guide of the slope of 1/k."""
-    figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+    figure = Figure(figsize=(NARROW_IN, 3.6) if narrow else (6.5, 4.0), layout="constrained")
     axes = figure.add_subplot()
     engines = sorted({c.record.engine for c in comparisons})
     kinds = (

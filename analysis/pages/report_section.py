@@ -135,10 +135,14 @@ def _pictures(words: Words, study: Study) -> list[Picture]:
         "networks": [charts.force_networks(stiffest, narrow=narrow) for narrow in (False, True)],
         "carried": [charts.carried_maps(stiffest[0], narrow=narrow) for narrow in (False, True)],
         "scatter": [charts.scatter(comparisons, narrow=narrow) for narrow in (False, True)],
-        "distributions": [charts.distributions(stiffest)],
+        "distributions": [
+            charts.distributions(stiffest, narrow=narrow) for narrow in (False, True)
+        ],
     }
     if len(stiffest) < len(comparisons):
-        drawn["stiffness"] = [charts.stiffness_study(comparisons)]
+        drawn["stiffness"] = [
+            charts.stiffness_study(comparisons, narrow=narrow) for narrow in (False, True)
+        ]
     return [
         Picture(
             name=f"{study.scene.name}-{name}",

@@ -43,7 +43,7 @@ def test_two_stiffnesses_allow_no_conclusion():
 def test_other_positions_allow_no_conclusion_however_many_stiffnesses():
     runs = [run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)]
     (said,) = trends(*runs, moved=0.031)
-    assert "up to 3.1 cm elsewhere" in said
+    assert "up to 0.031 m elsewhere" in said
     assert "cannot be concluded" in said
     assert "power" not in said
 
@@ -52,7 +52,7 @@ def test_runs_begun_anew_from_one_configuration_allow_a_conclusion():
     runs = [run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)]
     words = Words("analysis.pages", kind="force")
     (said,) = _trends(words, runs, {"lammps": 0.031}, frozenset({"lammps"}))
-    assert "settled up to 3.1 cm elsewhere" in said
+    assert "settled up to 0.031 m elsewhere" in said
     assert said.count("**approach each other**") == 3
     assert "same positions" not in said
 
