@@ -141,25 +141,26 @@ def _factor_of_four(F: Any, at: int) -> Any:
     """The Cholesky factor of four rows and columns: its inverted diagonal, then what is above it by
     rows; the first is 0 where there is none."""
     no = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    a, b, c = F[at], F[at + 1], F[at + 9]
-    if not a > 0.0:
+    # square roots last, so that nothing waits for them
+    p, a01, a02, a03 = F[at], F[at + 1], F[at + 2], F[at + 3]
+    if not p > 0.0:
         return no
-    after = c - b * (b / a)  # so that neither square root waits for the other
-    if not after > 0.0:
+    r0 = 1.0 / p
+    m1, m2, m3 = a01 * r0, a02 * r0, a03 * r0
+    p, a12, a13 = F[at + 9] - m1 * a01, F[at + 10] - m1 * a02, F[at + 11] - m1 * a03
+    if not p > 0.0:
         return no
-    i0, i1 = 1.0 / np.sqrt(a), 1.0 / np.sqrt(after)
-    e01, e02, e03 = b * i0, F[at + 2] * i0, F[at + 3] * i0
-    e12, e13 = (F[at + 10] - e01 * e02) * i1, (F[at + 11] - e01 * e03) * i1
-    a = F[at + 18] - e02 * e02 - e12 * e12
-    b = F[at + 19] - e02 * e03 - e12 * e13
-    c = F[at + 27] - e03 * e03 - e13 * e13
-    if not a > 0.0:
+    r1 = 1.0 / p
+    q2, q3 = a12 * r1, a13 * r1
+    p, a23 = F[at + 18] - m2 * a02 - q2 * a12, F[at + 19] - m2 * a03 - q2 * a13
+    if not p > 0.0:
         return no
-    after = c - b * (b / a)
-    if not after > 0.0:
+    r2 = 1.0 / p
+    p = F[at + 27] - m3 * a03 - q3 * a13 - a23 * r2 * a23
+    if not p > 0.0:
         return no
-    i2, i3 = 1.0 / np.sqrt(a), 1.0 / np.sqrt(after)
-    return i0, i1, i2, i3, e01, e02, e03, e12, e13, b * i2
+    i0, i1, i2, i3 = np.sqrt(r0), np.sqrt(r1), np.sqrt(r2), np.sqrt(1.0 / p)
+    return i0, i1, i2, i3, a01 * i0, a02 * i0, a03 * i0, a12 * i1, a13 * i1, a23 * i2
 
 
 @inner
