@@ -89,6 +89,18 @@ def spread(_typing: Any, _value: Any) -> Any:
 
 
 @_instruction
+def spread_from(_typing: Any, array: Any, _at: Any) -> Any:
+    """Give eight times array[at], at ≥ 0: what is indexed in brackets may count from the end, and is
+    asked whether it does."""
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, given[0]).data
+        return _spread(builder, builder.load(builder.gep(data, [given[1]])), DOUBLES)
+
+    return VECTOR(array, types.intp), emit
+
+
+@_instruction
 def add(_typing: Any, _a: Any, _b: Any) -> Any:
     """Give a + b."""
 

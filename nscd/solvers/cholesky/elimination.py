@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from nscd.compiling import inner, kernel
-from nscd.compiling.vectors import less, load, spread, store, times
+from nscd.compiling.vectors import less, load, spread, spread_from, store, times
 
 # So many rows are eliminated before those after them are updated: what they leave to eight columns
 # fits into the innermost cache.
@@ -77,14 +77,14 @@ def _subtract_eight(F: Any, to: int, left: int, right: int, first: int, end: int
     y4, y5, y6, y7 = load(F, to + 32), load(F, to + 40), load(F, to + 48), load(F, to + 56)
     for k in range(first, end):
         x, a = load(F, right + 8 * k), left + 8 * k
-        y0 = less(y0, spread(F[a]), x)
-        y1 = less(y1, spread(F[a + 1]), x)
-        y2 = less(y2, spread(F[a + 2]), x)
-        y3 = less(y3, spread(F[a + 3]), x)
-        y4 = less(y4, spread(F[a + 4]), x)
-        y5 = less(y5, spread(F[a + 5]), x)
-        y6 = less(y6, spread(F[a + 6]), x)
-        y7 = less(y7, spread(F[a + 7]), x)
+        y0 = less(y0, spread_from(F, a), x)
+        y1 = less(y1, spread_from(F, a + 1), x)
+        y2 = less(y2, spread_from(F, a + 2), x)
+        y3 = less(y3, spread_from(F, a + 3), x)
+        y4 = less(y4, spread_from(F, a + 4), x)
+        y5 = less(y5, spread_from(F, a + 5), x)
+        y6 = less(y6, spread_from(F, a + 6), x)
+        y7 = less(y7, spread_from(F, a + 7), x)
     store(F, to, y0)
     store(F, to + 8, y1)
     store(F, to + 16, y2)
@@ -126,10 +126,10 @@ def _subtract_four(F: Any, right: int, left: int, first: int, row: int) -> None:
     y0, y1, y2, y3 = load(F, to), load(F, to + 8), load(F, to + 16), load(F, to + 24)
     for k in range(first, row):
         x, a = load(F, right + 8 * k), left + 8 * k
-        y0 = less(y0, spread(F[a]), x)
-        y1 = less(y1, spread(F[a + 1]), x)
-        y2 = less(y2, spread(F[a + 2]), x)
-        y3 = less(y3, spread(F[a + 3]), x)
+        y0 = less(y0, spread_from(F, a), x)
+        y1 = less(y1, spread_from(F, a + 1), x)
+        y2 = less(y2, spread_from(F, a + 2), x)
+        y3 = less(y3, spread_from(F, a + 3), x)
     store(F, to, y0)
     store(F, to + 8, y1)
     store(F, to + 16, y2)
@@ -191,13 +191,13 @@ def _subtract_and_scale(
     y0, y1, y2, y3 = load(F, to), load(F, to + 8), load(F, to + 16), load(F, to + 24)
     for k in range(first, row):
         x, y, a = load(F, one + 8 * k), load(F, two + 8 * k), left + 8 * k
-        f = spread(F[a])
+        f = spread_from(F, a)
         x0, y0 = less(x0, f, x), less(y0, f, y)
-        f = spread(F[a + 1])
+        f = spread_from(F, a + 1)
         x1, y1 = less(x1, f, x), less(y1, f, y)
-        f = spread(F[a + 2])
+        f = spread_from(F, a + 2)
         x2, y2 = less(x2, f, x), less(y2, f, y)
-        f = spread(F[a + 3])
+        f = spread_from(F, a + 3)
         x3, y3 = less(x3, f, x), less(y3, f, y)
     x0, y0 = times(x0, spread(i0)), times(y0, spread(i0))
     x1, y1 = less(x1, spread(e01), x0), less(y1, spread(e01), y0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nscd.compiling import inner
-from nscd.compiling.vectors import add, less, load, more, spread, store, total, within
+from nscd.compiling.vectors import add, less, load, more, spread, spread_from, store, total, within
 from nscd.solvers.cholesky.elimination import chunks, height_of
 
 
@@ -92,10 +92,10 @@ def _left(P: Any, chunk: int, x: Any, rows: int) -> Any:
     z0 = z1 = z2 = z3 = spread(0.0)
     for q in range(0, rows, 4):
         row = chunk + 8 * q
-        z0 = more(z0, spread(x[q]), load(P, row))
-        z1 = more(z1, spread(x[q + 1]), load(P, row + 8))
-        z2 = more(z2, spread(x[q + 2]), load(P, row + 16))
-        z3 = more(z3, spread(x[q + 3]), load(P, row + 24))
+        z0 = more(z0, spread_from(x, q), load(P, row))
+        z1 = more(z1, spread_from(x, q + 1), load(P, row + 8))
+        z2 = more(z2, spread_from(x, q + 2), load(P, row + 16))
+        z3 = more(z3, spread_from(x, q + 3), load(P, row + 24))
     return add(add(z0, z1), add(z2, z3))
 
 
