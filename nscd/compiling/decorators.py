@@ -17,11 +17,25 @@ from nscd.compiling.loading import Loading
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-class _Kernel(CPUDispatcher):
+class _Once(CPUDispatcher):
+    """What is compiled by one process, for all."""
+
+    _cache: Any  # a copy of a kernel, as pickle makes it, has none of its own
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature, or load what is there."""
+        try:
+            return super().compile(sig)
+        finally:
+            if isinstance(self._cache, Loading):
+                self._cache.turns.end(sig)
+
+
+class _Kernel(_Once):
     """What Python and kernels call."""
 
 
-class _Inner(CPUDispatcher):
+class _Inner(_Once):
     """What kernels call: it has no entry for Python."""
 
     def __call__(self, *given: Any, **named: Any) -> Any:

@@ -17,6 +17,8 @@ from numba.core.compiler import compile_result
 from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys
 
+from nscd.compiling.turns import Turns
+
 
 class _Code(JITCodeLibrary):
     """Compiled code, whose LLVM code is read when another kernel takes it in."""
@@ -114,8 +116,16 @@ class Loading(FunctionCache):
             self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
         )
 
+        self.turns = Turns(self._cache_file._index_path)
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Load the kernel for a signature; None where there is none, as `FunctionCache` does."""
+        """Load the kernel for a signature; None where there is none and it is on this process to
+        compile it, until `turns.end`."""
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            found = self._load_overload(sig, target_context)
+            if found is None:
+                self._impl.locator.ensure_cache_path()
+                if self.turns.take(sig):
+                    found = self._load_overload(sig, target_context)
+            return found

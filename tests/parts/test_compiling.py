@@ -90,6 +90,19 @@ def test_another_process_loads_kernels_and_finds_those_called_by_their_address(
     assert second.startswith("a kernel that this one calls has changed: delete")
 
 
+def test_of_processes_that_want_the_same_kernel_one_compiles_it(tmp_path):
+    """Seen without turns: both do."""
+    (tmp_path / "low.py").write_text(LOW.replace("RESULT", "1"))
+    (tmp_path / "top.py").write_text(TOP)
+    code = "import numpy, top; top.total(numpy.ones(3)); print(len(top.total.stats.cache_misses))"
+    words = [sys.executable, "-c", code]
+    both = [
+        subprocess.Popen(words, cwd=tmp_path, text=True, stdout=subprocess.PIPE) for _ in range(2)
+    ]
+    assert sorted(process.communicate()[0] for process in both) == ["0\n", "1\n"]
+    assert not list(tmp_path.rglob("*.lock"))
+
+
 def in_a_process(code, folder):
     said = subprocess.run([sys.executable, "-c", code], cwd=folder, text=True, capture_output=True)
     assert not said.stderr
