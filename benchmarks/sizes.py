@@ -1,0 +1,263 @@
+"""Cost against size: a heap before a 1 m exit, from 100 to a million disks: its contacts, its
+percussions, a second of it in LAMMPS and in the rigid engine; a table, CSV and a picture.
+
+Usage: python benchmarks/sizes.py [--sizes N …] [--what contacts …] [--out FOLDER]
+
+Each point is a process of its own on one core. CPU seconds: of contacts and percussions the least
+of a few, kernels loaded before; of a second of crowd that of a step times the steps in it. Every
+step begins with the heap at rest, of which everybody pushes at 2 m/s to the exit (τ = 0.5 s). Of
+LAMMPS a short run is taken from a long one, so that start and dumps do not count. Residuals are
+max|min(wλ, −Cu)| over ‖u⁻‖∞, recomputed; of the rigid engine the largest of its steps' own."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+import json
+import logging
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cases import accuracy
+from machine import describe
+from matplotlib.figure import Figure
+
+from analysis.engines import lammps
+from analysis.engines.programs.rigid import motion_of
+from analysis.engines.run import simulate
+from analysis.library.families import Case, heap
+from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
+from analysis.scene.scene import Scene, Wall, read_scene
+from nscd import find_contacts, solve
+
+SIZES = (100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
+# Of these sizes, where they are smaller, is what is not counted: they take every path.
+WARM = (99, 900, 20_000)
+# Below, a time is the least of REPEATS.
+SHORT_S, REPEATS = 2.0, 5
+# Disks times steps of LAMMPS' long run; the short one has SHARE of them.
+DISK_STEPS, LEAST_STEPS, MOST_STEPS, SHARE = 4e6, 30, 10_000, 0.2
+RIGID_STEPS, RIGID_STEP_S = 3, 0.005
+
+
+@dataclass(frozen=True)
+class Point:
+    """One method at one size.
+
+    unit_s: CPU s of one solution or one step; second_s: CPU s of a second of crowd, NaN of what has
+    no time; residual: NaN of LAMMPS; peak_GB: of the process"""
+
+    what: str
+    disks: int
+    contacts: int
+    unit_s: float
+    second_s: float
+    residual: float
+    peak_GB: float  # noqa: N815  (gigabyte)
+
+
+def of_contacts(case: Case) -> tuple[float, float, float]:
+    """CPU s of finding the contacts."""
+    return _least(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9)), np.nan, np.nan
+
+
+def of_percussions(case: Case) -> tuple[float, float, float]:
+    """CPU s and residual of the percussions to 1e-10, contacts given."""
+    found: list[Any] = []
+
+    def once() -> None:
+        found[:] = [
+            solve(
+                case.snapshot, case.contacts, left_velocity=case.left_velocity, tolerance=1e-10
+            ).reaction
+        ]
+
+    seconds = _least(once)
+    return seconds, np.nan, accuracy(case, found[0], None).residual
+
+
+def of_lammps(case: Case) -> tuple[float, float, float]:
+    """CPU s of a step, and of a second, of soft contacts of 10⁶ N/m."""
+    scene, n = scene_of(case), len(case.snapshot)
+    step = lammps.timing(scene).time_step
+    steps = int(np.clip(DISK_STEPS / n, LEAST_STEPS, MOST_STEPS))
+    spent, made = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for count in (int(SHARE * steps), steps):
+            run = scene.with_run(duration_s=count * step, frames=1)
+            record = simulate(run, "lammps", Path(folder) / str(count))
+            spent.append(record.cpu_seconds)
+            made.append(record.steps)
+    each = (spent[1] - spent[0]) / (made[1] - made[0])
+    return each, each / step, np.nan
+
+
+def of_rigid(case: Case) -> tuple[float, float, float]:
+    """CPU s of a rigid step of 5 ms, and of a second; the largest residual."""
+    scene = scene_of(case)
+    motion = motion_of(scene, scene.snapshot)
+    spent, residuals = [], []
+    for _ in range(RIGID_STEPS):
+        started = time.process_time()
+        residuals.append(motion.advance().residual)
+        spent.append(time.process_time() - started)
+    each = float(np.median(spent))
+    return each, each / motion.step, max(residuals)
+
+
+METHODS: dict[str, Callable[[Case], tuple[float, float, float]]] = {
+    "contacts": of_contacts,
+    "percussions": of_percussions,
+    "LAMMPS": of_lammps,
+    "rigid engine": of_rigid,
+}
+LOOKS = {
+    "contacts": ("contacts, once", GREEN, "o"),
+    "percussions": ("percussions to 1e-10, once", BLUE, "s"),
+    "LAMMPS": ("LAMMPS (1e6 N/m), a second of crowd", ORANGE, "^"),
+    "rigid engine": ("rigid engine (5 ms), a second of crowd", VERMILION, "D"),
+}
+
+
+def scene_of(case: Case) -> Scene:
+    """The heap at rest, driven as `arch` is."""
+    arch = read_scene("arch")
+    still, radius = np.zeros_like(case.snapshot.velocity), case.snapshot.radius.copy()
+    # the heap begins with two disks that overlap by 5 mm: one is made smaller
+    np.add.at(radius, case.contacts.first, np.minimum(case.contacts.gap, 0.0))
+    snapshot = dataclasses.replace(case.snapshot, velocity=still, radius=radius)
+    walls = tuple(
+        Wall(name=f"wall{number}", start_m=tuple(start), end_m=tuple(end))
+        for number, (start, end) in enumerate(
+            zip(case.walls.start.tolist(), case.walls.end.tolist(), strict=True)
+        )
+    )
+    scene = arch.model_copy(update={"name": "heap", "walls": walls, "snapshot": snapshot})
+    return scene.with_run(rigid_step_s=RIGID_STEP_S, duration_s=1.0, frames=1)
+
+
+def _least(job: Callable[[], Any]) -> float:
+    """CPU s of a job, the least of a few where it is short."""
+    spent: list[float] = []
+    while len(spent) < REPEATS and sum(spent) < SHORT_S:
+        started = time.process_time()
+        job()
+        spent.append(time.process_time() - started)
+    return min(spent)
+
+
+def measure(what: str, disks: int) -> Point:
+    """Measure a method at a size, in this process."""
+    for few in WARM:  # loads the kernels
+        if few < disks and what != "LAMMPS":
+            METHODS[what](heap(few))
+    case = heap(disks)
+    unit, second, residual = METHODS[what](case)
+    who = resource.RUSAGE_CHILDREN if what == "LAMMPS" else resource.RUSAGE_SELF
+    peak = resource.getrusage(who).ru_maxrss / 1024**2
+    return Point(what, disks, len(case.contacts), unit, second, residual, peak)
+
+
+def main() -> None:
+    """Measure, print and write."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
+    parser.add_argument("--what", nargs="+", choices=METHODS, default=list(METHODS))
+    parser.add_argument("--out", type=Path, default=Path("out/sizes"))
+    parser.add_argument("--one", action="store_true", help="the first of each, as a line of JSON")
+    given = parser.parse_args()
+    if given.one:
+        logging.disable(logging.WARNING)  # crowds so large are too soft: here only cost counts
+        print(json.dumps(asdict(measure(given.what[0], given.sizes[0]))))
+        return
+    given.out.mkdir(parents=True, exist_ok=True)
+    points = []
+    for what in given.what:
+        for disks in given.sizes:
+            words = ["--what", what, "--sizes", str(disks), "--one"]
+            said = subprocess.run(
+                [sys.executable, __file__, *words],
+                env=os.environ | {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
+                stdout=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
+            if said.returncode:
+                print(f"{what}, {disks} disks: ended with status {said.returncode}", flush=True)
+                continue
+            points.append(Point(**json.loads(said.stdout.splitlines()[-1])))
+            print(points[-1], flush=True)
+            write(points, given.out)
+    print(table(points))
+
+
+def write(points: list[Point], folder: Path) -> None:
+    """Write sizes.md, sizes.csv and sizes.png."""
+    (folder / "sizes.md").write_text(f"{describe()}\n\n{table(points)}\n", encoding="utf-8")
+    with (folder / "sizes.csv").open("w", encoding="utf-8", newline="") as file:
+        rows = csv.DictWriter(file, list(asdict(points[0])))
+        rows.writeheader()
+        rows.writerows(map(asdict, points))
+    picture(points).savefig(folder / "sizes.png")
+
+
+def table(points: list[Point]) -> str:
+    """One row a size, one column a method; below, how each grows."""
+    whats = [what for what in METHODS if any(p.what == what for p in points)]
+    head = ["disks", "contacts", *(LOOKS[what][0] for what in whats)]
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for disks in sorted({p.disks for p in points}):
+        here = {p.what: p for p in points if p.disks == disks}
+        contacts = next(iter(here.values())).contacts
+        cells = [_cell(here[what]) if what in here else "–" for what in whats]
+        lines.append(f"| {disks:,} | {contacts:,} | {' | '.join(cells)} |")
+    growth = [f"N^{_growth([p for p in points if p.what == what]):.2f}" for what in whats]
+    lines.append(f"| from 10,000 on | | {' | '.join(growth)} |")
+    return "\n".join(lines)
+
+
+def _cell(point: Point) -> str:
+    """Seconds, residual and memory."""
+    seconds = point.unit_s if np.isnan(point.second_s) else point.second_s
+    residual = "" if np.isnan(point.residual) else f", {point.residual:.0e}"
+    return f"{seconds:.2g} s{residual}, {point.peak_GB:.2g} GB"
+
+
+def _growth(points: list[Point]) -> float:
+    """The power of N that the unit's cost follows, by least squares."""
+    large = [p for p in points if p.disks >= 10_000 and p.unit_s > 0]
+    if len(large) < 2:
+        return float("nan")
+    return float(
+        np.polyfit(np.log([p.disks for p in large]), np.log([p.unit_s for p in large]), 1)[0]
+    )
+
+
+def picture(points: list[Point]) -> Figure:
+    """CPU seconds against disks."""
+    figure = Figure(figsize=(8, 5.2), layout="constrained", dpi=150)
+    axes = figure.subplots()
+    for what, (label, colour, marker) in LOOKS.items():
+        curve = [p for p in points if p.what == what]
+        y = [p.unit_s if np.isnan(p.second_s) else p.second_s for p in curve]
+        axes.loglog([p.disks for p in curve], y, color=colour, marker=marker, ms=5, label=label)
+    axes.set(xlabel="disks in the heap", ylabel="CPU seconds, one core")
+    axes.grid(True, which="major", color=GRID, lw=0.6)
+    axes.legend(frameon=False)
+    return figure
+
+
+if __name__ == "__main__":
+    main()
