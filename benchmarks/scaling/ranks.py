@@ -1,15 +1,18 @@
 """LAMMPS on several ranks of MPI: wall and CPU seconds of the same pressed crowd, alternating; the
 least of each, and their ratios to the first number of ranks.
 
-Usage: python benchmarks/ranks.py [--disks N …] [--ranks N …] [--steps N] [--repeats N]
+Usage: python benchmarks/scaling/ranks.py [--disks N …] [--ranks N …] [--steps N] [--repeats N]
 """
 
 from __future__ import annotations
 
 import argparse
 import logging
+import sys
 import tempfile
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from machine import describe
 

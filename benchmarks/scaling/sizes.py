@@ -1,7 +1,7 @@
 """Cost against size: a heap before a 1 m exit, from 100 to a million disks: its contacts, its
 percussions, a second of it in LAMMPS and in the rigid engine; a table, CSV and a picture.
 
-Usage: python benchmarks/sizes.py [--sizes N …] [--what contacts …] [--out FOLDER]
+Usage: python benchmarks/scaling/sizes.py [--sizes N …] [--what contacts …] [--out FOLDER]
 
 Each point is a process of its own on one core. CPU seconds: of contacts and percussions the least
 of a few, kernels loaded before; of a second of crowd that of a step times the steps in it. Every
@@ -27,6 +27,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 import numpy as np
 from cases import accuracy
 from machine import describe
@@ -46,7 +48,7 @@ WARM = (99, 900, 20_000)
 # Below, a time is the least of REPEATS.
 SHORT_S, REPEATS = 2.0, 5
 # Disks times steps of LAMMPS' long run; the short one has SHARE of them.
-DISK_STEPS, LEAST_STEPS, MOST_STEPS, SHARE = 4e6, 30, 10_000, 0.2
+DISK_STEPS, LEAST_STEPS, MOST_STEPS, SHARE = 4e6, 120, 10_000, 0.2
 RIGID_STEPS, RIGID_STEP_S = 3, 0.005
 
 
