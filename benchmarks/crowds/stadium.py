@@ -1,0 +1,205 @@
+"""What it would cost to compute a stadium: core hours, memory and files of each model, from short
+runs of its sectors.
+
+    nice -n 15 python benchmarks/crowds/stadium.py FOLDER [--people 50000] [--doors 40] [--hours 1]
+        [--seeds 10] [--stiffness 1e6 1e7 1e8] [--frame-seconds 1]
+
+A sector is the people of one door, pressed as in the scene `arch`; people of different sectors do
+not touch, so that each is a run of its own. Every model runs a sector for 1 s and for 3 s: the
+difference is what its steps cost without its start. Memory of all people in one run is of a few
+steps. Prints the tables of docs/results/details/stadium.md; runs that are in the folder are not run
+again."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from analysis.dumps import index_dump
+from analysis.engines import engine
+from analysis.engines.run import simulate
+from analysis.engines.softness import judged, softness
+from analysis.pages.numbers import number
+from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside
+from analysis.percussions.rows import table_file
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import make
+from analysis.support.machine import machine
+
+# Simulated seconds of the two runs of a sector, and of the one of all people.
+SHORT_S, LONG_S, BRIEF_S = 1.0, 3.0, 0.05
+GB, HOUR = 1e9, 3600.0
+# Of the frames of bodies and of contacts.
+KINDS = ("ATOMS", "ENTRIES")
+
+
+def scene_of(people: int, stiffness: float | None, seconds: float) -> tuple[Scene, str]:
+    """Make the crowd, to run for so long in one frame, and name the engine: rigid without
+    stiffness."""
+    scene, name = make("arch", people), "lammps" if stiffness else "rigid"
+    if stiffness:
+        scene = scene.with_contact(stiffness_N_per_m=stiffness)
+    return scene.with_run(duration_s=seconds, frames=1), name
+
+
+def run_one(people: int, stiffness: float | None, seconds: float, folder: Path) -> dict[str, float]:
+    """Run one model in this process; what it took."""
+    scene, name = scene_of(people, stiffness, seconds)
+    record = simulate(scene, name, folder)
+    paths = [folder / f"{kind}.dump" for kind in ("bodies", "contacts")]
+    last = sum(
+        index_dump(path, kind).frames[-1].length for path, kind in zip(paths, KINDS, strict=True)
+    )
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return {"cpu": record.cpu_seconds, "memory": 1024.0 * peak, "frame": last}
+
+
+def solve_one(_: int, stiffness: float | None, seconds: float, folder: Path) -> dict[str, float]:
+    """Solve the last frame of a run; what it took."""
+    setting = setting_beside(folder / "bodies.dump", left_velocity="desired")
+    job = DumpToSolve(path=folder / "bodies.dump", setting=setting, openness="none", parquet=True)
+    for _ in range(2):  # the second time kernels are loaded
+        began = time.process_time()
+        (found,) = job.solve(range(1, 2))
+        used = time.process_time() - began
+    assert not found.unsolved, found.unsolved
+    with table_file(folder / "contacts.parquet") as add:
+        add(found.columns, found.rows)
+    return {
+        "cpu": used,
+        "contacts": found.contacts,
+        "memory": 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+        "frame": (folder / "contacts.parquet").stat().st_size,
+    }
+
+
+def apart(
+    what: str, people: int, stiffness: float | None, seconds: float, place: Path
+) -> dict[str, float]:
+    """Do one of the above in a process of its own, unless it was done before."""
+    kept = place / f"measured_{what}.json"
+    if not kept.exists():
+        call = [sys.executable, __file__, str(place), "--part", what, str(people)]
+        call += [str(stiffness or 0), str(seconds)]
+        done = subprocess.run(call, check=True, capture_output=True, text=True)
+        kept.write_text(done.stdout.splitlines()[-1])
+    found: dict[str, float] = json.loads(kept.read_text())
+    return found
+
+
+def place_of(
+    given: argparse.Namespace, people: int, stiffness: float | None, seconds: float
+) -> Path:
+    """Name the folder of a run."""
+    folder: Path = given.folder / f"{people}_{stiffness or 0:g}_{seconds:g}"
+    return folder
+
+
+def sectors(given: argparse.Namespace) -> list[list[str]]:
+    """A row for each model: all sectors for the whole time."""
+    rows, people = [], given.people // given.doors
+    # the first run in a new environment compiles
+    apart("run", people, None, SHORT_S, given.folder / "first")
+    for stiffness in (None, *given.stiffness):
+        short, longer = (
+            apart("run", people, stiffness, t, place_of(given, people, stiffness, t))
+            for t in (SHORT_S, LONG_S)
+        )
+        second = (longer["cpu"] - short["cpu"]) / (LONG_S - SHORT_S)
+        hours = given.doors * given.hours * second
+        scene, name = scene_of(people, stiffness, LONG_S)
+        frames = given.doors * given.hours * HOUR / given.frame_seconds
+        s = softness(scene)
+        rows.append(
+            [
+                f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
+                f"{1e3 * engine(name).timing(scene).time_step:.2g} ms",
+                f"{number(second, 2)} s",
+                number(hours, 2),
+                number(given.seeds * hours, 2),
+                f"{longer['memory'] / GB:.2f} GB",
+                f"{number(frames * longer['frame'] / GB, 2)} GB",
+                f"{s:.2g}, {judged(s).split(':')[0]}" if stiffness else "–",
+            ]
+        )
+    return rows
+
+
+def percussions(given: argparse.Namespace) -> list[list[str]]:
+    """A row for the percussions of a frame of a sector of each model."""
+    rows, people = [], given.people // given.doors
+    for stiffness in (None, *given.stiffness):
+        place = place_of(given, people, stiffness, LONG_S)
+        found = apart("solve", people, stiffness, LONG_S, place)
+        frames = given.doors * given.hours * HOUR / given.frame_seconds
+        rows.append(
+            [
+                f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
+                f"{found['contacts']:.0f}",
+                f"{number(1e3 * found['cpu'], 2)} ms",
+                number(frames * found["cpu"] / HOUR, 2),
+                f"{found['memory'] / GB:.2f} GB",
+                f"{number(frames * found['frame'] / GB, 2)} GB",
+            ]
+        )
+    return rows
+
+
+def together(given: argparse.Namespace) -> list[list[str]]:
+    """A row for each model: all people in one run, for a moment."""
+    rows = []
+    for stiffness in (None, *given.stiffness):
+        place = place_of(given, given.people, stiffness, BRIEF_S)
+        found = apart("run", given.people, stiffness, BRIEF_S, place)
+        s = softness(scene_of(given.people, stiffness, BRIEF_S)[0])
+        rows.append(
+            [
+                f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
+                f"{found['memory'] / GB:.2f} GB",
+                f"{s:.2g}, {judged(s).split(':')[0]}" if stiffness else "–",
+            ]
+        )
+    return rows
+
+
+def show(head: list[str], rows: list[list[str]]) -> None:
+    """Print a table in Markdown."""
+    print(
+        "\n"
+        + "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
+    )
+
+
+def main() -> None:
+    """Measure, or do one part in a process of its own."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--people", type=int, default=50_000)
+    parser.add_argument("--doors", type=int, default=40)
+    parser.add_argument("--hours", type=float, default=1.0)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--stiffness", type=float, nargs="+", default=[1e6, 1e7, 1e8])
+    parser.add_argument("--frame-seconds", type=float, default=1.0)
+    parser.add_argument("--part", nargs=4, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.part:
+        what, people, stiffness, seconds = given.part
+        one = solve_one if what == "solve" else run_one
+        print(json.dumps(one(int(people), float(stiffness) or None, float(seconds), given.folder)))
+        return
+    print(machine())
+    costs = ["core hours", f"of {given.seeds} crowds"]
+    head = ["model", "step", "CPU time of 1 s of a sector", *costs, "memory", "dumps", "s"]
+    show(head, sectors(given))
+    solved = ["frames of", "contacts", "a frame of a sector", "core hours", "memory", "Parquet"]
+    show(solved, percussions(given))
+    show(["all in one run", "memory", "s"], together(given))
+
+
+if __name__ == "__main__":
+    main()
