@@ -45,18 +45,18 @@ def correct_guess(task: Task) -> Answer:
 def descend_and_close(task: Task) -> Answer:
     """Find the closed contacts of even masses by descent and close them, where that is worth it.
 
-    Unsettled where the descent does not tell them: too many still change, the packing is marginal,
-    or the set would not settle."""
+    Unsettled where the packing is marginal, so that the descent does not tell them, or where the
+    set would not settle."""
     system = task.system
     n = len(system.mass)
     most = AT.sweeps if n >= AT.large else AT.few_sweeps
-    reaction, velocity, sweeps, settled = descend(
+    reaction, velocity, sweeps, _ = descend(
         system, task.tolerance, most, _steady(system), AT.isostatic
     )
     closed = pressing(system, reaction, velocity)
     share = int(closed.sum()) / (2 * n)
     marginal = AT.isostatic < share < AT.redundant
-    if (settled or n >= AT.large or share >= AT.redundant) and not marginal:
+    if not marginal:
         found, error = close_set(task, closed, sweeps)
         if error <= task.tolerance and found.least:
             return found._replace(settled=True)

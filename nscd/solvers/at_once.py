@@ -130,14 +130,14 @@ def _descended(system: Any, tolerance: float) -> Any:
     them. See `descend_and_close`."""
     k = len(system.first)
     steady = STEADY + int(STEADY_SHARE * k)
-    pushed, u, sweeps, settled = descend(system, tolerance, np.int64(SWEEPS), steady, ISOSTATIC)
+    pushed, u, sweeps, _ = descend(system, tolerance, np.int64(SWEEPS), steady, ISOSTATIC)
     closed, v, count = np.empty(k, np.bool_), np.empty(k), 0
     approach(system, u, v)
     for c in range(k):
         closed[c] = system.inverse_mass[c] * pushed[c] > system.offset[c] - v[c]
         count += closed[c]
     share = count / (2 * len(u))
-    if not (settled or share >= REDUNDANT) or ISOSTATIC < share < REDUNDANT:
+    if ISOSTATIC < share < REDUNDANT:
         closed[:] = False
     return pushed, u, sweeps, closed
 
