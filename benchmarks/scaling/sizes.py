@@ -44,7 +44,7 @@ from nscd import find_contacts, solve
 
 SIZES = (100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 # Of these sizes, where they are smaller, is what is not counted: they take every path.
-WARM = (99, 900, 20_000)
+WARM = (99, 900, 2500, 20_000)
 # Below, a time is the least of REPEATS.
 SHORT_S, REPEATS = 2.0, 5
 # Disks times steps of LAMMPS' long run; the short one has SHARE of them.
@@ -234,7 +234,7 @@ def _cell(point: Point) -> str:
     """Seconds, residual and memory."""
     seconds = point.unit_s if np.isnan(point.second_s) else point.second_s
     residual = "" if np.isnan(point.residual) else f", {point.residual:.0e}"
-    return f"{seconds:.2g} s{residual}, {point.peak_GB:.2g} GB"
+    return f"{float(f'{seconds:.2g}'):,g} s{residual}, {point.peak_GB:.2g} GB"
 
 
 def _growth(points: list[Point]) -> float:
