@@ -77,7 +77,10 @@ def solve_one_sided(task: Task, solve: Callable[[Task], Answer]) -> Answer:
     velocity = found.velocity
     for _ in range(ROUNDS):
         acting = law.acting(velocity)
-        if np.array_equal(acting.normal_weight, linear.normal_weight):
+        changed = acting.normal_weight != linear.normal_weight
+        closing, known = _closing(law, found)
+        # those nearer to 0 than the velocities are known would change sides for ever
+        if not (changed & ((np.abs(closing) > known) | (velocity is not found.velocity))).any():
             break
         linear = with_free_velocity(acting)
         found = solve(replace(task, problem=linear))
@@ -112,11 +115,16 @@ def _astray(law: ContactProblem, linear: ContactProblem, found: Answer) -> float
 
     |u₁ − u₂|_M ≤ |Cᵀr|_M⁻¹ by strong monotonicity, r: what the fixed k_n say wrongly of p_n at
     most."""
-    closing = law.approach(found.velocity + law.left)
-    speed = max(law.scale, float(np.abs(found.velocity).max(initial=0.0)))
-    known = np.sqrt(law.inverse_mass) * found.distance + ROUNDING * speed
+    closing, known = _closing(law, found)
     acts = linear.normal_weight > 0
     wrong = np.maximum(np.where(acts, -closing, closing) + known, 0.0)
     percussion = law.normal_weight * wrong
     carried = sum_at_disks(law.first, law.second, percussion, percussion, len(law.mass))
     return float(np.sqrt((carried**2 / law.mass[:, 0]).sum()))
+
+
+def _closing(law: ContactProblem, found: Answer) -> tuple[Floats, Floats]:
+    """C(u⁺ + u⁻) (k,) m/s, and how exactly it is known."""
+    closing = law.approach(found.velocity + law.left)
+    speed = max(law.scale, float(np.abs(found.velocity).max(initial=0.0)))
+    return closing, np.sqrt(law.inverse_mass) * found.distance + ROUNDING * speed

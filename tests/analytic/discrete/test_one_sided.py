@@ -6,8 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from analysis.library.families import masses
 from analysis.work_precision.rigid_reference import rigid_reference
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from nscd.solvers import dissipation
 from tests.analytic.exact import exact_velocity
 
 FLOOR = Walls(start=[[-5.0, -0.25]], end=[[9.0, -0.25]])
@@ -137,3 +139,21 @@ def test_no_contact_pulls_and_the_law_holds(seed, n, restitution, across, fricti
     np.testing.assert_allclose(along, found.reaction + k * np.maximum(before + after, 0), atol=size)
     opening = (before < 0) & (found.reaction <= 0)
     assert not found.impulse[opening].any()
+
+
+@pytest.mark.parametrize("seed", [2, 7, 24, 47])
+def test_a_sign_that_nobody_can_know_does_not_change_for_ever(seed, monkeypatch):
+    """Masses of 75 g to 75 t: some C(u⁺ + u⁻) is 0 to rounding, and k_n would act and not act."""
+    case, rounds = masses(60, seed), []
+    before = dissipation._descended
+    monkeypatch.setattr(dissipation, "_descended", lambda *a: rounds.append(1) or before(*a))
+    found = solve(
+        case.snapshot,
+        case.contacts,
+        left_velocity=case.left_velocity,
+        law=ContactLaw(restitution=0.3),
+        tolerance=1e-10,
+    )
+    assert len(rounds) <= 10
+    assert found.status == "solved"
+    assert found.residual < 1e-10
