@@ -141,19 +141,22 @@ def test_no_contact_pulls_and_the_law_holds(seed, n, restitution, across, fricti
     assert not found.impulse[opening].any()
 
 
-@pytest.mark.parametrize("seed", [2, 7, 24, 47])
-def test_a_sign_that_nobody_can_know_does_not_change_for_ever(seed, monkeypatch):
-    """Masses of 75 g to 75 t: some C(u⁺ + u⁻) is 0 to rounding, and k_n would act and not act."""
-    case, rounds = masses(60, seed), []
+def test_signs_that_nobody_can_know_do_not_change_for_ever(monkeypatch):
+    """Masses of 75 g to 75 t: some C(u⁺ + u⁻) is 0 to rounding, and k_n would act and not act. Of
+    these 40 crowds a dozen took all 60 rounds; which ones is chance."""
+    rounds = []
     before = dissipation._descended
     monkeypatch.setattr(dissipation, "_descended", lambda *a: rounds.append(1) or before(*a))
-    found = solve(
-        case.snapshot,
-        case.contacts,
-        left_velocity=case.left_velocity,
-        law=ContactLaw(restitution=0.3),
-        tolerance=1e-10,
-    )
-    assert len(rounds) <= 10
-    assert found.status == "solved"
-    assert found.residual < 1e-10
+    for seed in range(1, 41):
+        case = masses(60, seed)
+        rounds.clear()
+        found = solve(
+            case.snapshot,
+            case.contacts,
+            left_velocity=case.left_velocity,
+            law=ContactLaw(restitution=0.7),
+            tolerance=1e-10,
+        )
+        assert len(rounds) <= 10, seed
+        assert found.status == "solved", seed
+        assert found.residual < 1e-10, seed
