@@ -17,6 +17,7 @@ from numba.core.compiler import compile_result
 from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys
 
+from nscd.compiling.sources import digest_of
 from nscd.compiling.turns import Turns
 
 
@@ -112,10 +113,8 @@ class Loading(FunctionCache):
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        self._cache_file = _Files(
-            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
-        )
-
+        stamp = digest_of(function.__code__.co_filename)
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
         self.turns = Turns(self._cache_file._index_path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

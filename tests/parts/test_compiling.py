@@ -1,10 +1,14 @@
 """Kernels called by their address, kernels without an entry for Python, kernels from the disk."""
 
 import importlib
+import pickle
 import subprocess
 import sys
 
 import pytest
+from numba.core.types import float64
+
+from nscd.compiling.by_address import _address
 
 LOW = """
 import numpy as np
@@ -53,15 +57,6 @@ print(top.total(np.ones(3)), sum(top.total.stats.cache_hits.values()))
 print("scipy.linalg" in sys.modules, "cffi" in sys.modules)
 print(top.fourfold(np.ones(3)), sum(top.fourfold.stats.cache_misses.values()))
 """
-ANOTHER_PROCESS = """
-import numpy as np
-import top
-print(top.twice(np.ones(2), 3.0), sum(top.twice.stats.cache_hits.values()))
-try:
-    top.count(np.ones(2))
-except RuntimeError as error:
-    print(error)
-"""
 
 
 def test_another_process_loads_kernels_and_finds_those_called_by_their_address(
@@ -83,11 +78,26 @@ def test_another_process_loads_kernels_and_finds_those_called_by_their_address(
     # numba imports both when it readies itself to compile, here for `fourfold`
     assert top.total(numpy.ones(3)) == 3.0
     assert in_a_process(LOADED, tmp_path) == ["3.0 1", "False False", "15.0 1"]
-    # of another kind than what the caller was compiled for
-    (tmp_path / "low.py").write_text(LOW.replace("RESULT", "0.5 * len(x)"))
-    first, second = in_a_process(ANOTHER_PROCESS, tmp_path)
-    assert first == "[9. 9.] 1"
-    assert second.startswith("a kernel that this one calls has changed: delete")
+    # of another kind than what a caller was compiled for
+    arguments, found = next(iter(low.counted.overloads.items()))
+    asked = [
+        pickle.dumps(("low", "counted", arguments, kind))
+        for kind in (found.signature.return_type, float64)
+    ]
+    assert [bool(_address(text, len(text))) for text in asked] == [True, False]
+
+
+def test_a_change_in_what_a_kernel_calls_compiles_it_anew(tmp_path):
+    """The code of `summed` is within `total`, in a file of its own that has not changed."""
+    (tmp_path / "low.py").write_text(LOW.replace("RESULT", "1"))
+    (tmp_path / "top.py").write_text(TOP)
+    code = (
+        "import numpy, top; print(top.total(numpy.ones(3)), *top.total.stats.cache_hits.values())"
+    )
+    assert in_a_process(code, tmp_path) == ["3.0"]
+    assert in_a_process(code, tmp_path) == ["3.0 1"]
+    (tmp_path / "low.py").write_text(LOW.replace("RESULT", "1").replace("x.sum()", "2 * x.sum()"))
+    assert in_a_process(code, tmp_path) == ["6.0"]
 
 
 def test_of_processes_that_want_the_same_kernel_one_compiles_it(tmp_path):
