@@ -17,7 +17,7 @@ from numba.core.imputils import impl_ret_new_ref
 # What compiled code calls by this name to get an address.
 SYMBOL = "nscd_address"
 WORD, BYTES = ir.IntType(64), ir.IntType(8).as_pointer()
-STALE = "a kernel that this one calls has changed: delete nscd/**/__pycache__/*.nb*"
+STALE = "a kernel that this one calls has changed since this program began: begin it again"
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
