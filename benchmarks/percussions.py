@@ -18,6 +18,7 @@ from pathlib import Path
 from cases import Case, read_case, write_case
 from contest.compete import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
 from contest.peers import PEERS
+from contest.summary import summary
 from contest.tables import Row, comma_separated, exponents, markdown, rows_of
 from contest.work_precision import TOLERANCES, picture
 from machine import bandwidth, describe
@@ -199,7 +200,7 @@ def sweeps(case: Case, outcomes: dict[str, Outcome], bytes_per_second: float) ->
 
 
 def save(out: Path, words: Sequence[str], rows: Sequence[Row], lines: Sequence[str]) -> str:
-    """Write percussions.md and percussions.csv; return the text."""
+    """Write percussions.md, its short form summary.md, and percussions.csv; return the text."""
     notes = [
         "* with the solver's own u, its momentum error counted; else u = u⁻ − M⁻¹Cᵀλ.",
         "† against the best peer at 1e-8, since none reached 1e-10. × best peer: its CPU seconds "
@@ -219,6 +220,7 @@ def save(out: Path, words: Sequence[str], rows: Sequence[Row], lines: Sequence[s
         ]
     )
     write_text(out / "percussions.md", text)
+    write_text(out / "summary.md", summary(rows, PEER_NAMES))
     write_text(out / "percussions.csv", comma_separated(rows))
     return text
 
