@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import functools
 import math
 import os
@@ -157,5 +158,11 @@ class _Open:
         file.seek(offset)
         return file.read(length)
 
+    def close(self) -> None:
+        """Close all."""
+        while self.files:
+            self.files.popitem()[1].close()
+
 
 _opened = _Open()
+atexit.register(_opened.close)
