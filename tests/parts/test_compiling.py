@@ -9,6 +9,7 @@ import pytest
 from numba.core.types import float64
 
 from nscd.compiling.by_address import _address
+from nscd.compiling.sources import digest_of
 
 LOW = """
 import numpy as np
@@ -98,6 +99,30 @@ def test_a_change_in_what_a_kernel_calls_compiles_it_anew(tmp_path):
     assert in_a_process(code, tmp_path) == ["3.0 1"]
     (tmp_path / "low.py").write_text(LOW.replace("RESULT", "1").replace("x.sum()", "2 * x.sum()"))
     assert in_a_process(code, tmp_path) == ["6.0"]
+
+
+def test_a_kernel_is_of_what_its_file_imports_directly_or_not_but_of_no_other_package(tmp_path):
+    def digest(name, **changed):
+        texts = {
+            "ours/__init__": "",
+            "ours/kernels": "from ours.middle import X\nfrom foreign.deep import Y",
+            "ours/middle": "def late():\n    from ours.sub import value",
+            "ours/sub/__init__": "",
+            "ours/sub/value": "A = 1",
+            "ours/beside": "",
+            "foreign/__init__": "",
+            "foreign/deep": "",
+        }
+        for path, text in (texts | {key.replace("__", "/"): "B = 2" for key in changed}).items():
+            file = tmp_path / name / f"{path}.py"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        return digest_of(str(tmp_path / name / "ours/kernels.py"))
+
+    first = digest("first")
+    assert digest("same") == first
+    assert digest("elsewhere", foreign__deep=1, ours__beside=1) == first
+    assert len({first, digest("far", ours__sub__value=1), digest("near", ours__middle=1)}) == 3
 
 
 def test_of_processes_that_want_the_same_kernel_one_compiles_it(tmp_path):
