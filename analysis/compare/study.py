@@ -1,7 +1,7 @@
 """A study: one scene run by several engines at several stiffnesses, each run compared with its
 percussions."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,16 +82,9 @@ def study(
             begin[name] = anew
     if not comparisons and not failures:
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
-    for comparison in comparisons:
-        if comparison.answer.status != "solved":
-            warnings.append(
-                f"percussions of {comparison.record.engine}'s snapshot: "
-                f"{comparison.answer.status}: {comparison.answer.reason}"
-            )
-        engine = comparison.record.engine
-        for words in (*remarks(comparison), *comparison.answer.warnings):
-            if (sentence := f"{engine}: {words}") not in warnings:
-                warnings.append(sentence)
+    for sentence in _said_of(comparisons):
+        if sentence not in warnings:
+            warnings.append(sentence)
     return Study(
         scene=scene,
         comparisons=comparisons,
@@ -99,6 +92,16 @@ def study(
         warnings=warnings,
         anew=frozenset(begin) - {c.record.engine for c in comparisons if not at_rest(c)},
     )
+
+
+def _said_of(comparisons: Sequence[Comparison]) -> Iterator[str]:
+    """What a reader should know of each run and its percussions."""
+    for comparison in comparisons:
+        engine, answer = comparison.record.engine, comparison.answer
+        if answer.status != "solved":
+            yield f"percussions of {engine}'s snapshot: {answer.status}: {answer.reason}"
+        for words in (*remarks(comparison), *answer.warnings):
+            yield f"{engine}: {words}"
 
 
 def soft_models(

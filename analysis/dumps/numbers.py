@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from analysis.support.reading import NUMBER
 from nscd.arrays import Floats, Indices
+from nscd.compiling import kernel
 
 # 10ⁿ of these n are looked up; beyond them there are no float64.
 LEAST, MOST = -348, 308
@@ -72,7 +72,7 @@ def numbers_in(text: bytes, parts: Indices, width: int) -> Floats | None:
     return values.reshape(-1, width)
 
 
-@njit(cache=True)
+@kernel
 def _read(text: Any, parts: Any, width: int, values: Any, bits: Any, left: Any) -> int:
     """Read all words. Those that are not decided are listed: cell, start, stop. Returns how many
     these are; −1 where the rows of a part, or the words of a row, are too few or too many."""
@@ -106,7 +106,7 @@ def _read(text: Any, parts: Any, width: int, values: Any, bits: Any, left: Any) 
     return undecided
 
 
-@njit(cache=True)
+@kernel
 def decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) -> bool:
     """Put the number that a word is into its cell; False where this is left to Python."""
     minus = text[start] == MINUS
@@ -146,7 +146,7 @@ def decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) 
     return _nearest(whole, exponent, minus, cell, values, bits)
 
 
-@njit(cache=True)
+@kernel
 def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bits: Any) -> bool:
     """Put ± whole · 10^exponent into a cell, to the nearest; False where that is not decided."""
     # zeros behind, as LAMMPS writes them in the box of a frame
@@ -191,7 +191,7 @@ def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bit
     return True
 
 
-@njit(cache=True)
+@kernel
 def _product(a: Any, b: Any) -> Any:
     """The high and low 64 bits of a product of two of 64."""
     a1, a0, b1, b0 = a >> HALF, a & LOWER, b >> HALF, b & LOWER

@@ -6,12 +6,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from analysis.dumps.frame import LARGEST_LENGTH, LARGEST_STEP
 from analysis.dumps.heads import BOX, COUNT, MARK, STEP
 from analysis.dumps.numbers import LINE, RETURN, SPACE, TAB, TEN, ZERO, decide
 from analysis.support.reading import LARGEST_WHOLE, LONGEST_LINE
+from nscd.compiling import kernel
 
 # So many frames are found at once.
 MOST = 4096
@@ -54,7 +54,7 @@ class Found(NamedTuple):
         )
 
 
-@njit(cache=True)
+@kernel
 def scan(text: Any, before: int, form: Any, width: int, found: Any) -> int:
     """Find frames from where the scan is; say how it ended.
 
@@ -80,7 +80,7 @@ def scan(text: Any, before: int, form: Any, width: int, found: Any) -> int:
         whole[now[FRAMES] - 1, OFFSET_IS] = before + now[AT]
 
 
-@njit(cache=True)
+@kernel
 def _past(text: Any, width: int, now: Any) -> int:
     """Go past rows: as many as can be counted at once, the others one by one."""
     first, at, rows, quiet = now[AT], now[AT], now[ROWS], 0
@@ -116,7 +116,7 @@ def _past(text: Any, width: int, now: Any) -> int:
     return end
 
 
-@njit(cache=True)
+@kernel
 def _words(text: Any, start: int, stop: int) -> int:
     count, within = 0, False
     for i in range(start, stop):
@@ -127,7 +127,7 @@ def _words(text: Any, start: int, stop: int) -> int:
     return count
 
 
-@njit(cache=True)
+@kernel
 def _head(text: Any, form: Any, found: Any) -> int:
     """Read a head of this form that begins here; STRANGE where there is none, or nothing that it may
     say."""
@@ -175,7 +175,7 @@ def _head(text: Any, form: Any, found: Any) -> int:
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def _word(text: Any, at: int) -> Any:
     """Start and stop of the next word of a line."""
     start = at
@@ -189,7 +189,7 @@ def _word(text: Any, at: int) -> Any:
     return start, stop
 
 
-@njit(cache=True)
+@kernel
 def _whole_number(text: Any, start: int, stop: int) -> Any:
     """The whole number of digits, −1 where there are none or others."""
     if not 0 < stop - start < 19:

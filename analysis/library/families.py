@@ -15,11 +15,11 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from analysis.scene.packing import REST, Growth, grow, pairs_within
 from analysis.scene.scene import read_scene
 from nscd import Contacts, Snapshot, Walls, find_contacts
+from nscd.compiling import kernel
 
 DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
@@ -173,7 +173,7 @@ def _arch(position: Any, radius: Any) -> int:
     return len(radius)
 
 
-@njit(cache=True)
+@kernel
 def _push(
     position: Any, radius: Any, push: float, stiffness: float, first: Any, second: Any, force: Any,
 ) -> tuple[float, int]:  # fmt: skip
@@ -203,7 +203,7 @@ def _push(
     return pressed, overlaps
 
 
-@njit(cache=True)
+@kernel
 def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int) -> bool:
     """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed
     wall x = 0: whether `most` steps were enough."""

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import orjson
-from numba import njit
 from numpy.typing import NDArray
+
+from nscd.compiling import kernel
 
 Column = Sequence[Any] | NDArray[Any]
 # Behind each word of a column: no number has a null, and no table of text should.
@@ -62,7 +63,7 @@ def _quoted(word: str) -> bytes:
     return ('"' + word.replace('"', '""') + '"' if needed else word).encode()
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _by_rows(words: Any, place: Any, texts: Any, rows: int, out: Any) -> int:
     """Put the words of each column, which begin at its place, into rows; return their size."""
     size = 0

@@ -4,9 +4,9 @@ overlaps."""
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from nscd.arrays import Floats
+from nscd.compiling import kernel
 
 # of the mean radius, as 0.18 to 0.25 m are of 0.215 m
 LEAST, MOST = 0.837, 1.163
@@ -96,7 +96,7 @@ def press(
     return place * mean, bool(rested)
 
 
-@njit(cache=True)
+@kernel
 def push_site(keys: Any, sites: Any, size: int, key: float, a: int, b: int, side: int) -> int:
     """Add a site to the binary heap."""
     c = size
@@ -109,7 +109,7 @@ def push_site(keys: Any, sites: Any, size: int, key: float, a: int, b: int, side
     return size + 1
 
 
-@njit(cache=True)
+@kernel
 def pop_site(keys: Any, sites: Any, size: int) -> int:
     """Remove the smallest, which is at 0."""
     size -= 1
@@ -129,7 +129,7 @@ def pop_site(keys: Any, sites: Any, size: int) -> int:
     return size
 
 
-@njit(cache=True)
+@kernel
 def touching_site(
     position: Any, radius: Any, a: int, b: int, side: int, r: float
 ) -> tuple[float, float, bool]:
@@ -147,7 +147,7 @@ def touching_site(
     return ax + (along * dx - across * dy) / d, ay + (along * dy + across * dx) / d, h >= 0.0
 
 
-@njit(cache=True)
+@kernel
 def grow(position: Any, radius: Any, placed: int, growth: Growth) -> int:
     """Grow a heap: the first disks are placed already, each other one goes to the free site nearest
     to the door; return the number of disks that found a place."""
@@ -202,7 +202,7 @@ def grow(position: Any, radius: Any, placed: int, growth: Growth) -> int:
     return n
 
 
-@njit(cache=True)
+@kernel
 def pairs_within(
     position: Any, radius: Any, skin: float, cell: float, first: Any, second: Any
 ) -> int:
@@ -233,7 +233,7 @@ def pairs_within(
     return count
 
 
-@njit(cache=True)
+@kernel
 def _push(
     position: Any, radius: Any, half_door: float, stiffness: float, first: Any, second: Any,
     force: Any,
@@ -264,7 +264,7 @@ def _push(
     return pressed, touching
 
 
-@njit(cache=True)
+@kernel
 def _relax(position: Any, radius: Any, half_door: float, stiffness: float, most: int) -> bool:
     """FIRE, in units of the mean radius and of the mean push, masses ∝ r²; whether `most` steps
     were enough."""

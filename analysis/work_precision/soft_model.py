@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.contact import AS_HERTZ, BODY, CHEST_N_PER_M, CHEST_N_PER_M2
 from analysis.scene.scene import Scene
 from nscd import Snapshot, Walls, find_contacts
 from nscd.arrays import Floats, Indices
+from nscd.compiling import kernel
 from nscd.segments import connect, is_of_another, share_of
 
 # Laws, as the kernel knows them.
@@ -69,7 +69,7 @@ class SoftModel:
         return bool(_crosses(before, after, *self._ends))
 
 
-@njit(cache=True)
+@kernel
 def _crosses(before: Any, after: Any, start: Any, end: Any) -> bool:
     """Whether any way (n,2) m crosses any wall (w,2) m: its ends are on both sides, and so are the
     wall's of the way."""
@@ -125,7 +125,7 @@ def _law(scene: Scene) -> tuple[int, float, float, float, float, float]:
     return _BODY if body else _HOOKE, k, wall_k, ratio, pair, wall
 
 
-@njit(cache=True)
+@kernel
 def _add_drive(
     acceleration: Any,
     x: Any,
@@ -152,7 +152,7 @@ def _add_drive(
         acceleration[i, 1] += (speed * dy / distance - v[i, 1]) / tau
 
 
-@njit(cache=True)
+@kernel
 def _contact_forces(
     force: Any,
     x: Any,

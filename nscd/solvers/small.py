@@ -66,7 +66,8 @@ def solve_small(
     canonical: whether λ is to be the one of least energy where it is not unique
 
     None where the ladder is to give the answer, or to refuse to: where a contact names no disk, a
-    velocity is no number of at most 10¹⁰⁰, the error is beyond the tolerance, or what underflowed was to be divided by."""
+    velocity is no number of at most 10¹⁰⁰, the error is beyond the tolerance, or what underflowed
+    was to be divided by."""
     try:
         answered, *found = _solve(
             contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.mass, left,

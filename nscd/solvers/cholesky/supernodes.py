@@ -12,6 +12,7 @@ import numpy as np
 from nscd.compiling import inner
 from nscd.solvers.cholesky.dissection import Ordering
 from nscd.solvers.cholesky.elimination import chunks, height_of, update_size
+from nscd.solvers.cholesky.minimum_degree import elimination_tree
 
 # Nanoseconds, found by measuring: of a front, of four of its rows, of a number in its panel and in
 # its update, and of a product.
@@ -41,17 +42,8 @@ def _cost(pivots: int, rest: int, d: int) -> float:
 def _tree(order: Any, place: Any, start: Any, neighbour: Any) -> Any:
     """The parent (n,) of each place in the elimination tree, and how many later ones it reaches."""
     n = len(order)
-    parent, ancestor = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
+    parent = elimination_tree(order, place, start, neighbour)
     mark, count = np.full(n, -1, np.int32), np.zeros(n, np.int32)
-    for k in range(n):
-        for e in range(start[order[k]], start[order[k] + 1]):
-            i = place[neighbour[e]]
-            while i != -1 and i < k:
-                following = ancestor[i]
-                ancestor[i] = k
-                if following == -1:
-                    parent[i] = k
-                i = following
     for k in range(n):
         mark[k] = k
         for e in range(start[order[k]], start[order[k] + 1]):

@@ -5,12 +5,12 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from analysis.scene.parts import Drive
 from analysis.support.progress import Progress
 from nscd import Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
+from nscd.compiling import kernel
 from nscd.rivals import SocialForceLaw, SocialForces, social_force
 
 # Helbing, Farkas and Vicsek, Nature 407 (2000) 487: people of 80 kg with diameters of 0.5 to 0.7 m
@@ -138,7 +138,7 @@ def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot
     return replace(crowd, position=position, velocity=velocity)
 
 
-@njit(cache=True)
+@kernel
 def _advance(
     position: Any, velocity: Any, desired: Any, bodies: Any, walls: Any, law: Any, steps: int
 ) -> None:
@@ -178,7 +178,7 @@ def _advance(
                 position[i, c] += STEP_S * velocity[i, c]
 
 
-@njit(cache=True)
+@kernel
 def _push(x: float, y: float, u: float, v: float, reach: float, law: Any) -> tuple[float, float]:
     """What one receives from another at −(x, y), relative to whom it moves with (u, v)."""
     square = x * x + y * y
