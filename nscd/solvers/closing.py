@@ -12,7 +12,7 @@ from nscd.solvers.system import add_reactions, approach, inertia, stiffness
 from nscd.solvers.task import Answer, Held, Task
 
 # Weight of the equalities: large for speed, small enough to keep ten digits.
-PENALTY = 1e8
+PENALTY = 1e7
 # Gaps and openings are known to this share of ‖u⁻‖∞.
 EXACT = 1e-14
 # To this share of it they are closed, where nothing less is enough.
