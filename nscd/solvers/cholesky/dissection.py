@@ -1,8 +1,8 @@
 """Order of elimination by geometric nested dissection of the contact graph, with its tree of
 separators.
 
-Cut the crowd in two at the median of its longer side, eliminate the disks at the cut last, and so
-on in both halves: George, SIAM J. Numer. Anal. 10 (1973) 345."""
+Cut the crowd in two near the median of its longer side, through as few disks as possible, eliminate
+these last, and so on in both halves: George, SIAM J. Numer. Anal. 10 (1973) 345."""
 
 from __future__ import annotations
 
@@ -12,6 +12,19 @@ import numpy as np
 
 from nscd.arrays import Floats, Index32, Indices
 from nscd.compiling import inner, kernel
+from nscd.solvers.cholesky.separators import (
+    CUT,
+    LEFT,
+    RIGHT,
+    STRIP,
+    cut_strip,
+    room_for_paths,
+    touches,
+)
+
+# A cut is sought among this share of the disks of a part on either side of the median, in parts of
+# at least so many disks: a wider strip has smaller cuts, but of less equal halves.
+STRIP_SHARE, SMALL = 0.15, 30
 
 
 class Ordering(NamedTuple):
@@ -99,23 +112,15 @@ def _divide(nodes: Any, key: Any, low: int, high: int, middle: int) -> None:
             return
 
 
-@inner
-def _at_cut(a: int, side: Any, other: int, start: Any, neighbour: Any) -> bool:
-    for e in range(start[a], start[a + 1]):  # noqa: SIM110  (any() over a generator does not compile)
-        if side[neighbour[e]] == other:
-            return True
-    return False
-
-
 @kernel
 def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
     n = len(x)
     nodes, side = np.arange(n).astype(np.int32), np.zeros(n, np.int32)
-    part = np.empty(n, np.int32)
+    part, paths = np.empty(n, np.int32), room_for_paths(n)
     most = 2 * n + 2
     node_first, node_end = np.empty(most, np.int32), np.empty(most, np.int32)
     node_parent = np.empty(most, np.int32)
-    count = stamp = 0
+    count = 0
     stack = [(0, n, -1)]
     while len(stack) > 0:
         low, high, parent = stack.pop()
@@ -127,9 +132,8 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
         some = nodes[low:high]
         wide = x[some].max() - x[some].min() > y[some].max() - y[some].min()
         across, along = (x, y) if wide else (y, x)
-        _divide(nodes, across, low, high, (low + high) // 2)
-        stamp += 2
-        one, two = _separate(some, along, stamp, side, part, start, neighbour)
+        _cut(nodes, low, high, across, along, side, start, neighbour, paths)
+        one, two = _arrange(some, along, side, part)
         node_first[me] = low + two
         if one > 0:
             stack.append((low, low + one, me))
@@ -139,39 +143,50 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
 
 
 @inner
-def _separate(
-    nodes: Any, along: Any, stamp: int, side: Any, part: Any, start: Any, neighbour: Any
-) -> Any:
-    """Reorder disks that are divided in halves: the half of the shorter rim without it, the other
-    half, and the rim, which separates them; and where the second and the third begin."""
-    count = len(nodes)
-    middle = count // 2
-    for q in range(count):
-        side[nodes[q]] = stamp if q < middle else stamp + 1
-    left_cut = right_cut = 0
-    for q in range(count):
-        other = stamp + 1 if q < middle else stamp
-        if _at_cut(nodes[q], side, other, start, neighbour):
-            if q < middle:
-                left_cut += 1
-            else:
-                right_cut += 1
-    rim, rest = (stamp, stamp + 1) if left_cut <= right_cut else (stamp + 1, stamp)
-    size = 0
-    for a in nodes:
-        if side[a] == rim and not _at_cut(a, side, rest, start, neighbour):
-            part[size] = a
-            size += 1
-    one = size
-    for a in nodes:
-        if side[a] == rest:
-            part[size] = a
-            size += 1
-    two = size
-    for a in nodes:
-        if side[a] == rim and _at_cut(a, side, rest, start, neighbour):
-            part[size] = a
-            size += 1
+def _cut(
+    nodes: Any, low: int, high: int, across: Any, along: Any, side: Any, start: Any, neighbour: Any,
+    paths: Any,
+) -> None:  # fmt: skip
+    """Tell for each disk of a part on which side of the cut it lies: the smallest cut in a strip
+    around the median; in a small part, or where disks reach across the strip, the shorter rim of
+    one half."""
+    count, middle = high - low, (low + high) // 2
+    if count >= SMALL:
+        one, two = low + int((0.5 - STRIP_SHARE) * count), low + int((0.5 + STRIP_SHARE) * count)
+        _divide(nodes, across, low, high, one)
+        _divide(nodes, across, one, high, two)
+        for q in range(low, high):
+            side[nodes[q]] = LEFT if q < one else STRIP if q < two else RIGHT
+        reach = False
+        for q in range(low, one):
+            reach = reach or touches(nodes[q], RIGHT, side, start, neighbour)
+        if not reach:
+            cut_strip(nodes[one:two], across, along, side, start, neighbour, paths)
+            return
+    _divide(nodes, across, low, high, middle)
+    for q in range(low, high):
+        side[nodes[q]] = LEFT if q < middle else RIGHT
+    left = right = 0
+    for q in range(low, middle):
+        left += touches(nodes[q], RIGHT, side, start, neighbour)
+    for q in range(middle, high):
+        right += touches(nodes[q], LEFT, side, start, neighbour)
+    rim, rest = (LEFT, RIGHT) if left <= right else (RIGHT, LEFT)
+    for q in range(low, high):
+        if side[nodes[q]] == rim and touches(nodes[q], rest, side, start, neighbour):
+            side[nodes[q]] = CUT
+
+
+@inner
+def _arrange(nodes: Any, along: Any, side: Any, part: Any) -> Any:
+    """Reorder the disks of a part: left, right, cut; and where the second and the third begin."""
+    size = one = two = 0
+    for which in (LEFT, RIGHT, CUT):
+        one, two = two, size
+        for a in nodes:
+            if side[a] == which:
+                part[size] = a
+                size += 1
     # along the cut, so that what a part leaves to its separators are whole runs of them
     cut = part[two:size].copy()
     part[two:size] = cut[np.argsort(along[cut])]

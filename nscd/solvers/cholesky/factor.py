@@ -10,19 +10,15 @@ import numpy as np
 from nscd.arrays import Index32
 from nscd.compiling import kernel
 from nscd.problem import ContactProblem
-from nscd.solvers.cholesky.dissection import Ordering, dissect
+from nscd.solvers.cholesky.dissection import dissect
 from nscd.solvers.cholesky.fronts import Fronts, fronts_of, no_fronts
 from nscd.solvers.cholesky.minimum_degree import minimum_degree
 from nscd.solvers.cholesky.multifrontal import factorise_fronts
 from nscd.solvers.cholesky.rows import Rows, factorise_rows, rows_of, solve_rows
 from nscd.solvers.cholesky.substitution import solve_fronts
-from nscd.solvers.cholesky.supernodes import in_supernodes
 
 # From this many disks the multifrontal factorisation is the faster one (see benchmarks).
 MANY = 1500
-# Finding disks of least degree takes longer than it saves from this many disks on, and with this
-# many contacts a disk: all degrees are the same in a lattice.
-VERY_MANY, CROWDED = 10000, 2.5
 # Parts of the crowd up to this many disks are not cut further.
 LEAF = 8
 
@@ -50,24 +46,11 @@ def factor_of(problem: ContactProblem) -> Factor:
     if n < MANY and d == 2:
         by_rows: Factor = factor_by_rows(n, problem.first, problem.second)
         return by_rows
-    ordering = _ordered(problem)
+    ordering = dissect(problem.position, problem.first, problem.second, LEAF)
     contact = np.argsort(ordering.place[problem.first], kind="stable")
     first, second = problem.first[contact], problem.second[contact]
     fronts = fronts_of(ordering, first, second, d)
     return Factor(ordering.order, ordering.place, contact, True, _no_rows(), fronts)
-
-
-def _ordered(problem: ContactProblem) -> Ordering:
-    n, d = problem.mass.shape
-    if n >= VERY_MANY or len(problem.first) > CROWDED * n:
-        return dissect(problem.position, problem.first, problem.second, LEAF)
-    found: Ordering = _by_degree(n, problem.first, problem.second, d)
-    return found
-
-
-@kernel
-def _by_degree(n: int, first: Any, second: Any, d: int) -> Any:
-    return in_supernodes(minimum_degree(n, first, second), d)
 
 
 @kernel(apart=True)

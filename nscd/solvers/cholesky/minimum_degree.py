@@ -105,20 +105,3 @@ def minimum_degree(n: int, first: Any, second: Any) -> Any:
         place[order[k]] = k
     none = np.empty(0, np.int32)
     return Ordering(order, place, start, neighbour, none, none, none)
-
-
-@inner
-def elimination_tree(order: Any, place: Any, start: Any, neighbour: Any) -> Any:
-    """The parent (n,) of each place in the elimination tree, −1 of roots (Liu 1990)."""
-    n = len(order)
-    parent, ancestor = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
-    for k in range(n):
-        for e in range(start[order[k]], start[order[k] + 1]):
-            i = place[neighbour[e]]
-            while i != -1 and i < k:
-                following = ancestor[i]
-                ancestor[i] = k
-                if following == -1:
-                    parent[i] = k
-                i = following
-    return parent

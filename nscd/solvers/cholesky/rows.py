@@ -12,7 +12,6 @@ import numpy as np
 
 from nscd.arrays import Index32, Indices
 from nscd.compiling import inner
-from nscd.solvers.cholesky.minimum_degree import elimination_tree
 
 
 class Rows(NamedTuple):
@@ -46,7 +45,17 @@ def _structure(start: Any, neighbour: Any, order: Any, place: Any) -> Any:
     """Blocks of L: a row's columns are the paths in the elimination tree from its neighbours up to
     it."""
     n = len(order)
-    parent = elimination_tree(order, place, start, neighbour)
+    parent = np.full(n, -1, np.int32)
+    ancestor = np.full(n, -1, np.int32)
+    for k in range(n):
+        for e in range(start[order[k]], start[order[k] + 1]):
+            i = place[neighbour[e]]
+            while i != -1 and i < k:
+                following = ancestor[i]
+                ancestor[i] = k
+                if following == -1:
+                    parent[i] = k
+                i = following
     mark = np.full(n, -1, np.int32)
     column_start = np.zeros(n + 1, np.int64)
     row_start = np.zeros(n + 1, np.int64)
