@@ -24,7 +24,7 @@ class Thresholds:
     few_sweeps: int = 200
     large: int = 2000
     steady: int = 2
-    steady_share: float = 1e-6
+    steady_share: float = 1e-3
     isostatic: float = 1.0
     redundant: float = 1.2
     soft_accuracy: float = 1e-7

@@ -6,6 +6,7 @@ these last, and so on in both halves: George, SIAM J. Numer. Anal. 10 (1973) 345
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,9 +23,9 @@ from nscd.solvers.cholesky.separators import (
     touches,
 )
 
-# A cut is sought among this share of the disks of a part on either side of the median, in parts of
-# at least so many disks: a wider strip has smaller cuts, but of less equal halves.
-STRIP_SHARE, SMALL = 0.15, 30
+# A cut is sought among this share of the disks of a part on either side of the median, or that of so
+# many layers, in parts of at least SMALL disks: a wider strip has smaller cuts, but less equal halves.
+STRIP_SHARE, LAYERS, SMALL = 0.15, 10.0, 30
 
 
 class Ordering(NamedTuple):
@@ -152,7 +153,8 @@ def _cut(
     one half."""
     count, middle = high - low, (low + high) // 2
     if count >= SMALL:
-        one, two = low + int((0.5 - STRIP_SHARE) * count), low + int((0.5 + STRIP_SHARE) * count)
+        share = min(STRIP_SHARE, LAYERS / math.sqrt(count))
+        one, two = low + int((0.5 - share) * count), low + int((0.5 + share) * count)
         _divide(nodes, across, low, high, one)
         _divide(nodes, across, one, high, two)
         for q in range(low, high):
