@@ -99,6 +99,17 @@ def test_plain_lammps_runs_each_scene(checkout, command, name):
     assert not list(checkout.glob("lammps_inputs/**/*.dump"))
 
 
+def test_yade_makes_no_prompt_ready_for_a_script_after_which_it_ends(tmp_path, command):
+    require("yade")
+    (tmp_path / "ask.py").write_text(
+        "import sys; print('asked', 'prompt_toolkit' in sys.modules, yade.runtime.ipython_version)"
+    )
+    words = ["yade", "-L", "noserver", "-n", "-x", str(tmp_path / "ask.py")]
+    done = command(words, tmp_path, PYTHONPATH=str(ROOT / "yade_scripts"))
+    assert "asked False 10" in done.stdout.splitlines(), done.stdout + done.stderr
+    assert done.returncode == 0 and "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize("name", PAPER)
 def test_plain_yade_runs_each_scene(checkout, command, name):
     require("yade")
