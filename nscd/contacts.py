@@ -253,8 +253,8 @@ def _touching(snapshot: Snapshot, tolerance: float) -> Near:
 
 
 @functools.lru_cache(maxsize=8)
-def _connected(walls: Walls) -> Segments:
-    """How walls meet, found once: the frames of a film have the same ones."""
+def connected(walls: Walls) -> Segments:
+    """Tell how walls meet, found once: the frames of a film have the same ones."""
     return connect(walls.start, walls.end)
 
 
@@ -262,4 +262,4 @@ def _touching_walls(snapshot: Snapshot, walls: Walls | None, tolerance: float) -
     """Disks that touch walls."""
     if walls is None or not len(walls):
         return Near.room(0)
-    return touching_walls(snapshot.position, snapshot.radius, tolerance, _connected(walls))
+    return touching_walls(snapshot.position, snapshot.radius, tolerance, connected(walls))

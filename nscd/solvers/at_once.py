@@ -12,8 +12,15 @@ from nscd.solvers.active_set import ROUNDS, _rounds
 from nscd.solvers.canonical import accuracy, settle_energy
 from nscd.solvers.cholesky.factor import factor_by_rows
 from nscd.solvers.closed_form import answer_at_once
-from nscd.solvers.closing import CLOSED, PENALTY
-from nscd.solvers.interior.interior_point import solve_by_path
+from nscd.solvers.closing import CLOSED, EXACT, PENALTY
+from nscd.solvers.interior.interior_point import (
+    AFTER_ANOTHER,
+    AFTER_DESCENT,
+    FIRMER,
+    SOFTEST,
+    Begin,
+    solve_by_path,
+)
 from nscd.solvers.projected_gradient import descend
 from nscd.solvers.system import System, approach, evenly
 from nscd.solvers.task import Held
@@ -22,7 +29,10 @@ from nscd.solvers.tree import branches_of, close_branches
 from nscd.solvers.velocity_error import _by_factor, _by_tree
 
 SWEEPS, STEADY, STEADY_SHARE = AT.few_sweeps, AT.steady, AT.steady_share
-ISOSTATIC, REDUNDANT = AT.isostatic, AT.redundant
+ISOSTATIC, REDUNDANT, PRESSED = AT.isostatic, AT.redundant, AT.pressed
+# Contacts are this firm from the beginning where a crowd was nearly the same before: in films of
+# marginal packings softer ones lead to wrong closed contacts as often as not.
+FIRM = FIRMER * SOFTEST
 # To this share of the tolerance contacts are closed where no bound of the error is asked for.
 SHARE_OF_TOLERANCE = 1e-3
 TINY = float(np.finfo(float).tiny)
@@ -46,10 +56,27 @@ class Chosen(NamedTuple):
     bound: float
 
 
+class Near(NamedTuple):
+    """Hold an answer that is nearly right, as that of the frame before. Empty where there is none.
+
+    reaction: (k,) N·s, λ
+    velocity: (n,2) m/s, u⁺"""
+
+    reaction: Any
+    velocity: Any
+
+
+@inner
+def nothing_near() -> Near:
+    """Say that nothing is known."""
+    return Near(np.empty(0), np.empty((0, 2)))
+
+
 @inner(apart=True)
-def answer(whole: Any, tolerance: float, least: Any, bounded: Any) -> Any:
+def answer(whole: Any, near: Any, tolerance: float, least: Any, bounded: Any) -> Any:
     """Solve a system: λ (k,), u⁺ (n,2), and what gave them.
 
+    near: a `Near`, which makes it cheaper and does not change the answer
     least: whether λ is to be the one of least energy where it is not unique
     bounded: whether the error is to be bounded (offsets are then to be 0)"""
     reaction, velocity = np.zeros(len(whole.first)), whole.free.copy()
@@ -60,7 +87,10 @@ def answer(whole: Any, tolerance: float, least: Any, bounded: Any) -> Any:
         if forest:
             pushed, u, own = _by_branches(part, bounded)
         else:
-            pushed, u, own = _by_factors(part, tolerance, least, bounded)
+            known = nothing_near()
+            if len(near.reaction):
+                known = Near(near.reaction[rest.contact], near.velocity[rest.disk])
+            pushed, u, own = _by_factors(part, known, tolerance, least, bounded)
         for c in range(len(pushed)):
             reaction[rest.contact[c]] = pushed[c]
         for i in range(len(u)):
@@ -81,19 +111,29 @@ def _by_branches(part: Any, bounded: Any) -> Any:
 
 
 @inner
-def _by_factors(part: Any, tolerance: float, wanted: Any, bounded: Any) -> Any:
-    """The rungs that factorise: descent and active set where masses are even, else and where that
-    does not settle the interior point."""
+def _by_factors(part: Any, near: Any, tolerance: float, wanted: Any, bounded: Any) -> Any:
+    """The rungs that factorise: descent, or what is nearly right, and active set where masses are
+    even, else and where that does not settle the interior point."""
     n, k = len(part.mass), len(part.first)
     factor = factor_by_rows(n, part.first, part.second)
     system = _ordered(part, factor)
     rung, least, iterations = UNEVEN, False, 0
     pushed, u, held = np.empty(0), system.free, Held(np.empty(0), np.empty(0, np.bool_))
+    away, soft, known, sure = AFTER_DESCENT, SOFTEST, len(near.reaction) > 0, tolerance
+    if known:
+        pushed, u = near.reaction[factor.contact], near.velocity[factor.order]
+        # gaps have to be known as well as they are looked at: nearly closed contacts that are left
+        # out change the reactions of least energy
+        away, soft, sure = AFTER_ANOTHER, FIRM, min(tolerance, EXACT)
     if evenly(part.inverse_mass):
         rung = MARGINAL
-        pushed, u, iterations, closed = _descended(system, tolerance)
+        if known:
+            closed = pushed > PRESSED * pushed.max()
+        else:
+            pushed, u, iterations, closed = _descended(system, tolerance)
         if closed.any():
-            theta = np.full(k, PENALTY / system.inverse_mass.max())
+            # as `stiffness` has it, so that all rungs close contacts alike, to the last bit
+            theta = np.full(k, PENALTY * (1.0 / system.inverse_mass.max()))
             # contacts of a step need not be closed to rounding
             enough = CLOSED if bounded else max(CLOSED, SHARE_OF_TOLERANCE * tolerance)
             # numbers of NumPy: a literal would compile the kernel once more
@@ -101,11 +141,12 @@ def _by_factors(part: Any, tolerance: float, wanted: Any, bounded: Any) -> Any:
                 system, factor, closed, theta, np.int64(ROUNDS), np.bool_(False), enough
             )
             iterations += done
-            if exact and error <= tolerance:
+            if exact and error <= sure:
                 rung, least, pushed, u = DESCENT, True, better, moved
                 held = Held(np.where(closed, theta, 0.0), closed)
     if rung != DESCENT:
-        found = solve_by_path(system, factor, pushed, u, tolerance, wanted)
+        begin = Begin(pushed, u, away, soft)
+        found = solve_by_path(system, factor, begin, tolerance, wanted)
         pushed, u, least = found.reaction, found.velocity, found.least
         iterations += found.iterations
         held = Held(found.theta, found.closed)

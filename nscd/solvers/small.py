@@ -13,7 +13,7 @@ from nscd.arrays import LARGEST, Floats
 from nscd.bodies import Snapshot
 from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
-from nscd.solvers.at_once import TINY, answer
+from nscd.solvers.at_once import TINY, answer, nothing_near
 from nscd.solvers.canonical import larger
 from nscd.solvers.system import System, add_reactions, approach
 
@@ -95,7 +95,9 @@ def _solve(
         none, nothing = np.empty(0), np.empty((0, 2))
         return False, none, nothing, nothing, 0, 0, 0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     whole = system_at(first, second, is_wall, normal, mass, left, np.zeros(k))
-    reaction, velocity, chosen = answer(whole, tolerance, least, np.bool_(True))
+    reaction, velocity, chosen = answer(
+        whole, nothing_near(), tolerance, least, np.bool_(True)
+    )
     said = certified(whole, reaction, velocity, chosen.bound)
     answered = said.finite and max(said.residual, said.momentum_error) <= tolerance
     return (

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.compiling import inner, kernel
-from nscd.solvers.at_once import CLOSED_FORM, Chosen, answer
+from nscd.solvers.at_once import CLOSED_FORM, Chosen, answer, nothing_near
 from nscd.solvers.projected_gradient import MARGIN, MOST_SWEEPS, descend
 from nscd.solvers.small import certified, system_at
 from nscd.solvers.system import System, approach
@@ -136,7 +136,9 @@ def _solved(system: Any, before: Any, tolerance: float) -> Any:
             )
             by = Chosen(GRADIENT, len(velocity), done, False, 0.0)
         else:
-            pushed, velocity, by = answer(part, tolerance, np.bool_(False), np.bool_(False))
+            pushed, velocity, by = answer(
+                part, nothing_near(), tolerance, np.bool_(False), np.bool_(False)
+            )
         sweeps, rung = sweeps + by.iterations, by.rung
         reaction = np.zeros(k)
         reaction[chosen] = pushed

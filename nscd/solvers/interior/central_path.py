@@ -14,8 +14,6 @@ MAXIMUM_ITERATIONS = 200
 TINY = 1e-300
 # Velocities (m/s) below this are taken as none.
 NOTHING = 1e-140
-# A start is taken this many times its error away from the boundary.
-AWAY = 10.0
 # It has stalled after so many iterations that take away less than a tenth of the error: near the
 # end of the path, and far from it.
 NEAR_END, STALLED, LOST = 1e-6, 4, 60
@@ -226,16 +224,16 @@ def cold_start(system: Any) -> State:
 
 
 @inner(fastmath=True, error_model="numpy")
-def away_from(system: Any, reaction: Any, u: Any, tolerance: float) -> State:
+def away_from(system: Any, reaction: Any, u: Any, tolerance: float, away: float) -> State:
     """The point of the path that is as far from the end as λ (k,) and u (n,2) are: wλ − s is kept,
-    √(wλ·s) = AWAY · error."""
+    √(wλ·s) = away · error."""
     w, k = system.inverse_mass, len(reaction)
     slack, pushed, error = np.empty(k), np.empty(k), tolerance * system.scale
     approach(system, u, slack)
     for c in range(k):
         slack[c] = system.offset[c] - slack[c]
         error = max(error, abs(min(w[c] * reaction[c], slack[c])))
-    square = (AWAY * error) ** 2
+    square = (away * error) ** 2
     for c in range(k):
         apart = w[c] * reaction[c] - slack[c]
         push = 0.5 * (apart + np.sqrt(apart**2 + 4.0 * square))

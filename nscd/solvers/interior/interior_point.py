@@ -23,6 +23,21 @@ SOFT, SOFTEST, MEDIUM, FIRMER = 1e-8, 1e-5, 5000, 1e-2
 # For rigid contacts it is a proximal term of the iteration only; 1e-10 would stall jammed ones.
 RIGID = 1e-14
 NEARLY = AT.soft_accuracy
+# From where a descent ended the path begins this many times its error away from its end; from the
+# answer of a crowd that was nearly the same, whose errors are few and large, this many times.
+AFTER_DESCENT, AFTER_ANOTHER = 10.0, 1.0
+
+class Begin(NamedTuple):
+    """Say where the path begins.
+
+    reaction, velocity: (k,) N·s and (n,d) m/s that are nearly right; without any (0,)
+    away: so many times their error from its end
+    soft: the largest compliance of contacts that is tried, relative as SOFTEST is"""
+
+    reaction: Any
+    velocity: Any
+    away: float
+    soft: float
 
 
 class Found(NamedTuple):
@@ -54,7 +69,8 @@ def interior_point(task: Task) -> Answer:
         done = task.start.iterations
         reaction = task.start.reaction[factor.contact]
         velocity = task.start.velocity[factor.order]
-    found = solve_by_path(system, factor, reaction, velocity, task.tolerance, task.canonical)
+    begin = Begin(reaction, velocity, AFTER_DESCENT, SOFTEST)
+    found = solve_by_path(system, factor, begin, task.tolerance, task.canonical)
     task.workspace.held = Held(found.theta, found.closed)
     return task.answer(
         found.reaction, found.velocity, done + int(found.iterations), least=bool(found.least)
@@ -62,21 +78,19 @@ def interior_point(task: Task) -> Answer:
 
 
 @kernel(apart=True)
-def solve_by_path(
-    system: Any, factor: Any, reaction: Any, velocity: Any, tolerance: float, least: Any
-) -> Any:
+def solve_by_path(system: Any, factor: Any, begin: Any, tolerance: float, least: Any) -> Any:
     """Solve a system by the interior point, as `interior_point` does.
 
-    reaction, velocity: (k,) N·s and (n,d) m/s that are nearly right; without a start (0,)
+    begin: a `Begin`
     least: whether the reactions of least energy are wanted"""
     k, w = len(system.first), system.inverse_mass
     kappa, closed, spent = stiffness(w), np.empty(k, np.bool_), 0
     none, unknown = np.empty(0), np.empty(0, np.bool_)
     if least and evenly(w):
-        soft = max(SOFT, SOFTEST * min(1.0, (MEDIUM / len(velocity)) ** 3))
-        near, u = reaction, velocity
+        soft = max(SOFT, SOFTEST * min(1.0, (MEDIUM / len(system.free)) ** 3))
+        soft, near, u, away = min(soft, begin.soft), begin.reaction, begin.velocity, begin.away
         while True:
-            at = _start(system, near, u, NEARLY)
+            at = _start(system, near, u, NEARLY, away)
             near, u, _, done, _ = follow(system, factor, NEARLY, soft / kappa, 1.0, at)
             _press(system, near, u, soft / kappa, closed)
             pushed, right, rounds, error, settled = _close(system, factor, closed, kappa)
@@ -86,8 +100,8 @@ def solve_by_path(
                 return Found(pushed, right, spent, settled, theta, closed if settled else unknown)
             if soft <= SOFT:
                 break
-            soft = max(FIRMER * soft, SOFT)
-    at = _start(system, reaction, velocity, 0.5 * tolerance)
+            soft, away = max(FIRMER * soft, SOFT), AFTER_DESCENT
+    at = _start(system, begin.reaction, begin.velocity, 0.5 * tolerance, begin.away)
     near, u, _, done, theta = follow(system, factor, 0.5 * tolerance, RIGID / kappa, 0.0, at)
     spent += done
     missed = _press(system, near, u, np.zeros(k), closed)
@@ -104,9 +118,9 @@ def solve_by_path(
 
 
 @inner
-def _start(system: Any, reaction: Any, velocity: Any, tolerance: float) -> Any:
+def _start(system: Any, reaction: Any, velocity: Any, tolerance: float, away: float) -> Any:
     if len(reaction):
-        return away_from(system, reaction, velocity, tolerance)
+        return away_from(system, reaction, velocity, tolerance, away)
     return cold_start(system)
 
 

@@ -1,0 +1,271 @@
+"""Many snapshots in one compiled call: contacts, percussions and certificate of each, with the help
+of the one before.
+
+What a frame gives does not depend on the others. A frame that is not answered here is left to
+`find_contacts` and `solve`, which say why."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nscd.bodies import Walls
+from nscd.compiling import inner, kernel
+from nscd.contacts import FARTHEST, MARGIN, MOST_PAIRS, connected
+from nscd.segments import Near as Touching
+from nscd.segments import _touching, _touching_walls, cells_of
+from nscd.solvers.at_once import Near, answer, nothing_near
+from nscd.solvers.small import certified, system_at
+
+ROUNDING = 4.0 * float(np.finfo(float).eps)
+# Centres that are nearer to each other, or to a wall, than this (m) have no normal, or none that is
+# known.
+SAME_PLACE = 1e-290
+# The answer of the frame before helps where it has this share of the contacts.
+ALIKE = 0.8
+# A key has the id of the first disk so many times, and keys of walls are behind those of pairs.
+NUMBERS, WALL = 1 << 31, 1 << 62
+NO_WALLS = Walls(start=np.empty((0, 2)), end=np.empty((0, 2)))
+
+
+class Disks(NamedTuple):
+    """Hold the n disks of f frames, one frame behind the other.
+
+    start: (f+1,) the first of each frame, and the end
+    ids: (n,) below 2³¹, rising in each frame
+    position, left: (n,2) m, m/s: u⁻, magnitudes of at most 10¹⁰⁰
+    radius, mass: (n,) m, kg, positive"""
+
+    start: Any
+    ids: Any
+    position: Any
+    left: Any
+    radius: Any
+    mass: Any
+
+
+class Asked(NamedTuple):
+    """Say what is asked.
+
+    gap: m, up to which disks are in contact, see `find_contacts`
+    deepest: share of the smaller radius; a frame with deeper overlaps is not answered
+    tolerance: see `solve`
+    canonical: see `Search`"""
+
+    gap: float
+    deepest: float
+    tolerance: float
+    canonical: bool = True
+
+
+class Found(NamedTuple):
+    """Hold the k contacts of f frames, one frame behind the other, and what they carry.
+
+    start: (f+1,) the first of each frame, and the end
+    answered: (f,) whether a frame is; one that is not has no contacts here
+    first, second: (k,) among the disks of all frames; number of a wall where is_wall (k,)
+    normal, gap: (k,2), (k,) m
+    reaction, impulse: (k,), (k,2) N·s
+    residual, velocity_error: (f,), m/s"""
+
+    start: Any
+    answered: Any
+    first: Any
+    second: Any
+    is_wall: Any
+    normal: Any
+    gap: Any
+    reaction: Any
+    impulse: Any
+    residual: Any
+    velocity_error: Any
+
+
+def solve_frames(disks: Disks, walls: Walls | None, asked: Asked) -> Found | None:
+    """Solve contacts without dissipation, each frame for itself, with their certificate.
+
+    None where something that underflowed was to be divided by. Other threads go on meanwhile."""
+    walls = NO_WALLS if walls is None else walls
+    far = max(float(np.abs(ends).max(initial=0.0)) for ends in (walls.start, walls.end))
+    try:
+        return Found(*_solve_all(disks, connected(walls), far, asked))
+    except ZeroDivisionError:
+        return None
+
+
+@kernel(nogil=True)
+def _solve_all(disks: Any, segments: Any, far: float, asked: Any) -> Any:
+    frames = len(disks.start) - 1
+    found = _room(frames, 4 * len(disks.ids) + 64)
+    keys, near = np.empty(0, np.int64), nothing_near()
+    before, end = 0, 0
+    for f in range(frames):
+        a, b = disks.start[f], disks.start[f + 1]
+        ids, mass, left = disks.ids[a:b], disks.mass[a:b], disks.left[a:b]
+        one = _touch(disks.position[a:b], disks.radius[a:b], segments, far, asked)
+        count = len(one.gap)
+        if end + count > len(found.gap):
+            found = _larger(found, end, 2 * (end + count))
+        found.answered[f] = one.sound
+        if one.sound and count > 0:
+            now = _keys(one, ids)
+            guess = _guess(now, keys, ids, disks.ids[before:a], near, left)
+            system = system_at(
+                one.first, one.second, one.is_wall, one.normal, mass, left, np.zeros(count)
+            )
+            reaction, velocity, chosen = answer(
+                system, guess, asked.tolerance, asked.canonical, np.bool_(True)
+            )
+            said = certified(system, reaction, velocity, chosen.bound)
+            if said.finite and max(said.residual, said.momentum_error) <= asked.tolerance:
+                _put(found, f, end, one, reaction, said, a)
+                end += count
+                keys, near, before = now, Near(reaction, velocity), a
+            else:
+                found.answered[f] = False
+        if before != a:
+            near = nothing_near()
+        found.start[f + 1] = end
+    found = _larger(found, end, end)
+    return (
+        found.start, found.answered, found.first, found.second, found.is_wall, found.normal, found.gap,
+        found.reaction, found.impulse, found.residual, found.velocity_error,
+    )  # fmt: skip
+
+
+class _Touch(NamedTuple):
+    """The contacts of one frame, as of `Contacts`; whether they are sound."""
+
+    first: Any
+    second: Any
+    is_wall: Any
+    normal: Any
+    gap: Any
+    sound: Any
+
+
+@inner
+def _touch(position: Any, radius: Any, segments: Any, far: float, asked: Any) -> _Touch:
+    """Find contacts as `find_contacts` does; none, and unsound, where it is to look itself."""
+    n = len(radius)
+    smallest, largest = np.inf, 0.0
+    for i in range(n):
+        smallest, largest = min(smallest, radius[i]), max(largest, radius[i])
+        far = max(far, max(abs(position[i, 0]), abs(position[i, 1])))
+    gap = asked.gap + ROUNDING * far
+    pairs, walled = _scratch(4 * n + 64), _scratch(64 + n)
+    count = walls = 0
+    sound = far <= FARTHEST * smallest and asked.gap <= smallest
+    if sound and n > 1:
+        reach = (2.0 * largest + gap) * MARGIN
+        cells, near = cells_of(position, reach), 0
+        while True:
+            count, near = _touching(position, radius, gap, reach, cells, pairs, MOST_PAIRS)
+            sound = near <= MOST_PAIRS
+            if not sound or count <= len(pairs.gap):
+                break
+            pairs = _scratch(count)
+    while sound and len(segments.start):
+        walls = _touching_walls(position, radius, gap, segments, walled)
+        if walls <= len(walled.gap):
+            break
+        walled = _scratch(walls)
+    k = count + walls if sound else 0
+    first, second, is_wall = np.empty(k, np.int64), np.empty(k, np.int64), np.empty(k, np.bool_)
+    normal, gaps = np.empty((k, 2)), np.empty(k)
+    for c in range(k):
+        part, row = (pairs, c) if c < count else (walled, c - count)
+        first[c], second[c], is_wall[c], gaps[c] = (
+            part.first[row], part.second[row], c >= count, part.gap[row],
+        )  # fmt: skip
+        for a in range(2):
+            normal[c, a] = part.vector[row, a] / part.distance[row]
+        least = radius[first[c]] if is_wall[c] else min(radius[first[c]], radius[second[c]])
+        sound = sound and part.distance[row] > SAME_PLACE
+        sound = sound and -gaps[c] / least <= asked.deepest
+    return _Touch(first, second, is_wall, normal, gaps, sound)
+
+
+@inner
+def _scratch(most: int) -> Touching:
+    return Touching(
+        np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, 2)), np.empty(most),
+        np.empty(most),
+    )  # fmt: skip
+
+
+@inner
+def _keys(one: Any, ids: Any) -> Any:
+    """A number of each contact, from the ids of who touches: rising, as the contacts do."""
+    keys = np.empty(len(one.gap), np.int64)
+    for c in range(len(keys)):
+        other = WALL + one.second[c] if one.is_wall[c] else ids[one.second[c]]
+        keys[c] = NUMBERS * ids[one.first[c]] + other
+    return keys
+
+
+@inner
+def _guess(keys: Any, earlier: Any, ids: Any, others: Any, near: Any, left: Any) -> Near:
+    """The answer of the frame before for the contacts and disks of this one; none where few were
+    there."""
+    reaction, velocity = np.zeros(len(keys)), left.copy()
+    if not len(near.reaction):
+        return nothing_near()
+    at, same, largest = 0, 0, 0.0
+    for c in range(len(keys)):
+        while at < len(earlier) and earlier[at] < keys[c]:
+            at += 1
+        if at < len(earlier) and earlier[at] == keys[c]:
+            reaction[c] = near.reaction[at]
+            largest = max(largest, reaction[c])
+            same += 1
+    if same < ALIKE * len(keys) or largest == 0.0:
+        return nothing_near()
+    at = 0
+    for i in range(len(ids)):
+        while at < len(others) and others[at] < ids[i]:
+            at += 1
+        if at < len(others) and others[at] == ids[i]:
+            for a in range(2):
+                velocity[i, a] = near.velocity[at, a]
+    return Near(reaction, velocity)
+
+
+@inner
+def _put(found: Any, f: int, end: int, one: Any, reaction: Any, said: Any, disk: int) -> None:
+    """Put the contacts of frame f, whose first disk is `disk`, behind the others."""
+    for c in range(len(reaction)):
+        row = end + c
+        found.first[row], found.is_wall[row] = disk + one.first[c], one.is_wall[c]
+        found.second[row] = one.second[c] if one.is_wall[c] else disk + one.second[c]
+        found.gap[row], found.reaction[row] = one.gap[c], reaction[c]
+        for a in range(2):
+            found.normal[row, a], found.impulse[row, a] = one.normal[c, a], said.impulse[c, a]
+    found.residual[f], found.velocity_error[f] = said.residual, said.velocity_error
+
+
+@inner
+def _room(frames: int, most: int) -> Found:
+    return Found(
+        np.zeros(frames + 1, np.int64), np.zeros(frames, np.bool_), np.empty(most, np.int64),
+        np.empty(most, np.int64), np.empty(most, np.bool_), np.empty((most, 2)), np.empty(most),
+        np.empty(most), np.empty((most, 2)), np.zeros(frames), np.zeros(frames),
+    )  # fmt: skip
+
+
+@inner
+def _larger(found: Any, count: int, most: int) -> Found:
+    """The same with room for so many contacts, of which `count` are kept."""
+    first, second, is_wall = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.bool_)
+    normal, gap, reaction, impulse = (
+        np.empty((most, 2)), np.empty(most), np.empty(most), np.empty((most, 2)),
+    )  # fmt: skip
+    first[:count], second[:count] = found.first[:count], found.second[:count]
+    is_wall[:count], gap[:count] = found.is_wall[:count], found.gap[:count]
+    normal[:count], impulse[:count] = found.normal[:count], found.impulse[:count]
+    reaction[:count] = found.reaction[:count]
+    return Found(
+        found.start, found.answered, first, second, is_wall, normal, gap, reaction, impulse,
+        found.residual, found.velocity_error,
+    )  # fmt: skip
