@@ -25,12 +25,16 @@ from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.library.families import heap
-from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
+from analysis.percussions.dump_to_csv import (
+    DumpToSolve,
+    executor_for,
+    setting_beside,
+    solve_dump,
+)
 from analysis.percussions.setting import left_velocity_of
 from analysis.percussions.trajectory import PercussionAnalysis
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.support.parallel import workers as processes
 from nscd import solve
 
 SCENES = ("arch", "jam")
@@ -78,7 +82,7 @@ def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
     started, used = time.perf_counter(), cpu_seconds()
     setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
     job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
-    with processes(workers) if workers > 1 else contextlib.nullcontext() as executor:
+    with executor_for(job, workers) as executor:
         unsolved = solve_dump(job, out, executor=executor, workers=workers).unsolved
     wall, cpu = time.perf_counter() - started, cpu_seconds() - used
     with out.open(encoding="utf-8") as rows:

@@ -18,6 +18,7 @@ from nscd.friction.pivots.island import Search
 from nscd.friction.problem import friction_problem
 from nscd.laws import ContactLaw
 from nscd.solve import solve
+from nscd.solvers.frames import Asked, Disks, solve_frames
 from nscd.solvers.ladder import BY_NAME
 from nscd.stepping import Motion
 
@@ -40,7 +41,8 @@ def compiled_wrongly() -> list[str]:
 
 def _without_friction() -> list[str]:
     """Small crowds and rigid steps, alone and in large crowds."""
-    return [*_judged("solve", _solved_rings(), 0.0), *_judged("a step", _steps(0.0), 0.0)]
+    lines = [*_judged("solve", _solved_rings(), 0.0), *_judged("a step", _steps(0.0), 0.0)]
+    return lines + _judged("frames", _filmed(), 0.0)
 
 
 def _by_others() -> list[str]:
@@ -75,6 +77,19 @@ def _steps(friction: float) -> Iterator[Floats]:
     motion = Motion(_ring(), step=1e-3, friction=friction)
     motion.advance()
     yield motion.velocity
+
+
+def _filmed() -> Iterator[Floats]:
+    """What is left of the velocities of the ring in two frames."""
+    ring = _ring()
+    parts = ring.position, ring.velocity, ring.radius, ring.mass
+    position, left, radius, mass = (np.concatenate([part, part]) for part in parts)
+    disks = Disks(np.array([0, 7, 14]), np.tile(ring.ids, 2), position, left, radius, mass)
+    found = solve_frames(disks, None, Asked(1e-9, 0.5, 1e-10))
+    if found is not None:
+        for sign, disk in ((-1.0, found.first), (1.0, found.second)):
+            np.add.at(left, disk, sign * found.impulse / mass[0])
+    yield left
 
 
 def _searched() -> Iterator[Floats]:

@@ -4,11 +4,11 @@ for."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from nscd.arrays import Floats, Indices
+from nscd.arrays import Flags, Floats, Indices
 from nscd.bodies import Snapshot, Walls
 from nscd.contacts import Contacts
 
@@ -20,9 +20,41 @@ WIDEST = 5.0  # points
 SHOWN = 10
 
 
+class People(Protocol):
+    """Has ids, as a `Snapshot` has."""
+
+    @property
+    def ids(self) -> Indices:
+        """(n,)."""
+
+
+class Touching(Protocol):
+    """Has who touches whom, as `Contacts` has."""
+
+    @property
+    def first(self) -> Indices:
+        """(k,)."""
+
+    @property
+    def second(self) -> Indices:
+        """(k,)."""
+
+    @property
+    def is_wall(self) -> Flags:
+        """(k,)."""
+
+    @property
+    def normal(self) -> Floats:
+        """(k,2)."""
+
+    @property
+    def gap(self) -> Floats:
+        """(k,) m."""
+
+
 def arrays(
-    snapshot: Snapshot,
-    contacts: Contacts,
+    snapshot: People,
+    contacts: Touching,
     reaction: Floats,
     impulse: Floats,
     window: float | None = None,

@@ -1,5 +1,6 @@
 """What the engines write, one reader for all: bodies, contacts, impulses."""
 
+from analysis.dumps.bodies import Bodies
 from analysis.dumps.contacts import (
     CONTACT_COLUMNS,
     EngineContacts,
@@ -14,6 +15,7 @@ from analysis.dumps.table import DumpIndex
 
 __all__ = [
     "CONTACT_COLUMNS",
+    "Bodies",
     "DumpError",
     "DumpIndex",
     "EngineContacts",

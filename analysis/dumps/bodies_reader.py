@@ -10,6 +10,7 @@ import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
+from analysis.dumps.bodies import Bodies, bodies_of
 from analysis.dumps.columns import FLAT, BodyColumns
 from analysis.dumps.frame import LARGEST_LENGTH, DumpError, Frame
 from analysis.dumps.index import index_dump
@@ -51,6 +52,15 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
     def n_frames(self) -> int:
         """The number of frames."""
         return len(self._index.frames)
+
+    @property
+    def index(self) -> DumpIndex:
+        """Where the frames are."""
+        return self._index
+
+    def bodies(self, numbers: range, text: bytes, needs_velocity: bool) -> Bodies | None:
+        """Read frames from their text, as `bodies_of` does; the present frame stays."""
+        return bodies_of(self._index, numbers, text, self.ts.dt, needs_velocity)
 
     def _read_frame(self, number: int) -> Timestep:
         frame = self._index.frames[number]

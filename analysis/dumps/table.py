@@ -67,15 +67,8 @@ class DumpIndex:
         frame, last = self.frames[number], number + 1
         while last < len(self.frames) and self.frames[last].end < frame.offset + ahead:
             last += 1
-        frames = self.frames[number:last]
-        parts = np.array([(one.offset, one.end, one.rows) for one in frames])
-        parts[:, :2] -= frame.offset
-        try:
-            content = _opened.read(self.path, frame.offset, int(parts[-1, 1]))
-        except DAMAGED as error:
-            raise DumpError(f"{self.path}, step {frame.step}: damaged: {error}") from None
-        if len(content) < parts[-1, 1]:
-            raise DumpError(f"{self.path}, step {frame.step}: changed while it was read")
+        parts = self._parts(range(number, last))
+        content = self.text(range(number, last))
         words = WORDS & set(self.columns)
         numbers = None if words else numbers_in(content, parts, len(self.columns))
         if numbers is None:
@@ -85,6 +78,31 @@ class DumpIndex:
             if np.isinf(table).any() and _too_large(table, content[start:end]):
                 return {number: self._by_row(content[: parts[0, 1]], frame)}
         return dict(zip(range(number, last), tables, strict=True))
+
+    def _parts(self, numbers: range) -> Indices:
+        """Start and end (bytes behind the first one's start) and rows of frames."""
+        frames = self.frames[numbers.start : numbers.stop]
+        parts = np.array([(one.offset, one.end, one.rows) for one in frames])
+        parts[:, :2] -= frames[0].offset
+        return parts
+
+    def text(self, numbers: range) -> bytes:
+        """Read the bytes from the table of a frame to the end of that of a later one.
+
+        Raises DumpError naming the step where they cannot be read."""
+        first, last = self.frames[numbers[0]], self.frames[numbers[-1]]
+        try:
+            content = _opened.read(self.path, first.offset, last.end - first.offset)
+        except DAMAGED as error:
+            raise DumpError(f"{self.path}, step {first.step}: damaged: {error}") from None
+        if len(content) < last.end - first.offset:
+            raise DumpError(f"{self.path}, step {first.step}: changed while it was read")
+        return content
+
+    def numbers(self, numbers: range, text: bytes) -> Floats | None:
+        """Read the tables of frames from their text, one below the other; None where there is
+        anything but numbers."""
+        return numbers_in(text, self._parts(numbers), len(self.columns))
 
     def _by_row(self, content: bytes, frame: Frame) -> Floats:
         """The numbers of a frame that may have others than numbers."""

@@ -83,12 +83,13 @@ class _Part:
         """Solve the frames and write them; what comes back is small."""
         arrow, parquet = load("pyarrow"), load("pyarrow.parquet")
         summary, batches, columns = SolvedDump(unsolved=[]), [], None
-        for frame in dump.solve(self.numbers):
-            summary.add(frame)
-            if frame.contacts or columns is None:
-                columns = frame.columns
-            if frame.contacts:
-                batches.append(frame.rows)
+        for block in dump.blocks(self.numbers):
+            for some in dump.solve(block):
+                summary.join(some.said)
+                if some.said.contacts or columns is None:
+                    columns = some.columns
+                if some.said.contacts:
+                    batches.append(some.rows)
         schema = schema_of(columns or [])
         about = {SUMMARY: json.dumps(dataclasses.asdict(summary))}
         table = arrow.Table.from_batches(batches, schema).replace_schema_metadata(about)

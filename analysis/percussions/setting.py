@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from analysis.dumps import Bodies
 from analysis.scene.scene import Drive, Room, Scene
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
@@ -131,7 +132,7 @@ class Setting:
             return f"disk {snapshot.ids[second]}"
         return f"wall {self.wall_names[second] if self.wall_names else second + 1}"
 
-    def left(self, snapshot: Snapshot) -> tuple[Floats, float | None]:
+    def left(self, snapshot: Snapshot | Bodies) -> tuple[Floats, float | None]:
         """Give u⁻ (n,2) m/s of a snapshot and the time that turns percussions into forces (s)."""
         return left_velocity_of(
             snapshot, self.kind, self.drive, self.window, acceleration=self.acceleration
@@ -139,7 +140,7 @@ class Setting:
 
 
 def left_velocity_of(
-    snapshot: Snapshot,
+    snapshot: Snapshot | Bodies,
     kind: LeftVelocity,
     drive: Drive | None = None,
     window: float | None = None,

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from analysis.percussions.csv_lines import Column
-from analysis.percussions.setting import Solved
+from analysis.percussions.setting import Setting, Solved
+from nscd.arrays import Floats, Indices
 from nscd.indeterminacy.admissible import Admissible, ProgramError
 from nscd.indeterminacy.cones import Cones
 from nscd.indeterminacy.determinacy import admissible_determinacy
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
-from nscd.show import arrays, as_frame
+from nscd.show import Touching, arrays, as_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,18 +106,13 @@ def columns_of(
     nothing to say are left out."""
     contacts, answer = found.contacts, found.answer
     k = len(contacts)
-    cells: dict[str, Column] = {}
-    if time is not None:
-        cells["time_s"] = np.full(k, time)
-    elif step is not None:
-        cells["step"] = np.full(k, step)
+    cells = when(
+        None if time is None else np.full(k, time), None if step is None else np.full(k, step)
+    )
     cells |= arrays(found.snapshot, contacts, answer.reaction, answer.impulse, found.window)
     if answer.friction is not None:
         cells |= answer.friction.columns()
-    if found.setting.wall_names:
-        names = ("", *found.setting.wall_names)
-        number = np.where(contacts.is_wall, contacts.second + 1, 0)
-        cells["wall"] = [names[n] for n in number.tolist()]
+    cells |= walls_of(found.setting, contacts)
     if openness != "none":
         known = openness_of(found, openness == "ranges")
         cells["determined"] = list(known.determined)
@@ -125,9 +121,31 @@ def columns_of(
             if answer.friction is not None:
                 ends = known.friction_lower or [None] * k, known.friction_upper or [None] * k
                 cells |= {"friction_lower_Ns": list(ends[0]), "friction_upper_Ns": list(ends[1])}
-    cells |= {"status": [str(answer.status)] * k, "residual": _repeated(answer.residual, k)}
-    cells["velocity_error_m_per_s"] = _repeated(answer.velocity_error, k)
-    return cells
+    residual, error = np.full(k, answer.residual), np.full(k, answer.velocity_error)
+    return cells | certificate(str(answer.status), residual, error)
+
+
+def when(time: Floats | None, step: Indices | None) -> dict[str, Column]:
+    """Name the column of when k contacts were: times (k,) s, or steps (k,) where these are not
+    known."""
+    if time is not None:
+        return {"time_s": time}
+    return {} if step is None else {"step": step}
+
+
+def walls_of(setting: Setting, contacts: Touching) -> dict[str, Column]:
+    """Name the column of the walls that k contacts are with, where walls have names."""
+    if not setting.wall_names:
+        return {}
+    names = ("", *setting.wall_names)
+    number = np.where(contacts.is_wall, contacts.second + 1, 0)
+    return {"wall": [names[n] for n in number.tolist()]}
+
+
+def certificate(status: str, residual: Floats, error: Floats) -> dict[str, Column]:
+    """Name the columns of what the answers of k contacts say of themselves; (k,), (k,) m/s."""
+    cells: dict[str, Column] = {"status": [status] * len(residual)}
+    return cells | {"residual": _known(residual), "velocity_error_m_per_s": _known(error)}
 
 
 def cells_of(
@@ -150,9 +168,9 @@ def dataframe(found: Solved, time: float | None = None, step: int | None = None)
     return as_frame(cells_of(found, time=time, step=step))
 
 
-def _repeated(value: float, k: int) -> Column:
-    """A number for each of k rows; None where it is not finite."""
-    return np.full(k, value) if np.isfinite(value) else [None] * k
+def _known(values: Floats) -> Column:
+    """Numbers; None for those that are not finite."""
+    return values if np.isfinite(values).all() else [_finite(value) for value in values]
 
 
 def _finite(value: float) -> float | None:

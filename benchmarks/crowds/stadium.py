@@ -67,12 +67,12 @@ def solve_one(_: int, stiffness: float | None, seconds: float, folder: Path) -> 
         began = time.process_time()
         (found,) = job.solve(range(1, 2))
         used = time.process_time() - began
-    assert not found.unsolved, found.unsolved
+    assert not found.said.unsolved, found.said.unsolved
     with table_file(folder / "contacts.parquet") as add:
         add(found.columns, found.rows)
     return {
         "cpu": used,
-        "contacts": found.contacts,
+        "contacts": found.said.contacts,
         "memory": 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
         "frame": (folder / "contacts.parquet").stat().st_size,
     }

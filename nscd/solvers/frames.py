@@ -257,7 +257,11 @@ def _room(frames: int, most: int) -> Found:
 @inner
 def _larger(found: Any, count: int, most: int) -> Found:
     """The same with room for so many contacts, of which `count` are kept."""
-    first, second, is_wall = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.bool_)
+    first, second, is_wall = (
+        np.empty(most, np.int64),
+        np.empty(most, np.int64),
+        np.empty(most, np.bool_),
+    )
     normal, gap, reaction, impulse = (
         np.empty((most, 2)), np.empty(most), np.empty(most), np.empty((most, 2)),
     )  # fmt: skip

@@ -113,17 +113,14 @@ def _solve_dump(
     job: DumpToSolve, out: Path, part_frames: int | None, workers: int, scheduler: str | None
 ) -> SolvedDump:
     """Solve a dump into one table, or into parts."""
-    from analysis.percussions.dump_to_csv import solve_dump
+    from analysis.percussions.dump_to_csv import executor_for, solve_dump
     from analysis.percussions.in_parts import solve_in_parts
     from analysis.percussions.rows import is_parquet
-    from analysis.support.parallel import workers as pool
 
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet; end --out in .parquet")
     with contextlib.ExitStack() as stack:
-        executor = None
-        if workers > 1 or scheduler:
-            executor = stack.enter_context(pool(workers, scheduler))
+        executor = stack.enter_context(executor_for(job, workers, scheduler))
         bars = stack.enter_context(progress())
         if part_frames:
             return solve_in_parts(job, out, part_frames, executor=executor, progress=bars)
