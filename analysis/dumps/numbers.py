@@ -12,6 +12,7 @@ import numpy as np
 from analysis.support.reading import NUMBER
 from nscd.arrays import Floats, Indices
 from nscd.compiling import kernel
+from nscd.compiling.bits import eight, high_product, zeros_above, zeros_below
 
 # 10ⁿ of these n are looked up; beyond them there are no float64.
 LEAST, MOST = -348, 308
@@ -22,6 +23,12 @@ EXACT, EXACT_POWER = np.uint64(1 << 53), 22
 SPACE, TAB, LINE, RETURN = (ord(sign) for sign in " \t\n\r")
 PLUS, MINUS, POINT, LETTER_E = (ord(sign) for sign in "+-.e")
 ZERO, TEN, ONE = np.uint64(ord("0")), np.uint64(10), np.uint64(1)
+# Eight digits in the bytes of one number: what makes others of signs, which bytes are none, and by
+# which their pairs and fours are put together (Lemire, section 4).
+ZEROS, ABOVE_NINE = np.uint64(0x3030303030303030), np.uint64(0x7676767676767676)
+TOPS, PAIRS = np.uint64(0x8080808080808080), np.uint64(0x000000FF000000FF)
+MILLION_HUNDRED, MYRIAD_ONE = np.uint64(0x000F424000000064), np.uint64(0x0000271000000001)
+SHORT_TENS = np.array([10**n for n in range(9)], dtype=np.uint64)
 # Halves of 64 bits, the bit on top, the bits of a float64 behind its exponent, and the nine that
 # are rounded away, whose carry is not sure if all are set.
 HALF, LOWER, TOP = np.uint64(32), np.uint64((1 << 32) - 1), np.uint64(1 << 63)
@@ -72,7 +79,7 @@ def numbers_in(text: bytes, parts: Indices, width: int) -> Floats | None:
     return values.reshape(-1, width)
 
 
-@kernel
+@kernel(nogil=True)
 def _read(text: Any, parts: Any, width: int, values: Any, bits: Any, left: Any) -> int:
     """Read all words. Those that are not decided are listed: cell, start, stop. Returns how many
     these are; −1 where the rows of a part, or the words of a row, are too few or too many."""
@@ -91,12 +98,13 @@ def _read(text: Any, parts: Any, width: int, values: Any, bits: Any, left: Any) 
             else:
                 if words == width or cell == last:
                     return -1
-                start = at
-                while at < end and text[at] > SPACE:
-                    at += 1
-                if at == start:
-                    return -1
-                if not decide(text, start, at, cell, values, bits):
+                start, at = at, _number(text, at, end, cell, values, bits)
+                if at < 0 or (at < end and text[at] > SPACE):
+                    at = start
+                    while at < end and text[at] > SPACE:
+                        at += 1
+                    if at == start:
+                        return -1
                     left[undecided] = cell, start, at
                     undecided += 1
                 cell += 1
@@ -107,43 +115,78 @@ def _read(text: Any, parts: Any, width: int, values: Any, bits: Any, left: Any) 
 
 
 @kernel
-def decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) -> bool:
+def decide(text: Any, start: int, stop: int, cell: int, values: Any, bits: Any) -> Any:
     """Put the number that a word is into its cell; False where this is left to Python."""
+    return _number(text, start, stop, cell, values, bits) == stop
+
+
+@kernel
+def _number(text: Any, start: int, end: int, cell: int, values: Any, bits: Any) -> int:
+    """Put the number that begins here into a cell; return where it ends, −1 where it is not
+    decided."""
     minus = text[start] == MINUS
-    at = first = start + 1 if minus or text[start] == PLUS else start
-    whole, digits, point = np.uint64(0), 0, stop
-    while at < stop:
-        digit = np.uint64(text[at]) - ZERO
-        if digit < TEN:
-            whole = TEN * whole + digit
-            # zeros in front are none of its digits
-            digits += 1 if whole else 0
-        elif text[at] == POINT and point == stop:
-            point = at
-        else:
+    first = start + 1 if minus or text[start] == PLUS else start
+    whole, at = _digits(text, first, end, np.uint64(0))
+    digits, exponent = at - first, 0
+    if at < end and text[at] == POINT:
+        point = at + 1
+        whole, at = _digits(text, point, end, whole)
+        exponent = point - at
+        digits -= exponent
+    if digits == 0:
+        return -1
+    if digits > DIGITS:
+        # zeros in front are none of its digits
+        zero = first
+        while zero < at and (text[zero] == POINT or text[zero] == ZERO):
+            digits -= text[zero] == ZERO
+            zero += 1
+        if digits > DIGITS:
+            return -1
+    if at < end and text[at] | 32 == LETTER_E:
+        at += 1
+        back = at < end and text[at] == MINUS
+        if back or (at < end and text[at] == PLUS):
+            at += 1
+        begin = at
+        power, at = _digits(text, at, end, np.uint64(0))
+        if not 0 < at - begin <= EXPONENT_DIGITS:
+            return -1
+        exponent += -np.int64(power) if back else np.int64(power)
+    return at if _nearest(whole, exponent, minus, cell, values, bits) else -1
+
+
+@kernel
+def _eight(signs: Any) -> Any:
+    """The number of eight digits in the bytes of a number."""
+    signs = signs * TEN + (signs >> np.uint64(8))
+    fours = (signs & PAIRS) * MILLION_HUNDRED + (signs >> np.uint64(16) & PAIRS) * MYRIAD_ONE
+    return fours >> HALF
+
+
+@kernel
+def _digits(text: Any, at: int, end: int, whole: Any) -> Any:
+    """Put the digits that begin here behind a whole number; where they end."""
+    # what ends a number is no digit
+    while at + 8 <= len(text):
+        signs = eight(text, at) ^ ZEROS
+        others = ((signs + ABOVE_NINE) | signs) & TOPS
+        if others & np.uint64(0x80):
+            return whole, at
+        if others == 0:
+            whole = whole * SHORT_TENS[8] + _eight(signs)
+            at += 8
+            continue
+        count = np.int64(zeros_below(others) >> np.uint64(3))
+        signs <<= np.uint64(64 - 8 * count)
+        return whole * SHORT_TENS[count] + _eight(signs), at + count
+    while at < end:
+        digit = np.uint64(text[at]) - np.uint64(ZERO)
+        if digit >= TEN:
             break
+        whole = TEN * whole + digit
         at += 1
-    exponent = point + 1 - at if point < at else 0
-    if at - first == (1 if point < at else 0) or digits > DIGITS:
-        return False
-    if at < stop:
-        if text[at] | 32 != LETTER_E:
-            return False
-        at += 1
-        back = at < stop and text[at] == MINUS
-        if back or (at < stop and text[at] == PLUS):
-            at += 1
-        if not 0 < stop - at <= EXPONENT_DIGITS:
-            return False
-        power: Any = np.int64(0)
-        while at < stop:
-            digit = np.uint64(text[at]) - ZERO
-            if digit >= TEN:
-                return False
-            power = 10 * power + np.int64(digit)
-            at += 1
-        exponent += -power if back else power
-    return _nearest(whole, exponent, minus, cell, values, bits)
+    return whole, at
 
 
 @kernel
@@ -160,11 +203,8 @@ def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bit
         return True
     if whole == 0 or not LEAST <= exponent <= MOST:
         return False
-    shift = 0
-    for step in (32, 16, 8, 4, 2, 1):
-        if whole >> np.uint64(64 - step) == 0:
-            whole <<= np.uint64(step)
-            shift += step
+    shift = zeros_above(whole)
+    whole <<= shift
     high, low = _product(whole, POWERS[exponent - LEAST, 0])
     if high & UNSURE == UNSURE and low + whole < whole:
         over, under = _product(whole, POWERS[exponent - LEAST, 1])
@@ -180,7 +220,7 @@ def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bit
     if low == 0 and high & UNSURE == 0 and mantissa & np.uint64(3) == ONE:
         return False
     mantissa = (mantissa + (mantissa & ONE)) >> ONE
-    binary = ((217706 * exponent) >> 16) + 1086 + np.int64(top) - shift
+    binary = ((217706 * exponent) >> 16) + 1086 + np.int64(top) - np.int64(shift)
     if mantissa >> np.uint64(53):
         mantissa >>= ONE
         binary += 1
@@ -194,7 +234,4 @@ def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bit
 @kernel
 def _product(a: Any, b: Any) -> Any:
     """The high and low 64 bits of a product of two of 64."""
-    a1, a0, b1, b0 = a >> HALF, a & LOWER, b >> HALF, b & LOWER
-    middle = a1 * b0 + (a0 * b0 >> HALF)
-    other = a0 * b1 + (middle & LOWER)
-    return a1 * b1 + (middle >> HALF) + (other >> HALF), a * b
+    return high_product(a, b), a * b

@@ -65,7 +65,7 @@ def solve(
     restitution: Restitution = None,
     tolerance: Tolerance = 1e-8,
     openness: Openness = "determined",
-    workers: Annotated[int, typer.Option(parser=processes, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(parser=processes, help="Cores that work on it.")] = 1,
     scheduler: Scheduler = None,
     part_frames: PartFrames = None,
     out: Table = Path("contacts.csv"),
