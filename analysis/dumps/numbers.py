@@ -127,12 +127,12 @@ def _number(text: Any, start: int, end: int, cell: int, values: Any, bits: Any) 
     minus = text[start] == MINUS
     first = start + 1 if minus or text[start] == PLUS else start
     whole, at = _digits(text, first, end, np.uint64(0))
-    digits, exponent = at - first, 0
+    digits, exponent = at - first, np.int64(0)
     if at < end and text[at] == POINT:
         point = at + 1
         whole, at = _digits(text, point, end, whole)
-        exponent = point - at
-        digits -= exponent
+        exponent += point - at
+        digits += at - point
     if digits == 0:
         return -1
     if digits > DIGITS:
@@ -190,7 +190,7 @@ def _digits(text: Any, at: int, end: int, whole: Any) -> Any:
 
 
 @kernel
-def _nearest(whole: Any, exponent: int, minus: bool, cell: int, values: Any, bits: Any) -> bool:
+def _nearest(whole: Any, exponent: Any, minus: bool, cell: int, values: Any, bits: Any) -> bool:
     """Put ± whole · 10^exponent into a cell, to the nearest; False where that is not decided."""
     # zeros behind, as LAMMPS writes them in the box of a frame
     while whole >= EXACT and whole % TEN == 0:

@@ -10,11 +10,15 @@ import orjson
 from numpy.typing import NDArray
 
 from nscd.compiling import kernel
+from nscd.compiling.bits import eight, put_eight, zeros_below
 
 Column = Sequence[Any] | NDArray[Any]
 # Behind each word of a column: no number has a null, and no table of text should.
 BEHIND = b"\0"
-COMMA, BRACKET, LINE, NULL, UNKNOWN = (ord(sign) for sign in ",]\n\0n")
+COMMA, LINE, UNKNOWN = (ord(sign) for sign in ",\nn")
+# Eight times the same byte.
+ONES, TOPS = np.uint64(0x0101010101010101), np.uint64(0x8080808080808080)
+COMMAS, BRACKETS = (np.uint64(ord(sign)) * ONES for sign in ",]")
 
 
 def csv_lines(columns: Iterable[Column]) -> bytes:
@@ -34,9 +38,10 @@ def csv_lines(columns: Iterable[Column]) -> bytes:
         for column, text in zip(given, texts, strict=True)
     ]
     sizes = np.array([len(part) for part in parts])
-    out = np.empty(int(sizes.sum()), np.uint8)
     place = np.cumsum(sizes) - sizes
-    size = _by_rows(np.frombuffer(b"".join(parts), np.uint8), place, texts, len(given[0]), out)
+    words = np.frombuffer(b"".join([*parts, bytes(8)]), np.uint8)
+    out = np.empty(int(sizes.sum()) + 8, np.uint8)
+    size = _by_rows(words, place, texts, len(given[0]), out)
     return out[:size].tobytes()
 
 
@@ -63,29 +68,37 @@ def _quoted(word: str) -> bytes:
     return ('"' + word.replace('"', '""') + '"' if needed else word).encode()
 
 
-@kernel
-def _by_rows(words: Any, place: Any, texts: Any, rows: int, out: Any) -> int:
-    """Put the words of each column, which begin at its place, into rows; return their size."""
-    size = 0
+@kernel(nogil=True)
+def _by_rows(words: Any, place: Any, texts: Any, rows: int, out: Any) -> Any:
+    """Put the words of each column, which begin at its place, into rows; return their size. Words
+    and rows have eight bytes more behind them."""
+    size: Any = 0
     # the bracket in front of numbers
     for c in range(len(place)):
         place[c] += 0 if texts[c] else 1
     for _ in range(rows):
         for c in range(len(place)):
-            at = place[c]
-            if texts[c]:
-                while words[at] != NULL:
-                    out[size] = words[at]
-                    size += 1
-                    at += 1
-            elif words[at] == UNKNOWN:
-                at += len("null")
-            else:
-                while words[at] != COMMA and words[at] != BRACKET:
-                    out[size] = words[at]
-                    size += 1
-                    at += 1
+            at: Any = place[c]
+            unknown = not texts[c] and words[at] == UNKNOWN
+            at += len("null") if unknown else 0
+            while not unknown:
+                signs = eight(words, at)
+                put_eight(out, size, signs)
+                ends = (
+                    _nulls(signs) if texts[c] else _nulls(signs ^ COMMAS) | _nulls(signs ^ BRACKETS)
+                )
+                count = np.int64(zeros_below(ends) >> np.uint64(3)) if ends else 8
+                at += count
+                size += count
+                if ends:
+                    break
             place[c] = at + 1
             out[size] = COMMA if c + 1 < len(place) else LINE
             size += 1
     return size
+
+
+@kernel
+def _nulls(signs: Any) -> Any:
+    """The top bit of the lowest byte that is 0, and of some above it; 0 where none is."""
+    return (signs - ONES) & ~signs & TOPS
