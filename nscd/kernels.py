@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
 from nscd.contacts import find_contacts
+from nscd.frames import Asked, Disks, solve_frames
 from nscd.friction.ladder import part_of
 from nscd.friction.pivots.island import Search
 from nscd.friction.problem import friction_problem
 from nscd.laws import ContactLaw
 from nscd.solve import solve
-from nscd.solvers.frames import Asked, Disks, solve_frames
 from nscd.solvers.ladder import BY_NAME
 from nscd.stepping import Motion
 

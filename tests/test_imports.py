@@ -12,7 +12,7 @@ RANKS = [
     ["nscd"],
     ["nscd/solvers/cholesky"],
     ["nscd/solvers"],
-    ["nscd/friction"],
+    ["nscd/friction", "nscd/frames"],
     ["nscd/solve.py"],
     ["nscd/rivals.py", "nscd/stepping"],
     ["nscd/__init__.py"],

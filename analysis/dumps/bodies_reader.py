@@ -69,7 +69,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         order = np.argsort(ids, kind="stable")
         if (twice := np.flatnonzero(np.diff(ids[order]) == 0)).size:
             raise DumpError(
-                f"{self.filename}, line {frame.line + order[twice[0] + 1]}: "
+                f"{self.filename}, {frame.where(order[twice[0] + 1])}: "
                 f"id {ids[order[twice[0]]]} occurs twice at step {frame.step}"
             )
         ts, data = self.ts, self._columns.quantities(table[order], frame)
@@ -77,7 +77,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
             if not (far := np.abs(data[name]) <= LARGEST_LENGTH).all():
                 row = int(np.argmin(far))
                 raise DumpError(
-                    f"{self.filename}, line {frame.line + order[row]}: {name}: "
+                    f"{self.filename}, {frame.where(order[row])}: {name}: "
                     f"{data[name][row]:g} m: a finite place is needed"
                 )
         self._refuse_damage(table, frame)
@@ -86,7 +86,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
         if height != 0 and not height <= FLAT * smallest:
             highest = order[int(np.argmax(z))]
             raise DumpError(
-                f"{self.filename}, line {frame.line + highest}: z from {z.min():g} to {z.max():g}: "
+                f"{self.filename}, {frame.where(highest)}: z from {z.min():g} to {z.max():g}: "
                 "disks in three dimensions; only crowds in one plane are read here"
             )
         ts.frame = number
@@ -104,7 +104,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
             name = self._columns.names[column]
             if name not in WORDS and not name.startswith(COMPUTED):
                 raise DumpError(
-                    f"{self.filename}, line {frame.line + row}: {name}: {table[row, column]:g}: "
+                    f"{self.filename}, {frame.where(row)}: {name}: {table[row, column]:g}: "
                     "a finite number is needed"
                 )
 

@@ -21,7 +21,7 @@ class Frame(NamedTuple):
     time: s, where the dump has ITEM: TIME
     low, high: (2,) m, the box in x and y
     rows: of its table
-    line: number of the first row in the file, from 1
+    line: number of the first row in the file, from 1; 0 where there are no lines
     offset, length: bytes of the table in the (decompressed) file
     """
 
@@ -38,3 +38,7 @@ class Frame(NamedTuple):
     def end(self) -> int:
         """Give the place behind the table (bytes)."""
         return self.offset + self.length
+
+    def where(self, row: int) -> str:
+        """Say where a row of the table is in the file."""
+        return f"line {self.line + row}" if self.line else f"step {self.step}, row {row + 1}"

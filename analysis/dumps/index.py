@@ -8,6 +8,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from analysis.dumps.binary import BEGIN, BinaryFrames, is_binary
 from analysis.dumps.frame import DumpError, Frame
 from analysis.dumps.heads import MARK, TIME, Heads
 from analysis.dumps.scan import (
@@ -31,21 +32,25 @@ BLOCK = 1 << 17
 
 
 def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
-    """Find and check the frames of a dump (kind ATOMS) or a dump local (kind ENTRIES), plain or
-    compressed.
+    """Find and check the frames of a dump (kind ATOMS; text, or binary as LAMMPS writes it) or a dump
+    local (kind ENTRIES), plain or compressed.
 
     Raises DumpError for a missing or empty file, one that is not such a dump, one that ends in
     mid-frame, periodic or triclinic boxes, steps that do not grow, and columns that change or occur
     twice."""
     try:
         with open_file(path) as file:
-            reader = _Frames(path, kind, file)
+            binary = kind == "ATOMS" and is_binary(file.read(len(BEGIN)))
+            file.seek(0)
+            reader = BinaryFrames(path, file) if binary else _Frames(path, kind, file)
             frames = tuple(reader.all())
+    except DAMAGED as error:
+        raise DumpError(f"{path}: damaged: {error}") from None
     except UnreadableError as error:
         raise DumpError(str(error)) from None
     if not frames:
         raise DumpError(f"{path}: empty: no frame in it")
-    return DumpIndex(path, frames, reader.columns)
+    return DumpIndex(path, frames, reader.columns, binary)
 
 
 class _Text:

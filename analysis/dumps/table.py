@@ -12,6 +12,7 @@ from typing import IO
 
 import numpy as np
 
+from analysis.dumps.binary import binary_numbers
 from analysis.dumps.frame import DumpError, Frame
 from analysis.dumps.numbers import numbers_in
 from analysis.support.reading import DAMAGED, NUMBER, open_file
@@ -33,11 +34,13 @@ class _Ahead:
 
 @dataclass(frozen=True)
 class DumpIndex:
-    """Hold where the frames of a dump are, and the names of the columns of its tables."""
+    """Hold where the frames of a dump are, and the names of the columns of its tables; whether these
+    are binary."""
 
     path: Path
     frames: tuple[Frame, ...]
     columns: tuple[str, ...]
+    binary: bool = False
     _ahead: _Ahead = field(
         default_factory=lambda: _Ahead({}), init=False, repr=False, compare=False
     )
@@ -67,15 +70,15 @@ class DumpIndex:
         frame, last = self.frames[number], number + 1
         while last < len(self.frames) and self.frames[last].end < frame.offset + ahead:
             last += 1
-        parts = self._parts(range(number, last))
         content = self.text(range(number, last))
-        words = WORDS & set(self.columns)
-        numbers = None if words else numbers_in(content, parts, len(self.columns))
+        numbers = None if WORDS & set(self.columns) else self.numbers(range(number, last), content)
+        parts = self._parts(range(number, last))
         if numbers is None:
             return {number: self._by_row(content[: parts[0, 1]], frame)}
         tables = np.split(numbers, np.cumsum(parts[:-1, 2]))
         for table, (start, end, _) in zip(tables, parts, strict=True):
-            if np.isinf(table).any() and _too_large(table, content[start:end]):
+            infinite = not self.binary and np.isinf(table).any()
+            if infinite and _too_large(table, content[start:end]):
                 return {number: self._by_row(content[: parts[0, 1]], frame)}
         return dict(zip(range(number, last), tables, strict=True))
 
@@ -102,7 +105,10 @@ class DumpIndex:
     def numbers(self, numbers: range, text: bytes) -> Floats | None:
         """Read the tables of frames from their text, one below the other; None where there is
         anything but numbers."""
-        return numbers_in(text, self._parts(numbers), len(self.columns))
+        parts, width = self._parts(numbers), len(self.columns)
+        if self.binary:
+            return binary_numbers(text, [(start, end) for start, end, _ in parts.tolist()], width)
+        return numbers_in(text, parts, width)
 
     def _by_row(self, content: bytes, frame: Frame) -> Floats:
         """The numbers of a frame that may have others than numbers."""
@@ -137,7 +143,7 @@ class DumpIndex:
         if not good.all():
             row = int(np.argmin(good))
             raise DumpError(
-                f"{self.path}, line {self.frames[number].line + row}: {what}: {column[row]:.12g} "
+                f"{self.path}, {self.frames[number].where(row)}: {what}: {column[row]:.12g} "
                 "where a whole number ≥ 1 is needed"
             )
         return column.astype(np.int64)

@@ -11,9 +11,9 @@ from analysis.dumps import Bodies
 from analysis.percussions.setting import Setting
 from analysis.percussions.table import certificate, walls_of, when
 from nscd.arrays import LARGEST
+from nscd.frames import Asked, Disks, Found, solve_frames
 from nscd.percussions import Status
 from nscd.show import arrays
-from nscd.solvers.frames import Asked, Disks, Found, solve_frames
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

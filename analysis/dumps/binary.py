@@ -1,0 +1,171 @@
+"""LAMMPS' binary dumps, as `dump custom` writes them into a file whose name ends in .bin.
+
+A frame is a head and, of each process that LAMMPS ran on, the number of its numbers (int32) and these
+(float64, row by row). The head, without gaps, in the order of the machine that wrote it:
+
+    int64      −10, the length of what follows
+    10 bytes   DUMPCUSTOM
+    int32      1, by which the order of bytes is known; int32 revision, 2
+    int64      step; int64 rows; int32 whether the box is triclinic
+    6 int32    boundaries, 0 for p: x low and high, y, z; 6 float64 m: the box
+    int32      columns; int32 length and bytes of the units; int8 whether float64 s, the time, follows
+    int32      length and bytes of the columns' names; int32 processes"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from analysis.dumps.frame import LARGEST_LENGTH, LARGEST_STEP, DumpError, Frame
+from analysis.support.reading import LARGEST_WHOLE
+from nscd.arrays import Floats
+
+MAGIC = b"DUMPCUSTOM"
+BEGIN = struct.pack("<q", -len(MAGIC)) + MAGIC
+SMALL = b"\xff" * 7
+REVISION, ORDER = 2, 1
+HEAD = struct.Struct("<qqi6i6di")
+# Names of columns have a few hundred bytes, and nobody has as many processors.
+LONGEST_NAMES, MOST_PROCESSES = 1 << 16, 1 << 20
+HOW = "write it as text, or with LAMMPS of 2020 or newer and `dump custom`"
+
+
+def is_binary(start: bytes) -> bool:
+    """Tell from its first bytes whether a dump is binary: a small negative number, in either
+    order."""
+    return SMALL in start[:8]
+
+
+class BinaryFrames:
+    """The frames of a binary dump; `columns` are known behind the first."""
+
+    def __init__(self, path: Path, file: IO[bytes]) -> None:
+        self.path, self._file, self._at = path, file, 0
+        self._step = -1
+        self.columns: tuple[str, ...] = ()
+
+    def all(self) -> Iterator[Frame]:
+        """Read all heads, in order. Raises DumpError naming the step."""
+        while start := self._file.read(len(BEGIN)):
+            self._at += len(start)
+            yield self._frame(start)
+
+    def _frame(self, start: bytes) -> Frame:
+        if start != BEGIN[: len(start)] or (len(start) < len(BEGIN) and self._step < 0):
+            if self._step < 0:
+                raise DumpError(
+                    f"{self.path}: not a LAMMPS dump of atoms with named columns; {HOW}"
+                )
+            raise DumpError(f"{self.path}: damaged behind step {self._step}: no frame follows")
+        if len(start) < len(BEGIN):
+            raise self._cut()
+        order, revision = self._take("<ii")
+        if (order, revision) != (ORDER, REVISION):
+            what = f"revision {revision}" if order == ORDER else "another order of bytes"
+            raise DumpError(f"{self.path}: a binary dump of {what}; {HOW}")
+        step, rows, triclinic, *rest = self._take(HEAD.format)
+        where = f"{self.path}, step {step}"
+        boundaries, ends, width = rest[:6], rest[6:12], rest[12]
+        if not self._step < step <= LARGEST_STEP:
+            raise DumpError(
+                f"{where}: it follows step {self._step}; frames must be in order, each once"
+            )
+        if not 0 <= rows <= LARGEST_WHOLE or not np.abs(ends).max() <= LARGEST_LENGTH:
+            raise DumpError(f"{where}: damaged: {rows} rows, a box of {ends}")
+        self._step = step
+        self._refuse_box(where, triclinic, boundaries)
+        time = self._units_and_time(where)
+        names = self._words(where)
+        if len(names) != width or not width:
+            raise DumpError(f"{where}: damaged: {len(names)} names of {width} columns")
+        if len(set(names)) != len(names):
+            raise DumpError(f"{where}: a column occurs twice: {' '.join(names)}")
+        if self.columns and names != self.columns:
+            raise DumpError(f"{self.path}: the columns change at step {step}")
+        self.columns = names
+        offset = self._at
+        self._pass_numbers(where, rows * width)
+        low, high = (ends[0], ends[2]), (ends[1], ends[3])
+        return Frame(step, time, low, high, rows, 0, offset, self._at - offset)
+
+    def _refuse_box(self, where: str, triclinic: int, boundaries: list[int]) -> None:
+        if triclinic:
+            raise DumpError(f"{where}: a triclinic box; only boxes along x and y are read here")
+        for axis, pair in zip("xy", (boundaries[:2], boundaries[2:4]), strict=True):
+            if 0 in pair:
+                raise DumpError(
+                    f"{where}: the box is periodic in {axis}: contacts across its boundary would be "
+                    "missed; write the dump with boundary f or s in x and y"
+                )
+
+    def _units_and_time(self, where: str) -> float | None:
+        units = " ".join(self._words(where))
+        if units not in ("", "si"):
+            raise DumpError(f"{where}: units {units[:40]}; only si is read here")
+        (timed,) = self._take("<b")
+        if not timed:
+            return None
+        time = float(self._take("<d")[0])
+        if not abs(time) <= LARGEST_LENGTH:
+            raise DumpError(f"{where}: time: {time} is not a number")
+        return time
+
+    def _pass_numbers(self, where: str, count: int) -> None:
+        """Go past the numbers of a frame, which are to be so many."""
+        (processes,) = self._take("<i")
+        if not 0 <= processes <= MOST_PROCESSES:
+            raise DumpError(f"{where}: damaged: it is of {processes} processes")
+        found = 0
+        for _ in range(processes):
+            (some,) = self._take("<i")
+            found += some
+            if some < 0 or found > count:
+                break
+            self._at = self._file.seek(8 * some, 1)
+        if found != count:
+            raise DumpError(f"{where}: damaged: {found} numbers where {count} are needed")
+        # a file ends where its last byte is, wherever one looks for it
+        if count:
+            self._file.seek(-1, 1)
+            if not self._file.read(1):
+                raise self._cut()
+
+    def _words(self, where: str) -> tuple[str, ...]:
+        (length,) = self._take("<i")
+        if not 0 <= length <= LONGEST_NAMES:
+            raise DumpError(f"{where}: damaged: names of {length} bytes")
+        return tuple(self._bytes(length).decode("ascii", "replace").split())
+
+    def _take(self, kinds: str) -> tuple[Any, ...]:
+        return struct.unpack(kinds, self._bytes(struct.calcsize(kinds)))
+
+    def _bytes(self, count: int) -> bytes:
+        found = self._file.read(count)
+        self._at += len(found)
+        if len(found) < count:
+            raise self._cut()
+        return found
+
+    def _cut(self) -> DumpError:
+        return DumpError(
+            f"{self.path}: truncated: the file ends inside a frame, at byte {self._at}"
+        )
+
+
+def binary_numbers(content: bytes, parts: list[tuple[int, int]], width: int) -> Floats:
+    """Read the numbers of frames, one below the other, (rows, width).
+
+    parts: start and end of each in the content, from the number of processes on"""
+    found = []
+    for start, end in parts:
+        at = start + 4
+        while at < end:
+            (some,) = struct.unpack_from("<i", content, at)
+            found.append(np.frombuffer(content, "<f8", some, at + 4))
+            at += 4 + 8 * some
+    whole = np.concatenate(found) if found else np.empty(0)
+    return whole.astype(np.float64, copy=False).reshape(-1, width)
