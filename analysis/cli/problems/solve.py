@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Dump = Annotated[
     Path,
     typer.Argument(
-        help="LAMMPS text dump, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
+        help="LAMMPS dump, text or binary, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
         "xu yu or xs ys), radius and mass or density; or an FCLIB file (HDF5), which has its own "
         "contacts."
     ),
