@@ -40,8 +40,7 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
     twice."""
     try:
         with open_file(path) as file:
-            binary = kind == "ATOMS" and is_binary(file.read(len(BEGIN)))
-            file.seek(0)
+            binary = kind == "ATOMS" and _begins_binary(file)
             reader = BinaryFrames(path, file) if binary else _Frames(path, kind, file)
             frames = tuple(reader.all())
     except DAMAGED as error:
@@ -51,6 +50,15 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
     if not frames:
         raise DumpError(f"{path}: empty: no frame in it")
     return DumpIndex(path, frames, reader.columns, binary)
+
+
+def _begins_binary(file: IO[bytes]) -> bool:
+    try:
+        return is_binary(file.read(len(BEGIN)))
+    except DAMAGED:  # who reads it as text says where
+        return False
+    finally:
+        file.seek(0)
 
 
 class _Text:
