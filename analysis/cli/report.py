@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Limits, Out, Runs, command_line, positive, progress, say_runs, warn
+from analysis.cli.app import (
+    Limits,
+    Out,
+    Runs,
+    Scheduler,
+    command_line,
+    positive,
+    progress,
+    say_runs,
+    warn,
+)
 from analysis.cli.rigid_law import RigidLaw
 
 if TYPE_CHECKING:
@@ -40,6 +50,7 @@ def report(
     ] = 1.0,
     rigid_law: RigidLaw = None,
     limits: Limits = None,
+    scheduler: Scheduler = None,
     runs: Runs = Path("out"),
     out: Out = Path("report"),
 ) -> None:
@@ -60,6 +71,7 @@ def report(
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene
 
+    runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
     names = engine or [known.NAME for known in ENGINES]
     soft = _with_springs(names)
@@ -67,7 +79,7 @@ def report(
     motions = [motion_of(one.scene, names, one.stiffnesses, seeds, runs) for one in chosen]
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     with progress() as bars:
-        run_ahead(needed, bars)  # all at once, so that no core waits for the last run of a scene
+        run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
         moved = [in_motion(motion, last, bars, own) for motion in motions]
         studies = [
             study(

@@ -259,10 +259,13 @@ class Cost:
 
 
 def run_ahead(
-    runs: Sequence[EngineRun], progress: Progress | None = None, processes: int | None = None
+    runs: Sequence[EngineRun],
+    progress: Progress | None = None,
+    processes: int | None = None,
+    scheduler: str | None = None,
 ) -> dict[Path, Cost]:
-    """Run what is not finished, in as many processes as there are cores; return what each folder
-    cost.
+    """Run what is not finished, in as many processes as there are cores, or on the Dask cluster of a
+    scheduler; return what each folder cost.
 
     A run that fails is left to who needs it, who says so. In processes of their own, since the CPU
     time of an engine is measured as that of the children of its process."""
@@ -272,7 +275,7 @@ def run_ahead(
     if not wanted:
         return costs
     tasks = [Task(call=_cost_of, arguments=(run,), work=run.particle_steps) for run in wanted]
-    with workers(min(processes or os.cpu_count() or 1, len(wanted))) as executor:
+    with workers(min(processes or os.cpu_count() or 1, len(wanted)), scheduler) as executor:
         made = do_all(tasks, executor, "engine runs", progress)
     return costs | {run.folder: cost for run, cost in zip(wanted, made, strict=True)}
 

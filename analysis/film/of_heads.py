@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from analysis.scene.real.import_crowd import ImportedCrowd, import_crowd
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.real.trajectory import Recording
 from analysis.scene.scene import Room, Scene, SceneError, read_room
+from analysis.support.parallel import Task, do_all
 from analysis.support.progress import Progress
 from nscd import Snapshot
 from nscd.percussions import Status
@@ -28,11 +31,13 @@ def film_heads(
     *,
     mass: float = 75.0,
     progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> list[Reel]:
     """Make a reel of a recording for each radius (m) of its people, in the order of the radii.
 
     frames: of the file; about 50, evenly spread, where left out
     mass: kg
+    executor: whose workers measure the frames; this process where left out
 
     In each frame people are moved apart from where the frame before left them. Where they cannot
     be, the frame has the status `failed` and its reason. Raises TrajectoryError, SceneError and
@@ -45,7 +50,7 @@ def film_heads(
         raise SceneError(f"{room}: drive: is missing; who walks where presses these people?")
     reels = []
     for radius in sorted(radii):
-        made: list[Frame] = []
+        tasks: list[Task] = []
         crowd: ImportedCrowd | None = None
         found: SnapshotPercussions | None = None
         for number in numbers:
@@ -56,16 +61,14 @@ def film_heads(
             try:
                 crowd = import_crowd(still, radius=radius, room=room, mass=mass, before=crowd)
             except (OverlapError, SceneError) as error:
-                made.append(_failed(number, time, str(error)))
+                tasks.append(Task(call=_failed, arguments=(number, time, str(error)), work=0.0))
                 continue
             snapshot = replace(crowd.scene.snapshot, time=time)
             found = percussions_of(Setting.of(crowd.scene), snapshot, before=found)
-            made.append(
-                frame_of(crowd.scene, number, found, heads=crowd.heads, account=crowd.report)
-            )
-            if progress:
-                share = (numbers.index(number) + 1) / len(numbers)
-                progress(f"film of {recording.file.name}, radius {radius:g} m", share)
+            call = partial(frame_of, heads=crowd.heads, account=crowd.report)
+            tasks.append(Task(call=call, arguments=(crowd.scene, number, found), work=1.0))
+        label = f"film of {recording.file.name}, radius {radius:g} m"
+        made: list[Frame] = do_all(tasks, executor, label, progress)
         if all(frame.found is None for frame in made):
             raise ValueError(made[0].reason)
         reels.append(

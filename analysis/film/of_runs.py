@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from analysis.film.frame import Reel, frame_of
 from analysis.film.frames import Frames
 from analysis.pages.names import engine_name
 from analysis.percussions import PercussionAnalysis
+from analysis.support.parallel import Task, do_all
 from analysis.support.progress import Progress
 
 # The residual that the percussions of a comparison must reach.
@@ -23,15 +25,19 @@ SAME = 1e-6
 
 
 def film_runs(
-    folders: Sequence[Path], frames: Frames | None = None, progress: Progress | None = None
+    folders: Sequence[Path],
+    frames: Frames | None = None,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> list[Reel]:
     """Make a reel of each finished run.
 
     frames: of the dumps, from 0; about 50, evenly spread, where left out
+    executor: whose workers match and measure the frames; this process where left out
 
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
     ValueError for frames that are not there and for runs whose frames are not at the same times."""
-    reels = [_reel(folder, frames, progress) for folder in folders]
+    reels = [_reel(folder, frames, progress, executor) for folder in folders]
     times = [np.array([frame.time for frame in reel.frames]) for reel in reels]
     for folder, other in zip(folders[1:], times[1:], strict=True):
         if len(other) != len(times[0]) or np.abs(other - times[0]).max() > SAME * times[0].max():
@@ -39,7 +45,9 @@ def film_runs(
     return reels
 
 
-def _reel(folder: Path, frames: Frames | None, progress: Progress | None) -> Reel:
+def _reel(
+    folder: Path, frames: Frames | None, progress: Progress | None, executor: Executor | None
+) -> Reel:
     """The frames of one run."""
     run = open_run(folder)
     count = len(run.index.frames)
@@ -49,13 +57,13 @@ def _reel(folder: Path, frames: Frames | None, progress: Progress | None) -> Ree
     )
     # one after the other: each is the guess of the next
     analysis.run(frames=chosen)
-    made = []
-    for place, (number, found) in enumerate(zip(chosen, analysis.results.frames, strict=True)):
+    tasks = []
+    for number, found in zip(chosen, analysis.results.frames, strict=True):
         contacts = contacts_at(run.index, number)
         check_contacts(run.index, number, contacts, found.snapshot, run.scene)
-        made.append(frame_of(run.scene, number, found, contacts))
-        if progress:
-            progress(f"film of {folder}", (place + 1) / len(chosen))
+        arguments = (run.scene, number, found, contacts)
+        tasks.append(Task(call=frame_of, arguments=arguments, work=1.0))
+    made = do_all(tasks, executor, f"film of {folder}", progress)
     if not any(len(frame.lower) for frame in made):
         raise DumpError(f"{folder}: no contact in any of its frames; there is nothing to see")
     name = engine_name(run.record.engine)

@@ -75,12 +75,21 @@ def end_with_parent() -> None:
 
 
 def do_all(
-    tasks: Sequence[Task], executor: Executor, label: str, progress: Progress | None = None
+    tasks: Sequence[Task], executor: Executor | None, label: str, progress: Progress | None = None
 ) -> list[Any]:
-    """The results of all tasks, in their order; the most work is begun first."""
+    """The results of all tasks, in their order; the most work is begun first, or, without an
+    executor, what comes first."""
     if not tasks:
         return []
     total, done = sum(task.work for task in tasks) or 1.0, 0.0
+    if executor is None:
+        made = []
+        for task in tasks:
+            made.append(task.call(*task.arguments))
+            done += task.work
+            if progress:
+                progress(label, done / total)
+        return made
     order = sorted(range(len(tasks)), key=lambda number: -tasks[number].work)
     if progress:
         progress(label, 0.0)

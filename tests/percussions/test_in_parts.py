@@ -1,8 +1,6 @@
 """Percussions as a folder of parts: the rows of one table, kept when the work is interrupted."""
 
 import os
-import subprocess
-import sys
 
 import pandas as pd
 import pytest
@@ -98,30 +96,6 @@ def test_no_contact_anywhere(tmp_path):
     job = DumpToSolve(path=path, setting=Setting(left_velocity="dump"))
     with pytest.raises(DumpError, match=r"far.dump: no contact in any frame"):
         solve_in_parts(job, tmp_path / "parts.parquet", PART)
-
-
-@pytest.fixture
-def cluster():
-    """A Dask scheduler, and the processes of its two workers."""
-    distributed = pytest.importorskip(
-        "distributed", reason="no Dask (pip install 'crowd-percussions[cluster]')"
-    )
-    with distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=50) as local:
-        address = local.scheduler_address
-        call = [sys.executable, "-m", "distributed.cli.dask_worker", address]
-        call += ["--no-nanny", "--nthreads", "1", "--no-dashboard"]
-        processes = [
-            subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            for _ in range(2)
-        ]
-        try:
-            with distributed.Client(address) as client:
-                client.wait_for_workers(2, timeout=60)
-                yield address, processes
-        finally:
-            for process in processes:
-                process.kill()
-                process.wait()
 
 
 def test_a_worker_is_lost(dump, tmp_path, cluster):

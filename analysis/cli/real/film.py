@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, command_line, progress, show
+from analysis.cli.app import Out, Scheduler, command_line, processes, progress, show
 from analysis.cli.real.options import Exports, FrameRate, Mass, Radii, Room, Unit
 from analysis.support.parts import load
 
 if TYPE_CHECKING:
     from analysis.film.frame import Reel
-    from analysis.film.frames import Frames
 
 RADII = (0.16, 0.18, 0.20)
 
@@ -37,6 +39,10 @@ def film(
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Write film.parquet too (needs pyarrow).")
     ] = False,
+    jobs: Annotated[
+        int, typer.Option(parser=processes, help="Processes that measure the frames.")
+    ] = 1,
+    scheduler: Scheduler = None,
     out: Out = Path("film"),
 ) -> None:
     """Make a film of the contact forces of a run, or of a real trajectory.
@@ -51,8 +57,11 @@ def film(
     """
     from analysis.film.export import export as export_film
     from analysis.film.frames import Frames
+    from analysis.film.of_heads import film_heads
+    from analysis.film.of_runs import film_runs
     from analysis.film.page import write_film
     from analysis.film.summary import write_table
+    from analysis.scene.real.trajectory import Recording
 
     if parquet:
         load("pyarrow")
@@ -61,15 +70,17 @@ def film(
     if all(folders):
         if room or radius or unit or frame_rate:
             raise ValueError("--room, --radius, --unit and --frame-rate: only of a trajectory file")
-        reels, source = _runs(target, chosen), ""
+        make, source = partial(film_runs, target, chosen), ""
     elif len(target) > 1:
         odd = target[folders.index(False)]
         raise ValueError(f"{odd}: no folder of a run; a film is of runs, or of one trajectory file")
     elif room is None:
         raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
     else:
-        reels = _heads(target[0], room, sorted(radius or RADII), chosen, mass, unit, frame_rate)
+        recording = Recording.read(target[0], unit=unit, frame_rate=frame_rate)
+        make = partial(film_heads, recording, room, sorted(radius or RADII), chosen, mass=mass)
         source = target[0].name
+    reels = _made(make, jobs, scheduler)
     for path in write_table(reels, out, parquet=parquet):
         print(path)
     for form in dict.fromkeys(export or []):
@@ -82,28 +93,15 @@ def film(
         raise typer.Exit(1)
 
 
-def _runs(folders: list[Path], frames: Frames | None) -> list[Reel]:
-    from analysis.film.of_runs import film_runs
+def _made(make: Callable[..., list[Reel]], jobs: int, scheduler: str | None) -> list[Reel]:
+    """Make the reels, with as many processes, or on the cluster of a scheduler."""
+    from analysis.support.parallel import workers
 
-    with progress() as bars:
-        return film_runs(folders, frames, bars)
-
-
-def _heads(
-    file: Path,
-    room: Path,
-    radii: list[float],
-    frames: Frames | None,
-    mass: float,
-    unit: Unit,
-    frame_rate: float | None,
-) -> list[Reel]:
-    from analysis.film.of_heads import film_heads
-    from analysis.scene.real.trajectory import Recording
-
-    recording = Recording.read(file, unit=unit, frame_rate=frame_rate)
-    with progress() as bars:
-        return film_heads(recording, room, radii, frames, mass=mass, progress=bars)
+    with contextlib.ExitStack() as stack:
+        executor = None
+        if jobs > 1 or scheduler:
+            executor = stack.enter_context(workers(jobs, scheduler))
+        return make(progress=stack.enter_context(progress()), executor=executor)
 
 
 def _say(reels: list[Reel]) -> None:
