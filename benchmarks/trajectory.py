@@ -1,5 +1,7 @@
 """Seconds to post-process a trajectory: a dump of 1,000 frames of 594 disks read, its contacts
-found and solved, and written.
+found and solved, and written as CSV and as Parquet.
+
+Beside it the parts: to find the frames and read their numbers, and to find and solve contacts.
 
 A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the
 frames that could be corrected from the frame before, beside those of the same frames solved from
@@ -16,21 +18,24 @@ import resource
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from machine import describe
 
-from analysis.dumps import open_bodies, snapshot_of
+from analysis.dumps import index_dump, open_bodies, snapshot_of
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.library.families import heap
+from analysis.percussions.at_once import solve_at_once
 from analysis.percussions.dump_to_csv import (
     DumpToSolve,
     executor_for,
     setting_beside,
     solve_dump,
 )
+from analysis.percussions.rows import is_parquet
 from analysis.percussions.setting import left_velocity_of
 from analysis.percussions.trajectory import PercussionAnalysis
 from analysis.scene.scene import read_scene
@@ -69,28 +74,62 @@ def main() -> None:
                 f"to {TOLERANCE:g}"
             )
             print(
-                f"{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms per frame':>14}{'contacts':>11}"
-                f"{'not solved':>12}"
+                f"{'table':>8}{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms per frame':>14}"
+                f"{'contacts':>11}{'not solved':>12}"
             )
-            for workers in given.workers:
-                whole(dump, workers, given.frames, folder / "contacts.csv")
+            for kind in ("csv", "parquet"):
+                for workers in given.workers:
+                    whole(dump, workers, given.frames, folder / f"contacts.{kind}")
+            parts(dump)
             frame_by_frame(dump)
 
 
-def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
-    """One row: the whole dump to a CSV file."""
-    started, used = time.perf_counter(), cpu_seconds()
+def job_of(dump: Path) -> DumpToSolve:
+    """What is asked of the dump."""
     setting = setting_beside(dump, left_velocity="desired", contact_tolerance=TOUCH)
-    job = DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
+    return DumpToSolve(path=dump, setting=setting, tolerance=TOLERANCE, openness="none")
+
+
+def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
+    """One row: the whole dump to a table."""
+    job = job_of(dump)
+    # kernels are loaded before; of another dump to the cache, so that frames are found once more
+    replace(job, time_step=1.0, parquet=is_parquet(out)).solve(range(frames - 3, frames))
+    started, used = time.perf_counter(), cpu_seconds()
     with executor_for(job, workers) as executor:
-        unsolved = solve_dump(job, out, executor=executor, workers=workers).unsolved
+        found = solve_dump(job, out, executor=executor, workers=workers)
     wall, cpu = time.perf_counter() - started, cpu_seconds() - used
-    with out.open(encoding="utf-8") as rows:
-        contacts = sum(1 for _ in rows) - 1
-    each = 1e3 * wall / frames
-    print(f"{workers:>8}{wall:>10.2f}{cpu:>10.2f}{each:>14.2f}{contacts:>11}{len(unsolved):>12}")
-    for line in unsolved[:3]:
+    print(
+        f"{out.suffix[1:]:>8}{workers:>8}{wall:>10.2f}{cpu:>10.2f}{1e3 * wall / frames:>14.2f}"
+        f"{found.contacts:>11}{len(found.unsolved):>12}"
+    )
+    for line in found.unsolved[:3]:
         print(f"    {line}")
+
+
+def parts(dump: Path) -> None:
+    """CPU seconds of finding the frames, reading their numbers, and the rest up to percussions."""
+    job, used = job_of(dump), []
+    began = time.thread_time()
+    index = index_dump(dump)
+    used.append(time.thread_time() - began)
+    blocks = job.blocks(range(len(index.frames)))
+    began = time.thread_time()
+    for block in blocks:
+        index.numbers(block, index.text(block))
+    used.append(time.thread_time() - began)
+    trajectory = open_bodies(dump).trajectory
+    solving = 0.0
+    for block in blocks:
+        bodies = trajectory.bodies(block, index.text(block), needs_velocity=False)
+        began = time.thread_time()
+        solve_at_once(bodies, job.setting, job.tolerance)
+        solving += time.thread_time() - began
+    size = dump.stat().st_size / 1e6
+    print(
+        f"CPU s of one thread: frames found {used[0]:.2f}, numbers read {used[1]:.2f} "
+        f"({size / used[1]:.0f} MB/s), contacts and percussions {solving:.2f}"
+    )
 
 
 def frame_by_frame(dump: Path) -> None:
