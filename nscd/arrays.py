@@ -70,6 +70,13 @@ def number(value: Any, name: str, need: str = "a finite number") -> float:
     return float(value)
 
 
+def count(value: Any, name: str) -> int:
+    """Take a whole number of at least 1; raise ValueError naming the field for all else."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise ValueError(f"{name}: {shown(value)}; 1 or more are needed")
+    return int(value)
+
+
 def flag(value: Any, name: str) -> bool:
     """Take True or False; raise ValueError naming the field for all else."""
     if not isinstance(value, bool | np.bool_):

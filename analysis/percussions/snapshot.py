@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Snapshot, solve
 from nscd.arrays import Floats
 from nscd.show import as_html, draw
+from nscd.solve import Search
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,13 +86,13 @@ def percussions_of(
     *,
     tolerance: float = 1e-8,
     solver: str = "auto",
-    canonical: bool = True,
     before: SnapshotPercussions | None = None,
+    **search: Unpack[Search],
 ) -> SnapshotPercussions:
     """Compute the percussions of a snapshot in a scene: contacts, left velocity, solution, window.
 
     law: where left out inelastic, with the friction of the scene or setting
-    tolerance, solver, canonical: of `nscd.solve`
+    tolerance, solver, search: of `nscd.solve`
     before: the answer of the frame before; where the same disks touch and are pressed alike, it
         makes the solution cheaper and does not change it
 
@@ -111,7 +112,7 @@ def percussions_of(
         tolerance=tolerance,
         solver=solver,
         guess=before.answer if before and _alike(before, contacts, left) else None,
-        canonical=canonical,
+        **search,
     )
     return SnapshotPercussions(
         setting=setting,

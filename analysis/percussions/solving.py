@@ -44,6 +44,7 @@ class DumpToSolve:
     law: of the contacts; inelastic where left out
     tolerance: residual up to which a frame counts as solved
     openness: what is said of reactions that the mechanics may leave open
+    threads: of each large frame
     parquet: whether rows are made for Parquet, not for CSV
     """
 
@@ -53,6 +54,7 @@ class DumpToSolve:
     law: ContactLaw | None = None
     tolerance: float = 1e-8
     openness: Openness = "determined"
+    threads: int = 1
     parquet: bool = False
 
     @property
@@ -139,7 +141,12 @@ class DumpToSolve:
         for step, seconds, snapshot in snapshots:
             try:
                 found = percussions_of(
-                    self.setting, snapshot, self.law, tolerance=self.tolerance, before=before
+                    self.setting,
+                    snapshot,
+                    self.law,
+                    tolerance=self.tolerance,
+                    before=before,
+                    threads=self.threads,
                 )
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {step}: {error}") from None

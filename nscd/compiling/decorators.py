@@ -75,22 +75,37 @@ def inner(function: Function, /) -> Function:
 
 
 @overload
-def inner(*, apart: bool = False, **options: Any) -> Callable[[Function], Function]:
+def inner(
+    *, apart: bool = False, disjoint: bool = False, **options: Any
+) -> Callable[[Function], Function]:
     """Compile with options."""
 
 
-def inner(function: Any = None, /, *, apart: bool = False, **options: Any) -> Any:
+def inner(
+    function: Any = None, /, *, apart: bool = False, disjoint: bool = False, **options: Any
+) -> Any:
     """Compile a function, to be called by kernels only; a call from Python raises TypeError.
 
-    apart, options: as of `kernel`"""
+    apart, options: as of `kernel`
+    disjoint: no array that it is given overlaps another one, so that what it writes does not change
+        what it reads, and loops can be vector instructions"""
     kind = _InnerApart if apart else _Inner
-    return _decorated(kind, function, options | {"no_cpython_wrapper": True})
+    return _decorated(kind, function, options | {"no_cpython_wrapper": True}, disjoint=disjoint)
 
 
-def _decorated(kind: type[Any], function: Any, options: dict[str, Any]) -> Any:
+def _without_overlap(flags: Any) -> Any:
+    flags.noalias = True
+    return flags
+
+
+def _decorated(
+    kind: type[Any], function: Any, options: dict[str, Any], *, disjoint: bool = False
+) -> Any:
     def decorate(plain: Callable[..., Any]) -> Any:
         fixed = {"nopython": True, "nogil": False, "no_cfunc_wrapper": True}
         compiled = kind(py_func=plain, targetoptions=fixed | options)
+        if disjoint:
+            compiled._compiler._customize_flags = _without_overlap
         compiled._cache = Loading(plain)
         return compiled
 

@@ -11,7 +11,7 @@ from nscd.arrays import Flags, Floats
 from nscd.compiling import inner, kernel
 from nscd.solvers.cholesky.factor import factorise
 from nscd.solvers.closing import CLOSED, EXACT, PENALTY, close_contacts
-from nscd.solvers.projected_gradient import descend
+from nscd.solvers.projected_gradient import descend_task
 from nscd.solvers.system import System, approach, even, stiffness
 from nscd.solvers.task import UNKNOWN, Answer, Held, Task
 from nscd.solvers.thresholds import AT
@@ -29,8 +29,8 @@ ROUNDING = 4.0 * PENALTY * float(np.finfo(float).eps)
 def active_set(task: Task) -> Answer:
     """Find the closed contacts by descent and close them, however many there are."""
     system = task.system
-    reaction, velocity, sweeps, _ = descend(
-        system, task.tolerance, AT.sweeps, _steady(system), np.inf
+    reaction, velocity, sweeps, _ = descend_task(
+        task, task.tolerance, AT.sweeps, _steady(system), np.inf
     )
     return close_set(task, pressing(system, reaction, velocity), sweeps)[0]
 
@@ -50,8 +50,8 @@ def descend_and_close(task: Task) -> Answer:
     system = task.system
     n = len(system.mass)
     most = AT.sweeps if n >= AT.large else AT.few_sweeps
-    reaction, velocity, sweeps, _ = descend(
-        system, task.tolerance, most, _steady(system), AT.isostatic
+    reaction, velocity, sweeps, _ = descend_task(
+        task, task.tolerance, most, _steady(system), AT.isostatic
     )
     closed = pressing(system, reaction, velocity)
     share = int(closed.sum()) / (2 * n)
@@ -112,7 +112,7 @@ def close_set(
     return task.answer(reaction, velocity, before + int(done), least=least), float(error)
 
 
-@kernel(apart=True)
+@kernel(apart=True, nogil=True)
 def _rounds(
     system: Any, factor: Any, closed: Any, theta: Any, most: Any, thorough: Any, enough: Any
 ) -> Any:

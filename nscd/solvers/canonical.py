@@ -79,7 +79,7 @@ def larger(a: float, b: float) -> float:
     return a if a >= b or a != a else b
 
 
-@kernel(apart=True)
+@kernel(apart=True, nogil=True)
 def least_energy(system: Any, factor: Any, reaction: Any, u: Any, tolerance: float) -> Any:
     """Compute reactions λ (k,) N·s of least Σλ² with the same momentum Cᵀλ as given ones, λ ≥ 0,
     and λ = 0 where the contact opens by more than tolerance · ‖u⁻‖∞.

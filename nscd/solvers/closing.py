@@ -23,7 +23,7 @@ FIRM = 1e9
 STEPS = 200
 
 
-@kernel(apart=True)
+@kernel(apart=True, nogil=True)
 def close_contacts(
     system: Any, factor: Any, closed: Any, theta: Any, reaction: Any, u: Any, v: Any, most: Any, enough: Any
 ) -> int:  # fmt: skip

@@ -147,6 +147,16 @@ def climb(task: Task, solver: str = "auto") -> Answer:
 
 
 def _climb(task: Task, rungs: list[Rung]) -> Answer:
+    try:
+        answer = _tried(task, rungs)
+    except BaseException:
+        task.team.leave(failed=True)
+        raise
+    task.team.leave(failed=False)
+    return answer
+
+
+def _tried(task: Task, rungs: list[Rung]) -> Answer:
     for rung in rungs:
         answer, last = rung.solve(task), rung is rungs[-1]
         if answer.settled is False and not last:
@@ -159,4 +169,6 @@ def _climb(task: Task, rungs: list[Rung]) -> Answer:
         if last or answer.settled or task.error(answer) <= task.tolerance:
             break
     why = rung.why.format(n=len(task.problem.mass))
+    if task.team.called:
+        why += f"; {task.team.threads} threads"
     return answer._replace(solver=rung.name, why=why)

@@ -95,9 +95,7 @@ def _solve(
         none, nothing = np.empty(0), np.empty((0, 2))
         return False, none, nothing, nothing, 0, 0, 0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     whole = system_at(first, second, is_wall, normal, mass, left, np.zeros(k))
-    reaction, velocity, chosen = answer(
-        whole, nothing_near(), tolerance, least, np.bool_(True)
-    )
+    reaction, velocity, chosen = answer(whole, nothing_near(), tolerance, least, np.bool_(True))
     said = certified(whole, reaction, velocity, chosen.bound)
     answered = said.finite and max(said.residual, said.momentum_error) <= tolerance
     return (
@@ -129,7 +127,7 @@ def system_at(
     return System(i, j, there, back, there, back, none, none, heavy, free, offset, w, scale)
 
 
-@inner(apart=True)
+@kernel(apart=True)
 def certified(system: Any, reaction: Any, velocity: Any, bound: float) -> Any:
     """Recompute what an answer says of itself, from its reactions and velocities."""
     n, k = len(velocity), len(reaction)

@@ -8,6 +8,7 @@ import numpy as np
 
 from nscd.arrays import Floats
 from nscd.compiling import inner, kernel
+from nscd.compiling.team import ALONE, Team
 from nscd.problem import ContactProblem
 from nscd.solvers.cholesky.factor import Factor, factor_of
 
@@ -43,9 +44,9 @@ class System(NamedTuple):
     scale: float
 
 
-def system_of(problem: ContactProblem) -> tuple[System, Factor]:
+def system_of(problem: ContactProblem, team: Team = ALONE) -> tuple[System, Factor]:
     """Put a problem into the kernels' form, and reserve storage for its factors in a good order."""
-    factor = factor_of(problem)
+    factor = factor_of(problem, team)
     order, place, contact = factor.order, factor.place, factor.contact
     first, second = problem.first[contact], problem.second[contact]
     system = System(

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.arrays import Flags, Floats
+from nscd.compiling.team import Team
 from nscd.problem import ContactProblem
-from nscd.solvers.cholesky.factor import Factor
+from nscd.solvers.cholesky.factor import Factor, serve, shared
 from nscd.solvers.system import System, system_of
 
 
@@ -56,17 +57,22 @@ class Workspace:
     """Make the problem in elimination order and storage for its factors when first asked for.
 
     held: what the factor in storage is of
-    branches: of contacts that form trees, where the solver found them"""
+    branches: of contacts that form trees, where the solver found them
+    team: the threads, for whom `leave` is to be called in the end"""
 
-    def __init__(self, problem: ContactProblem) -> None:
+    def __init__(self, problem: ContactProblem, threads: int) -> None:
         self._problem = problem
+        self.team = Team(threads)
         self.held = UNKNOWN
         self.branches: Any = None
 
     @cached_property
     def both(self) -> tuple[System, Factor]:
         """Make the problem in elimination order, and storage for its factors."""
-        return system_of(self._problem)
+        system, factor = system_of(self._problem, self.team)
+        if shared(factor):
+            self.team.call(factor.fronts.shared.control, serve, system, factor)
+        return system, factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,7 +84,8 @@ class Task:
     canonical: whether λ is to be the one of least energy where it is not unique
     guess: (k,) N·s, the reactions of a similar problem
     start: where an unsettled rung ended
-    forest: whether the contacts are known to form trees"""
+    forest: whether the contacts are known to form trees
+    threads: how many work on one large crowd"""
 
     problem: ContactProblem
     tolerance: float
@@ -86,10 +93,11 @@ class Task:
     guess: Floats | None = None
     start: Answer | None = None
     forest: bool = False
+    threads: int = 1
     workspace: Workspace = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "workspace", Workspace(self.problem))
+        object.__setattr__(self, "workspace", Workspace(self.problem, self.threads))
 
     @property
     def system(self) -> System:
@@ -100,6 +108,11 @@ class Task:
     def factor(self) -> Factor:
         """Give the order of elimination, and storage for the factors."""
         return self.workspace.both[1]
+
+    @property
+    def team(self) -> Team:
+        """Give the threads that work on it."""
+        return self.workspace.team
 
     def part(self, contacts: Flags, disks: Flags, *, forest: bool) -> Task:
         """Restrict the task to some contacts (k,) and the disks (n,) that they are between."""

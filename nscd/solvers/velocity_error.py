@@ -90,7 +90,7 @@ def _rounding(system: Any, given: Any, reaction: Any, u: Any) -> float:
     return math.sqrt(square)
 
 
-@kernel(apart=True)
+@kernel(apart=True, nogil=True)
 def _by_factor(
     system: Any, factor: Any, given: Any, reaction: Any, u: Any, held: Any, equal: Any
 ) -> Any:

@@ -66,6 +66,9 @@ def solve(
     tolerance: Tolerance = 1e-8,
     openness: Openness = "determined",
     workers: Annotated[int, typer.Option(parser=processes, help="Cores that work on it.")] = 1,
+    threads: Annotated[
+        int, typer.Option(parser=count, help="Threads for each frame of 10,000 disks or more.")
+    ] = 1,
     scheduler: Scheduler = None,
     part_frames: PartFrames = None,
     out: Table = Path("contacts.csv"),
@@ -102,6 +105,7 @@ def solve(
         law=ContactLaw(restitution=restitution),
         tolerance=tolerance,
         openness=openness,
+        threads=threads,
     )
     found = _solve_dump(job, out, part_frames, workers, scheduler)
     _say(found, dump, out)

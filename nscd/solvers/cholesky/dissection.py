@@ -13,6 +13,7 @@ import numpy as np
 
 from nscd.arrays import Floats, Index32, Indices
 from nscd.compiling import inner, kernel
+from nscd.compiling.team import ALONE, Team
 from nscd.solvers.cholesky.separators import (
     CUT,
     LEFT,
@@ -26,6 +27,23 @@ from nscd.solvers.cholesky.separators import (
 # A cut is sought among this share of the disks of a part on either side of the median, or that of so
 # many layers, in parts of at least SMALL disks: a wider strip has smaller cuts, but less equal halves.
 STRIP_SHARE, LAYERS, SMALL = 0.15, 10.0, 30
+
+
+# A crowd of at least SHARED disks is cut into so many pieces, which then are cut at the same time.
+SHARED, PIECES = 10000, 8
+
+
+class Crowd(NamedTuple):
+    """Hold what is cut: coordinates x, y (n,) m, the contact graph, the disks (n,) in the order of
+    their parts, and room (n,) for the sides of a cut and for the disks of a part."""
+
+    x: Any
+    y: Any
+    start: Any
+    neighbour: Any
+    nodes: Any
+    side: Any
+    part: Any
 
 
 class Ordering(NamedTuple):
@@ -46,16 +64,23 @@ class Ordering(NamedTuple):
     node_parent: Index32
 
 
-def dissect(position: Floats, first: Index32, second: Index32, leaf: int) -> Ordering:
+def dissect(
+    position: Floats, first: Index32, second: Index32, leaf: int, team: Team = ALONE
+) -> Ordering:
     """Order disks that touch by nested dissection.
 
     position: (n,2) m
     first, second: (k,) contacts, second −1 for a wall
-    leaf: parts of up to so many disks are not cut further"""
+    leaf: parts of up to so many disks are not cut further
+    team: whose threads cut the pieces of a large crowd"""
     n = len(position)
     start, neighbour = contact_graph(n, first, second)
     x, y = np.ascontiguousarray(position[:, 0]), np.ascontiguousarray(position[:, 1])
-    order, node_first, node_end, node_parent = _dissect(x, y, start, neighbour, leaf)
+    order, (side, part) = np.arange(n, dtype=np.int32), np.zeros((2, n), dtype=np.int32)
+    crowd = Crowd(x, y, start, neighbour, order, side, part)
+    *nodes, left = _dissect(crowd, 0, n, leaf, PIECES if n >= SHARED else 0)
+    pieces = team.each(_dissect, [(crowd, low, high, leaf, 0) for low, high, _ in left])
+    node_first, node_end, node_parent = _joined(nodes, left, pieces)
     # children first: by the last place, and where a separator is empty the inner part first
     rank = np.lexsort((-np.arange(len(node_end)), node_end))
     new = np.empty(len(rank), dtype=np.int32)
@@ -113,18 +138,37 @@ def _divide(nodes: Any, key: Any, low: int, high: int, middle: int) -> None:
             return
 
 
-@kernel
-def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
-    n = len(x)
-    nodes, side = np.arange(n).astype(np.int32), np.zeros(n, np.int32)
-    part, paths = np.empty(n, np.int32), room_for_paths(n)
-    most = 2 * n + 2
+def _joined(nodes: Any, left: Any, pieces: list[Any]) -> Any:
+    """The nodes of the whole, and then those of each piece."""
+    first, end, parent = [nodes[0]], [nodes[1]], [nodes[2]]
+    count = len(nodes[0])
+    for (_, _, above), found in zip(left, pieces, strict=True):
+        first.append(found[0])
+        end.append(found[1])
+        inner = found[2] + np.int32(count)
+        inner[0] = above
+        parent.append(inner)
+        count += len(found[0])
+    return np.concatenate(first), np.concatenate(end), np.concatenate(parent)
+
+
+@kernel(nogil=True)
+def _dissect(crowd: Any, low: int, high: int, leaf: int, pieces: int) -> Any:
+    """Cut part low … high of a crowd, into so many pieces only where that is not 0: first and end of
+    its nodes, and their parents, −1 at the root; and the pieces that are left, with their parents."""
+    x, y, start, neighbour, nodes, side, part = crowd
+    paths, most = room_for_paths(len(x)), 2 * (high - low) + 2
     node_first, node_end = np.empty(most, np.int32), np.empty(most, np.int32)
     node_parent = np.empty(most, np.int32)
     count = 0
-    stack = [(0, n, -1)]
-    while len(stack) > 0:
-        low, high, parent = stack.pop()
+    stack = [(low, high, -1)]
+    while len(stack) > 0 and (pieces == 0 or len(stack) < pieces):
+        at = len(stack) - 1
+        if pieces > 0:  # the largest one
+            for q in range(at):
+                if stack[q][1] - stack[q][0] > stack[at][1] - stack[at][0]:
+                    at = q
+        low, high, parent = stack.pop(at)
         me = count
         count += 1
         node_parent[me], node_first[me], node_end[me] = parent, low, high
@@ -134,13 +178,16 @@ def _dissect(x: Any, y: Any, start: Any, neighbour: Any, leaf: int) -> Any:
         wide = x[some].max() - x[some].min() > y[some].max() - y[some].min()
         across, along = (x, y) if wide else (y, x)
         _cut(nodes, low, high, across, along, side, start, neighbour, paths)
-        one, two = _arrange(some, along, side, part)
+        one, two = _arrange(some, along, side, part[low:high])
         node_first[me] = low + two
         if one > 0:
             stack.append((low, low + one, me))
         if two > one:
             stack.append((low + one, low + two, me))
-    return nodes, node_first[:count].copy(), node_end[:count].copy(), node_parent[:count].copy()
+    left = np.empty((len(stack), 3), np.int64)
+    for q in range(len(stack)):
+        left[q, 0], left[q, 1], left[q, 2] = stack[q]
+    return node_first[:count].copy(), node_end[:count].copy(), node_parent[:count].copy(), left
 
 
 @inner

@@ -15,6 +15,7 @@ from nscd.arrays import Index32, Indices
 from nscd.compiling import inner, kernel
 from nscd.solvers.cholesky.dissection import Ordering
 from nscd.solvers.cholesky.elimination import chunks, height_of, update_size
+from nscd.solvers.cholesky.tasks import Shared, Tasks, no_tasks, shared_by, tasks_of
 
 
 class Fronts(NamedTuple):
@@ -28,9 +29,12 @@ class Fronts(NamedTuple):
     left, right: their local places, −1 for a wall
     panel_start: (m+1,) where the rows of Lᵀ begin in store
     update_start: (m,) where Schur complements do: two stacks, for even and odd depths, so that a
-        node's is not where its children's are
+        node's is not where its children's are; each thread has its own; those of the roots of
+        several tasks stand before the stacks and stay
     store: the numbers, as in `eliminate`
-    work, run: overwritten"""
+    work, run: overwritten, a piece for each thread
+    stacks: how many numbers the stacks of a thread have
+    tasks, shared: what can be done at the same time, and what those who do it share"""
 
     first: Index32
     end: Index32
@@ -48,22 +52,31 @@ class Fronts(NamedTuple):
     store: Any
     work: Any
     run: Index32
+    stacks: int
+    tasks: Tasks
+    shared: Shared
 
 
 @inner
 def no_fronts() -> Any:
     """Make the structure of nothing."""
     i, j, x = np.empty(0, np.int32), np.empty(0, np.int64), np.empty(0)
-    return Fronts(i, i, j, i, i, i, i, j, i, i, i, j, j, x, x, i)
+    return Fronts(i, i, j, i, i, i, i, j, i, i, i, j, j, x, x, i, 0, *no_tasks())
 
 
 def fronts_of(
-    ordering: Ordering, first: Index32, second: Index32, d: int, whole: bool = False
+    ordering: Ordering,
+    first: Index32,
+    second: Index32,
+    d: int,
+    whole: bool = False,
+    threads: int = 1,
 ) -> Fronts:
     """Plan the fronts of contacts between disks, with d unknowns per disk.
 
     first, second: (k,) disks, second −1 for a wall
-    whole: the stacks have room for whole squares, not only for upper halves"""
+    whole: one stack for all, with room for whole squares, not only for upper halves
+    threads: how many have stacks of their own"""
     n = len(ordering.order)
     node_first, node_end, parent = ordering.node_first, ordering.node_end, ordering.node_parent
     child, sibling = _children(parent)
@@ -75,14 +88,17 @@ def fronts_of(
     element_start, element, left, right = _elements(
         a, b, node_first, node_end, border_start, border, n
     )
+    tasks = tasks_of(ordering, (border_start, border), (child, sibling), whole)
     pivots = d * (node_end - node_first).astype(np.int64)
-    panel_start, update_start, total, widest = _storage(
-        pivots, d * np.diff(border_start), parent, child, sibling, whole
+    panel_start, update_start, fixed, stacks, widest = _storage(
+        pivots, d * np.diff(border_start), parent, child, sibling, whole, tasks.end
     )
+    shared = shared_by(threads, tasks, len(first), n, d)
+    each = shared.control[0]
     return Fronts(
         node_first, node_end, border_start, border, inner, child, sibling, element_start, element,
-        left, right, panel_start, update_start, _aligned(total), _aligned(widest),
-        np.empty(widest, dtype=np.int32),
+        left, right, panel_start, update_start, _aligned(fixed + each * stacks),
+        _aligned(each * widest), np.empty(each * widest, dtype=np.int32), stacks, tasks, shared,
     )  # fmt: skip
 
 
@@ -196,14 +212,18 @@ def _elements(a: Any, b: Any, first: Any, end: Any, border_start: Any, border: A
 
 
 @kernel
-def _storage(pivots: Any, rest: Any, parent: Any, child: Any, sibling: Any, whole: bool) -> Any:
+def _storage(
+    pivots: Any, rest: Any, parent: Any, child: Any, sibling: Any, whole: bool, ends: Any
+) -> Any:
     m = len(pivots)
-    odd, size = np.zeros(m, np.int64), np.empty(m, np.int64)
+    odd, size, stays = np.zeros(m, np.int64), np.empty(m, np.int64), np.zeros(m, np.bool_)
     for s in range(m - 1, -1, -1):
         if parent[s] >= 0:
             odd[s] = 1 - odd[parent[s]]
+    if len(ends) > 1:
+        stays[ends - 1] = True
     panel_start, update_start = np.zeros(m + 1, np.int64), np.zeros(m, np.int64)
-    top, most = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    top, most, fixed = np.zeros(2, np.int64), np.zeros(2, np.int64), 0
     widest = 8
     for s in range(m):
         columns = 8 * (chunks(pivots[s]) + chunks(rest[s]))
@@ -213,13 +233,20 @@ def _storage(pivots: Any, rest: Any, parent: Any, child: Any, sibling: Any, whol
         if whole:
             size[s] = max(size[s], 8 * chunks(rest[s] * rest[s]))
         here = odd[s]
-        update_start[s] = top[here]
-        top[here] += size[s]
-        most[here] = max(most[here], top[here])
+        if stays[s]:
+            update_start[s] = fixed
+            fixed += size[s]
+        else:
+            update_start[s] = top[here]
+            top[here] += size[s]
+            most[here] = max(most[here], top[here])
         c = child[s]
         while c >= 0:
-            top[1 - here] -= size[c]
+            if not stays[c]:
+                top[1 - here] -= size[c]
             c = sibling[c]
     for s in range(m):
-        update_start[s] += panel_start[m] + odd[s] * most[0]
-    return panel_start, update_start, panel_start[m] + most[0] + most[1], widest
+        update_start[s] += panel_start[m]
+        if not stays[s]:
+            update_start[s] += fixed + odd[s] * most[0]
+    return panel_start, update_start, panel_start[m] + fixed, most[0] + most[1], widest

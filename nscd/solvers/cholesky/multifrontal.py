@@ -6,9 +6,18 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from nscd.compiling import inner
+from nscd.compiling.atomics import add_one, look, put
+from nscd.compiling.team import FAILED, JOB, NEXT, THREADS, begin_job, end_job, wait_for
 from nscd.compiling.vectors import add, load, store, within
 from nscd.solvers.cholesky.elimination import chunks, eliminate, height_of, update_size
+
+# The kind of this job; the first thread, as a number of NumPy: a literal would compile what it is
+# given to once more.
+FACTORISE = 1
+FIRST: Any = np.int64(0)
 
 
 class _Front(NamedTuple):
@@ -25,15 +34,58 @@ class _Front(NamedTuple):
 
 @inner(fastmath=True, apart=True)
 def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
-    """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns per disk.
+    """Factorise Â + CᵀΘC for theta (k,) kg, d unknowns per disk, with all threads of the team.
 
     Returns False where rounding left it indefinite."""
-    d = system.mass.shape[1]
-    F = fronts.store
-    for s in range(len(fronts.first)):
+    tasks, shared = fronts.tasks, fronts.shared
+    control = shared.control
+    if control[THREADS] == 1:
+        weights = theta, system.normal_weight, system.tangent_weight
+        sound = True
+        for t in range(len(tasks.end)):
+            sound = sound and _factorise_task(system, fronts, weights, t, FIRST)
+        return sound
+    shared.theta[:] = theta
+    shared.along[:] = system.normal_weight
+    shared.across[:] = system.tangent_weight
+    begin_job(control, FACTORISE)
+    factorise_tasks(system, fronts, FIRST)
+    end_job(control)
+    return bool(look(control, FAILED) == 0)
+
+
+@inner
+def factorise_tasks(system: Any, fronts: Any, me: int) -> None:
+    """Do tasks of the job until none is left, with the weights of the job."""
+    tasks, shared = fronts.tasks, fronts.shared
+    control, weights = shared.control, (shared.theta, shared.along, shared.across)
+    job, at = control[JOB], add_one(control, NEXT)
+    while at < len(tasks.order):
+        t = tasks.order[at]
+        for below in range(t):
+            if tasks.parent[below] == t:
+                wait_for(control, shared.done, below, job)
+        if look(control, FAILED) == 0 and not _factorise_task(system, fronts, weights, t, me):
+            put(control, FAILED, 1)
+        put(shared.done, t, job)
+        at = add_one(control, NEXT)
+
+
+@inner(fastmath=True, apart=True)
+def _factorise_task(system: Any, fronts: Any, weights: Any, t: int, me: int) -> bool:
+    d, tasks, F = system.mass.shape[1], fronts.tasks, fronts.store
+    theta, along, across = weights
+    room = len(fronts.run) // fronts.shared.control[THREADS]
+    run, stacks = fronts.run[me * room : (me + 1) * room], me * fronts.stacks
+    begin = tasks.end[t - 1] if t > 0 else 0
+    # what stays for others is not in the stacks
+    root = tasks.end[t] - 1 if len(tasks.end) > 1 else -1
+    for s in range(begin, tasks.end[t]):
         pivots = d * (fronts.end[s] - fronts.first[s])
         rest = d * (fronts.border_start[s + 1] - fronts.border_start[s])
         panel, update = fronts.panel_start[s], fronts.update_start[s]
+        if s != root:
+            update += stacks
         front = _Front(panel, update, pivots, rest, height_of(pivots), chunks(pivots))
         F[panel : fronts.panel_start[s + 1]] = 0.0
         F[update : update + update_size(rest)] = 0.0
@@ -43,16 +95,17 @@ def factorise_fronts(system: Any, fronts: Any, theta: Any) -> bool:
         for e in range(fronts.element_start[s], fronts.element_start[s + 1]):
             c = fronts.element[e]
             i, j = fronts.left[e] * d, fronts.right[e] * d
-            weight = theta[c] + system.normal_weight[c]
+            weight = theta[c] + along[c]
             x, y = system.normal_first[c, 0], system.normal_first[c, 1]
             _add_normal(F, front, i, j, (weight * x * x, weight * x * y, weight * y * y))
-            if system.tangent_weight[c] != 0.0:
+            if across[c] != 0.0:
                 first, second = system.tangent_first[c], system.tangent_second[c]
-                _add_tangent(F, front, i, j, system.tangent_weight[c], first, second)
+                _add_tangent(F, front, i, j, across[c], first, second)
         c = fronts.child[s]
         while c >= 0:
             inner = fronts.inner[fronts.border_start[c] : fronts.border_start[c + 1]]
-            _add_child(F, front, fronts.update_start[c], inner, fronts.run, d)
+            given = fronts.update_start[c] + (stacks if c >= begin else 0)
+            _add_child(F, front, given, inner, run, d)
             c = fronts.sibling[c]
         if not eliminate(F, panel, update, pivots, rest):
             return False

@@ -4,34 +4,118 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from nscd.compiling import inner
+from nscd.compiling.atomics import add_one, put
+from nscd.compiling.team import JOB, NEXT, THREADS, begin_job, end_job, wait_for
 from nscd.compiling.vectors import add, less, load, more, spread, spread_from, store, total, within
 from nscd.solvers.cholesky.elimination import chunks, height_of
+
+# The kinds of these jobs; the first task and thread, as a number of NumPy: a literal would compile
+# what it is given to once more.
+FORWARD, BACK = 2, 3
+FIRST: Any = np.int64(0)
 
 
 @inner(fastmath=True, apart=True)
 def solve_fronts(fronts: Any, b: Any) -> None:
-    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d)."""
-    d = b.shape[1]
-    flat, x, P = b.reshape(-1), fronts.work, fronts.store
-    for s in range(len(fronts.first)):
+    """Solve b ← (L Lᵀ)⁻¹ b in place, (n,d), with all threads of the team."""
+    flat, d, count = b.reshape(-1), b.shape[1], len(fronts.tasks.end)
+    shared = fronts.shared
+    if count == 1:
+        _forward_task(fronts, flat, FIRST, d, FIRST)
+        _back_task(fronts, flat, FIRST, d, FIRST)
+        return
+    x, control = shared.solution, shared.control
+    x[: len(flat)] = flat
+    if control[THREADS] == 1:
+        for t in range(count):
+            _forward_task(fronts, x, t, d, FIRST)
+        for t in range(count - 1, -1, -1):
+            _back_task(fronts, x, t, d, FIRST)
+    else:
+        begin_job(control, FORWARD)
+        forward_tasks(fronts, d, FIRST)
+        end_job(control)
+        begin_job(control, BACK)
+        back_tasks(fronts, d, FIRST)
+        end_job(control)
+    flat[:] = x[: len(flat)]
+
+
+@inner
+def forward_tasks(fronts: Any, d: int, me: int) -> None:
+    """Do tasks of the job forward until none is left."""
+    tasks, shared = fronts.tasks, fronts.shared
+    control = shared.control
+    job, at = control[JOB], add_one(control, NEXT)
+    while at < len(tasks.order):
+        t = tasks.order[at]
+        for below in range(t):
+            if tasks.parent[below] == t:
+                wait_for(control, shared.done, below, job)
+        _forward_task(fronts, shared.solution, t, d, me)
+        put(shared.done, t, job)
+        at = add_one(control, NEXT)
+
+
+@inner
+def back_tasks(fronts: Any, d: int, me: int) -> None:
+    """Do tasks of the job back until none is left."""
+    tasks, shared = fronts.tasks, fronts.shared
+    control = shared.control
+    job, at = control[JOB], add_one(control, NEXT)
+    while at < len(tasks.order):
+        t = tasks.order[len(tasks.order) - 1 - at]
+        if tasks.parent[t] >= 0:
+            wait_for(control, shared.done, tasks.parent[t], job)
+        _back_task(fronts, shared.solution, t, d, me)
+        put(shared.done, t, job)
+        at = add_one(control, NEXT)
+
+
+@inner(fastmath=True, apart=True)
+def _forward_task(fronts: Any, flat: Any, t: int, d: int, me: int) -> None:
+    """Forward along the nodes of a task. What goes to disks of others is summed up behind the n
+    disks, for them to take it."""
+    tasks, P = fronts.tasks, fronts.store
+    room = len(fronts.work) // fronts.shared.control[THREADS]
+    x = fronts.work[me * room : (me + 1) * room]
+    begin = tasks.end[t - 1] if t > 0 else 0
+    beyond = d * fronts.end[len(fronts.end) - 1]
+    flat[beyond + d * tasks.carry[t] : beyond + d * tasks.carry[t + 1]] = 0.0
+    for below in range(t):
+        if tasks.parent[below] == t:
+            for q in range(tasks.carry[below], tasks.carry[below + 1]):
+                for a in range(d):
+                    flat[d * tasks.onward[q] + a] += flat[beyond + d * q + a]
+    for s in range(begin, tasks.end[t]):
         pivots, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]
         if pivots == 0:
             continue
-        border = fronts.border[fronts.border_start[s] : fronts.border_start[s + 1]]
+        target = tasks.target[fronts.border_start[s] : fronts.border_start[s + 1]]
         _read_pivots(flat, base, pivots, x)
-        _forward(P, fronts.panel_start[s], x, height_of(pivots), pivots, chunks(d * len(border)))
+        _forward(P, fronts.panel_start[s], x, height_of(pivots), pivots, chunks(d * len(target)))
         for i in range(pivots):
             flat[base + i] = x[i]
         q = 8 * chunks(pivots)
-        for i in range(len(border)):
-            to = d * border[i]
+        for i in range(len(target)):
+            to = d * target[i]
             flat[to] -= x[q]
             flat[to + 1] -= x[q + 1]
             if d == 3:
                 flat[to + 2] -= x[q + 2]
             q += d
-    for s in range(len(fronts.first) - 1, -1, -1):
+
+
+@inner(fastmath=True, apart=True)
+def _back_task(fronts: Any, flat: Any, t: int, d: int, me: int) -> None:
+    tasks, P = fronts.tasks, fronts.store
+    room = len(fronts.work) // fronts.shared.control[THREADS]
+    x = fronts.work[me * room : (me + 1) * room]
+    begin = tasks.end[t - 1] if t > 0 else 0
+    for s in range(tasks.end[t] - 1, begin - 1, -1):
         pivots, base = d * (fronts.end[s] - fronts.first[s]), d * fronts.first[s]
         if pivots == 0:
             continue

@@ -27,6 +27,7 @@ NEARLY = AT.soft_accuracy
 # answer of a crowd that was nearly the same, whose errors are few and large, this many times.
 AFTER_DESCENT, AFTER_ANOTHER = 10.0, 1.0
 
+
 class Begin(NamedTuple):
     """Say where the path begins.
 
@@ -77,7 +78,7 @@ def interior_point(task: Task) -> Answer:
     )
 
 
-@kernel(apart=True)
+@kernel(apart=True, nogil=True)
 def solve_by_path(system: Any, factor: Any, begin: Any, tolerance: float, least: Any) -> Any:
     """Solve a system by the interior point, as `interior_point` does.
 

@@ -1,0 +1,1 @@
+"""Descent: its sweeps."""
