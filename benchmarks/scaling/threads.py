@@ -1,0 +1,128 @@
+"""One large crowd on one thread and on several, taking turns: wall seconds, CPU seconds, and whether
+the answers are the same bits; a table.
+
+Usage: python benchmarks/scaling/threads.py [--families heap …] [--sizes N …] [--threads 1 2 …]
+[--any] [--repeats N] [--cases FOLDER] [--out FOLDER]
+
+Wall seconds are the least of the repeats, kernels loaded before; their ratio is to the first number
+of threads. CPU seconds are those of all threads in the repeat of the least wall seconds, waiting
+included; "critical path" is the least CPU time of the thread that asks, which is what the wall
+shows where nobody else uses the cores. The residual, max|min(wλ, −Cu)| over ‖u⁻‖∞, is recomputed
+from λ."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import resource
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from cases import accuracy, read_case
+from machine import describe
+from percussions import case_of
+
+from analysis.library.families import FAMILIES, Case
+from nscd import solve
+
+COLUMNS = (
+    "crowd", "disks", "contacts", "reactions", "threads", "wall", "ratio", "critical path", "ratio",
+    "CPU of all", "residual", "bits", "memory",
+)  # fmt: skip
+
+
+@dataclass
+class Spent:
+    """Seconds of one solution: of the wall, of this thread's CPU, and of all threads' CPU."""
+
+    wall: float
+    own: float
+    every: float
+
+
+def solved(case: Case, canonical: bool, threads: int) -> tuple[Spent, Any]:
+    """Solve a case once."""
+    wall, own, every = time.perf_counter(), time.thread_time(), time.process_time()
+    answer = solve(
+        case.snapshot,
+        case.contacts,
+        left_velocity=case.left_velocity,
+        tolerance=1e-10,
+        canonical=canonical,
+        threads=threads,
+    )
+    spent = Spent(time.perf_counter() - wall, time.thread_time() - own, time.process_time() - every)
+    return spent, answer
+
+
+def rows_of(case: Case, canonical: bool, threads: list[int], repeats: int) -> list[str]:
+    """A row for each number of threads, which take turns."""
+    found: dict[int, list[Spent]] = {number: [] for number in threads}
+    bits, last = {}, {}
+    for repeat in range(repeats + 1):  # the first one loads kernels
+        for number in threads:
+            spent, answer = solved(case, canonical, number)
+            bits[number] = hashlib.sha256(
+                answer.reaction.tobytes() + answer.right_velocity.tobytes()
+            ).hexdigest()
+            last[number] = answer
+            if repeat:
+                found[number].append(spent)
+    rows = []
+    first = threads[0]
+    least = {number: min(one.wall for one in found[number]) for number in threads}
+    path = {number: min(one.own for one in found[number]) for number in threads}
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
+    for number in threads:
+        every = min(found[number], key=lambda one: one.wall).every
+        residual = accuracy(case, last[number].reaction, None).residual
+        rows.append(
+            f"| {case.name} | {len(case.snapshot):,} | {len(case.contacts):,} | "
+            f"{'least energy' if canonical else 'any'} | {number} | {least[number]:.2f} s | "
+            f"{least[number] / least[first]:.2f} | {path[number]:.2f} s | "
+            f"{path[number] / path[first]:.2f} | {every:.2f} s | {residual:.0e} | "
+            f"{'same' if bits[number] == bits[first] else 'OTHER'} | {memory:.2g} GB |"
+        )
+    return rows
+
+
+def main() -> None:
+    """Measure, print and write threads.md."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--families", nargs="+", choices=FAMILIES, default=["heap", "jammed", "masses", "hexagonal"]
+    )
+    parser.add_argument("--sizes", type=int, nargs="+", default=[50_000])
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
+    parser.add_argument(
+        "--any", action="store_true", help="any reactions, not those of least energy"
+    )
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--cases", type=Path, help="keep the cases in this folder")
+    parser.add_argument(
+        "--read", type=Path, nargs="*", default=[], help="cases of one's own (.npz)"
+    )
+    parser.add_argument("--out", type=Path, default=Path("out/threads"))
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    lines = [describe(), "", f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
+    print("\n".join(lines), flush=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = given.cases or Path(name)
+        wanted = [(family, size) for family in given.families for size in given.sizes]
+        cases = [read_case(path) for path in given.read]
+        for case in cases or (case_of(family, size, folder)[0] for family, size in wanted):
+            rows = rows_of(case, not given.any, given.threads, given.repeats)
+            lines += rows
+            print("\n".join(rows), flush=True)
+            (given.out / "threads.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
