@@ -185,12 +185,8 @@ def _read(search: Search) -> tuple[bool, int, int]:
     for name in search:
         if name not in Search.__annotations__:
             raise TypeError(f"solve() got an unexpected keyword argument {name!r}")
-    canonical = flag(search.get("canonical", True), "canonical")
-    return (
-        canonical,
-        count(search.get("starts", 1), "starts"),
-        count(search.get("threads", 1), "threads"),
-    )
+    starts, threads = (count(search.get(name, 1), name) for name in ("starts", "threads"))
+    return flag(search.get("canonical", True), "canonical"), starts, threads
 
 
 def _check(
