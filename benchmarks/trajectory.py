@@ -3,9 +3,8 @@ found and solved, and written as CSV and as Parquet.
 
 Beside it the parts: to find the frames and read their numbers, and to find and solve contacts.
 
-A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of the
-frames that could be corrected from the frame before, beside those of the same frames solved from
-scratch.
+A crowd that flows (arch) and one that comes to rest (jam); for both also the percussions of each
+frame alone, and how far those of a block of frames are from them.
 
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
@@ -24,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from machine import describe
 
-from analysis.dumps import index_dump, open_bodies, snapshot_of
+from analysis.dumps import index_dump, open_bodies
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.library.families import heap
@@ -36,9 +35,7 @@ from analysis.percussions.dump_to_csv import (
     solve_dump,
 )
 from analysis.percussions.rows import is_parquet
-from analysis.percussions.setting import left_velocity_of
-from analysis.percussions.trajectory import PercussionAnalysis
-from analysis.scene.scene import read_scene
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.shipped_scenes import make
 from nscd import solve
 
@@ -81,7 +78,7 @@ def main() -> None:
                 for workers in given.workers:
                     whole(dump, workers, given.frames, folder / f"contacts.{kind}")
             parts(dump)
-            frame_by_frame(dump)
+            alone(dump)
 
 
 def job_of(dump: Path) -> DumpToSolve:
@@ -132,43 +129,29 @@ def parts(dump: Path) -> None:
     )
 
 
-def frame_by_frame(dump: Path) -> None:
-    """Milliseconds of the percussions alone: frames corrected from the one before, and the same
-    ones solved from scratch."""
-    scene = read_scene(dump.parent / "scene.toml")
-    universe = open_bodies(dump, RunRecord.read(dump.parent).time_step_s)
-    analysis = PercussionAnalysis(
-        universe,
-        walls=scene.wall_segments(),
-        drive=scene.drive,
-        left_velocity="desired",
-        tolerance=TOLERANCE,
-        contact_tolerance=TOUCH,
-    ).run()
-    warm, anew, changed = [], [], 0.0
-    for frame, (contacts, answer) in enumerate(
-        zip(analysis.results.contacts, analysis.results.percussions, strict=True)
-    ):
-        if answer.choice != "corrects the guess":
-            continue
-        snapshot = snapshot_of(universe.trajectory[frame], str(dump))
-        left, _ = left_velocity_of(
-            snapshot, "desired", scene.drive, acceleration=scene.acceleration()
-        )
-        cold = solve(snapshot, contacts, left_velocity=left, tolerance=TOLERANCE)
-        warm.append(answer.seconds)
-        anew.append(cold.seconds)
-        changed = max(changed, float(np.abs(cold.reaction - answer.reaction).max()))
-    print(f"{len(warm)} of {len(analysis.times)} frames corrected from the one before", end="")
-    if warm:
-        ratio = np.median(np.array(anew) / warm)
-        print(
-            f": {1e3 * np.median(warm):.2f} ms each, {1e3 * np.median(anew):.2f} ms from scratch "
-            f"({ratio:.1f} times; medians); "
-            f"largest difference of a percussion {changed:.1e} N s",
-            end="",
-        )
-    print()
+def alone(dump: Path) -> None:
+    """CPU seconds of each frame alone, and how far its reactions are from those of the block."""
+    job, used, apart, open_ = job_of(dump), 0.0, [], []
+    trajectory = open_bodies(dump).trajectory
+    for block in job.blocks(range(trajectory.n_frames)):
+        text = trajectory.index.text(block)
+        bodies = trajectory.bodies(block, text, needs_velocity=False)
+        found = solve_at_once(bodies, job.setting, job.tolerance).found
+        for number in range(len(block)):
+            snapshot = bodies.snapshot(number)
+            began = time.thread_time()
+            answer = percussions_of(job.setting, snapshot, tolerance=job.tolerance).answer
+            used += time.thread_time() - began
+            together = found.reaction[slice(*found.start[number : number + 2])]
+            if len(together) and (together != answer.reaction).any():
+                far = np.abs(together - answer.reaction).max() / answer.reaction.max()
+                (apart if answer.canonical else open_).append(far)
+    print(
+        f"contacts and percussions of each frame alone {used:.2f} CPU s; {len(apart)} frames differ "
+        f"from it, by up to {max(apart, default=0.0):.0e} of the largest reaction; "
+        f"{len(open_)} whose reactions are not known to be canonical, by "
+        f"{', '.join(f'{far:.0e}' for far in sorted(open_))}"
+    )
 
 
 def dump_of(name: str, folder: Path, disks: int, frames: int) -> Path:
