@@ -17,6 +17,8 @@ from nscd.frames.touching import touch
 from nscd.solvers.at_once import Near, answer, nothing_near
 from nscd.solvers.small import certified, system_at
 
+# There is room for so many contacts of a disk: not more than three are its own where none overlap.
+MOST = 4
 # The answer of the frame before helps where it has this share of the contacts.
 ALIKE = 0.8
 # A key has the id of the first disk so many times, and keys of walls are behind those of pairs.
@@ -84,15 +86,21 @@ def solve_frames(disks: Disks, walls: Walls | None, asked: Asked) -> Found | Non
     walls = NO_WALLS if walls is None else walls
     far = max(float(np.abs(ends).max(initial=0.0)) for ends in (walls.start, walls.end))
     try:
-        return Found(*_solve_all(disks, connected(walls), far, asked))
+        found = Found(*_solve_all(disks, connected(walls), far, asked))
     except ZeroDivisionError:
         return None
+    k = int(found.start[-1])
+    return found._replace(
+        first=found.first[:k], second=found.second[:k], is_wall=found.is_wall[:k],
+        normal=found.normal[:k], gap=found.gap[:k], reaction=found.reaction[:k],
+        impulse=found.impulse[:k],
+    )  # fmt: skip
 
 
 @kernel(nogil=True)
 def _solve_all(disks: Any, segments: Any, far: float, asked: Any) -> Any:
     frames = len(disks.start) - 1
-    found = _room(frames, 4 * len(disks.ids) + 64)
+    found = _room(frames, MOST * len(disks.ids) + 64)
     keys, near = np.empty(0, np.int64), nothing_near()
     before, end = 0, 0
     for f in range(frames):
@@ -100,10 +108,8 @@ def _solve_all(disks: Any, segments: Any, far: float, asked: Any) -> Any:
         ids, mass, left = disks.ids[a:b], disks.mass[a:b], disks.left[a:b]
         one = touch(disks.position[a:b], disks.radius[a:b], segments, far, asked)
         count = len(one.gap)
-        if end + count > len(found.gap):
-            found = _larger(found, end, 2 * (end + count))
-        found.answered[f] = one.sound
-        if one.sound and count > 0:
+        found.answered[f] = one.sound and end + count <= len(found.gap)
+        if found.answered[f] and count > 0:
             now = _keys(one, ids)
             guess = _guess(now, keys, ids, disks.ids[before:a], near, left)
             system = system_at(
@@ -122,7 +128,6 @@ def _solve_all(disks: Any, segments: Any, far: float, asked: Any) -> Any:
         if before != a:
             near = nothing_near()
         found.start[f + 1] = end
-    found = _larger(found, end, end)
     return (
         found.start, found.answered, found.first, found.second, found.is_wall, found.normal, found.gap,
         found.reaction, found.impulse, found.residual, found.velocity_error,
@@ -185,25 +190,4 @@ def _room(frames: int, most: int) -> Found:
         np.zeros(frames + 1, np.int64), np.zeros(frames, np.bool_), np.empty(most, np.int64),
         np.empty(most, np.int64), np.empty(most, np.bool_), np.empty((most, 2)), np.empty(most),
         np.empty(most), np.empty((most, 2)), np.zeros(frames), np.zeros(frames),
-    )  # fmt: skip
-
-
-@inner
-def _larger(found: Any, count: int, most: int) -> Found:
-    """The same with room for so many contacts, of which `count` are kept."""
-    first, second, is_wall = (
-        np.empty(most, np.int64),
-        np.empty(most, np.int64),
-        np.empty(most, np.bool_),
-    )
-    normal, gap, reaction, impulse = (
-        np.empty((most, 2)), np.empty(most), np.empty(most), np.empty((most, 2)),
-    )  # fmt: skip
-    first[:count], second[:count] = found.first[:count], found.second[:count]
-    is_wall[:count], gap[:count] = found.is_wall[:count], found.gap[:count]
-    normal[:count], impulse[:count] = found.normal[:count], found.impulse[:count]
-    reaction[:count] = found.reaction[:count]
-    return Found(
-        found.start, found.answered, first, second, is_wall, normal, gap, reaction, impulse,
-        found.residual, found.velocity_error,
     )  # fmt: skip
