@@ -1,8 +1,8 @@
 """Many snapshots in one compiled call: contacts, percussions and certificate of each, with the help
 of the one before.
 
-What a frame gives does not depend on the others. A frame that is not answered here is left to
-`find_contacts` and `solve`, which say why."""
+What a frame gives does not depend on the others but for rounding. A frame that is not answered here
+is left to `find_contacts` and `solve`, which say why."""
 
 from __future__ import annotations
 
@@ -119,7 +119,10 @@ def _solve_all(disks: Any, segments: Any, far: float, asked: Any) -> Any:
                 system, guess, asked.tolerance, asked.canonical, np.bool_(True)
             )
             said = certified(system, reaction, velocity, chosen.bound)
-            if said.finite and max(said.residual, said.momentum_error) <= asked.tolerance:
+            # reactions that are not known to be canonical may depend on the frame before
+            known = chosen.least or not asked.canonical
+            solved = said.finite and max(said.residual, said.momentum_error) <= asked.tolerance
+            if solved and known:
                 _put(found, f, end, one, reaction, said, a)
                 end += count
                 keys, near, before = now, Near(reaction, velocity), a
