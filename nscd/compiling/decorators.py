@@ -12,6 +12,7 @@ from typing import Any, TypeVar, overload
 from numba.core.registry import CPUDispatcher
 
 from nscd.compiling.by_address import called_by_address
+from nscd.compiling.economy import Library, economy
 from nscd.compiling.loading import Loading
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -25,7 +26,8 @@ class _Once(CPUDispatcher):
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what is there."""
         try:
-            return super().compile(sig)
+            with economy():
+                return super().compile(sig)
         finally:
             if isinstance(self._cache, Loading):
                 self._cache.turns.end(sig)
@@ -48,6 +50,12 @@ class _KernelApart(_Kernel):
 
 class _InnerApart(_Inner):
     get_overload: Any = called_by_address
+
+    def add_overload(self, cres: Any) -> None:
+        """Have machine code of it, which others ask for by its address."""
+        if isinstance(cres.library, Library):
+            cres.library.make_ready()
+        super().add_overload(cres)
 
 
 @overload

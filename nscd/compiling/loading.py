@@ -17,11 +17,12 @@ from numba.core.compiler import compile_result
 from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime.nrt import rtsys
 
+from nscd.compiling.economy import Library
 from nscd.compiling.sources import digest_of
 from nscd.compiling.turns import Turns
 
 
-class _Code(JITCodeLibrary):
+class _Code(Library):
     """Compiled code, whose LLVM code is read when another kernel takes it in."""
 
     _bitcode: bytes | None = None
@@ -31,7 +32,8 @@ class _Code(JITCodeLibrary):
     def _shared_module(self) -> Any:
         if self._linked is None and self._bitcode is not None:
             self._linked = binding.parse_bitcode(self._bitcode)
-            self._codegen._engine._load_defined_symbols(self._linked)
+            if self.ready:
+                self._codegen._engine._load_defined_symbols(self._linked)
         return self._linked
 
     @_shared_module.setter
@@ -45,11 +47,15 @@ class _Code(JITCodeLibrary):
         name, _, (code, bitcode) = data
         library = cls(codegen, name)
         library.enable_object_caching()
-        library._set_compiled_object(code)
         library._bitcode = bitcode
-        library._finalize_final_module()
-        has = (one for one in names if one.encode() + b"\0" in code)
-        codegen._engine._defined_symbols.update(has)
+        library._finalized = True
+        if not code:
+            return library
+        library._set_compiled_object(code)
+        JITCodeLibrary._finalize_final_module(library)
+        library.ready = True
+        library._defined = frozenset(one for one in names if one.encode() + b"\0" in code)
+        codegen._engine._defined_symbols.update(library._defined)
         return library
 
 

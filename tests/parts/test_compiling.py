@@ -6,6 +6,9 @@ import subprocess
 import sys
 
 import pytest
+from numba import njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.registry import cpu_target
 from numba.core.types import float64
 
 from nscd.compiling.by_address import _address
@@ -76,8 +79,16 @@ def test_another_process_loads_kernels_and_finds_those_called_by_their_address(
         low.scaled(numpy.ones(2), 3.0)
     (inside,) = top.twice.overloads.values()
     assert not any("scaled" in f.name for f in inside.library.get_defined_functions())
+    (called,) = low.scaled.overloads.values()
+    assert called.library.ready
     # numba imports both when it readies itself to compile, here for `fourfold`
     assert top.total(numpy.ones(3)) == 3.0
+    (taken_in,) = low.summed.overloads.values()
+    assert not taken_in.library.ready
+    # the same for others, and nothing of it is left to them
+    total, made = top.total, cpu_target.target_context.codegen()
+    assert njit(lambda x: total(x) + numpy.zeros_like(x).sum())(numpy.ones(3)) == 3.0
+    assert made.create_library("of others").__class__ is JITCodeLibrary
     assert in_a_process(LOADED, tmp_path) == ["3.0 1", "False False", "15.0 1"]
     # of another kind than what a caller was compiled for
     arguments, found = next(iter(low.counted.overloads.items()))
