@@ -185,7 +185,8 @@ def _read(search: Search) -> tuple[bool, int, int]:
     for name in search:
         if name not in Search.__annotations__:
             raise TypeError(f"solve() got an unexpected keyword argument {name!r}")
-    starts, threads = (count(search.get(name, 1), name) for name in ("starts", "threads"))
+    starts = count(search["starts"], "starts") if "starts" in search else 1
+    threads = count(search["threads"], "threads") if "threads" in search else 1
     return flag(search.get("canonical", True), "canonical"), starts, threads
 
 

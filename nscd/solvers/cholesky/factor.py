@@ -102,7 +102,7 @@ def solve_factorised(factor: Any, b: Any) -> None:
 
 def shared(factor: Factor) -> bool:
     """Tell whether there is work in a factor for several threads."""
-    return bool(factor.fronts.shared.control[THREADS] > 1)
+    return factor.many and bool(factor.fronts.shared.control[THREADS] > 1)
 
 
 @kernel(nogil=True)

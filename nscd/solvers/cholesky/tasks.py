@@ -11,7 +11,7 @@ import numpy as np
 
 from nscd.arrays import Index32, Indices
 from nscd.compiling import inner, kernel
-from nscd.compiling.team import alone, control_of
+from nscd.compiling.team import control_of
 from nscd.solvers.cholesky.dissection import SHARED
 from nscd.solvers.cholesky.elimination import chunks, height_of
 
@@ -57,9 +57,9 @@ class Shared(NamedTuple):
 
 @inner
 def no_tasks() -> Any:
-    """Make those of nothing, for one thread."""
+    """Make those of nothing."""
     i, j, x = np.empty(0, np.int32), np.empty(0, np.int64), np.empty(0)
-    return Tasks(j, j, j, j, i, i), Shared(alone(), j, x, x, x, x)
+    return Tasks(j, j, j, j, i, i), Shared(j, j, x, x, x, x)
 
 
 def tasks_of(ordering: Any, borders: tuple[Any, Any], tree: tuple[Any, Any], whole: bool) -> Tasks:

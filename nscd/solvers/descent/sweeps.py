@@ -58,7 +58,7 @@ class Descent(NamedTuple):
     sums: Any
 
 
-@inner(fastmath=True, disjoint=True)
+@inner(fastmath=True, disjoint=True, forceinline=True)
 def gather(
     part: Any, first: Any, second: Any, x: Any, y: Any, reaction: Any, ux: Any, uy: Any
 ) -> None:
@@ -108,15 +108,15 @@ def _piece(parts: Any, p: int, between: Any, contacts: int) -> Any:
     return begin + (contacts - begin) * p // count, begin + (contacts - begin) * (p + 1) // count
 
 
-@inner(fastmath=True)
+@inner(fastmath=True, forceinline=True)
 def _velocities(parts: Any, mine: Any, scaled: Any, descent: Any) -> None:
     """u of the disks of some parts, from what their contacts do and those between parts."""
     first, second, x, y, inverse, _, _ = scaled
     ahead, ux, uy = descent.ahead, descent.ux, descent.uy
     count = len(parts.disk) - 1
     n, low, high = parts.disk[count], parts.disk[mine[0]], parts.disk[mine[1]]
-    ux[low:high] = 0.0
-    uy[low:high] = 0.0
+    for i in range(np.uint64(low), np.uint64(high)):
+        ux[i] = uy[i] = 0.0
     for p in range(mine[0], mine[1]):
         gather(_piece(parts, p, False, 0), first, second, x, y, ahead, ux, uy)
         ux[n + p] = uy[n + p] = 0.0
@@ -144,7 +144,7 @@ def _looked(part: Any, scaled: Any, descent: Any) -> Any:
     return error, changed, pressed
 
 
-@inner(fastmath=True, disjoint=True)
+@inner(fastmath=True, disjoint=True, forceinline=True)
 def _moved(part: Any, scaled: Any, descent: Any, step: float, beta: float) -> float:
     """A step of some contacts; how much it goes uphill."""
     first, second, x, y, _, pull, _ = scaled
@@ -171,6 +171,7 @@ def sweep_down(
     k, count, sums = len(scaled.first), len(parts.disk) - 1, descent.sums
     mine = count * me // control[THREADS], count * (me + 1) // control[THREADS]
     check, met = OFTEN if k < FEW else CHECK, 0
+    kinds = 2 if parts.contact[count] < k else 1  # contacts within parts, and those between
     since = 0.0  # sweeps since the last restart
     for sweep in range(most):
         _velocities(parts, mine, scaled, descent)
@@ -178,14 +179,14 @@ def sweep_down(
         meet(control, met)
         if sweep % check == check - 1:
             for p in range(mine[0], mine[1]):
-                for q in range(2):
+                for q in range(kinds):
                     piece = _piece(parts, p, q == 1, k)
                     sums[0, p, q], sums[1, p, q], sums[2, p, q] = _looked(piece, scaled, descent)
             met += 1
             meet(control, met)
             error, changed, pressed = 0.0, 0.0, 0.0
             for p in range(count):
-                for q in range(2):
+                for q in range(kinds):
                     error = max(error, sums[0, p, q])
                     changed += sums[1, p, q]
                     pressed += sums[2, p, q]
@@ -197,18 +198,18 @@ def sweep_down(
         beta = since / (since + 2.0)
         since += 1.0
         for p in range(mine[0], mine[1]):
-            for q in range(2):
+            for q in range(kinds):
                 sums[3, p, q] = _moved(_piece(parts, p, q == 1, k), scaled, descent, step, beta)
         met += 1
         meet(control, met)
         uphill = 0.0
         for p in range(count):
-            for q in range(2):
+            for q in range(kinds):
                 uphill += sums[3, p, q]
         if uphill > 0.0 or sweep == most - 1:
             since = 0.0
             for p in range(mine[0], mine[1]):
-                for q in range(2):
+                for q in range(kinds):
                     begin, end = _piece(parts, p, q == 1, k)
                     descent.ahead[begin:end] = descent.now[begin:end]
             met += 1
