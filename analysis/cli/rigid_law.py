@@ -26,8 +26,9 @@ def _law(text: str) -> Any:
 
 
 def law_words(law: Any) -> str:
-    """Say a law in a word or two."""
-    return "inelastic" if not law.restitution else f"restitution {law.restitution:g}"
+    """Say a law in a few words."""
+    bouncing = "inelastic" if not law.restitution else f"restitution {law.restitution:g}"
+    return f"{bouncing}, friction {law.friction:g}" if law.friction else bouncing
 
 
 RigidLaw = Annotated[

@@ -107,6 +107,27 @@ def test_two_workers_give_what_one_gives(percussions, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("words", "across"),
+    [((), 0), (("--friction", 0.1), 7.5), (("--friction", 0.1, "--restitution", 0.5), 11.25)],
+)
+def test_friction_and_restitution_are_of_the_law_that_is_solved(
+    percussions, tmp_path, words, across
+):
+    """Two disks of 75 kg, 2 m/s along and 1 m/s across: p = m_eff (1 + e) v, and μp across."""
+    (tmp_path / "oblique.dump").write_text(
+        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\n"
+        "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.25 75 2 1\n2 0.5 0 0.25 75 0 0\n"
+    )
+    result = percussions("solve", "oblique.dump", "--time-step", 1, *words)
+    assert result.returncode == 0, result.stderr
+    with (tmp_path / "contacts.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    along = 112.5 if "--restitution" in words else 75.0
+    assert float(row["impulse_x_Ns"]) == pytest.approx(along)
+    assert float(row["impulse_y_Ns"]) == pytest.approx(across)
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         (("run", "nowhere"), "unknown scene 'nowhere'"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -81,7 +82,6 @@ def solve(
     --out contacts.csv"""
     from analysis.exchange.layout import is_hdf5
     from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside
-    from nscd import ContactLaw
 
     if out.is_file() and any(out.samefile(file) for file in (dump, room) if file and file.exists()):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
@@ -98,11 +98,12 @@ def solve(
         others |= given(part_frames=part_frames)
         _solve_problem(dump, out, tolerance, openness, [*options, *others])
         return
+    setting = setting_beside(dump, room, **options)
     job = DumpToSolve(
         path=dump,
         time_step=time_step,
-        setting=setting_beside(dump, room, **options),
-        law=ContactLaw(restitution=restitution),
+        setting=setting,
+        law=None if restitution is None else replace(setting.law, restitution=restitution),
         tolerance=tolerance,
         openness=openness,
         threads=threads,
