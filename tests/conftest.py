@@ -20,7 +20,7 @@ def cluster():
     distributed = pytest.importorskip(
         "distributed", reason="no Dask (pip install 'crowd-percussions[cluster]')"
     )
-    with distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=50) as local:
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50) as local:
         address = local.scheduler_address
         call = [sys.executable, "-m", "distributed.cli.dask_worker", address]
         call += ["--no-nanny", "--nthreads", "1", "--no-dashboard"]

@@ -57,11 +57,9 @@ def film(
     """
     from analysis.film.export import export as export_film
     from analysis.film.frames import Frames
-    from analysis.film.of_heads import film_heads
     from analysis.film.of_runs import film_runs
     from analysis.film.page import write_film
     from analysis.film.summary import write_table
-    from analysis.scene.real.trajectory import Recording
 
     if parquet:
         load("pyarrow")
@@ -70,23 +68,25 @@ def film(
     if all(folders):
         if room or radius or unit or frame_rate:
             raise ValueError("--room, --radius, --unit and --frame-rate: only of a trajectory file")
-        make, source = partial(film_runs, target, chosen), ""
+        make = partial(film_runs, target, chosen)
     elif len(target) > 1:
         odd = target[folders.index(False)]
         raise ValueError(f"{odd}: no folder of a run; a film is of runs, or of one trajectory file")
     elif room is None:
         raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
     else:
+        from analysis.film.of_heads import film_heads
+        from analysis.scene.real.trajectory import Recording
+
         recording = Recording.read(target[0], unit=unit, frame_rate=frame_rate)
         make = partial(film_heads, recording, room, sorted(radius or RADII), chosen, mass=mass)
-        source = target[0].name
     reels = _made(make, jobs, scheduler)
     for path in write_table(reels, out, parquet=parquet):
         print(path)
     for form in dict.fromkeys(export or []):
         for path in export_film(reels, form.value, out):
             print(path)
-    page = write_film(reels, out, command_line(), source)
+    page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
     _say(reels)
     print(page.resolve().as_uri())
     if any(reel.unsolved for reel in reels):
