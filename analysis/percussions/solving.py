@@ -41,7 +41,7 @@ class DumpToSolve:
     path: of the dump
     time_step: s, of the simulation; see `open_bodies`
     setting: walls, drive, left velocity
-    law: of the contacts; inelastic where left out
+    law: of the contacts; inelastic, with the friction of the setting, where left out
     tolerance: residual up to which a frame counts as solved
     openness: what is said of reactions that the mechanics may leave open
     threads: of each large frame

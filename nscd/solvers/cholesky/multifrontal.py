@@ -10,9 +10,10 @@ import numpy as np
 
 from nscd.compiling import inner
 from nscd.compiling.atomics import add_one, look, put
-from nscd.compiling.team import FAILED, JOB, NEXT, THREADS, begin_job, end_job, wait_for
+from nscd.compiling.team import FAILED, JOB, NEXT, THREADS, begin_job, end_job
 from nscd.compiling.vectors import add, load, store, within
 from nscd.solvers.cholesky.elimination import chunks, eliminate, height_of, update_size
+from nscd.solvers.cholesky.tasks import wait_for_those_below
 
 # The kind of this job; the first thread, as a number of NumPy: a literal would compile what it is
 # given to once more.
@@ -62,9 +63,7 @@ def factorise_tasks(system: Any, fronts: Any, me: int) -> None:
     job, at = control[JOB], add_one(control, NEXT)
     while at < len(tasks.order):
         t = tasks.order[at]
-        for below in range(t):
-            if tasks.parent[below] == t:
-                wait_for(control, shared.done, below, job)
+        wait_for_those_below(tasks, shared, t, job)
         if look(control, FAILED) == 0 and not _factorise_task(system, fronts, weights, t, me):
             put(control, FAILED, 1)
         put(shared.done, t, job)

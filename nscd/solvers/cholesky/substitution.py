@@ -11,6 +11,7 @@ from nscd.compiling.atomics import add_one, put
 from nscd.compiling.team import JOB, NEXT, THREADS, begin_job, end_job, wait_for
 from nscd.compiling.vectors import add, less, load, more, spread, spread_from, store, total, within
 from nscd.solvers.cholesky.elimination import chunks, height_of
+from nscd.solvers.cholesky.tasks import wait_for_those_below
 
 # The kinds of these jobs; the first task and thread, as a number of NumPy: a literal would compile
 # what it is given to once more.
@@ -52,9 +53,7 @@ def forward_tasks(fronts: Any, d: int, me: int) -> None:
     job, at = control[JOB], add_one(control, NEXT)
     while at < len(tasks.order):
         t = tasks.order[at]
-        for below in range(t):
-            if tasks.parent[below] == t:
-                wait_for(control, shared.done, below, job)
+        wait_for_those_below(tasks, shared, t, job)
         _forward_task(fronts, shared.solution, t, d, me)
         put(shared.done, t, job)
         at = add_one(control, NEXT)

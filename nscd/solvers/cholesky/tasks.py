@@ -11,7 +11,7 @@ import numpy as np
 
 from nscd.arrays import Index32, Indices
 from nscd.compiling import inner, kernel
-from nscd.compiling.team import control_of
+from nscd.compiling.team import control_of, wait_for
 from nscd.solvers.cholesky.dissection import SHARED
 from nscd.solvers.cholesky.elimination import chunks, height_of
 
@@ -53,6 +53,14 @@ class Shared(NamedTuple):
     along: Any
     across: Any
     solution: Any
+
+
+@inner
+def wait_for_those_below(tasks: Any, shared: Any, t: int, job: int) -> None:
+    """Wait until a job is done in the tasks whose parent is t."""
+    for below in range(t):
+        if tasks.parent[below] == t:
+            wait_for(shared.control, shared.done, below, job)
 
 
 @inner
