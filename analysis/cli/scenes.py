@@ -214,6 +214,8 @@ def _written(scene: Scene, out: Path) -> None:
 
         return scene_picture(scene)
 
+    for warning in scene.check(scene.name):
+        warn(warning)
     made = scene.write(out)
     print(scene.notes, made, sep="\n")
     write_picture(made.with_suffix(".png"), draw)

@@ -25,7 +25,15 @@ from analysis.scene.scene import (
     Wall,
     first_problem,
 )
-from analysis.scene.waiting import MOST_COVER, ON_WALL_M, Doorway, Ends, counts_of, cover_of, places
+from analysis.scene.waiting import (
+    MOST_COVER,
+    Doorway,
+    Ends,
+    counts_of,
+    cover_of,
+    places,
+    straight,
+)
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices
 from nscd.stepping import StepError
@@ -33,8 +41,6 @@ from nscd.stepping import StepError
 # More people than these take minutes; more of the others is no crowd.
 MOST_PEOPLE, MOST_PUSH_N, MOST_S = 5000, 1e5, 1e5
 RESTITUTION = 0.1
-
-Line = tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +72,7 @@ class Inside:
     """
 
     blocks: Sequence[tuple[float, float, float, float]] = ()
-    barriers: Sequence[Line] = ()
+    barriers: Sequence[Ends] = ()
 
     def cut(self, floor: Any) -> Any:
         """Take the blocks out of a floor. Raises SceneError for one without an area."""
@@ -128,8 +134,8 @@ def from_geometry(
     duration: s, to simulate
     inside: blocks and barriers
 
-    People wait at the places nearest to the doors, at random (`crowd.varied.seed`) and pushed apart
-    until none overlap. Ids go door by door.
+    People wait near the door that they go to, where no wall is between as far as there is room, at
+    random (`crowd.varied.seed`) and pushed apart until none overlap. Ids go door by door.
 
     Raises SceneError for a door that is not on the outline or that nobody goes to, for a crowd that
     does not fit, and for lengths that are not positive."""
@@ -138,10 +144,10 @@ def from_geometry(
     floor = shapely.geometry.polygon.orient(polygon_of(inside.cut(polygon_of(area))))
     ways = [way if isinstance(way, Doorway) else Doorway(ends=way) for way in _several(doors)]
     sides, outward, ways = opened(floor, ways)
-    barriers = [(np.array(a), np.array(b)) for a, b in inside.barriers]
+    barriers = list(inside.barriers)
     walls = tuple(
         Wall(name=f"wall_{i}", start_m=point(a), end_m=point(b))
-        for i, (a, b) in enumerate([*sides, *barriers], 1)
+        for i, (a, b) in enumerate([*sides, *np.array(barriers).reshape(-1, 2, 2)], 1)
     )
     snapshot, going = _crowd(crowd, floor, ways, barriers)
     shut = np.array([*((wall.start_m, wall.end_m) for wall in walls), *(way.ends for way in ways)])
@@ -194,35 +200,24 @@ def _crowd(
     crowd: Crowd,
     floor: shapely.Polygon,
     ways: Sequence[Doorway],
-    barriers: Sequence[tuple[Floats, Floats]],
+    barriers: Sequence[Ends],
 ) -> tuple[Snapshot, Indices]:
     """The disks where they wait, in the order of their doors, and the door (n,) of each."""
     try:
         radius, mass = crowd.varied.bodies(crowd.radius, crowd.mass, crowd.people)
     except ValueError as error:
         raise SceneError(f"people: {error}") from None
-    cover, largest = cover_of(radius, floor), float(radius.max())
-    free = floor.buffer(-largest)
-    if cover > MOST_COVER or free.is_empty:
+    if (cover := cover_of(radius, floor)) > MOST_COVER or floor.buffer(-radius.max()).is_empty:
         raise SceneError(
             f"people: {len(radius)} of mean radius {radius.mean():.3g} m would cover {cover:.0%} of "
             f"the floor; at most {MOST_COVER:.0%} can be placed"
         )
-    if barriers:
-        lines = shapely.union_all([shapely.LineString(line) for line in barriers])
-        if not floor.covers(lines):
-            raise SceneError("barrier: a part of it is not on the floor")
-        free = free.difference(lines.buffer(largest))
+    if barriers and not floor.covers(shapely.MultiLineString(list(barriers))):
+        raise SceneError("barrier: a part of it is not on the floor")
     counts = counts_of(ways, crowd.people)
-    place, going = places(free, ways, counts, radius, crowd.varied.seed)
-    order = np.argsort(going, kind="stable")
-    snapshot = Snapshot(
-        position=place[order],
-        velocity=np.zeros_like(place),
-        radius=radius[order],
-        mass=mass[order],
-    )
-    return snapshot, going[order]
+    place = places(floor, barriers, ways, counts, radius, crowd.varied.seed)
+    snapshot = Snapshot(position=place, velocity=np.zeros_like(place), radius=radius, mass=mass)
+    return snapshot, np.repeat(np.arange(len(ways)), counts)
 
 
 def _notes(
@@ -248,16 +243,15 @@ def _hidden(
     floor: shapely.Polygon,
     ways: Sequence[Doorway],
     going: Indices,
-    barriers: Sequence[tuple[Floats, Floats]],
+    barriers: Sequence[Ends],
 ) -> int:
     """How many people at (n,2) m would leave the floor, or cross a barrier, on their straight way
     to their door."""
-    gates = np.array([shapely.LineString(way.ends) for way in ways])[going]
-    straight = shapely.shortest_line(shapely.points(position), gates)
-    open_ = shapely.covers(floor.buffer(ON_WALL_M), straight)
-    for line in barriers:
-        open_ &= ~shapely.intersects(straight, shapely.LineString(line))
-    return int((~open_).sum())
+    points = shapely.points(position)
+    return sum(
+        int((~straight(points[going == row], way.ends, floor, barriers)).sum())
+        for row, way in enumerate(ways)
+    )
 
 
 def _drive(

@@ -1,4 +1,4 @@
-"""Where a crowd waits: random places before its doors, of which the disks cover a given share."""
+"""Where a crowd waits: random positions before its doors, where disks cover a given share."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.ndimage import binary_erosion
 
 from analysis.scene.scene import SceneError
-from nscd.arrays import Floats, Indices
+from nscd.arrays import Flags, Floats, Indices
 
 # Share of the floor that disks cover where they wait: dense, and still without order.
 COVER = 0.6
@@ -19,6 +20,9 @@ MOST_COVER = 0.6
 PUT_COVER = 0.42
 ON_WALL_M = 1e-6
 TRIES, HALVINGS = 20_000, 40
+# Of the floor, where it is divided: about so many are taken by people, and there are no more; and
+# how often doors offer for them.
+CELLS, MOST_CELLS, ROUNDS = 2000, 40_000, 1000
 
 Ends = tuple[tuple[float, float], tuple[float, float]]
 
@@ -29,7 +33,7 @@ class Doorway:
 
     ends: its ends, m, on one side of the outline of the floor
     share: of the crowd that goes there, over the sum of the shares of all doors
-    start: the part of the floor where these people wait; where left out they wait nearest to it
+    start: the part of the floor where these people wait; anywhere where left out
     """
 
     ends: Ends
@@ -73,57 +77,129 @@ def counts_of(doors: Sequence[Doorway], people: int) -> list[int]:
     return [int(count) for count in counts]
 
 
+def straight(
+    points: shapely.Geometry, door: Ends, floor: shapely.Polygon, barriers: Sequence[Ends]
+) -> Flags:
+    """Tell from which points (n,) the shortest way to a door stays on the floor and crosses no
+    barrier."""
+    way = shapely.shortest_line(points, shapely.LineString(door))
+    wide = floor.buffer(ON_WALL_M)
+    shapely.prepare(wide)
+    found: Flags = shapely.covers(wide, way)
+    for line in barriers:
+        found &= ~shapely.intersects(way, shapely.LineString(line))
+    return found
+
+
 def places(
-    free: shapely.Geometry,
+    floor: shapely.Polygon,
+    barriers: Sequence[Ends],
     doors: Sequence[Doorway],
     counts: Sequence[int],
     radius: Floats,
     seed: int,
-) -> tuple[Floats, Indices]:
-    """Put people at random places (n,2) m, and say which door (n,) each goes to.
+) -> Floats:
+    """Put people at random positions (n,2) m, door after door.
 
-    free: where centres may be, m
+    barriers: ends of straight walls on the floor, m
     counts: of those who go to each door
-    radius: (n,) m
+    radius: (n,) m, in the same order
 
-    Those with a start of their own wait there, nearest to their door, the others nearest to any
-    door, and each of those goes to the door that is nearest as far as the counts allow. Disks that
-    are somewhat smaller are put one after the other where they overlap none. Raises SceneError
-    where they do not fit."""
+    Each door has its own part of the floor, as large as its people need: where they have a straight
+    way to it, as near as the others leave room for. Disks that are somewhat smaller are put one
+    after the other where they overlap none. Raises SceneError where they do not fit."""
     random = np.random.default_rng([seed, 5])
-    common = [number for number, door in enumerate(doors) if door.start is None]
-    groups = [[number] for number, door in enumerate(doors) if door.start is not None]
-    if common:
-        groups.insert(0, common)
-    place, going = np.empty((0, 2)), np.empty(0, dtype=np.int64)
-    for group in groups:
-        first, start = len(place), doors[group[0]].start
-        size = sum(counts[number] for number in group)
-        own = radius[first : first + size]
-        allowed = free if start is None else free.intersection(start)
-        area = _before(allowed, doors, group, own)
-        place = _put(area, place, radius, size, random)
-        going = np.append(going, _assigned(place[first:], doors, group, counts))
-    return place, going
+    largest = float(radius.max())
+    free = floor.buffer(-largest)
+    if barriers:
+        lines = shapely.union_all([shapely.LineString(line) for line in barriers])
+        free = free.difference(lines.buffer(largest))
+    own = np.split(radius, np.cumsum(counts)[:-1])
+    for door, mine in zip(doors, own, strict=True):
+        _check_fit(free if door.start is None else free.intersection(door.start), mine)
+    _check_fit(free, radius)
+    if len(doors) == 1 and not barriers and floor.equals(floor.convex_hull):
+        areas = [_before(free, doors[0], radius)]
+    else:
+        areas = _parts(floor, free, barriers, doors, own)
+    place = np.empty((0, 2))
+    for area, mine in zip(areas, own, strict=True):
+        _check_fit(area, mine)
+        place = _put(area, place, radius, len(mine), random)
+    return place
 
 
-def _before(
-    free: shapely.Geometry, doors: Sequence[Doorway], group: Sequence[int], radius: Floats
-) -> shapely.Geometry:
-    """The part nearest to the doors of a group where its disks cover COVER, or all of it."""
-    size = float(np.pi * (radius**2).sum()) / COVER
-    lines = shapely.union_all([shapely.LineString(doors[number].ends) for number in group])
-    if free.is_empty or free.area < MOST_COVER * size:
+def _check_fit(free: shapely.Geometry, radius: Floats) -> None:
+    """Raise SceneError where there is no room for the centres of disks."""
+    if free.is_empty or free.area < np.pi * float((radius**2).sum()):
         raise SceneError(
             f"people: {len(radius)} of mean radius {radius.mean():.3g} m do not fit where they are "
             f"to wait: {free.area:.3g} m² for their centres"
         )
-    least, most = 0.0, float(shapely.hausdorff_distance(lines, free)) + lines.length
+
+
+def _before(free: shapely.Geometry, door: Doorway, radius: Floats) -> shapely.Geometry:
+    """The part nearest to a door where disks cover COVER, or all of it."""
+    size = float(np.pi * (radius**2).sum()) / COVER
+    free = free if door.start is None else free.intersection(door.start)
+    line = shapely.LineString(door.ends)
+    least, most = 0.0, float(shapely.hausdorff_distance(line, free)) + line.length
     for _ in range(HALVINGS):
         middle = 0.5 * (least + most)
-        smaller = free.intersection(lines.buffer(middle)).area < size
+        smaller = free.intersection(line.buffer(middle)).area < size
         least, most = (middle, most) if smaller else (least, middle)
-    return free.intersection(lines.buffer(most))
+    return free.intersection(line.buffer(most))
+
+
+def _parts(
+    floor: shapely.Polygon,
+    free: shapely.Geometry,
+    barriers: Sequence[Ends],
+    doors: Sequence[Doorway],
+    own: Sequence[Floats],
+) -> list[shapely.Geometry]:
+    """Divide the floor among doors, as square cells, so that the fewest people have a wall before
+    their door and the ways are short."""
+    sizes = np.array([float(np.pi * (radius**2).sum()) / COVER for radius in own])
+    side = float(np.sqrt(max(sizes.sum() / CELLS, free.area / MOST_CELLS)))
+    x0, y0, x1, y1 = free.bounds
+    x, y = np.arange(x0 + side / 2, x1, side), np.arange(y0 + side / 2, y1, side)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    inside = shapely.contains_xy(free, *np.moveaxis(grid, -1, 0))
+    middles = grid[inside]
+    points = shapely.points(middles)
+    # people are moved apart afterwards, and keep their straight way
+    margin = int(np.ceil(max(radius.max() for radius in own) / side))
+    price = np.empty((len(doors), len(points)))
+    for row, door in enumerate(doors):
+        clear = np.ones(inside.shape, dtype=bool)
+        clear[inside] = straight(points, door.ends, floor, barriers)
+        clear = binary_erosion(clear, iterations=margin, border_value=1)[inside]
+        price[row] = shapely.distance(points, shapely.LineString(door.ends))
+        price[row] += np.where(clear, 0.0, 2 * price[row].max())
+        if door.start is not None:
+            price[row, ~shapely.intersects_xy(door.start, middles)] = np.inf
+    wanted = sizes / side**2 * min(1.0, len(points) * side**2 / sizes.sum())
+    going = _shared_out(price, wanted.astype(np.int64))
+    boxes = shapely.box(*(middles - side / 2).T, *(middles + side / 2).T)
+    return [free.intersection(shapely.union_all(boxes[going == row])) for row in range(len(doors))]
+
+
+def _shared_out(price: Floats, wanted: Indices) -> Indices:
+    """Give each door (d,) so many cells that the sum of prices (d,c) is least; −1 for the others.
+
+    An auction: door after door offers what buys its number of cells, until no offer changes."""
+    wanted = np.minimum(wanted, np.isfinite(price).sum(1) - 1)
+    offer = np.zeros(len(price))
+    for _ in range(ROUNDS):
+        before = offer.copy()
+        for row, number in enumerate(wanted):
+            others = np.delete(price - offer[:, None], row, axis=0).min(0, initial=0.0)
+            offer[row] = np.partition(price[row] - others, number)[number]
+        if np.allclose(offer, before, rtol=1e-6, atol=0.0):
+            break
+    best = (price - offer[:, None]).argmin(0)
+    return np.where((price - offer[:, None]).min(0) < 0, best, -1)
 
 
 def _put(

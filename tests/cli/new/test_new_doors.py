@@ -6,6 +6,7 @@ import sqlite3
 import numpy as np
 import pytest
 import shapely
+from scipy.optimize import linear_sum_assignment
 
 from analysis.scene import (
     Crowd,
@@ -18,6 +19,7 @@ from analysis.scene import (
     read_scene,
     room,
 )
+from analysis.scene.waiting import _shared_out
 from nscd import find_contacts
 
 TWO = [
@@ -78,7 +80,40 @@ def test_blocks_and_barriers_by_command(percussions, tmp_path):
     assert find_contacts(disks, walls, tolerance=1e-3).gap.min() > -1e-6
     block = shapely.box(-3, -1, -2, 1)
     assert (shapely.distance(block, shapely.points(disks.position)) >= disks.radius - 1e-6).all()
-    assert "push against it" in scene.notes
+    assert "push against it" not in scene.notes  # there is room beside the block
+
+
+def test_shares_decide_who_waits_where():
+    """Each wing of the floor has the people of its own door, as many as they are."""
+    ell = shapely.Polygon([(0, 0), (10, 0), (10, 4), (4, 4), (4, 10), (0, 10)])
+    doors = [Doorway(ends=((1, 10), (2, 10))), Doorway(ends=((10, 1), (10, 2)), share=4)]
+    scene = from_geometry("ell", ell, doors, Crowd(people=80))
+    assert "push against it" not in scene.notes
+    few, many = parted(scene)
+    assert (few.sum(), many.sum()) == (16, 64)
+    assert scene.snapshot.position[few, 1].min() > 7
+    assert scene.snapshot.position[many, 0].min() > 5
+
+
+def test_cells_are_shared_out_at_the_least_price():
+    random = np.random.default_rng(3)
+    for _ in range(5):
+        price = random.uniform(0, 3, (3, 60)) + 6 * (random.uniform(size=(3, 60)) < 0.4)
+        wanted = np.array([25, 10, 5])
+        going = _shared_out(price, wanted)
+        counts = np.bincount(going + 1, minlength=4)[1:]
+        assert np.abs(counts - wanted).max() <= 1
+        rows = np.repeat(price, counts, axis=0)
+        least = rows[linear_sum_assignment(rows)].sum()
+        taken = going >= 0
+        assert price[going[taken], np.flatnonzero(taken)].sum() == pytest.approx(least)
+
+
+def test_a_door_narrower_than_a_disk_is_said(percussions):
+    made = percussions("new", "slit", "--room", "8x6", "--door", 0.3, "--people", 9)
+    assert made.returncode == 0
+    assert made.stderr.startswith("warning: the door (0.3 m) is narrower than the widest disk (0.4")
+    assert len(made.stderr.splitlines()) == 1
 
 
 FLOOR = "POLYGON((0 0, 10 0, 10 6, 0 6, 0 0), (4 2, 5 2, 5 3, 4 3, 4 2))"
