@@ -145,7 +145,7 @@ def read_truth(group: Group, contacts: int) -> Truth:
 def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
     """Read /crowd; friction: μ (k,) of the problem beside it. Raises ExchangeError naming what is
     missing or wrong."""
-    said = group.content.attrs.get("version")
+    said = group.content.attributes.get("version")
     if said != VERSION:
         raise group.refuse("version", f"{said}; version {VERSION} is read")
     bodies, touching = group.group("bodies"), group.group("contacts")

@@ -92,46 +92,46 @@ def read_problem(path: Path) -> CrowdProblem | LocalProblem:
     Raises ExchangeError naming the file and the group or dataset: a problem in space, equality
     constraints, what is missing, of the wrong shape or unit or not finite, and a /crowd that does
     not give the problem beside it."""
-    with opened(path) as file:
-        kind = next((name for name in ("fclib_global", "fclib_local") if name in file), None)
-        if kind is None:
-            raise file.refuse("fclib_global", "missing, and /fclib_local too: no FCLIB problem")
-        group = file.group(kind)
-        if (space := group.whole("spacedim")) != SPACE:
-            raise group.refuse("spacedim", f"{space}; problems in the plane (2) are solved here")
-        for name in ("G", "V", "R"):
-            if name in group:
-                raise group.refuse(name, "equality constraints are not solved here")
-        if kind == "fclib_local":
-            return _local(group)
-        problem = _global(group)
-        if "crowd" not in file:
-            try:
-                return problem.local()
-            except ValueError as error:
-                raise group.refuse("M", str(error)) from None
-        crowd = read_crowd(file.group("crowd"), problem.friction)
-        _check_same(group, problem, crowd)
-        return crowd
+    file = opened(path)
+    kind = next((name for name in ("fclib_global", "fclib_local") if name in file), None)
+    if kind is None:
+        raise file.refuse("fclib_global", "missing, and /fclib_local too: no FCLIB problem")
+    group = file.group(kind)
+    if (space := group.whole("spacedim")) != SPACE:
+        raise group.refuse("spacedim", f"{space}; problems in the plane (2) are solved here")
+    for name in ("G", "V", "R"):
+        if name in group:
+            raise group.refuse(name, "equality constraints are not solved here")
+    if kind == "fclib_local":
+        return _local(group)
+    problem = _global(group)
+    if "crowd" not in file:
+        try:
+            return problem.local()
+        except ValueError as error:
+            raise group.refuse("M", str(error)) from None
+    crowd = read_crowd(file.group("crowd"), problem.friction)
+    _check_same(group, problem, crowd)
+    return crowd
 
 
 def read_velocities(path: Path) -> Floats | None:
     """Read u (k,2) of the solution in a file; None where there is none."""
-    with opened(path) as file:
-        if "solution" not in file:
-            return None
-        group = file.group("solution")
-        found = group.numbers("u", (group.length("u"),))
-        if len(found) % SPACE:
-            raise group.refuse("u", f"{len(found)} numbers; two for each contact")
-        return found.reshape(-1, SPACE)
+    file = opened(path)
+    if "solution" not in file:
+        return None
+    group = file.group("solution")
+    found = group.numbers("u", (group.length("u"),))
+    if len(found) % SPACE:
+        raise group.refuse("u", f"{len(found)} numbers; two for each contact")
+    return found.reshape(-1, SPACE)
 
 
 def read_truth_of(path: Path, contacts: int) -> Truth | None:
     """Read what is known of the reactions of a problem with so many contacts; None where the file
     says nothing."""
-    with opened(path) as file:
-        return read_truth(file.group("truth"), contacts) if "truth" in file else None
+    file = opened(path)
+    return read_truth(file.group("truth"), contacts) if "truth" in file else None
 
 
 def read_answer(path: Path, contacts: int) -> tuple[Floats, float | None]:
@@ -139,10 +139,10 @@ def read_answer(path: Path, contacts: int) -> tuple[Floats, float | None]:
     (an attribute of /solution; None where nothing is said).
 
     Raises ExchangeError for another number of contacts. What is not finite is read as nan."""
-    with opened(path) as file:
-        group = file.group("solution")
-        reaction = group.numbers("r", (SPACE * contacts,), gaps=True)
-        said = group.content.attrs.get("seconds")
+    file = opened(path)
+    group = file.group("solution")
+    reaction = group.numbers("r", (SPACE * contacts,), gaps=True)
+    said = group.content.attributes.get("seconds")
     try:
         seconds = None if said is None else float(said)
     except (TypeError, ValueError):

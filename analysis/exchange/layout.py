@@ -16,14 +16,15 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array, csc_array, csr_array
 
 from analysis.support.files import whole_file
+from analysis.support.foreign import Part, read_foreign
 from analysis.support.parts import load
-from analysis.support.reading import DAMAGED, open_file
+from analysis.support.reading import DAMAGED, UnreadableError, open_file
 from nscd.arrays import LARGEST, Floats
 
 # The first bytes of an HDF5 file.
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-# Beyond it a matrix would not fit in memory.
-MOST_ENTRIES = 200_000_000
+# Its groups that are read.
+KNOWN = ("fclib_global", "fclib_local", "solution", "truth", "crowd")
 # What `nz` says of a matrix that is no list of triplets.
 COLUMNS, ROWS = -1, -2
 
@@ -56,17 +57,16 @@ def new_file(path: Path) -> Iterator[Any]:
         whole.write(content.getvalue())
 
 
-@contextlib.contextmanager
-def opened(path: Path) -> Iterator[Group]:
-    """Open an HDF5 file for reading. Raises ExchangeError naming it."""
-    library = hdf5()
+def opened(path: Path) -> Group:
+    """Read the parts of an HDF5 file that FCLIB and this program know. Raises ExchangeError naming
+    it."""
+    hdf5()
     if not is_hdf5(path):
         raise ExchangeError(f"{path}: no HDF5 file")
     try:
-        with library.File(path, "r") as file:
-            yield Group(path, file)
-    except (OSError, RuntimeError, KeyError) as error:
-        raise ExchangeError(f"{path}: damaged: {str(error).splitlines()[0]}") from None
+        return Group(path, read_foreign(path, "hdf5", KNOWN))
+    except UnreadableError as error:
+        raise ExchangeError(str(error)) from None
 
 
 def put_words(group: Any, name: str, words: str) -> None:
@@ -110,7 +110,7 @@ def put_matrix(group: Any, name: str, matrix: csc_array) -> None:
 class Group:
     """A group of a file that is read, each part checked for its kind, shape and numbers."""
 
-    def __init__(self, path: Path, content: Any, name: str = "") -> None:
+    def __init__(self, path: Path, content: Part, name: str = "") -> None:
         self.path, self.content, self.name = path, content, name
 
     def refuse(self, key: str, why: str) -> ExchangeError:
@@ -118,25 +118,23 @@ class Group:
         return ExchangeError(f"{self.path}: {self.name}/{key}: {why}")
 
     def __contains__(self, key: str) -> bool:
-        return key in self.content
+        return key in self.content.below
 
     def group(self, key: str) -> Group:
         """Open a group below this one."""
-        if key not in self.content:
+        if key not in self:
             raise self.refuse(key, "missing group")
-        below = self.content[key]
-        if not hasattr(below, "keys"):
+        below = self.content.below[key]
+        if below.values is not None:
             raise self.refuse(key, "no group")
         return Group(self.path, below, f"{self.name}/{key}")
 
     def _dataset(self, key: str) -> Any:
-        if key not in self.content:
+        if key not in self:
             raise self.refuse(key, "missing")
-        found = self.content[key]
-        if not hasattr(found, "shape"):
+        found = self.content.below[key].values
+        if found is None:
             raise self.refuse(key, "no dataset")
-        if found.size is None or found.size > MOST_ENTRIES:
-            raise self.refuse(key, f"size {found.size}; at most {MOST_ENTRIES} entries are read")
         return found
 
     def length(self, key: str) -> int:
@@ -178,7 +176,8 @@ class Group:
         found = self._dataset(key)
         if found.dtype.kind not in "fiu" or found.shape != shape:
             raise self.refuse(key, f"numbers of shape {shape} are needed, not {found.shape}")
-        if unit is not None and (said := found.attrs.get("unit")) != unit:
+        said = self.content.below[key].attributes.get("unit")
+        if unit is not None and said != unit:
             raise self.refuse(key, f"unit {said!r} where {unit!r} is needed")
         values: Floats = found[()].astype(np.float64)
         sound = (np.abs(values.ravel()) <= LARGEST) | (gaps & np.isnan(values.ravel()))

@@ -39,7 +39,7 @@ class Frames:
             raise ValueError(f"--frames: {text}; from first to last, with a step of at least 1")
         return frames
 
-    def of(self, first: int, last: int, file: Path) -> list[int]:
+    def of(self, first: int, last: int, file: Path) -> range:
         """List the numbers of the frames of a file that has them from first to last.
 
         Raises ValueError naming the file for frames that it has not."""
@@ -49,4 +49,4 @@ class Frames:
             asked = f"{start} to {max(start, end)}"
             raise ValueError(f"--frames: {asked}; {file} has frames {first} to {last}")
         step = self.step or max(1, round((end - start) / (USUAL - 1)))
-        return list(range(start, end + 1, step))
+        return range(start, end + 1, step)

@@ -56,7 +56,7 @@ def _reel(
         run.universe, run.scene, law=rigid_law_of(run.scene), tolerance=TOLERANCE
     )
     # one after the other: each is the guess of the next
-    analysis.run(frames=chosen)
+    analysis.run(frames=list(chosen))
     tasks = []
     for number, found in zip(chosen, analysis.results.frames, strict=True):
         contacts = contacts_at(run.index, number)

@@ -4,7 +4,6 @@ Vadere."""
 from __future__ import annotations
 
 import json
-import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import shapely
 
 from analysis.scene.scene import SceneError
 from analysis.scene.waiting import ON_WALL_M, Doorway
+from analysis.support.foreign import read_foreign
 from analysis.support.reading import UnreadableError, open_file, read_text
 
 # Beyond it a floor is no room.
@@ -41,7 +41,7 @@ def read_floor(file: Path) -> Floor:
         with open_file(file) as content:
             binary = content.read(len(SQLITE)) == SQLITE
         if binary:
-            return Floor(polygon=polygon_of(_of_jupedsim(file)))
+            return _of_jupedsim(file)
         text = read_text(file).strip()
     except UnreadableError as error:
         raise SceneError(str(error)) from None
@@ -75,14 +75,20 @@ def polygon_of(area: Any) -> shapely.Polygon:
     return shapely.force_2d(shape.simplify(0.0))
 
 
-def _of_jupedsim(file: Path) -> Any:
-    import pedpy  # slow to import, and few need it
-
+def _of_jupedsim(file: Path) -> Floor:
+    """The union of the areas of a file; the first of one of version 1."""
+    found = read_foreign(file, "sqlite", ["metadata", "geometry"]).below
+    if not {"metadata", "geometry"} <= found.keys() or not found["geometry"].texts("wkt"):
+        raise SceneError(f"{file}: no geometry of JuPedSim: tables metadata and geometry")
+    areas = found["geometry"].texts("wkt")
+    said = dict(zip(found["metadata"].texts("key"), found["metadata"].texts("value"), strict=True))
+    if (version := said.get("version")) not in ("1", "2"):
+        raise SceneError(f"{file}: metadata: version {version}; 1 or 2 is read")
     try:
-        return pedpy.load_walkable_area_from_jupedsim_sqlite(trajectory_file=file)
-    except (pedpy.errors.PedPyError, sqlite3.Error, ValueError, TypeError, IndexError) as error:
-        first = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        raise SceneError(f"{file}: no geometry of JuPedSim: {first}") from None
+        shapes = shapely.from_wkt(areas[:1] if version == "1" else areas)
+        return Floor(polygon=polygon_of(shapely.union_all(shapes)))
+    except (shapely.errors.GEOSException, SceneError) as error:
+        raise SceneError(f"{file}: geometry: {error}") from None
 
 
 def _of_json(text: str) -> Floor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -53,10 +54,13 @@ def frames_near(frame: int, recording: Recording, count: int, apart_s: float) ->
     """List the numbers of so many other frames, nearest first, each `apart_s` from the next; nearer
     to each other, evenly, where the film is too short, and fewer where it has not so many."""
     first, last = recording.ends
-    wanted = max(1, round(apart_s * recording.frame_rate))
-    for step in range(min(wanted, last - first), 0, -1):
-        before, after = range(frame - step, first - 1, -step), range(frame + step, last + 1, step)
-        near = sorted([*before, *after], key=lambda number: abs(number - frame))
-        if len(near) >= count or step == 1:
-            return near[:count]
-    return []
+
+    def near(step: int) -> tuple[range, range]:
+        return range(frame - step, first - 1, -step), range(frame + step, last + 1, step)
+
+    wanted = max(1, round(min(apart_s * recording.frame_rate, last - first)))
+    # the largest step, from `wanted` down, that leaves room for so many
+    steps = range(wanted, 0, -1)
+    place = bisect(steps, -1, key=lambda step: sum(map(len, near(step))) - count)
+    every = (number for side in near(steps[min(place, len(steps) - 1)]) for number in side[:count])
+    return sorted(every, key=lambda number: abs(number - frame))[:count]

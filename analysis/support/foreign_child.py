@@ -1,0 +1,170 @@
+"""Read SQLite and HDF5 files of somebody else in a process of its own, which `foreign.py` starts.
+
+Each request is a line of JSON on stdin: kind (sqlite or hdf5), path, names of tables or groups, and
+limits: cpu_s, memory_bytes, most_bytes. The answer is a line of JSON on stdout: `why` it cannot be
+read, or `bytes` of an .npz that follow. That has the arrays `0`, `1`, … and `parts`, a JSON list of
+[name, number of the array or null, attributes]. Beyond its CPU time the process is ended by a signal.
+It imports nothing of the product, and nothing that it does not need."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import resource
+import signal
+import sqlite3
+import sys
+import urllib.parse
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+# Of each table that is read: columns, the type of each as SQLite has it, and its condition.
+TABLES = {
+    "trajectory_data": {"id": "integer", "frame": "integer", "pos_x": "number", "pos_y": "number"},
+    "metadata": {"key": "text", "value": "any"},
+    "geometry": {"wkt": "text"},
+}
+# A row takes at least so many bytes of a file.
+ROW_BYTES = 4
+DEEPEST = 8
+
+
+class RefusedError(Exception):
+    """What cannot be read, and why."""
+
+
+def parts_of_sqlite(path: str, most: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
+    """Each column of the tables of these names that are there: numbers, or texts."""
+    quoted = urllib.parse.quote(os.fsencode(path))
+    base = sqlite3.connect(f"file:{quoted}?mode=ro&immutable=1", uri=True)
+    for pragma in ("trusted_schema=OFF", "cell_size_check=ON", "mmap_size=0"):
+        base.execute(f"PRAGMA {pragma}")
+    for name in names:
+        kind = base.execute("SELECT type, sql FROM sqlite_master WHERE name = ?", (name,))
+        found = kind.fetchone()
+        if found is None:
+            continue
+        if found[0] != "table" or "VIRTUAL" in str(found[1]).upper().split()[:2]:
+            raise RefusedError(f"{name} is a {found[0]} that computes its rows; a table is needed")
+        hidden = {row[1]: row[6] for row in base.execute(f"PRAGMA table_xinfo({name})")}
+        columns = TABLES[name]
+        for column in columns:
+            if hidden.get(column, 1):
+                raise RefusedError(f"{name} has no column {column}")
+        yield name, None, {}
+        rows = base.execute(f"SELECT {', '.join(columns)} FROM {name}")
+        yield from _columns(name, columns, rows, most)
+
+
+def _columns(name: str, columns: dict[str, str], rows: Any, most: int) -> Iterator[Any]:
+    """The columns of rows, each value of its type."""
+    values: list[list[Any]] = [[] for _ in columns]
+    for number, row in enumerate(rows, start=1):
+        if number * ROW_BYTES > most:
+            raise RefusedError(f"{name} has more rows than the file has room for")
+        for (column, kind), place, value in zip(columns.items(), values, row, strict=True):
+            sound = {"integer": (int,), "number": (int, float), "text": (str,)}.get(kind, (object,))
+            if not isinstance(value, sound):
+                raise RefusedError(
+                    f"{name}, row {number}: {column}: {str(value)[:40]!r} is no {kind}"
+                )
+            place.append(value)
+    types = {"integer": np.int64, "number": np.float64}
+    for (column, kind), place in zip(columns.items(), values, strict=True):
+        made = types.get(kind)
+        array = np.array(json.dumps(place, default=str)) if made is None else np.array(place, made)
+        yield f"{name}/{column}", array, {}
+
+
+def parts_of_hdf5(path: str, most: int, names: list[str]) -> Iterator[tuple[str, Any, Any]]:
+    """Each group and dataset at or below these names, and the attributes of each."""
+    import h5py
+
+    left = most
+    with h5py.File(path, "r") as file:
+        todo = [name for name in names if name in file]
+        while todo:
+            name = todo.pop()
+            if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+                raise RefusedError(f"/{name} is a link to somewhere else")
+            found = file[name]
+            attributes = {key: _plain(value) for key, value in found.attrs.items()}
+            if isinstance(found, h5py.Group):
+                if name.count("/") > DEEPEST or len(todo) + len(found) > most // 100:
+                    raise RefusedError(f"/{name}: groups without end")
+                todo += [f"{name}/{key}" for key in found]
+                yield name, None, attributes
+            elif isinstance(found, h5py.Dataset):
+                if found.is_virtual or found.external:
+                    raise RefusedError(f"/{name} has its numbers in other files")
+                if found.shape is None or found.dtype.hasobject:
+                    yield name, np.array(f"{found.dtype}"), attributes
+                    continue
+                left -= found.size * found.dtype.itemsize
+                if left < 0:
+                    raise RefusedError(
+                        f"/{name}, shape {found.shape}: more than a file of this size can have"
+                    )
+                yield name, found[()], attributes
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as JSON has it; None for what is neither a text nor one number."""
+    if isinstance(value, bytes | np.bytes_):
+        return bytes(value).decode("utf-8", "replace")
+    if isinstance(value, np.generic | np.ndarray) and np.size(value) == 1:
+        value = np.ravel(value)[0].item()
+    return value if isinstance(value, str | int | float) else None
+
+
+def answer(request: dict[str, Any]) -> Any:
+    """Read what is asked for, as .npz."""
+    arrays: dict[str, Any] = {}
+    parts = []
+    reader = parts_of_sqlite if request["kind"] == "sqlite" else parts_of_hdf5
+    for name, array, attributes in reader(request["path"], request["most_bytes"], request["names"]):
+        parts.append([name, None if array is None else len(arrays), attributes])
+        if array is not None:
+            arrays[str(len(arrays))] = array
+    content = io.BytesIO()
+    np.savez(content, parts=np.array(json.dumps(parts)), **arrays)
+    return content.getbuffer()
+
+
+def limit(request: dict[str, Any]) -> None:
+    """Set the limits of a request."""
+    signal.setitimer(signal.ITIMER_PROF, request["cpu_s"])
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    most = request["memory_bytes"]
+    least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (least, hard))
+
+
+def main() -> None:
+    """Answer requests until nobody can ask any more."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    out = sys.stdout.buffer
+    out.write(b"ready\n")
+    out.flush()
+    for line in sys.stdin.buffer:
+        request, content, why = json.loads(line), b"", ""
+        limit(request)
+        try:
+            content = answer(request)
+        except MemoryError:
+            why = "it needs more memory than a file of its size should"
+        except RefusedError as error:
+            why = str(error)
+        except Exception as error:  # whatever the libraries raise for a damaged file
+            why = f"damaged: {(str(error).splitlines() or [type(error).__name__])[0]}"
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        out.write(json.dumps({"why": why, "bytes": len(content)}).encode() + b"\n")
+        out.write(content)
+        out.flush()
+
+
+if __name__ == "__main__":
+    main()
