@@ -1,22 +1,25 @@
-"""Barrier loads: a crowd of some depth that presses against a wall with the push of the Green
-Guide's table, in every engine.
+"""Barrier loads: a crowd that stands pressed against a wall at the depth of a row of the Green
+Guide's table, its steady load and the shock of its arrival apart, in three models.
 
     nice -n 19 python benchmarks/crowds/barrier.py FOLDER
 
-A lane 4 m wide, 47 people on 10 m² from ANSUR II, nobody walking at first, each pushing with what
-Table 11.2 implies on the flat: load / depth / density. No friction. Prints a table: load per metre
-of wall, as median and range over crowds. Runs that are in the folder are taken as they are."""
+A lane 4 m wide, people of ANSUR II, no friction. They start from rest at 47 on 10 m² and close up
+until t = 8 s; from then to 12 s they are pressed. There are as many of them as make the pressed
+crowd as deep as the row says (found by trial, of seed 0), and each pushes with what makes the
+crowd's push that of the row: 1 kN per m² of pressed crowd. The last rows have the push of 213 N a
+person that the table implies at its own density. Prints a table: loads per metre of wall as shares
+of the row's, median and range over seeds. Runs that are in the folder are taken as they are."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from analysis.dumps.windows import RunWindows
-from analysis.engines import engine
+from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import EngineRun
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.contact import ContactModel
@@ -25,23 +28,67 @@ from analysis.scene.scene import Scene
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats
 
-# Green Guide, Table 11.2, lowest slope: depth of the crowd (m) → load (N per m of barrier).
-TABLE = {2.0: 2000.0, 3.0: 3000.0, 4.0: 4000.0, 5.0: 5000.0}
-DENSITY, WIDTH = 4.7, 4
-PUSH_N = 1000.0 / DENSITY
-TAU_S, DURATION_S, LAST_S, CROWDS = 0.5, 5.0, 2.0, 3
+# Green Guide, Table 11.2, lowest slope: 1 kN per m of barrier for each metre of depth.
+DEPTHS_M, ROW_N_PER_M2 = (2.0, 3.0, 4.0, 5.0), 1000.0
+DENSITY, PRESSED, WIDTH = 4.7, 8.7, 4
+ROW_PUSH_N = ROW_N_PER_M2 / DENSITY
+# Pressing takes PRESS_S; then loads are steady. A tenth of the people may stand farther back.
+TAU_S, PRESS_S, DURATION_S, WITHIN = 0.5, 8.0, 12.0, 0.9
+SEEDS, TRIALS, NEAR = 5, 4, 0.02
 MODELS: Mapping[str, tuple[str, dict[str, object]]] = {
     "LAMMPS, 10⁶ N/m": ("lammps", {}),
-    "YADE, 10⁶ N/m": ("yade", {}),
     "LAMMPS, a chest": ("lammps", {"law": "body_hertz"}),
     "rigid": ("rigid", {}),
 }
 
 
-def crowd(depth: float, seed: int) -> Snapshot:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """Choose a crowd.
+
+    depth: m, of the pressed crowd
+    people: how many
+    push: N, of each
+    model: of MODELS
+    """
+
+    depth: float
+    people: int
+    push: float
+    model: str
+
+    def run(self, seed: int, out: Path) -> EngineRun:
+        """Give the run of a seed, in a folder of its own."""
+        name, changes = MODELS[self.model]
+        words = [f"{self.depth:g}", str(self.people), f"{self.push:.0f}", str(seed), name]
+        folder = out / "_".join([*words, *map(str, changes.values())])
+        made = self._scene(seed).with_contact(**changes)
+        return EngineRun(scene=made, engine=name, folder=folder)
+
+    def _scene(self, seed: int) -> Scene:
+        disks = crowd(self.people, seed)
+        room = Room(
+            title="A crowd before a barrier",
+            source="Green Guide, Table 11.2",
+            walls=lane(self.people),
+            drive=Drive(
+                speed_m_per_s=self.push * TAU_S / float(disks.mass.mean()),
+                relaxation_time_s=TAU_S,
+                door_start_m=(0, 0),
+                door_end_m=(0, WIDTH),
+                outward=(1, 0),
+            ),
+            contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
+            run=Run(duration_s=DURATION_S, frames=round(10 * DURATION_S), impulses=True),
+            analysis=Analysis(kind="driven"),
+        )
+        return Scene.of(room, name=f"barrier_{self.depth:g}", snapshot=disks)
+
+
+def crowd(count: int, seed: int) -> Snapshot:
     """Draw people at 4.7 per m² behind the wall x = 0: on a grid, moved by up to 0.1 m, pushed
     apart where they overlap."""
-    count = round(DENSITY * depth * WIDTH)
+    depth = count / (DENSITY * WIDTH)
     random = np.random.default_rng([seed, 6])
     rows = int(np.ceil(depth * np.sqrt(DENSITY)))
     across = int(np.ceil(count / rows))
@@ -50,63 +97,71 @@ def crowd(depth: float, seed: int) -> Snapshot:
     radius, mass = bodies_of("ANSUR II", count, seed)
     disks = Snapshot(position=place, velocity=np.zeros_like(place), radius=radius, mass=mass)
     walls = Walls(
-        start=np.array([wall.start_m for wall in lane(depth)]),
-        end=np.array([wall.end_m for wall in lane(depth)]),
+        start=np.array([wall.start_m for wall in lane(count)]),
+        end=np.array([wall.end_m for wall in lane(count)]),
     )
     return apart(disks, walls)
 
 
-def lane(depth: float) -> tuple[Wall, ...]:
-    """Give the wall, metre by metre, and the sides of the lane."""
+def lane(count: int) -> tuple[Wall, ...]:
+    """Give the wall, metre by metre, and the sides of the lane, longer than so many people need."""
+    back = -count / (DENSITY * WIDTH) - 3
     front = [Wall(name=f"front_{y}", start_m=(0, y), end_m=(0, y + 1)) for y in range(WIDTH)]
-    sides = [Wall(name=f"side_{y}", start_m=(-depth - 3, y), end_m=(0, y)) for y in (0, WIDTH)]
+    sides = [Wall(name=f"side_{y}", start_m=(back, y), end_m=(0, y)) for y in (0, WIDTH)]
     return (*front, *sides)
 
 
-def scene(depth: float, seed: int, changes: Mapping[str, object]) -> Scene:
-    """Make the scene."""
-    disks = crowd(depth, seed)
-    speed = PUSH_N * TAU_S / float(disks.mass.mean())
-    room = Room(
-        title="A crowd before a barrier",
-        source="Green Guide, Table 11.2",
-        walls=lane(depth),
-        drive=Drive(
-            speed_m_per_s=speed,
-            relaxation_time_s=TAU_S,
-            door_start_m=(0, 0),
-            door_end_m=(0, WIDTH),
-            outward=(1, 0),
-        ),
-        contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
-        run=Run(duration_s=DURATION_S, frames=round(10 * DURATION_S), impulses=True),
-        analysis=Analysis(kind="driven"),
-    )
-    return Scene.of(room, name=f"barrier_{depth:g}", snapshot=disks).with_contact(**changes)
-
-
-def loads(run: EngineRun) -> tuple[Floats, Floats]:
-    """Run it; give the ends of the windows of 0.1 s, and the load (w, metres) N/m of the wall."""
+def windows_of(run: EngineRun) -> Iterator[Window]:
+    """Run it; give its windows of 0.1 s."""
     record = run.record()
-    windows = list(RunWindows(run.folder, record.time_step_s).between_frames())
-    found = np.zeros((len(windows), WIDTH))
-    for row, window in zip(found, windows, strict=True):
+    yield from RunWindows(run.folder, record.time_step_s).between_frames()
+
+
+def depth_of(window: Window) -> float:
+    """Give the depth (m) of a crowd of even density, nine tenths of which are as near to the wall
+    as those of this one."""
+    return float(np.quantile(-window.now.position[:, 0], WITHIN) / WITHIN)
+
+
+def loads(run: EngineRun) -> tuple[Floats, Floats, float]:
+    """Give the ends of the windows (s), the load (w, metres) N/m of the wall, and the depth (m) at
+    the end."""
+    end, found, depth = [], [], 0.0
+    for window in windows_of(run):
+        row = np.zeros(WIDTH)
         front = window.is_wall & (window.keys[:, 1] <= WIDTH)
-        np.add.at(
-            row, window.keys[front, 1] - 1, np.abs(window.impulse[front, 0]) / window.duration
-        )
-    return np.array([window.end for window in windows]), found
+        size = np.abs(window.impulse[front, 0]) / window.duration
+        np.add.at(row, window.keys[front, 1] - 1, size)
+        end.append(window.end)
+        found.append(row)
+        depth = depth_of(window)
+    return np.array(end), np.array(found), depth
 
 
-def measured(run: EngineRun, people: Snapshot) -> list[float]:
-    """Give loads in kN per m: of the whole wall over the last 2 s, what balance gives, the largest
-    0.1 s of the whole wall, and the most loaded metre over the last 2 s and in its largest 0.1 s."""
-    end, load = loads(run)
-    last = load[end > DURATION_S - LAST_S + 1e-9]
-    balance = PUSH_N * float(people.mass.sum() / people.mass.mean()) / WIDTH
-    whole = load.mean(1)
-    values = [last.mean(), balance, whole.max(), last.mean(0).max(), load.max()]
-    return [1e-3 * float(value) for value in values]
+def measured(run: EngineRun, row: float) -> list[float]:
+    """Give the depth (m) and, as shares of the load `row` (N/m): pressed, the whole wall, the worst
+    metre and its largest 0.1 s; while they close up, the largest 0.1 s of the whole wall and of a
+    metre."""
+    end, load, depth = loads(run)
+    late = end > PRESS_S + 1e-9
+    steady, before = load[late], load[~late]
+    worst = steady.mean(0).argmax()
+    values = [steady.mean(), steady.mean(0).max(), steady[:, worst].max()]
+    values += [before.mean(1).max(), before.max()]
+    return [depth, *(float(value) / row for value in values)]
+
+
+def found_case(depth: float, model: str, out: Path, push: float | None = None) -> Case:
+    """Find how many people stand as deep when pressed; by trial, of seed 0."""
+    people = round(PRESSED * depth * WIDTH)
+    for _ in range(TRIALS):
+        each = push or ROW_N_PER_M2 * depth * WIDTH / people
+        case = Case(depth=depth, people=people, push=each, model=model)
+        now = loads(case.run(0, out))[2]
+        if abs(now / depth - 1) <= NEAR:
+            break
+        people = round(people * depth / now)
+    return case
 
 
 def main() -> None:
@@ -114,26 +169,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
     out = parser.parse_args().out
-    print(f"push of a person: {PUSH_N:.0f} N")
-    head = ["depth (m)", "table (kN/m)", "model", "last 2 s", "balance", "largest 0.1 s"]
-    head += ["worst metre, last 2 s", "worst metre, 0.1 s", "deepest overlap (r)"]
+    head = ["depth (m)", "row (kN/m)", "model", "people", "push (N)", "depth when pressed (m)"]
+    head += ["pressed: whole wall", "worst metre", "its largest 0.1 s"]
+    head += ["arrival: whole wall, 0.1 s", "worst metre, 0.1 s", "deepest overlap (r)"]
     print("| " + " | ".join(head) + " |\n" + "|---" * len(head) + "|")
-    for depth, table in TABLE.items():
-        for title, (name, changes) in MODELS.items():
-            if engine(name).find() is None:
-                continue
-            rows, deep = [], 0.0
-            for seed in range(1, CROWDS + 1):
-                made = scene(depth, seed, changes)
-                folder = out / f"{depth:g}_{seed}_{name}_{'_'.join(map(str, changes.values()))}"
-                run = EngineRun(scene=made, engine=name, folder=folder)
-                rows.append(measured(run, made.snapshot))
-                deep = max(deep, run.record().overlap_largest)
-            cells = [_cell(np.array(column)) for column in zip(*rows, strict=True)]
-            print(
-                f"| {depth:g} | {table / 1000:g} | {title} | {' | '.join(cells)} | {deep:.2f} |",
-                flush=True,
-            )
+    asked: list[tuple[float, float | None]] = [(depth, None) for depth in DEPTHS_M]
+    for depth, push in [*asked, (3.0, ROW_PUSH_N)]:
+        for model in MODELS:
+            case = found_case(depth, model, out, push)
+            runs = [case.run(seed, out) for seed in range(1, SEEDS + 1)]
+            rows = np.array([measured(run, ROW_N_PER_M2 * depth) for run in runs])
+            deep = max(run.record().overlap_largest for run in runs)
+            cells = [f"{depth:g}", f"{depth * ROW_N_PER_M2 / 1000:g}", model, str(case.people)]
+            cells += [f"{case.push:.0f}", *map(_cell, rows.T), f"{deep:.2f}"]
+            print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def _cell(values: Floats) -> str:
