@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 
 from analysis.exposure.counts import limits_of_people
 from analysis.film.frame import ENGINE, HEADLINES, RIGID, Frame, Reel
-from analysis.film.summary import band, unit_of
+from analysis.film.summary import JUMP, band, jumps, unit_of
 from analysis.pages.drawing import (
     BLUE,
     COLOURS,
@@ -27,7 +28,6 @@ from analysis.pages.drawing import (
     frame,
     size_of,
 )
-from analysis.pages.names import engine_name
 from analysis.pages.numbers import significant
 from analysis.percussions.setting import FORCE
 
@@ -89,18 +89,22 @@ def _draw_radii(axes: Axes, reels: Sequence[Reel], key: str) -> None:
     if np.any(high > low):
         axes.fill_between(time, low, high, color=BLUE, alpha=FAINT, lw=0,
                           label="all admissible forces")  # fmt: skip
-    axes.plot(time, middle, color=BLUE, lw=1.2, label=reels[len(reels) // 2].title)
+    reel = reels[len(reels) // 2]
+    axes.plot(time, middle, color=BLUE, lw=1.2, label=reel.title)
+    jumped = {n for n, share in jumps(reel)[key].items() if abs(share) > JUMP}
+    at = [frame.time for frame in reel.frames if frame.number in jumped]
+    label = f"jumps since the frame before, {reel.title}"
+    axes.plot(at, middle[np.isin(time, at)], "o", mfc="none", ms=4, color=VERMILION, label=label)
 
 
 def _draw_models(axes: Axes, reels: Sequence[Reel], key: str, unit: str) -> None:
     """Every model of every run that has the unit, percussions dashed."""
-    for reel, colour in zip(reels, COLOURS, strict=False):
+    for reel, colour in zip(reels, cycle(COLOURS), strict=False):
         for model, line in zip(reel.models, LINES, strict=False):
             if unit_of(reel, model, key) != unit:
                 continue
             time, value, low, high = _series(reel, model, key)
-            name = engine_name(reel.engine)
-            label = name if model == ENGINE else f"percussions, at the places of {name}"
+            label = reel.title if model == ENGINE else f"percussions, at the places of {reel.title}"
             axes.plot(time, value, color=colour, ls=line, lw=1.2, label=label)
             if np.any(high > low):
                 axes.fill_between(time, low, high, color=colour, alpha=FAINT, lw=0)

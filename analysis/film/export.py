@@ -34,12 +34,18 @@ def export(reels: Sequence[Reel], form: Form, folder: Path) -> list[Path]:
 
     Frames without percussions are left out. Columns: docs/columns.md."""
     write = _write_vtk if form == "vtk" else _write_ovito
-    return [path for reel in reels for path in write(reel, folder / form / _name(reel))]
+    names = _names(reels)
+    return [path for reel in reels for path in write(reel, folder / form / names[reel.title])]
 
 
-def _name(reel: Reel) -> str:
-    """The name of a folder: letters, digits, points and underscores of the title."""
-    return re.sub(r"[^\w.]+", "_", reel.title)
+def _names(reels: Sequence[Reel]) -> dict[str, str]:
+    """The names of folders: letters, digits, points and underscores of the titles, and a number
+    where two would be one."""
+    names: dict[str, str] = {}
+    for reel in reels:
+        name = re.sub(r"[^\w.]+", "_", reel.title)
+        names[reel.title] = name if name not in names.values() else f"{name}_{len(names) + 1}"
+    return names
 
 
 def _unit(frame: Frame, model: str) -> str:

@@ -24,6 +24,10 @@ from nscd.percussions import Status
 # What a film follows; of an impact, which has no door, only those of SHOCK.
 SHOCK = ("contact_largest", "person_largest", "walls")
 HEADLINES: Mapping[str, Measure] = {key: MEASURES[key] for key in (*SHOCK, "pressure_door")}
+# Of a filmed crowd also how many people, in per cent, were moved by more than this share of a
+# radius to be disks.
+FAR = 0.5
+MOVED_FAR = "moved_far_percent"
 # The models of a frame: what an engine wrote, and the percussions of the same snapshot.
 ENGINE, RIGID = "engine", "percussions"
 NOBODY = EngineContacts(
@@ -64,7 +68,7 @@ class Frame:
     match: the contacts of both models, forces in N (of an impact percussions in N·s)
     determined: (k,) of the percussions: 1, 0, or −1 where that is not known
     lower, upper: (k,) the ends of the percussions, NaN where there is none or none was computed
-    values: of each model, HEADLINES and how many people are above each limit
+    values: of each model, HEADLINES, how many people are above each limit, and MOVED_FAR
     status: of the percussions, with the reason where they are not solved
     heads: (n,2) m, where people were filmed; None of a run
     account: what was done to them
@@ -171,6 +175,9 @@ def frame_of(
     measured = {RIGID: values_at(scene, match, found, RIGID)}
     if engine is not None:
         measured[ENGINE] = values_at(scene, match, found, ENGINE)
+    if heads is not None:
+        far = np.hypot(*(found.snapshot.position - heads).T) > FAR * found.snapshot.radius
+        measured[RIGID][MOVED_FAR] = 100.0 * float(far.mean())
     known = openness_at(
         scene, found, {key: measured[RIGID][key] for key in HEADLINES if key in measured[RIGID]}
     )

@@ -13,9 +13,9 @@ import numpy as np
 from analysis.film.frame import Frame, Reel, frame_of
 from analysis.film.frames import Frames
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
-from analysis.scene.real.import_crowd import ImportedCrowd, import_crowd
+from analysis.scene.real.import_crowd import ImportedCrowd, place_crowd
 from analysis.scene.real.separate import OverlapError
-from analysis.scene.real.trajectory import Recording
+from analysis.scene.real.trajectory import Heads, Recording, TrajectoryError
 from analysis.scene.scene import Room, Scene, SceneError, read_room
 from analysis.support.parallel import Task, do_all
 from analysis.support.progress import Progress
@@ -40,35 +40,37 @@ def film_heads(
     executor: whose workers measure the frames; this process where left out
 
     In each frame people are moved apart from where the frame before left them. Where they cannot
-    be, the frame has the status `failed` and its reason. Raises TrajectoryError, SceneError and
-    ValueError naming the file, the frame, the person or the key."""
+    be, or nobody is there, the frame has the status `failed` and its reason. Raises
+    TrajectoryError, SceneError and ValueError naming the file, the frame, the person or the key."""
     first, last = recording.ends
     numbers = (frames or Frames()).of(first, last, recording.file)
     shift = max(0, 1 - int(recording.data.id.min()))
     parts, _ = read_room(room, (float(np.mean(radii)), mass))
     if parts.drive is None:
         raise SceneError(f"{room}: drive: is missing; who walks where presses these people?")
-    reels = []
-    for radius in sorted(radii):
+    stills = {number: _still(recording, number, shift) for number in numbers}
+    reels: list[Reel] = []
+    label, every = f"film of {recording.file.name}", sorted(set(radii))
+    for radius in every:
         tasks: list[Task] = []
         crowd: ImportedCrowd | None = None
         found: SnapshotPercussions | None = None
-        for number in numbers:
-            heads = recording.heads(number)
-            # velocities are not asked for: who is held has none, and sees where to walk
-            still = replace(heads, ids=heads.ids + shift, velocity=np.nan_to_num(heads.velocity))
+        for place, (number, still) in enumerate(stills.items()):
             time = number / recording.frame_rate
+            if progress:
+                progress(label, (len(reels) + place / len(stills)) / len(every))
             try:
-                crowd = import_crowd(still, radius=radius, room=room, mass=mass, before=crowd)
-            except (OverlapError, SceneError) as error:
+                if isinstance(still, TrajectoryError):
+                    raise still
+                crowd = place_crowd(still, radius=radius, room=room, mass=mass, before=crowd)
+            except (OverlapError, SceneError, TrajectoryError) as error:
                 tasks.append(Task(call=_failed, arguments=(number, time, str(error)), work=0.0))
                 continue
             snapshot = replace(crowd.scene.snapshot, time=time)
             found = percussions_of(Setting.of(crowd.scene), snapshot, before=found)
             call = partial(frame_of, heads=crowd.heads, account=crowd.report)
             tasks.append(Task(call=call, arguments=(crowd.scene, number, found), work=1.0))
-        label = f"film of {recording.file.name}, radius {radius:g} m"
-        made: list[Frame] = do_all(tasks, executor, label, progress)
+        made: list[Frame] = do_all(tasks, executor, label)
         if all(frame.found is None for frame in made):
             raise ValueError(made[0].reason)
         reels.append(
@@ -82,6 +84,16 @@ def film_heads(
             )
         )
     return reels
+
+
+def _still(recording: Recording, number: int, shift: int) -> Heads | TrajectoryError:
+    """The heads of a frame, or why there are none; velocities are not asked for: who is held has
+    none, and sees where to walk."""
+    try:
+        still = recording.still(number)
+    except TrajectoryError as error:
+        return error
+    return replace(still, ids=still.ids + shift)
 
 
 def _failed(number: int, time: float, reason: str) -> Frame:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,14 +36,41 @@ def film_runs(
     frames: of the dumps, from 0; about 50, evenly spread, where left out
     executor: whose workers match and measure the frames; this process where left out
 
-    Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
-    ValueError for frames that are not there and for runs whose frames are not at the same times."""
+    Runs of one engine are named by their folders too. Raises EngineError and DumpError for a folder
+    that does not hold one finished run of its scene, ValueError for a folder that is given twice,
+    for frames that are not there and for runs whose frames are not at the same times."""
+    whole = [folder.resolve() for folder in folders]
+    for number, folder in enumerate(whole):
+        if folder in whole[:number]:
+            raise ValueError(f"{folders[number]}: is given twice; a film shows a run once")
     reels = [_reel(folder, frames, progress, executor) for folder in folders]
+    reels = [
+        replace(reel, title=title) for reel, title in zip(reels, _titles(reels, whole), strict=True)
+    ]
     times = [np.array([frame.time for frame in reel.frames]) for reel in reels]
     for folder, other in zip(folders[1:], times[1:], strict=True):
         if len(other) != len(times[0]) or np.abs(other - times[0]).max() > SAME * times[0].max():
             raise ValueError(f"{folder}: its frames are not at the times of those of {folders[0]}")
     return reels
+
+
+def _titles(reels: Sequence[Reel], folders: Sequence[Path]) -> list[str]:
+    """The names of engines; where two runs have one, followed by as much of the ends of their paths
+    as keeps these apart."""
+    titles = [reel.title for reel in reels]
+    if len(set(titles)) == len(titles):
+        return titles
+    depth = next(
+        depth
+        for depth in range(1, max(len(folder.parts) for folder in folders) + 1)
+        if len({folder.parts[-depth:] for folder in folders}) == len(folders)
+    )
+    ends = ["/".join(folder.parts[-depth:]) for folder in folders]
+    alone = [titles.count(title) == 1 for title in titles]
+    return [
+        title if once else f"{title} ({end})"
+        for title, once, end in zip(titles, alone, ends, strict=True)
+    ]
 
 
 def _reel(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,19 @@ from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES
 from analysis.film.charts import draw_series, draw_still
 from analysis.film.ends import MOST_OPEN
-from analysis.film.frame import HEADLINES, RIGID, Frame, Reel
-from analysis.film.summary import Headline, bands, headline, headline_rows
+from analysis.film.frame import HEADLINES, MOVED_FAR, RIGID, Frame, Reel
+from analysis.film.summary import (
+    JUMP,
+    Headline,
+    bands,
+    headline,
+    headline_rows,
+    jumps,
+    left_open,
+)
 from analysis.film.viewer import packed
 from analysis.pages.html import render, write_pictures
-from analysis.pages.names import engine_name, in_a_sentence
+from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import NONE, decimals, significant
 from analysis.pages.section import Cell, Section, Table
 from analysis.pages.words import Words
@@ -24,6 +33,8 @@ from analysis.percussions.setting import FORCE
 from analysis.support.files import write_text
 
 PAGE = "film.html"
+# Radii farther apart (m) make no band: the forces of one between them may lie outside it.
+STEP_M = 0.01
 
 
 def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -> Path:
@@ -39,7 +50,7 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
         tables.append(_moved(words, reels))
     page = render(
         PAGE,
-        title=reels[0].scene.title,
+        title=" and ".join(dict.fromkeys(reel.scene.title for reel in reels)),
         what=_what(words, reels, shared, source),
         warnings=_warnings(words, reels),
         headlines=_headlines(words, reels, shared),
@@ -74,7 +85,7 @@ def _shared(reels: Sequence[Reel]) -> dict[str, object]:
         "start": times[0],
         "end": times[-1],
         "duration": times[-1] - times[0],
-        "rigid": True,
+        "step": (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else None,
     }
 
 
@@ -92,16 +103,22 @@ def _what(
     shown = [frame for frame in middle.frames if frame.found is not None]
     counts = [len(frame.found.snapshot) for frame in shown if frame.found is not None]
     if middle.radius is None:
+        people = [
+            max(len(frame.found.snapshot) for frame in reel.frames if frame.found is not None)
+            for reel in reels
+        ]
         names = [reel.engine for reel in reels]
-        engines = [in_a_sentence(engine_name(name)) for name in names]
-        soft = any(name != "rigid" for name in names)
-        about = {"people": max(counts), "engines": engines, "names": names, "soft": soft}
-        about["driven"] = middle.scene.drive is not None and _forces(reels)
+        about: dict[str, object] = {
+            "people": people[0],
+            "engines": [in_a_sentence(reel.title) for reel in reels],
+            "names": names,
+            "soft": any(name != "rigid" for name in names),
+            "driven": middle.scene.drive is not None and _forces(reels),
+            "others": [] if _one_crowd(reels) else people,
+        }
         said = [words.text("run", **shared, **about)]
     else:
         done = [frame.account for frame in shown if frame.account is not None]
-        first = next(frame for frame in shown if frame.account is not None)
-        assert first.found is not None
         said = [
             words.text(
                 "heads",
@@ -116,6 +133,7 @@ def _what(
                 shift=middle.shift,
             )
         ]
+        said += _doubts(words, reels, shared)
     drive = middle.scene.drive
     if drive is None or not _forces(reels):
         return [*said, words.text("impact")] if RIGID in middle.models else said
@@ -123,6 +141,36 @@ def _what(
     push = mass * drive.speed_m_per_s / drive.relaxation_time_s
     ends = (float(push.min()), float(push.max()))
     return [*said, words.text("push", push=ends, drive=drive)]
+
+
+def _one_crowd(reels: Sequence[Reel]) -> bool:
+    """Whether all runs are of the same people in the same room."""
+    bodies = [(reel.scene.snapshot, reel.scene.walls, reel.scene.drive) for reel in reels]
+    first = bodies[0]
+    return all(
+        len(one[0]) == len(first[0])
+        and np.array_equal(one[0].position, first[0].position)
+        and np.array_equal(one[0].radius, first[0].radius)
+        and one[1:] == first[1:]
+        for one in bodies
+    )
+
+
+def _doubts(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> list[str]:
+    """What limits the numbers of a filmed crowd: how far people were moved, and jumps."""
+    far = {
+        significant(reel.radius): float(
+            np.mean([f.values[RIGID][MOVED_FAR].value for f in reel.frames if f.found is not None])
+        )
+        for reel in reels
+    }
+    middle = reels[len(reels) // 2]
+    counts = {
+        measure.title: sum(abs(share) > JUMP for share in jumps(middle)[key].values())
+        for key, measure in HEADLINES.items()
+    }
+    steps = max(len(each) for each in jumps(middle).values())
+    return [words.text("doubts", **shared, far=far, counts=counts, steps=steps)]
 
 
 def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
@@ -149,8 +197,14 @@ def _headlines(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]
     unbounded = max((one.unbounded for one in known), default=0)
     note = words.text("note", count=unbounded, most=MOST_OPEN) if unbounded else ""
     independent = min((one.independent for one in known), default=0.0)
-    shared = {**shared, "independent": independent}
-    return words.table("headlines", rows, **shared, columns=columns, note=note)
+    rigid = any(RIGID in reel.models for reel in reels)
+    opened, by, unknown = left_open(reels) if rigid else (0, 0.0, 0)
+    of = sum(len(reel.frames) - len(reel.unsolved) for reel in reels if RIGID in reel.models)
+    radii = sorted(reel.radius for reel in reels if reel.radius is not None)
+    apart = max((b - a for a, b in pairwise(radii)), default=0.0)
+    about = {"independent": independent, "rigid": rigid, "opened": opened, "by": by, "of": of,
+             "unknown": unknown, "apart": apart if apart > 1.001 * STEP_M else None}  # fmt: skip
+    return words.table("headlines", rows, **shared, **about, columns=columns, note=note)
 
 
 def _pictures(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]):  # type: ignore[no-untyped-def]

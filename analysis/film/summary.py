@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
 
-from analysis.film.frame import ENGINE, HEADLINES, RIGID, Ends, Frame, Reel
+from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Ends, Reel
 from analysis.motion.ensemble import LEVEL, correlation_windows
 from analysis.motion.intervals import two
-from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_rows
 
 # Columns before those of the headline numbers.
 HEAD = ("reel", "model", "radius_m", "frame", "time_s", "people", "status", "moved_mean_m",
-        "moved_largest_m")  # fmt: skip
+        "moved_largest_m", MOVED_FAR, "jump")  # fmt: skip
+# A number jumps that changes by more than this share of its mean from one frame to the next.
+JUMP = 0.5
+# Bounds nearer than this share of a mean are one number.
+NO_WIDTH = 1e-6
 # A band: reels that are summed up together, and their model.
 Band = tuple[Sequence[Reel], str]
 
@@ -76,10 +80,9 @@ def bands(reels: Sequence[Reel]) -> dict[str, Band]:
         return {RIGID: (reels, RIGID)}
     found: dict[str, Band] = {}
     for reel in reels:
-        name = engine_name(reel.engine)
-        found[name] = ([reel], ENGINE)
+        found[reel.title] = ([reel], ENGINE)
         if RIGID in reel.models:
-            found[f"{RIGID}, places of {name}"] = ([reel], RIGID)
+            found[f"{RIGID}, places of {reel.title}"] = ([reel], RIGID)
     return found
 
 
@@ -105,7 +108,52 @@ def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:
             for name, one in found.items()
         ]
         rows.append([f"{measure.title} ({measure.unit})" if same else measure.title, *cells])
+    far = [headline(*one, MOVED_FAR) for one in columns.values()]
+    if any(far):
+        rows.append(["people moved by more than half a radius (%)", *map(interval_text, far)])
     return list(columns), rows
+
+
+def jumps(reel: Reel) -> dict[str, dict[int, float]]:
+    """Give the change of each headline number of the percussions since the frame of the film
+    before, as a share of its mean over the frames; of solved frames that follow each other."""
+    found = {}
+    numbers = [frame.number for frame in reel.frames]
+    for key in HEADLINES:
+        values = {number: one.value for number, one in _values(reel, RIGID, key).items()}
+        mean = float(np.mean(list(values.values()) or [0.0])) or 1.0
+        found[key] = {
+            now: (values[now] - values[before]) / mean
+            for before, now in pairwise(numbers)
+            if before in values and now in values
+        }
+    return found
+
+
+def jumping(reel: Reel) -> list[int]:
+    """List the frames in which one of the headline numbers jumps."""
+    every = (each.items() for each in jumps(reel).values())
+    return sorted({number for one in every for number, share in one if abs(share) > JUMP})
+
+
+def left_open(reels: Sequence[Reel]) -> tuple[int, float, int]:
+    """Tell what equilibrium leaves open in the headline numbers of the percussions: in how many
+    frames of all reels, by what largest share of the mean of a number, and in how many frames the
+    bounds are not known."""
+    frames: set[tuple[str, int]] = set()
+    unknown: set[tuple[str, int]] = set()
+    most = 0.0
+    for reel in (reel for reel in reels if RIGID in reel.models):
+        for key in HEADLINES:
+            values = _values(reel, RIGID, key)
+            mean = float(np.mean([ends.value for ends in values.values()] or [0.0])) or 1.0
+            for number, ends in values.items():
+                if np.isnan([ends.low, ends.high]).any():
+                    unknown.add((reel.title, number))
+                elif ends.high - ends.low > NO_WIDTH * mean:
+                    frames.add((reel.title, number))
+                    most = max(most, (ends.high - ends.low) / mean)
+    return len(frames), most, len(unknown)
 
 
 def unit_of(reel: Reel, model: str, key: str) -> str:
@@ -139,14 +187,16 @@ def column(key: str, unit: str, end: str = "") -> str:
 
 def table(reels: Sequence[Reel]) -> tuple[list[str], list[list[object]]]:
     """Give the names of the columns, and a row per reel, frame and model."""
-    rows = [row for reel in reels for frame in reel.frames for row in _rows(reel, frame)]
+    rows = [row for reel in reels for row in _rows(reel)]
     names = [*HEAD, *dict.fromkeys(name for row in rows for name in row if name not in HEAD)]
     return names, [[row.get(name) for name in names] for row in rows]
 
 
-def _rows(reel: Reel, frame: Frame) -> Iterator[Mapping[str, object]]:
-    for model in reel.models:
-        done = frame.account
+def _rows(reel: Reel) -> Iterator[Mapping[str, object]]:
+    changes = {} if reel.radius is None else jumps(reel)
+    jumped = set() if reel.radius is None else set(jumping(reel))
+    for frame, model in product(reel.frames, reel.models):
+        done, values = frame.account, frame.values.get(model, {})
         row: dict[str, object] = {
             "reel": reel.title,
             "model": reel.engine if model != RIGID else RIGID,
@@ -157,9 +207,13 @@ def _rows(reel: Reel, frame: Frame) -> Iterator[Mapping[str, object]]:
             "status": frame.status if model == RIGID else None,
             "moved_mean_m": done.moved_mean_m if done else None,
             "moved_largest_m": done.moved_largest_m if done else None,
+            MOVED_FAR: values[MOVED_FAR].value if MOVED_FAR in values else None,
+            "jump": None if reel.radius is None else int(frame.number in jumped),
         }
         for key in HEADLINES:
-            ends = frame.values.get(model, {}).get(key)
+            if key in changes:
+                row[f"{key}_jump"] = changes[key].get(frame.number)
+            ends = values.get(key)
             if ends is None:
                 continue
             unit = frame.unit(model)

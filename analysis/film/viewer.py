@@ -15,8 +15,8 @@ from matplotlib.colors import to_hex
 
 from analysis.exposure.counts import limits_of_people
 from analysis.film.frame import Frame, Reel
+from analysis.film.summary import jumping
 from analysis.pages.drawing import BLUE, ORANGE, PINK, SHADES, VERMILION
-from analysis.pages.names import engine_name
 from analysis.percussions.setting import FORCE
 from nscd.arrays import Floats
 
@@ -58,7 +58,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
     before: dict[int, tuple[int, int]] = {}
     return {
         "title": reel.title,
-        "engine": engine_name(reel.engine) if reel.engine else "",
+        "engine": reel.title if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
         "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],
@@ -67,6 +67,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
         "step": step,
         # of an impact the two models have no unit in common, and so no difference
         "units": {model: shown[0].unit(model) if shown else FORCE for model in reel.models},
+        "jumps": [] if reel.radius is None else jumping(reel),
         "frames": [_frame(reel, frame, ids, step, before) for frame in reel.frames],
     }
 

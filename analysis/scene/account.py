@@ -25,7 +25,8 @@ class Reconciliation(BaseModel):
 
     Overlaps are those of pairs of disks; densities are local ones (one over the area of each
     person's Voronoi cell within the room and within 0.8 m of the person): the mean over people, and
-    what a tenth of the people exceed (the largest is an artefact of cells that the door cuts)."""
+    what a tenth of the people exceed (the largest is an artefact of cells that the door cuts); none
+    where the cells could not be computed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -48,10 +49,10 @@ class Reconciliation(BaseModel):
     moved_share_over_1_cm: Annotated[float, Field(ge=0, le=1)]
     moved_mean_x_m: float
     moved_mean_y_m: float
-    density_before_mean_per_m2: Length
-    density_before_decile_per_m2: Length
-    density_after_mean_per_m2: Length
-    density_after_decile_per_m2: Length
+    density_before_mean_per_m2: Length | None = None
+    density_before_decile_per_m2: Length | None = None
+    density_after_mean_per_m2: Length | None = None
+    density_after_decile_per_m2: Length | None = None
     contacts_after: Count
     wall_contacts_after: Count
     linearisations: Count
@@ -65,6 +66,12 @@ class Reconciliation(BaseModel):
         heads = self.people + self.left_out
         spread = f" (standard deviation {self.radius_sd_m:.3g} m)" if self.radius_sd_m else ""
         before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
+        density = "The local densities are missing: their Voronoi cells could not be computed. "
+        if before is not None and after is not None:
+            density = (
+                "The local density that a tenth of the people exceed went from "
+                f"{before:.1f} to {after:.1f} people per m². "
+            )
         return (
             f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
             f"people; {self.left_out} outside the walls were left out. As disks "
@@ -73,8 +80,7 @@ class Reconciliation(BaseModel):
             f"({mean:.1f} cm in the mean), and {self.wall_overlaps_before} with walls. They were moved until none "
             "overlap, together as little as possible (least sum of squares, a local minimum): "
             f"{moved:.1f} cm in the mean, {most:.1f} cm at most, {share:.0f} % of the people more "
-            "than 1 cm. The local density that a tenth of the people exceed went from "
-            f"{before:.1f} to {after:.1f} people per m². Contacts afterwards: "
+            f"than 1 cm. {density}Contacts afterwards: "
             f"{self.contacts_after} between people, {self.wall_contacts_after} with walls. Who "
             "touches whom is an outcome of the stated radius and of this rule, not an "
             "observation, and so are the forces computed from it."

@@ -37,6 +37,19 @@ def test_shipped_scene_is_what_import_makes_bit_by_bit(tmp_path):
     assert "Other frames of the film: 400 (−0.2 s), 410 (+0.2 s)." in made.stdout
 
 
+def test_a_room_says_nothing_of_another_file(tmp_path):
+    """What holds of the shipped excerpt alone is in its head, and in no scene made of another."""
+    rows = [line for line in EXCERPT.read_text().splitlines() if not line.startswith("#")]
+    other = tmp_path / "other.txt"
+    other.write_text("\n".join(["# framerate: 25 fps", "# id frame x/m y/m z/m", *rows, ""]))
+    made = imported(other, "--frame", 405, "--room", GATE, "--others", 0, "--out", tmp_path)
+    assert made.exit_code == 0
+    said = made.stdout + (tmp_path / "gate.toml").read_text()
+    for own in ("040", "motivation", "0.22 m", "1.02 m/s"):
+        assert own not in said
+        assert own in EXCERPT.read_text()
+
+
 @pytest.mark.parametrize(
     ("frame", "count", "apart", "found"),
     [

@@ -25,7 +25,8 @@ def words_in(path):
 def columns_of_film():
     ends = ("", "low", "high")
     forces = {film.column(key, "N", end) for key in HEADLINES for end in ends}
-    return forces | {film.column(key, "N·s", end) for key in SHOCK for end in ends} | {*film.HEAD}
+    shocks = {film.column(key, "N·s", end) for key in SHOCK for end in ends}
+    return forces | shocks | {f"{key}_jump" for key in HEADLINES} | {*film.HEAD}
 
 
 def test_columns_of_solve_and_chart():

@@ -12,12 +12,15 @@ import pytest
 
 from analysis.engines import engine
 from analysis.engines.run import simulate
+from analysis.film.export import export
 from analysis.film.frame import RIGID
 from analysis.film.frames import Frames
 from analysis.film.of_heads import film_heads
 from analysis.film.of_runs import film_runs
+from analysis.film.page import _shared, _what
 from analysis.film.summary import headline, headline_rows, table, write_table
 from analysis.film.viewer import packed
+from analysis.pages.words import Words
 from analysis.percussions import percussions_of
 from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.trajectory import Recording, read_heads
@@ -105,9 +108,23 @@ def test_the_table_has_a_row_for_each_radius_and_frame(reels, tmp_path):
     assert [(row["radius_m"], row["frame"]) for row in rows] == [
         (radius, frame) for radius in ("0.16", "0.18") for frame in ("400", "405")
     ]
+    frames = {
+        (str(reel.radius), str(frame.number)): frame.found.snapshot.position - frame.heads
+        for reel in reels
+        for frame in reel.frames
+    }
     for row in rows:
         ends = [float(row[f"contact_largest{end}_N"]) for end in ("_low", "", "_high")]
         assert ends == sorted(ends)
+        far = np.hypot(*(frames[row["radius_m"], row["frame"]].T)) > 0.5 * float(row["radius_m"])
+        assert float(row["moved_far_percent"]) == pytest.approx(100 * far.mean())
+    for before, now in (rows[:2], rows[2:]):
+        mean = 0.5 * (float(before["walls_N"]) + float(now["walls_N"]))
+        change = float(now["walls_N"]) - float(before["walls_N"])
+        assert float(now["walls_jump"]) == pytest.approx(change / mean if mean else 0.0)
+        assert before["walls_jump"] == ""
+        every = [float(now[name]) for name in now if name.endswith("_jump")]
+        assert now["jump"] == str(int(max(map(abs, every)) > 0.5))
     found = headline(reels, RIGID, "contact_largest")
     values = [float(row["contact_largest_N"]) for row in rows]
     assert found.median == pytest.approx(np.median(values[2:]))
@@ -128,6 +145,37 @@ def test_an_impact_has_newtons_of_its_engine_and_newton_seconds_of_percussions(t
     _, shown = headline_rows(reels)
     assert [cell.rpartition(" ")[2] for cell in shown[0][1:]] == ["N", "N·s"]
     assert unpacked(reels)["reels"][0]["units"] == {"engine": "N", "percussions": "N·s"}
+
+
+@pytest.mark.skipif(engine("lammps").find() is None, reason="no LAMMPS")
+def test_runs_of_one_engine_are_kept_apart(tmp_path):
+    """Two stiffnesses, and another crowd, in folders of one name: in the headlines, the table, the
+    viewer, the export and the words of the page."""
+    scene, other = (
+        make(name).with_run(duration_s=0.01, frames=2, time_step_s=None)
+        for name in ("pair", "four_disks")
+    )
+    soft, hard, few = (tmp_path / one / "run" for one in ("soft", "hard", "few"))
+    simulate(scene, "lammps", soft)
+    simulate(scene.with_contact(stiffness_N_per_m=1e7), "lammps", hard)
+    simulate(other, "lammps", few)
+    titles = [f"LAMMPS ({name}/run)" for name in ("soft", "hard", "few")]
+    reels = film_runs([soft, hard, few])
+    assert [reel.title for reel in reels] == titles
+    columns, _ = headline_rows(reels)
+    assert columns == [
+        one for title in titles for one in (title, f"percussions, places of {title}")
+    ]
+    names, rows = table(reels)
+    assert names[:2] == ["reel", "model"]
+    assert [row[0] for row in rows] == [title for title in titles for _ in range(6)]
+    assert [one["engine"] for one in unpacked(reels)["reels"]] == titles
+    assert len({path.parent for path in export(reels, "vtk", tmp_path)}) == 3
+    said = " ".join(_what(Words("analysis.film"), reels, _shared(reels), ""))
+    assert f"as {' and '.join(titles)} wrote them" in said
+    assert "different crowds, of 2, 2, 4 people" in said
+    with pytest.raises(ValueError, match=r"\.\./soft/run: is given twice"):
+        film_runs([soft, few / ".." / ".." / "soft" / "run"])
 
 
 def in_centimetres(line):

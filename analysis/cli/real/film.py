@@ -18,7 +18,7 @@ from analysis.support.parts import load
 if TYPE_CHECKING:
     from analysis.film.frame import Reel
 
-RADII = (0.16, 0.18, 0.20)
+RADII = (0.16, 0.17, 0.18, 0.19, 0.20)
 
 
 def film(

@@ -22,7 +22,7 @@ Radii = Annotated[
     typer.Option(
         parser=positive,
         help="Of a trajectory: radius in m, several times; the middle one counts, all make the "
-        "band. Left out: 0.16, 0.18 and 0.20.",
+        "band. Left out: 0.16, 0.17, 0.18, 0.19 and 0.20.",
     ),
 ]
 

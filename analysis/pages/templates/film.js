@@ -180,9 +180,10 @@
     let most = 0;
     if (frame.a) frame.a.forEach((_, i) => { most = Math.max(most, Math.abs(carried(frame, i) || 0)); });
     const solved = frame.s === "solved" ? "; percussions solved" : `; percussions ${frame.s}: ${frame.why}`;
+    const jump = reel.jumps.includes(frame.n) ? "; a number jumps since the frame before" : "";
     const what = view().kind === "difference" ? "largest difference" : "largest";
     now.textContent = `Frame ${frame.n}, ${frame.t.toFixed(2)} s: ${frame.p ? frame.p.length : 0} people, `
-      + `${what} ${number(most, unit)}${reel.units.percussions ? solved : ""}.`;
+      + `${what} ${number(most, unit)}${reel.units.percussions ? solved : ""}${jump}.`;
     now.className = frame.s === "solved" || !reel.units.percussions ? "" : "alarm";
     slider.setAttribute("aria-valuetext", now.textContent);
   }

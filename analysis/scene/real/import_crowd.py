@@ -72,7 +72,6 @@ def import_crowd(
     mass: float = 75.0,
     name: str | None = None,
     varied: Varied | None = None,
-    before: ImportedCrowd | None = None,
 ) -> ImportedCrowd:
     """Put the people of one frame as disks into the room of a TOML file.
 
@@ -81,16 +80,48 @@ def import_crowd(
     mass: kg
     varied: how people differ; nobody does where left out
     name: of the scene; the room's where left out
-    before: the crowd of a frame shortly before, with the same ids; people are then moved apart from
-        where its disks would be, so that contacts do not jump from one frame to the next
 
     People outside the polygon of walls and door (where there are walls) are left out. The others
     are moved as little as possible until no disks overlap (see `reconcile`); they keep the
     velocities of their heads. Ids below 1 are counted from 1, which the notes of the scene say.
+    Local densities are left out of the report where their Voronoi cells cannot be computed.
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
-    radii, masses = _bodies(radius, mass, varied or Varied(), len(heads.ids))
+    crowd, area, comment = _placed(heads, radius, room, mass, name, varied or Varied(), None)
+    density = _densities(crowd.heads, crowd.scene.snapshot.position, area)
+    report = Reconciliation.model_validate(crowd.report.model_dump() | density)
+    notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
+    scene = crowd.scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
+    return replace(crowd, scene=scene, report=report)
+
+
+def place_crowd(
+    heads: Heads,
+    *,
+    radius: float,
+    room: Path,
+    mass: float = 75.0,
+    before: ImportedCrowd | None = None,
+) -> ImportedCrowd:
+    """Do as `import_crowd`, without notes and local densities.
+
+    before: the crowd of a frame shortly before, with the same ids; people are then moved apart from
+        where its disks would be, so that contacts do not jump from one frame to the next"""
+    return _placed(heads, radius, room, mass, None, Varied(), before)[0]
+
+
+def _placed(
+    heads: Heads,
+    radius: float,
+    room: Path,
+    mass: float,
+    name: str | None,
+    varied: Varied,
+    before: ImportedCrowd | None,
+) -> tuple[ImportedCrowd, shapely.Polygon, str]:
+    """The crowd, the polygon of its room, and the comment of the room's file."""
+    radii, masses = _bodies(radius, mass, varied, len(heads.ids))
     parts, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
     if parts.drive is not None and parts.drive.goals:
         raise SceneError(f"{room}: drive.goals: a real crowd goes to one door here")
@@ -124,12 +155,10 @@ def import_crowd(
         radius_sd_m=round(float(radii.std()), 6) if np.ptp(radii) else None,
         velocity_window_s=heads.window_s,
         linearisations=arranged.linearisations,
-        **_numbers(kept.position, snapshot, walls, area, parts.analysis.contact_tolerance_m),
+        **_numbers(kept.position, snapshot, walls, parts.analysis.contact_tolerance_m),
     )
     comment += f"\nIds of disks are those of the people plus {first}.\n" if first else ""
-    notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
-    scene = scene.model_copy(update={"notes": notes.strip(), "reconciliation": report})
-    return ImportedCrowd(scene=scene, heads=kept.position, report=report)
+    return ImportedCrowd(scene=scene, heads=kept.position, report=report), area, comment
 
 
 def _bodies(radius: float, mass: float, varied: Varied, people: int) -> tuple[Floats, Floats]:
@@ -206,9 +235,7 @@ def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
     return area
 
 
-def _numbers(
-    heads: Floats, after: Snapshot, walls: Walls, area: shapely.Polygon, tolerance: float
-) -> dict[str, Any]:
+def _numbers(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
     """The measured numbers of the report, rounded to a micrometre, so that every machine gives the
     same digits."""
     before = Snapshot(
@@ -222,7 +249,6 @@ def _numbers(
     move = after.position - heads
     moved = np.hypot(*move.T)
     mean_x, mean_y = move.mean(0)
-    density = _densities(heads, area), _densities(after.position, area)
     numbers = {
         "overlap_before_largest_m": overlap.max(initial=0.0),
         "overlap_before_mean_m": overlap.mean() if len(overlap) else 0.0,
@@ -234,10 +260,6 @@ def _numbers(
         "moved_share_over_1_cm": (moved > 0.01).mean(),
         "moved_mean_x_m": mean_x,
         "moved_mean_y_m": mean_y,
-        "density_before_mean_per_m2": density[0].mean(),
-        "density_before_decile_per_m2": np.quantile(density[0], 0.9),
-        "density_after_mean_per_m2": density[1].mean(),
-        "density_after_decile_per_m2": np.quantile(density[1], 0.9),
     }
     counts = {
         "overlaps_before": len(overlap),
@@ -248,7 +270,21 @@ def _numbers(
     return {key: round(float(value), 6) + 0.0 for key, value in numbers.items()} | counts
 
 
-def _densities(position: Floats, area: shapely.Polygon) -> Floats:
+def _densities(heads: Floats, disks: Floats, area: shapely.Polygon) -> dict[str, float]:
+    """Mean and highest decile (1/m²) of the local densities before and after; nothing where GEOS
+    fails on a Voronoi cell, as it does for some touching disks of one radius."""
+    try:
+        found = {"before": _voronoi(heads, area), "after": _voronoi(disks, area)}
+    except shapely.errors.GEOSException:
+        return {}
+    return {
+        f"density_{when}_{name}_per_m2": round(float(value), 6)
+        for when, each in found.items()
+        for name, value in (("mean", each.mean()), ("decile", np.quantile(each, 0.9)))
+    }
+
+
+def _voronoi(position: Floats, area: shapely.Polygon) -> Floats:
     """1/m² of each person: one over the area of the Voronoi cell, cut at CELL_RADIUS_M and at the
     walls, by PedPy."""
     table = pd.DataFrame(

@@ -76,6 +76,20 @@ class Recording:
         """The first and the last frame."""
         return int(self.data.frame.min()), int(self.data.frame.max())
 
+    def still(self, frame: int) -> Heads:
+        """Take the heads of a frame as `heads`, with no velocities but zeros."""
+        now = _near(self.file, self.data, frame, 0)
+        ids, position = now.id.to_numpy(dtype=np.int64), now[["x", "y"]].to_numpy(dtype=np.float64)
+        _check_places(f"{self.file}: frame {frame}", ids, position)
+        return Heads(
+            file=self.file,
+            frame=frame,
+            window_s=1.0 / self.frame_rate,
+            ids=ids,
+            position=position,
+            velocity=np.zeros_like(position),
+        )
+
     def heads(self, frame: int, window_s: float = 0.4) -> Heads:
         """Take the heads of frame number `frame`.
 
