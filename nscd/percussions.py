@@ -56,7 +56,7 @@ class FrictionPart:
     dissipation: Σ|μp_n|s⁺| − τs⁺|, what friction fails to dissipate, as a share of the kinetic
         energy before
     start: where the search for it began, which can decide between several answers
-    starts: from how many it was searched
+    starts: how many searches were made
     spread: m/s, how far apart the u⁺ are that they led to, spins times radius included; NaN where
         only one did"""
 

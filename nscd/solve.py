@@ -33,7 +33,8 @@ class Search(TypedDict, total=False):
     canonical: whether λ is to be the one of least elastic energy where contacts are redundant,
         which is the default: least Σλ², the stiff limit of a packing of equal stiffness loaded from
         rest. Any λ is cheaper; u⁺ is the same
-    starts: with friction, from how many percussions it is searched; 1 where left out
+    starts: with friction, how many searches are made, all but the first for another answer; 1 where
+        left out
     threads: how many cores work on one crowd; 1 where left out. They serve from 10,000 disks on,
         without friction; the answer is the same bit by bit for any number"""
 
@@ -70,7 +71,7 @@ def solve(
 
     With friction u⁺ is not unique either: the search begins from the convex programme of the cones
     (from u⁻ where nothing presses), so that its answer is one of several where there are several;
-    `starts` > 1 searches from random percussions too and gives how far apart the u⁺ are in
+    `starts` > 1 searches for others too and gives how far apart the u⁺ are in
     `friction.spread`. Reactions are then not canonical, and there is no choice of solver or guess.
 
     Raises ValueError naming the field for what is not of the kind that is asked, a left velocity of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,16 +43,18 @@ def solve_with_friction(
     starts: int,
 ) -> Percussions:
     """Percussions for the left velocity (n,2) m/s under a law with friction, from the convex
-    programme and `starts` − 1 random ones. See `nscd.solve`."""
+    programme and `starts` − 1 searches for others. See `nscd.solve`."""
     started = time.perf_counter()
     problem = friction_problem(snapshot, contacts, left, law)
     aim = 0.9 * tolerance
-    found = _one_sided(problem, snapshot.position, aim, 0)
+    found = _one_sided(problem, snapshot.position, aim)
     velocities = [found.velocity]
     for seed in range(1, starts):
-        other = _one_sided(problem, snapshot.position, aim, seed)
-        if _error(problem.acting(other.velocity), other) <= tolerance:
-            velocities.append(other.velocity)
+        other = _one_sided(problem, snapshot.position, aim, seed, velocities)
+        solved = _errors(problem.acting(other.velocity), other) <= tolerance  # each island
+        if solved[problem.island[problem.first]].any():
+            at = solved[problem.island][:, None]
+            velocities.append(np.where(at, other.velocity, found.velocity))
     acting = problem.acting(found.velocity)
     answer = _certified(snapshot, contacts, acting, found, tolerance)
     part = answer.friction
@@ -60,14 +63,20 @@ def solve_with_friction(
     return replace(answer, friction=part, seconds=time.perf_counter() - started)
 
 
-def _one_sided(problem: FrictionProblem, position: Floats, aim: float, seed: int) -> FrictionAnswer:
+def _one_sided(
+    problem: FrictionProblem,
+    position: Floats,
+    aim: float,
+    seed: int = 0,
+    known: Sequence[Floats] = (),
+) -> FrictionAnswer:
     """The answer with the k_n that push, see `FrictionProblem.acting`: found in rounds, the best
     met."""
     linear, best, least = problem, None, np.inf
     for _ in range(ROUNDS if problem.normal_weight.any() else 1):
-        found = climb(linear, position, aim, seed)
+        found = climb(linear, position, aim, seed, known=known)
         acting = problem.acting(found.velocity)
-        error = _error(acting, found)
+        error = float(_errors(acting, found).max(initial=0.0))
         if best is None or error < least:
             best, least = found, error
         if error <= aim or np.array_equal(acting.normal_weight, linear.normal_weight):
@@ -77,11 +86,12 @@ def _one_sided(problem: FrictionProblem, position: Floats, aim: float, seed: int
     return best
 
 
-def _error(problem: FrictionProblem, found: FrictionAnswer) -> float:
+def _errors(problem: FrictionProblem, found: FrictionAnswer) -> Floats:
+    """The errors of the islands."""
     k = len(found.reaction)
     v, s = np.empty((2, k))
-    errors = measure(problem, found.velocity, found.reaction, found.friction, v, s)
-    return float(errors.max(initial=0.0))
+    errors: Floats = measure(problem, found.velocity, found.reaction, found.friction, v, s)
+    return errors
 
 
 def _spread(velocities: list[Floats], radius: Floats) -> float:

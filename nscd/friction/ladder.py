@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,16 +53,18 @@ def climb(
     seed: int = 0,
     *,
     patient: bool = True,
+    known: Sequence[Any] = (),
 ) -> FrictionAnswer:
     """Solve a problem of disks at position (n,2) m.
 
     An island that nothing presses keeps u⁻. The others: the convex programme of the cone's edges
     and Newton's method on the sets of open, stuck and sliding contacts, all together; each island
-    that this does not solve by the methods of `Search`. With a `seed` ≥ 1 each island is searched
-    from random percussions instead; `patient` or only as far as is quick. The residual decides; the
-    best answer met is given."""
+    that this does not solve by the methods of `Search`. With a `seed` ≥ 1 every island is searched
+    for an answer other than the `known` velocities (n,3), from random states and percussions, also
+    where nothing presses: u⁻ need not be the only answer there. `patient` or only as far as is
+    quick. The residual decides; the best answer met is given."""
     k = len(problem.first)
-    disks, contacts = pressed(problem)
+    disks, contacts = pressed(problem, everything=bool(seed))
     if not len(contacts):
         none = np.zeros(k), np.zeros(k), problem.left.copy()
         return FrictionAnswer(*none, "closed_form", "rest", 0, 0)
@@ -81,7 +84,7 @@ def climb(
         one = part_of(part, position[joint.disks], here, there)
         search = Search(one.problem, one.factor, tolerance)
         if seed:
-            search.run_from(seed)
+            search.run_from(seed, [velocity[joint.disks][one.disks] for velocity in known])
         else:
             search.offer(lam[one.contacts], tau[one.contacts], u[one.disks], "none")
             at, on = one.contacts, one.disks
@@ -94,17 +97,18 @@ def climb(
         solver = max(solver, route, key=ROUTES.index)
     reaction, friction, velocity = np.zeros(k), np.zeros(k), problem.left.copy()
     reaction[joint.contacts], friction[joint.contacts], velocity[joint.disks] = lam, tau, u
-    start = f"random percussions {seed}" if seed else "convex programme"
+    start = f"random states {seed}" if seed else "convex programme"
     return FrictionAnswer(reaction, friction, velocity, solver, start, pairs, pivots)
 
 
-def pressed(problem: FrictionProblem) -> tuple[Any, Any]:
-    """Find disks and contacts of the islands that something presses: some C u⁻ > b, or dissipation."""
+def pressed(problem: FrictionProblem, *, everything: bool = False) -> tuple[Any, Any]:
+    """Find disks and contacts of the islands that something presses: some C u⁻ > b, or dissipation;
+    or of all islands that have contacts."""
     v, s = np.empty((2, len(problem.first)))
     contact_velocities(problem, problem.left, v, s)
     island = problem.island[problem.first]
     closing = v > problem.offset + NOTHING * problem.scale
-    closing |= (problem.normal_weight > 0) | (problem.tangent_weight > 0)
+    closing |= (problem.normal_weight > 0) | (problem.tangent_weight > 0) | everything
     pressed = np.zeros(int(problem.island.max(initial=0)) + 1, dtype=np.bool_)
     pressed[island[closing]] = True
     return np.flatnonzero(pressed[problem.island]), np.flatnonzero(pressed[island])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,9 @@ POINT, FURTHER, NONE, CONVEX, RANDOM = 1500, 6000, 12_500, 6000, 1500
 NEAR, SOME = 1e-5, 4
 # The largest island that is solved from the ray.
 RAY_CONTACTS = 1000
+# States of an island's contacts that are tried in one search from random ones. Velocities farther
+# apart than this share of their scale are two answers.
+STATES, APART = 256, 1e-6
 
 
 Answer = tuple[Any, Any, Any]  # λ, τ (k,) N·s, u (n,3)
@@ -82,11 +85,14 @@ class Search:
         if not self.solved and patient:
             self.by_point(self.points_from(lam, tau, u), CONVEX)
 
-    def run_from(self, seed: int) -> None:
-        """Search from random percussions within the cones, from none with seed 0."""
+    def run_from(self, seed: int, known: Sequence[Any] = ()) -> None:
+        """Search from random states, for an answer that is not `known`, and random percussions
+        within the cones; from no percussions with seed 0."""
         rng, k = np.random.default_rng(seed), len(self.reaction)
         lam = rng.exponential(self.problem.scale / self.problem.normal_inverse, k)
         tau = self.problem.friction * lam * rng.uniform(-1.0, 1.0, k)
+        if seed and self.by_random_states(rng, (lam, tau, self.problem.left), known):
+            return
         if self.problem.dissipative:
             self.by_sweeps(lam, tau)
             return
@@ -121,6 +127,32 @@ class Search:
         contact_velocities(self.problem, u, v, s)
         find_states(self.problem, v_left, v, s, lam, tau, closed, hold)
         return self._newton(closed, hold, (lam, tau, u), (rounds, PENALTY), route)
+
+    def by_random_states(
+        self, rng: np.random.Generator, start: Answer, known: Sequence[Any]
+    ) -> bool:
+        """One step of Newton's method from each state of a small island, in random order, or all of
+        its steps from some, until an answer is not one of the known u (n,3)."""
+        k = len(start[0])
+        small = 4**k <= STATES
+        rounds = 1 if small else ROUNDS
+        codes = rng.permutation(4**k)[:, None] >> 2 * np.arange(k) & 3 if small else None
+        drawn = rng.integers(0, 4, (STATES // k // ROUNDS, k)) if codes is None else codes
+        again: Answer | None = None
+        for states in drawn.astype(np.int8):
+            self.error = np.inf
+            lam, tau, u = (part.copy() for part in start)
+            if self._newton(states != FREE, states, (lam, tau, u), (rounds, PENALTY), "sets"):
+                if all(self._apart(u, other) for other in known):
+                    return True
+                again = lam, tau, u
+        self.error = np.inf
+        return again is not None and self.offer(*again, "sets")
+
+    def _apart(self, u: Any, other: Any) -> bool:
+        """Whether velocities (n,3) are two answers: by the energy of their difference."""
+        mass, least = self.problem.mass, APART * self.problem.scale
+        return bool((mass * (u - other) ** 2).sum() > least**2 * mass[:, 0].sum())
 
     def by_proximal(
         self, lam: Any, tau: Any, u: Any, efforts: tuple[tuple[int, int], ...] = PROXIMAL
