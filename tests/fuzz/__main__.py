@@ -35,7 +35,7 @@ def run():
         say(f"{number}: {case.as_typed} [{case.material.target}]\n    {fault}")
 
     with tempfile.TemporaryDirectory() as folder:
-        workshop = Workshop(Path(folder) / "runs", films=True)
+        workshop = Workshop(Path(folder) / "runs", dear=True)
         case_folder = given.keep or Path(folder) / "case"
         numbers = range(given.first, given.first + given.cases)
         ends, faults = Counter(), []

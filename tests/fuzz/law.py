@@ -40,14 +40,14 @@ class Case:
         random = randomness.Random(f"{seed} {number}")
         material = workshop.make(random)
         words, files = material.words, dict(material.files)
-        if random.random() < 0.2:
-            if random.random() < 0.1:
+        if random.random() < 0.2 or not material.target:
+            if material.target and random.random() < 0.1:
                 words = ("scenes", "--make", "pair")
                 material = replace(material, kind="words", files={}, words=words)
                 files = {}
             words = tuple(damage_words(random, words, OPTIONS[words[0]]))
         else:
-            files[material.target] = damage(random, files[material.target])
+            files[material.target] = damage(random, files[material.target], material.target)
         return cls(
             material=replace(material, files=files),
             words=words,
@@ -152,8 +152,36 @@ def _judge_success(case, outcome, here, new):
             need(rows == reference, "another comparison of a damaged folder")
     elif words[0] == "import" and material.kind == "import":
         _judge_import(case, option, here, new)
+    elif material.kind in ("new", "export", "problem", "film", "push"):
+        _judge_made(case, option, here, new)
     elif words[0] == "scenes" and "--make" in words:
         need(len(new) == 2 or Path(option.get("--out", ".")).is_absolute(), f"wrote {sorted(new)}")
+
+
+def _judge_made(case, option, here, new):
+    """New scenes, problems, tables, films and pushed rows."""
+    kind, words = case.material.kind, case.words
+    need(new or "/dev/null" in words, "nothing was written")
+    for name in new:
+        content = (here / name).read_bytes()
+        if name.endswith(".csv"):
+            oracle.check_words(content)
+        elif name.endswith(".json"):
+            oracle.check_json(content)
+        elif name.endswith(".html"):
+            need(content.rstrip().endswith(b"</html>"), f"{name}: half a page")
+    if kind == "new":
+        for name in (name for name in new if name.endswith(".data")):
+            oracle.check_packed((here / name).read_bytes(), int(option.get("--people", 0)))
+    elif kind == "export":
+        for name in (name for name in new if name == "out.hdf5"):
+            oracle.check_problem((here / name).read_bytes(), float(option.get("--tolerance", 1e-8)))
+    elif kind == "problem" and new == {"table.csv"}:
+        tolerance = float(option.get("--tolerance", 1e-8))
+        table = (here / "table.csv").read_bytes()
+        oracle.check_answer(case.material.files["some.hdf5"], table, tolerance)
+    elif kind in ("film", "push"):
+        need(any(name.endswith(".html") for name in new), f"no page: {sorted(new)}")
 
 
 def _judge_import(case, option, here, new):

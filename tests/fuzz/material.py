@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import random as randomness
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from analysis.compare.contacts_csv import write_contacts
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
+from tests.fuzz import strangers
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOM = """title = "A room"
@@ -48,12 +50,6 @@ frames = 2
 kind = "driven"
 time_s = 0.01
 """
-# name → unit and frame rate on the command line, where the file does not say
-TRAJECTORIES = {
-    "metres.txt": (), "centimetres.txt": (), "bare.txt": ("--unit", "m", "--frame-rate", "10"),
-    "table.csv": ("--unit", "m"), "crowdit.csv": (), "pathfinder.csv": (), "pathfinder.json": (),
-    "viswalk.pp": (),
-}  # fmt: skip
 PLACES = ("out", "out/deep/er", "some.dump", "/dev/null", "/dev/full", "/proc/none", "n" * 300)
 OPTIONS = {
     "solve": {
@@ -77,6 +73,22 @@ OPTIONS = {
         "--frames": ("1:3", "2", "0:9", "::2"), "--room": ("room.toml",), "--radius": ("0.2",),
         "--mass": ("60",), "--unit": ("m", "cm"), "--frame-rate": ("10",),
         "--export": ("vtk", "ovito"), "--out": PLACES,
+    },
+    "new": {
+        "--room": ("6x4", "3x3", "60x0.5"), "--door": ("0.8", "0,1,0,2", "0,-1,0,0:3"),
+        "--people": ("5", "80"), "--geometry": ("floor.wkt",), "--stream": ("",),
+        "--block": ("-3,-1,-2,1",), "--barrier": ("-3,-1,-3,1",), "--radius": ("0.15",),
+        "--people-from": ("ANSUR II", "ANSUR II, women"), "--radius-spread": ("0", "0.3"),
+        "--mass": ("60",), "--push": ("80",), "--speed": ("1.5",), "--duration": ("2",),
+        "--seed": ("3",), "--out": PLACES,
+    },
+    "push": {"--wall": ("1.2", "0.1"), "--arms": ("0", "1"), "--out": PLACES},
+    "export": {
+        "--fclib": ("other.hdf5", *PLACES), "--frame": ("0", "-1", "7"), "--local": ("",),
+        "--room": ("room.toml",), "--left-velocity": ("dump", "desired"), "--friction": ("0.3",),
+        "--wall-friction": ("0.2",), "--window": ("0.1",), "--time-step": ("1e-3",),
+        "--contact-tolerance": ("1e-3",), "--largest-overlap": ("0.1",),
+        "--openness": ("none", "ranges"), "--tolerance": ("1e-6",),
     },
     "scenes": {
         "--make": ("arch", "pair", "jam"), "--disks": ("12",), "--seed": ("2",), "--out": PLACES,
@@ -144,12 +156,16 @@ def dump_of(random, disks):
 
 
 class Workshop:
-    """Makes the materials; the runs of an engine once."""
+    """Makes the materials; the runs of an engine, and tables and problems made of others, once."""
 
-    def __init__(self, folder: Path, films: bool = False) -> None:
-        """films: whether there are films too, a second each."""
+    def __init__(self, folder: Path, dear: bool = False) -> None:
+        """dear: whether there are films and pushed rows too, a second each."""
         self.runs = {}
-        self.films = ("film", "film") if films else ()
+        self.trajectories, self.floors = strangers.trajectories(), strangers.floors()
+        self.dear = ("film", "push", "film_runs") if dear else ()
+        files = {"some.dump": dump_of(randomness.Random(3), crowd(randomness.Random(7)))}
+        export = ("export", "some.dump", "--contact-tolerance", "0.01", "--fclib", "some.hdf5")
+        self.problem = strangers.made_by(export, files, "some.hdf5")
         if engines.engine("lammps").find() is None:
             return
         pair = make("pair").with_contact(restitution=0.5)
@@ -165,18 +181,10 @@ class Workshop:
     @property
     def kinds(self):
         """The kinds of material, those with an engine only where it is there, often the first."""
-        with_engine = ("run", "compare", "compare", "compare") if self.runs else ()
-        return (
-            "dump",
-            "dump",
-            "dump",
-            "dump",
-            "room",
-            "import",
-            "import",
-            *with_engine,
-            *self.films,
-        )
+        with_engine = ("run", "compare", "compare") if self.runs else ()
+        dear = self.dear if self.runs else self.dear[:1]
+        found = ("dump", "dump", "dump", "room", "import", "import", "new", "export", "problem")
+        return (*found, *with_engine, *dear)
 
     def make(self, random):
         """A material of some kind."""
@@ -217,19 +225,65 @@ class Workshop:
         )
 
     def _import(self, random):
-        name = random.choice(tuple(TRAJECTORIES))
+        name = random.choice(tuple(strangers.STATED))
         free = (ROOT / "tests/data/rooms/free.toml").read_bytes()
-        files = {name: (ROOT / "tests/data/trajectories" / name).read_bytes(), "room.toml": free}
-        given = TRAJECTORIES[name]
+        files = {name: self.trajectories[name], "room.toml": free}
+        given = strangers.STATED[name]
         words = ("import", name, "--frame", "2", "--room", "room.toml", "--out", "out", *given)
         target = random.choice((name, name, name, "room.toml"))
         return Material(kind="import", files=files, words=words, target=target)
 
     def _film(self, random):
-        name = random.choice(tuple(TRAJECTORIES))
+        name = random.choice(tuple(strangers.STATED))
         drive = ROOM[: ROOM.index("[[walls]]")] + ROOM[ROOM.index("[drive]") :]
-        files = {name: (ROOT / "tests/data/trajectories" / name).read_bytes()}
-        files["room.toml"] = drive.encode()
-        frames = ("--frames", "2:3", "--room", "room.toml", "--out", "out")
-        words = ("film", name, *frames, *TRAJECTORIES[name])
+        files = {name: self.trajectories[name], "room.toml": drive.encode()}
+        frames = ("--frames", "2:3", "--radius", "0.2", "--room", "room.toml", "--out", "out")
+        words = ("film", name, *frames, *strangers.STATED[name])
         return Material(kind="film", files=files, words=words, target=random.choice(tuple(files)))
+
+    def _film_runs(self, random):
+        files = self.runs[random.choice(tuple(self.runs))]
+        names = ("run.json", "scene.toml", "scene.data", "bodies.dump", "contacts.dump")
+        return Material(
+            kind="film",
+            files={f"run/{name}": files[name] for name in names},
+            words=("film", "run", "--frames", "0:1", "--out", "out"),
+            target=f"run/{random.choice(names)}",
+        )
+
+    def _new(self, random):
+        name = random.choice(("", *self.floors))
+        if not name:
+            room = random.choice(
+                (("--room", "6x4", "--door", "0.8"), ("--room", "9x3", "--stream"))
+            )
+            words = ("new", "mine", *room, "--people", "12", "--out", "out")
+            return Material(kind="new", files={}, words=words, target="")
+        content, doors = self.floors[name]
+        words = ("new", "mine", "--geometry", name, *doors, "--people", "12", "--out", "out")
+        return Material(kind="new", files={name: content}, words=words, target=name)
+
+    def _push(self, random):
+        files = {"row.csv": strangers.pushed_row(random)}
+        words = ("push", "row.csv", "--arms", "0.5", "--out", "out")
+        return Material(kind="push", files=files, words=words, target="row.csv")
+
+    def _export(self, random):
+        if random.random() < 0.4 and self.runs:
+            run = self.runs[random.choice(tuple(self.runs))]
+            names = ("run.json", "scene.toml", "scene.data", "bodies.dump")
+            files, what = {f"run/{name}": run[name] for name in names}, "run"
+        else:
+            files = {"some.dump": dump_of(random, crowd(random)), "room.toml": ROOM.encode()}
+            what = "some.dump"
+        words = ["export", what, "--fclib", "out.hdf5"]
+        if what == "some.dump" and random.random() < 0.5:
+            words += ["--room", "room.toml"]
+        target = random.choice([name for name in files if name != "room.toml" or "--room" in words])
+        return Material(kind="export", files=files, words=tuple(words), target=target)
+
+    def _problem(self, random):
+        words = ("solve", "some.hdf5", "--out", "table.csv")
+        return Material(
+            kind="problem", files={"some.hdf5": self.problem}, words=words, target="some.hdf5"
+        )

@@ -15,13 +15,27 @@ WORDS = (
 )  # fmt: skip
 VALUE = re.compile(rb"[^\s=,\[\]{}:\"]+")
 LINE_END = b"\n"
+BINARY = (".sqlite", ".h5", ".hdf5")
 
 
-def damage(random, content):
-    """The bytes of a file with one to three faults, mostly one."""
+def damage(random, content, name=""):
+    """The bytes of a file with one to three faults, mostly one; of one that is no text, mostly
+    bytes where they are not zero."""
+    if name.endswith(BINARY) and random.random() < 0.85:
+        return change_bytes(random, content)
     for _ in range(random.choice((1, 1, 1, 2, 3))):
         content = random.choice(FAULTS)(random, content)
     return content
+
+
+def change_bytes(random, content):
+    """One to eight bytes that say something, or their neighbours."""
+    changed = bytearray(content)
+    places = [k for k, byte in enumerate(content) if byte]
+    for _ in range(random.choice((1, 1, 2, 4, 8))):
+        place = min(random.choice(places) + random.choice((0, 0, 0, 1)), len(content) - 1)
+        changed[place] = random.choice((0, 1, 2, 4, 16, 64, 127, 128, 255, random.randrange(256)))
+    return bytes(changed)
 
 
 def change_word(random, content):

@@ -11,7 +11,10 @@ import json
 import math
 import re
 
+import h5py
 import numpy as np
+
+from tests.forked import in_fork
 
 PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # Cells that may be empty: what no program proves, and what has no bound.
@@ -253,3 +256,90 @@ def people_in(content, name, frame):
         at = {column: place for place, column in enumerate(head)}
         return len({row[at["id"]] for row in rows if row[at["frame"]] == str(frame)})
     return None
+
+
+def check_words(content):
+    """A table of words and numbers: no ragged row, no number that is none."""
+    rows = list(csv.reader(io.StringIO(content.decode("utf-8"))))
+    need(len(rows) > 1, "a table without rows")
+    need(len({len(row) for row in rows}) == 1, "a ragged table")
+    bad = {
+        cell for row in rows for cell in row if re.fullmatch(r"[+-]?(nan|inf(inity)?)", cell, re.I)
+    }
+    need(not bad, f"{bad} in a table")
+
+
+def check_packed(content, people):
+    """A new crowd has as many people as were asked for, and nobody is inside of another."""
+    rows = list(data_rows(content).values())
+    need(len(rows) == people, f"{len(rows)} people where {people} were asked for")
+    disks = np.array([(row[3], row[4], row[1] / 2) for row in rows])
+    apart = np.hypot(*(disks[:, None, :2] - disks[None, :, :2]).transpose(2, 0, 1))
+    gap = apart - disks[:, None, 2] - disks[None, :, 2]
+    np.fill_diagonal(gap, 1.0)
+    need(gap.min() > -1e-6, f"people overlap by {-gap.min():g} m")
+
+
+def _matrix(group):
+    """A matrix of FCLIB in compressed columns, dense."""
+    m, n = int(group["m"][0]), int(group["n"][0])
+    need(int(group["nz"][0]) == -1 and m * n < 1e6, "another form than is written")
+    starts, rows, values = (np.asarray(group[name]) for name in "pix")
+    dense = np.zeros((m, n))
+    for column in range(n):
+        for place in range(starts[column], starts[column + 1]):
+            dense[rows[place], column] += values[place]
+    return dense
+
+
+def _obeys(mass, transfer, vectors, reaction, tolerance):
+    """M v = f + H r, u = Hᵀ v + w, 0 ≤ r ⊥ u ≥ 0 along the normals, |r_t| ≤ μ r_n."""
+    momentum, offset, mu = vectors
+    velocity = np.linalg.solve(mass, momentum + transfer @ reaction)
+    left = np.linalg.solve(mass, momentum)
+    u = (transfer.T @ velocity + offset).reshape(-1, 2)
+    r = reaction.reshape(-1, 2)
+    weight = np.einsum("ij,ij->j", transfer, np.linalg.solve(mass, transfer))[::2]
+    off = np.abs(np.minimum(weight * r[:, 0], u[:, 0])).max()
+    size = max(np.abs(left).max(), np.abs(offset).max(), 1e-300)
+    need(off <= (100 * tolerance + 1e-6) * size, f"complementarity is off by {off / size:g}")
+    slack = mu * r[:, 0] - np.abs(r[:, 1])
+    need(slack.min() >= -1e-6 * max(1.0, np.abs(r).max()), "friction beyond its cone")
+
+
+def check_problem(content, tolerance):
+    """A problem that was written is finite and its answer obeys it; bodies do not matter."""
+    with h5py.File(io.BytesIO(content)) as file:
+        group = file["fclib_global"]
+        mass, transfer = _matrix(group["M"]), _matrix(group["H"])
+        vectors = [np.asarray(group["vectors"][name]) for name in ("f", "w", "mu")]
+        reaction = np.asarray(file["solution/r"])
+    need(all(np.isfinite(x).all() for x in (mass, transfer, *vectors, reaction)), "not finite")
+    _obeys(mass, transfer, vectors, reaction, tolerance)
+
+
+def check_answer(content, table, tolerance):
+    """The answer to a problem that was damaged, where it can be read at all, obeys it."""
+    rows = table_of(table)
+    status, _, _ = in_fork(lambda: _answers(content, rows, tolerance), 60.0)
+    need(status in (0, 2) or status < 0, "the answer does not obey its problem")
+
+
+def _answers(content, rows, tolerance):
+    """0 where the rows obey the problem, 1 where they do not, 2 where it has another form."""
+    try:
+        with h5py.File(io.BytesIO(content)) as file:
+            group = file["fclib_global"]
+            mass, transfer = _matrix(group["M"]), _matrix(group["H"])
+            vectors = [np.asarray(group["vectors"][name]) for name in ("f", "w", "mu")]
+    except (OSError, RuntimeError, KeyError, ValueError, IndexError, FaultError):
+        return 2
+    if "reaction_Ns" not in rows[0]:
+        return 2
+    along = [float(row["reaction_Ns"]) for row in rows]
+    across = [float(row.get("friction_Ns", 0.0)) for row in rows]
+    try:
+        _obeys(mass, transfer, vectors, np.column_stack([along, across]).ravel(), tolerance)
+    except FaultError:
+        return 1
+    return 0
