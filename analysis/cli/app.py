@@ -128,7 +128,9 @@ def percussions(
     logging.addLevelName(logging.INFO, "note")
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("%(levelname)s: %(message)s"))
-    logging.getLogger("analysis").handlers = [handler]
+    # PedPy has a handler of its own for everybody's notes
+    logging.getLogger("pedpy").handlers = logging.getLogger("analysis").handlers = [handler]
+    logging.getLogger("pedpy").propagate = False
     logging.getLogger("analysis").setLevel(logging.INFO if verbose else logging.WARNING)
     if version:
         from importlib.metadata import version as version_of

@@ -1,12 +1,13 @@
 """Pages: templates, tables, pictures as files and inside the page, values as JSON."""
 
 import base64
+import hashlib
 import io
 import re
 import urllib.parse
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from importlib import metadata
+from importlib import metadata, resources
 from pathlib import Path
 from typing import Any, Literal
 
@@ -42,6 +43,8 @@ def render(template: str, **content: Any) -> str:
         "md": html_of,
         "powers": powers,
         "href": href,
+        "script": script,
+        "source_of_script": source_of_script,
         "cell": cell_html,
         "cell_kind": cell_kind,
         "column_kind": column_kind,
@@ -52,6 +55,18 @@ def render(template: str, **content: Any) -> str:
         findings=made_with(),
         **content,
     )
+
+
+def script(name: str) -> markupsafe.Markup:
+    """Write a script of templates/, as it is."""
+    source = resources.files(__package__).joinpath("templates", name)
+    return markupsafe.Markup(source.read_text(encoding="utf-8"))
+
+
+def source_of_script(name: str) -> markupsafe.Markup:
+    """Name a script of templates/ for a Content-Security-Policy: by what is in it."""
+    digest = hashlib.sha256(script(name).encode()).digest()
+    return markupsafe.Markup(f"'sha256-{base64.b64encode(digest).decode('ascii')}'")
 
 
 def href(name: str) -> str:

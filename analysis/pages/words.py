@@ -133,7 +133,8 @@ def words_of(package: str, **values: Any) -> dict[str, str | list[str]]:
 
 
 def html_of(words: str) -> markupsafe.Markup:
-    """Render one line of Markdown as HTML; tags in it are text.
+    """Render one line of Markdown as HTML; tags and pictures in it are text, and so are links but
+    those within the page: what comes from a file must not call the network.
 
     x^2^ is raised and u~d~ lowered, as in Pandoc's Markdown.
     """
@@ -172,6 +173,8 @@ def _shifted(state: StateInline, silent: bool) -> bool:
 def _markdown() -> MarkdownIt:
     parser = MarkdownIt("commonmark", {"html": False})
     parser.inline.ruler.before("emphasis", "shifted", _shifted)
+    parser.disable("image")
+    parser.validateLink = lambda url: url.startswith("#")  # type: ignore[method-assign]
     return parser
 
 

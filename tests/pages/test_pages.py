@@ -1,13 +1,20 @@
 """Pages as they are rendered: nothing of a file name or a title becomes more than text."""
 
 import base64
+import http.server
 import re
+import threading
+from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
+from playwright.sync_api import sync_playwright
 
 from analysis.pages.html import cell_html, cell_kind, href, render, write_pictures
-from analysis.pages.section import Picture, Section, Table
+from analysis.pages.section import Claim, Picture, Section, Table
+from tests.cli.browser import BROWSER, QUIET
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def page_of(section, images=()):
@@ -35,6 +42,64 @@ def test_a_file_named_like_a_script_is_a_file():
     assert all(re.match(r"\./|#|numbers\.json$|data:,$", link) for link in links)
     assert "<script" not in page
     assert "<b onclick" not in page
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
+def test_data_of_others_call_nobody(tmp_path):
+    """Pictures and links in titles, notes, names of walls, sources and file names are text; and were
+    there a way in, the page's policy would hold: nothing is loaded, no foreign script runs."""
+    asked = []
+
+    class Server(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            asked.append(self.path)
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Server) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        away = f"http://127.0.0.1:{server.server_port}/x.png"
+        evil = f"![a]({away}) [b]({away}) <{away}> [c]: {away} <img src={away}> [d][c]"
+        section = Section(
+            number="scene",
+            title=evil,
+            introduction=[evil],
+            words=[evil],
+            warnings=[evil],
+            tables=[Table(caption=evil, head=[evil], rows=[[evil]])],
+            files=[evil],
+            claims=[Claim(where=evil, statement=evil, reason=evil, verdict="holds")],
+        )
+        page = page_of(section)
+        assert not re.search(r"<img|href=.?(http|//)", page)
+        (tmp_path / "page.html").write_text(page, encoding="utf-8")
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
+            shown = browser.new_page()
+            shown.goto((tmp_path / "page.html").as_uri())
+            assert evil in shown.locator("#scene h2").text_content()
+            calls = f"""new Promise(end => {{
+                let count = 0;
+                setTimeout(() => end(count), 5000);
+                document.addEventListener("securitypolicyviolation", () => {{
+                    if (++count === 4) end(count); }});
+                new Image().src = "{away}";
+                fetch("{away}").catch(() => 0);
+                const [script, style] = ["script", "link"].map(t => document.createElement(t));
+                script.textContent = "document.title = 'run'";
+                Object.assign(style, {{ rel: "stylesheet", href: "{away}" }});
+                document.body.append(script, style); }})"""
+            assert shown.evaluate(calls) == 4
+            assert shown.title() != "run"
+            browser.close()
+        server.shutdown()
+    assert asked == []
+
+
+def test_every_page_has_the_policy():
+    for template in (ROOT / "analysis/pages/templates").glob("*.html"):
+        content = template.read_text()
+        whole = "<html" in content
+        assert whole == (template.name == "page.html")
+        assert whole or "<script" not in content or "{% block scripts %}" in content
 
 
 @pytest.mark.parametrize(

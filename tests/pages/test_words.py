@@ -165,7 +165,11 @@ def test_every_words_file_is_in_the_markdown_of_pages(page):
         ("a < b <script> & *c*", "a &lt; b &lt;script&gt; &amp; <em>c</em>"),
         ("2^ 3^ ~ 4", "2^ 3^ ~ 4"),
         ("[press](javascript:alert(1))", "[press](javascript:alert(1))"),
-        ("[errata](errata.md)", '<a href="errata.md">errata</a>'),
+        ("[errata](#errata)", '<a href="#errata">errata</a>'),
+        (
+            "[x](evil.html) ![x](#x) <http://x.y>",
+            '[x](evil.html) !<a href="#x">x</a> &lt;http://x.y&gt;',
+        ),
     ],
 )
 def test_markdown_on_a_page(words, shown):
