@@ -18,7 +18,7 @@ from scipy.sparse import coo_array, csc_array, csr_array
 from analysis.support.files import whole_file
 from analysis.support.foreign import Part, read_foreign
 from analysis.support.parts import load
-from analysis.support.reading import DAMAGED, UnreadableError, open_file
+from analysis.support.reading import UnreadableError, begins
 from nscd.arrays import LARGEST, Floats
 
 # The first bytes of an HDF5 file.
@@ -35,11 +35,7 @@ class ExchangeError(ValueError):
 
 def is_hdf5(path: Path) -> bool:
     """Tell whether a file begins as HDF5 does. Raises UnreadableError for what is no file."""
-    with open_file(path) as file:
-        try:
-            return file.read(len(SIGNATURE)) == SIGNATURE
-        except DAMAGED:  # compressed, which HDF5 is not
-            return False
+    return begins(path, SIGNATURE)
 
 
 def hdf5() -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -62,8 +63,10 @@ def _cells(file: Path) -> pd.DataFrame:
     mark = max(",;\t", key=head[1].count)
     text = "\n".join(line for _, line in [head, *rows])
     try:
-        table = pd.read_csv(io.StringIO(text), sep=mark, skipinitialspace=True, index_col=False)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # cells that it would drop
+            table = pd.read_csv(io.StringIO(text), sep=mark, skipinitialspace=True, index_col=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, pd.errors.ParserWarning) as error:
         raise TrialError(f"{file}: no table: {error}".splitlines()[0]) from None
     table.columns = [str(name).strip().lstrip("#").strip() for name in table.columns]
     if len(table) != len(rows):

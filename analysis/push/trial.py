@@ -29,6 +29,8 @@ FASTEST_M_PER_S = 20.0
 SPEED_OVER_S = 0.08
 # Frames farther apart than this (s) are coarser than the onsets that are compared.
 COARSE_S = 0.05
+# Evenly spaced, a file would have no more than so many times its frames.
+MOST_UNEVEN = 20
 GROUPS = {"male": MEN, "m": MEN, "female": WOMEN, "f": WOMEN, "w": WOMEN}
 
 
@@ -220,6 +222,11 @@ def _heads(
     if len(frames) < 3:
         raise TrialError(f"{file}: {len(frames)} frames have everybody; at least 3 are needed")
     step = float(np.median(np.diff(frames)))
+    if last - first > MOST_UNEVEN * step * len(frames):
+        raise TrialError(
+            f"{file}: {len(frames)} frames over {last - first:.3g} s, most of them {step:.2g} s "
+            "apart: evenly spaced times are needed"
+        )
     if step > COARSE_S * (1 + 1e-9):
         notes.append(f"frames are {step:.2g} s apart: onsets are not known better than that")
     time = first + step * np.arange(int((last - first) / step + 1e-6) + 1)

@@ -14,7 +14,7 @@ import shapely
 from analysis.scene.scene import SceneError
 from analysis.scene.waiting import ON_WALL_M, Doorway
 from analysis.support.foreign import read_foreign
-from analysis.support.reading import UnreadableError, open_file, read_text
+from analysis.support.reading import UnreadableError, begins, read_text
 
 # Beyond it a floor is no room.
 MOST_M = 1e4
@@ -38,9 +38,7 @@ def read_floor(file: Path) -> Floor:
     """Read a floor in metres: WKT, GeoJSON, an SQLite trajectory of JuPedSim (the union of its
     walkable areas) or a Vadere scenario. Raises SceneError naming the file and what is wrong."""
     try:
-        with open_file(file) as content:
-            binary = content.read(len(SQLITE)) == SQLITE
-        if binary:
+        if begins(file, SQLITE):
             return _of_jupedsim(file)
         text = read_text(file).strip()
     except UnreadableError as error:

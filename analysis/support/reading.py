@@ -82,6 +82,15 @@ PACKED: dict[bytes, Callable[[Path], Any]] = {
 }
 
 
+def begins(path: Path, start: bytes) -> bool:
+    """Tell whether a file, decompressed, begins so. Raises UnreadableError for what is no file."""
+    with open_file(path) as file:
+        try:
+            return file.read(len(start)) == start
+        except DAMAGED:
+            return False
+
+
 def lines_of(file: IO[bytes], path: Path) -> Iterator[bytes]:
     """The lines of an open file. Raises UnreadableError for one that is too long to be text, for
     null bytes, and for damaged compression."""

@@ -256,11 +256,20 @@ def changed(**columns):
         (table()[lambda t: ~((t.id == 1) & t.frame.between(20, 40))], "person 1 is missing from 0.76"),
         (changed(Weight_kg=-3.0), "Weight_kg: -3"),
         (changed(y=table().y * 100), "x and y in m"),
+        (changed(time=table().frame.map(lambda f: f / 25 if f < 30 else 1.2 + 1e-9 * f)), "evenly"),
     ],
 )  # fmt: skip
 def test_what_is_refused(tmp_path, content, words):
     with pytest.raises(TrialError, match=words):
         written(tmp_path, content)
+
+
+def test_a_row_with_more_cells_than_the_head_is_refused(tmp_path):
+    """pandas would drop the cells, and say so in a warning of its own."""
+    content = table().to_csv(index=False).replace("id,frame", "id")
+    (tmp_path / "heads.csv").write_text(content)
+    with pytest.raises(TrialError, match=r"heads\.csv: no table: Length of header"):
+        read_trial(tmp_path / "heads.csv")
 
 
 def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):

@@ -190,6 +190,13 @@ def test_a_scenario_that_is_no_room_is_one_line(percussions, tmp_path, bad):
     assert len(made.stderr.splitlines()) == 1
 
 
+def test_a_floor_that_is_packed_and_cut_off_is_damaged(tmp_path):
+    """An end of file inside of it was taken for an interrupt."""
+    (tmp_path / "hall.scenario").write_bytes(b"BZh91AY&S")
+    with pytest.raises(SceneError, match=r"hall\.scenario: damaged: "):
+        read_floor(tmp_path / "hall.scenario")
+
+
 def test_the_floor_of_a_trajectory_of_jupedsim(percussions, tmp_path):
     with sqlite3.connect(tmp_path / "run.sqlite") as base:
         base.execute("CREATE TABLE metadata(key TEXT NOT NULL UNIQUE, value TEXT NOT NULL)")
