@@ -157,6 +157,9 @@ class RunRecord:
 
 def _digest_of(path: Path) -> str:
     try:
+        # a pipe would be waited for
+        if path.exists() and not path.is_file():
+            raise EngineError(f"{path}: not a regular file; the folder holds no whole run")
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:

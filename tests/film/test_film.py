@@ -5,6 +5,7 @@ import csv
 import gzip
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,12 @@ import pytest
 from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export
-from analysis.film.frame import RIGID
+from analysis.film.frame import RIGID, Ends
 from analysis.film.frames import Frames
 from analysis.film.of_heads import film_heads
 from analysis.film.of_runs import film_runs
-from analysis.film.page import _shared, _what
-from analysis.film.summary import headline, headline_rows, table, write_table
+from analysis.film.page import _headlines, _shared, _what
+from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.film.viewer import packed
 from analysis.pages.words import Words
 from analysis.percussions import percussions_of
@@ -129,6 +130,30 @@ def test_the_table_has_a_row_for_each_radius_and_frame(reels, tmp_path):
     values = [float(row["contact_largest_N"]) for row in rows]
     assert found.median == pytest.approx(np.median(values[2:]))
     assert min(values) <= found.low <= found.median <= found.high <= max(values)
+
+
+def with_walls(frame, ends):
+    """The frame with another wall load."""
+    values = {RIGID: {**frame.values[RIGID], "walls": Ends(value=1.0, low=ends[0], high=ends[1])}}
+    return replace(frame, values=values)
+
+
+def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
+    words = Words("analysis.film")
+    fixed = _headlines(words, reels, _shared(reels)).caption
+    assert left_open(reels) == (0, 0.0, 0)
+    assert "fix these numbers in all 4 frames of all radii." in fixed
+    assert "Radii are up to 0.02 m apart" in fixed
+    one, two = (
+        [with_walls(frame, ends) for frame in reels[0].frames]
+        for ends in ((0.75, 2.25), (np.nan, np.nan))
+    )
+    wide = [replace(reels[0], frames=one), replace(reels[1], frames=[two[0], one[1]])]
+    assert left_open(wide) == (3, 1.5, 1)
+    said = _headlines(words, wide, _shared(wide)).caption
+    assert "do not fix all of these numbers in 3 of 4 frames of all radii: the bounds" in said
+    assert "up to 150 % of its mean apart" in said
+    assert "In up to 1 frame the bounds" in said
 
 
 @pytest.mark.skipif(engine("lammps").find() is None, reason="no LAMMPS")

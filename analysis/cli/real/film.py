@@ -64,7 +64,7 @@ def film(
     if parquet:
         load("pyarrow")
     chosen = None if frames is None else Frames.parse(frames)
-    folders = [one.is_dir() for one in target]
+    folders = [_is_folder(one) for one in target]
     if all(folders):
         if room or radius or unit or frame_rate:
             raise ValueError("--room, --radius, --unit and --frame-rate: only of a trajectory file")
@@ -91,6 +91,12 @@ def film(
     print(page.resolve().as_uri())
     if any(reel.unsolved for reel in reels):
         raise typer.Exit(1)
+
+
+def _is_folder(target: Path) -> bool:
+    if not target.exists():
+        raise ValueError(f"{target}: no such file or folder")
+    return target.is_dir()
 
 
 def _made(make: Callable[..., list[Reel]], jobs: int, scheduler: str | None) -> list[Reel]:

@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import os
 import xml.etree.ElementTree as ET
 
 import MDAnalysis
@@ -223,3 +224,17 @@ def test_files_that_hold_no_film(percussions, tmp_path):
         (line,) = made.stderr.strip().splitlines()
         assert said in line, line
     assert (tmp_path / "film" / "film.csv").read_text() == "earlier"
+
+
+def test_a_folder_that_holds_no_run_is_one_line(percussions, tmp_path):
+    """A path that is not there, and a run whose dump is a pipe, which would be waited for."""
+    made = percussions("film", "gone")
+    assert (made.returncode, made.stderr) == (1, "percussions: gone: no such file or folder\n")
+    assert percussions("run", "pair", "--engine", "rigid").returncode == 0
+    (run,) = (tmp_path / "out" / "pair").iterdir()
+    (run / "bodies.dump").unlink()
+    os.mkfifo(run / "bodies.dump")
+    made = percussions("film", run, timeout=30)
+    assert made.returncode == 1
+    (line,) = made.stderr.strip().splitlines()
+    assert line.endswith("bodies.dump: not a regular file; the folder holds no whole run")
