@@ -57,7 +57,12 @@ class Bodies:
 
 
 def bodies_of(
-    index: DumpIndex, numbers: range, text: bytes, time_step: float, needs_velocity: bool
+    columns: BodyColumns,
+    index: DumpIndex,
+    numbers: range,
+    text: bytes,
+    time_step: float,
+    needs_velocity: bool,
 ) -> Bodies | None:
     """Read frames that follow each other from their text, see `DumpIndex.text`.
 
@@ -65,10 +70,7 @@ def bodies_of(
 
     None where anything is not as usual: the reader of single frames reads it, or says what is
     wrong."""
-    columns, frames = (
-        BodyColumns.of(index.path, index.columns),
-        index.frames[numbers.start :][: len(numbers)],
-    )
+    frames = index.frames[numbers.start :][: len(numbers)]
     if columns.scaled or WORDS & set(index.columns):
         return None
     table = index.numbers(numbers, text)

@@ -11,7 +11,7 @@ from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
 from analysis.dumps.bodies import Bodies, bodies_of
-from analysis.dumps.columns import FLAT, BodyColumns
+from analysis.dumps.columns import FLAT, UNITS, BodyColumns
 from analysis.dumps.frame import LARGEST_LENGTH, DumpError, Frame
 from analysis.dumps.index import index_dump
 from analysis.dumps.table import WORDS, DumpIndex
@@ -19,6 +19,8 @@ from nscd.arrays import Floats
 
 # What begins so are columns of a user's own computes, fixes and variables.
 COMPUTED = ("c_", "f_", "v_")
+# Where half of the disks have a larger radius (m), the dump may be in another unit.
+LARGEST_PERSON = 2.0
 
 
 class BodiesReader(ReaderBase):  # type: ignore[misc]
@@ -33,15 +35,29 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
     format = "CROWD_BODIES"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012  (MDAnalysis' protocol)
 
-    def __init__(self, filename: Any, *, index: DumpIndex | None = None, **kwargs: Any) -> None:
+    def __init__(
+        self,
+        filename: Any,
+        *,
+        index: DumpIndex | None = None,
+        unit: str | None = None,
+        **kwargs: Any,
+    ) -> None:
         super().__init__(str(filename), **kwargs)
         self._index = index or index_dump(Path(self.filename))
-        self._columns = BodyColumns.of(self._index.path, self._index.columns)
+        length = UNITS[unit or "m"]
+        self._columns = BodyColumns.of(self._index.path, self._index.columns, length)
         self.n_atoms = max(self._index.counts)
         if not self.n_atoms:
             raise DumpError(f"{self.filename}: no disk in any frame")
         self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
         self._read_frame(0)
+        middle = float(np.median(self.ts.data["radius"])) if len(self.ts.data["radius"]) else 0.0
+        if unit is None and middle > LARGEST_PERSON:
+            raise DumpError(
+                f"{self.filename}: radius: {middle:g} m in the middle, which is no person; say the "
+                "unit of its lengths: m, cm or mm (--unit)"
+            )
 
     @property
     def steps(self) -> tuple[int, ...]:
@@ -60,7 +76,7 @@ class BodiesReader(ReaderBase):  # type: ignore[misc]
 
     def bodies(self, numbers: range, text: bytes, needs_velocity: bool) -> Bodies | None:
         """Read frames from their text, as `bodies_of` does; the present frame stays."""
-        return bodies_of(self._index, numbers, text, self.ts.dt, needs_velocity)
+        return bodies_of(self._columns, self._index, numbers, text, self.ts.dt, needs_velocity)
 
     def _read_frame(self, number: int) -> Timestep:
         frame = self._index.frames[number]

@@ -14,6 +14,9 @@ from nscd.arrays import Floats
 # Names of a place, best first, and whether they are shares of the box.
 PLACES = ((("x", "y", "z"), False), (("xu", "yu", "zu"), False), (("xs", "ys", "zs"), True),
           (("xsu", "ysu", "zsu"), True))  # fmt: skip
+# Lengths and velocities of a dump that is in another unit, and what 1 of it is in m.
+LENGTHS = ("x", "y", "z", "radius", "diameter", "vx", "vy")
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 # Columns that say nothing alone.
 PAIRS = (("vx", "vy"), ("fx", "fy"), ("drive_x", "drive_y"))
 # Heights may differ by this share of the smallest radius: rounding, not a third dimension.
@@ -27,14 +30,16 @@ class BodyColumns:
     names: all columns, in order
     place: names of x, y, z (z: may be missing)
     scaled: whether these are shares of the box
+    unit: of lengths and of velocities per second, in m
     """
 
     names: tuple[str, ...]
     place: tuple[str, str, str]
     scaled: bool
+    unit: float = 1.0
 
     @classmethod
-    def of(cls, path: Path, names: tuple[str, ...]) -> BodyColumns:
+    def of(cls, path: Path, names: tuple[str, ...], unit: float = 1.0) -> BodyColumns:
         """Raise DumpError naming the columns that are missing."""
         has = set(names)
         place, scaled = next(
@@ -50,7 +55,7 @@ class BodyColumns:
             raise DumpError(
                 f"{path}: missing columns: {', '.join(missing)}; it has: {' '.join(names)}"
             )
-        return cls(names, place, scaled)
+        return cls(names, place, scaled, unit)
 
     def quantities(self, table: Floats, frame: Frame) -> dict[str, Floats]:
         """Name the columns of a table (rows, columns), with x, y (m), z, radius (m), mass (kg)
@@ -66,6 +71,8 @@ class BodyColumns:
         data["x"], data["y"] = places
         data["z"] = data.get(self.place[2], np.zeros(len(table)))
         data.setdefault("radius", 0.5 * data.get("diameter", np.empty(0)))
+        if self.unit != 1.0:
+            data |= {name: self.unit * data[name] for name in LENGTHS if name in data}
         if "mass" not in data:
             data["mass"] = data["density"] * SPHERE * data["radius"] ** 3
         return data

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.dumps.columns import UNITS
 from analysis.dumps.frame import DumpError
 from analysis.dumps.index import index_dump
 from analysis.support.reading import UnreadableError, read_text
@@ -20,12 +21,18 @@ if TYPE_CHECKING:
     from MDAnalysis import Universe
     from MDAnalysis.coordinates.timestep import Timestep
 
+RECORD = "run.json"
 
-def open_bodies(path: str | Path, time_step: float | None = None) -> Universe:
+
+def open_bodies(
+    path: str | Path, time_step: float | None = None, unit: str | None = None
+) -> Universe:
     """Open a body dump as an MDAnalysis Universe.
 
     time_step: s, of the simulation; that of run.json beside the dump where left out. Without
         either, and without ITEM: TIME in the dump, times are NaN
+    unit: of lengths, and of velocities per second: m, cm or mm; m where left out, and then radii of
+        which half are above 2 m are refused, but in a run of an engine here. Masses are kg
 
     Raises DumpError naming the file and the line, step, column or key.
 
@@ -45,15 +52,19 @@ def open_bodies(path: str | Path, time_step: float | None = None) -> Universe:
         raise DumpError(
             f"time_step: {time_step} s; a finite time above 0, at most {LARGEST:g}, is needed"
         )
+    if unit not in (None, *UNITS):
+        raise DumpError(f"unit: {unit!r}; there are: {', '.join(UNITS)}")
+    if (path.parent / RECORD).exists():
+        unit = unit or "m"
     index = index_dump(path)
     universe = Universe.empty(max(1, *index.counts), trajectory=False)
-    universe.load_new(str(path), format=BodiesReader, dt=time_step, index=index)
+    universe.load_new(str(path), format=BodiesReader, dt=time_step, index=index, unit=unit)
     return universe
 
 
 def _recorded_time_step(dump: Path) -> float:
     """The time step (s) in run.json beside a dump, NaN where there is none."""
-    record = dump.parent / "run.json"
+    record = dump.parent / RECORD
     if not record.exists():
         return math.nan
     try:

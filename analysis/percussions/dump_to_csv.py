@@ -12,11 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.dumps import DumpError
-from analysis.engines.record import FILE, RunRecord
 from analysis.percussions.rows import is_parquet, table_file
-from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, SolvedDump, SolvedRows, frames_in
-from analysis.scene.scene import read_room
 from analysis.support.parallel import workers as processes
 from analysis.support.progress import Progress
 
@@ -25,7 +22,6 @@ __all__ = [
     "SolvedDump",
     "executor_for",
     "frames_in",
-    "setting_beside",
     "solve_dump",
 ]
 # Blocks under way for each worker: the answers need not fit in memory.
@@ -119,17 +115,3 @@ def _rows(
     finally:
         for left in under_way:
             left.cancel()
-
-
-def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
-    """Take walls and drive from a room or scene file, or from scene.toml beside the dump.
-
-    given: fields of `Setting` that are used instead
-
-    Raises EngineError where run.json beside the dump says that the run did not end well, SceneError
-    for the file, and ValueError for a field."""
-    if (dump.parent / FILE).exists():
-        RunRecord.read(dump.parent)
-    beside = dump.parent / "scene.toml"
-    chosen = room if room is not None else beside if beside.exists() else None
-    return Setting(**given) if chosen is None else Setting.in_room(read_room(chosen)[0], **given)

@@ -162,6 +162,7 @@ def _job_of(dump: DumpToSolve, frames: int, count: int) -> dict[str, Any]:
         "frames per part": frames,
         "version": version("crowd-percussions"),
         "time step": dump.time_step,
+        "unit": dump.unit,
         "tolerance": dump.tolerance,
         "openness": dump.openness,
         "law": _plain(dump.law),

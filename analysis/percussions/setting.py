@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from analysis.dumps import Bodies
-from analysis.scene.scene import Drive, Room, Scene
+from analysis.engines.record import FILE, RunRecord
+from analysis.scene.scene import Drive, Room, Scene, read_room
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 
@@ -72,8 +74,8 @@ class Setting:
 
     @classmethod
     def in_room(cls, room: Room, **rest: Any) -> Setting:
-        """Take walls, drive, contact tolerance and a scene's friction from a room (or scene);
-        `rest`: other fields."""
+        """Take walls, drive and contact tolerance from a room, and friction too from a scene; `rest`:
+        other fields."""
         parts: dict[str, Any] = {
             "walls": room.wall_segments(),
             "wall_names": tuple(wall.name for wall in room.walls),
@@ -81,7 +83,7 @@ class Setting:
             "acceleration": room.acceleration(),
             "contact_tolerance": room.analysis.contact_tolerance_m,
         }
-        if isinstance(room, Scene):
+        if type(room) is not Room:  # a scene, or the file of one
             parts["friction"] = room.contact.friction
         return cls(**(parts | rest))
 
@@ -137,6 +139,20 @@ class Setting:
         return left_velocity_of(
             snapshot, self.kind, self.drive, self.window, acceleration=self.acceleration
         )
+
+
+def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
+    """Take walls and drive from a room or scene file, or from scene.toml beside the dump.
+
+    given: fields of `Setting` that are used instead
+
+    Raises EngineError where run.json beside the dump says that the run did not end well, SceneError
+    for the file, and ValueError for a field."""
+    if (dump.parent / FILE).exists():
+        RunRecord.read(dump.parent)
+    beside = dump.parent / "scene.toml"
+    chosen = room if room is not None else beside if beside.exists() else None
+    return Setting(**given) if chosen is None else Setting.in_room(read_room(chosen)[0], **given)
 
 
 def left_velocity_of(

@@ -40,6 +40,7 @@ class DumpToSolve:
 
     path: of the dump
     time_step: s, of the simulation; see `open_bodies`
+    unit: of lengths; see `open_bodies`
     setting: walls, drive, left velocity
     law: of the contacts; inelastic, with the friction of the setting, where left out
     tolerance: residual up to which a frame counts as solved
@@ -50,6 +51,7 @@ class DumpToSolve:
 
     path: Path
     time_step: float | None = None
+    unit: str | None = None
     setting: Setting
     law: ContactLaw | None = None
     tolerance: float = 1e-8
@@ -221,9 +223,9 @@ def _trajectory(dump: DumpToSolve) -> Any:
         changed = dump.path.stat().st_mtime_ns
     except OSError:
         changed = 0
-    return _opened(dump.path, dump.time_step, changed)
+    return _opened(dump.path, dump.time_step, dump.unit, changed)
 
 
 @functools.lru_cache(maxsize=1)
-def _opened(path: Path, time_step: float | None, _changed: int) -> Any:
-    return open_bodies(path, time_step).trajectory
+def _opened(path: Path, time_step: float | None, unit: str | None, _changed: int) -> Any:
+    return open_bodies(path, time_step, unit).trajectory

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import ResultsGroup
 
 from analysis.dumps import DumpError, snapshot_of
+from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import dataframe
 from analysis.scene.scene import Scene
@@ -25,8 +27,9 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     """Compute the percussions at every contact of every frame.
 
     universe: from `open_bodies`
-    setting: a scene, or a `Setting`; its fields (walls, drive, left_velocity, window,
-        contact_tolerance, …) may also be given by name instead
+    setting: a scene, or a `Setting`; where left out, scene.toml beside the dump, if there is one.
+        Fields of `Setting` (walls, drive, left_velocity, window, contact_tolerance, …) may also be
+        given by name instead
     law, tolerance, solver: of `nscd.solve`
 
     Without a left velocity it is the desired one where there is a drive (forces), else that of the
@@ -74,16 +77,21 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         super().__init__(universe.trajectory, verbose=verbose)
         if isinstance(setting, Scene):
             setting = Setting.of(setting)
-        self.setting = setting or Setting(**parts)
+        if setting is None:  # a trajectory in memory has nothing beside it
+            file = self._filename
+            setting = setting_beside(Path(file), **parts) if file else Setting(**parts)
+        self.setting = setting
         self._law, self._tolerance, self._solver = law, tolerance, solver
         first = self._snapshot(universe.trajectory.ts)
         self.setting.left(first)  # fail early
         self.ids = first.ids
 
+    @property
+    def _filename(self) -> str:
+        return str(getattr(self._trajectory, "filename", None) or "")
+
     def _snapshot(self, ts: Any) -> Any:
-        return snapshot_of(
-            ts, getattr(self._trajectory, "filename", ""), needs_velocity=self.setting.moves
-        )
+        return snapshot_of(ts, self._filename, needs_velocity=self.setting.moves)
 
     def _prepare(self) -> None:
         for name in LISTS:
@@ -102,7 +110,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
                 before=self._before,
             )
         except ValueError as error:
-            raise DumpError(f"{self._trajectory.filename}, step {step}: {error}") from None
+            raise DumpError(f"{self._filename}, step {step}: {error}") from None
         self._before = found
         entries = (found, found.contacts, found.answer, snapshot.ids, float(self._ts.time), step)
         for name, entry in zip(LISTS, entries, strict=True):

@@ -10,8 +10,10 @@ import pytest
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines.record import EngineError
 from analysis.percussions import PercussionAnalysis, Setting, percussions_of
-from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside, solve_dump
+from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
+from analysis.percussions.setting import setting_beside
 from analysis.percussions.table import cells_of
+from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw, Snapshot, Walls
 
@@ -37,7 +39,7 @@ def solved(path, tmp_path, **given):
     """Rows of the table that is written."""
     import csv
 
-    job = {name: given.pop(name) for name in ("time_step", "openness") if name in given}
+    job = {name: given.pop(name) for name in ("time_step", "openness", "unit") if name in given}
     room = given.pop("room", None)
     solve_dump(
         DumpToSolve(path=path, setting=setting_beside(path, room, **given), **job),
@@ -45,6 +47,50 @@ def solved(path, tmp_path, **given):
     )
     with (tmp_path / "contacts.csv").open() as file:
         return list(csv.DictReader(file))
+
+
+def in_cm(row):
+    """A row of lengths and velocities in cm."""
+    return [row[0], *(100 * each for each in row[1:4]), row[4], *(100 * each for each in row[5:])]
+
+
+@pytest.mark.parametrize("openness", ["none", "determined"])
+def test_a_dump_in_centimetres_is_asked_about(tmp_path, openness):
+    path = dump_of(tmp_path, frame(1, PAIR), frame(2, [PAIR[1], PAIR[0]]))
+    known = solved(path, tmp_path, openness=openness)
+    path = dump_of(tmp_path, *(frame(step, [in_cm(row) for row in PAIR]) for step in (1, 2)))
+    with pytest.raises(DumpError, match=r"some.dump: radius: 25 m in the middle, .* m, cm or mm"):
+        solved(path, tmp_path, openness=openness)
+    assert solved(path, tmp_path, openness=openness, unit="cm") == known
+    in_m = solved(path, tmp_path, openness=openness, unit="m")
+    assert float(in_m[0]["impulse_x_Ns"]) == pytest.approx(100 * float(known[0]["impulse_x_Ns"]))
+    with pytest.raises(DumpError, match="unit: 'ft'; there are: m, cm, mm"):
+        open_bodies(path, unit="ft")
+
+
+def test_a_density_is_per_cubic_metre_whatever_the_unit(tmp_path):
+    path = dump_of(tmp_path, frame(1, [[1, 0, 0, 20, 1000]], "id x y radius density"))
+    ts = open_bodies(path, unit="cm").trajectory.ts
+    assert snapshot_of(ts, needs_velocity=False).mass[0] == pytest.approx(4000 / 3 * np.pi * 0.2**3)
+
+
+def test_an_analysis_takes_the_scene_beside_the_dump_as_the_command_does(tmp_path):
+    """Walls, drive and friction."""
+    scene = read_scene("gate").with_contact(friction=0.3)
+    scene.model_copy(update={"name": "scene"}).write(tmp_path)
+    disks = scene.snapshot
+    rows = zip(
+        disks.ids, *disks.position.T, disks.radius, disks.mass, *disks.velocity.T, strict=True
+    )
+    path = dump_of(tmp_path, frame(0, list(rows)))
+    beside = PercussionAnalysis(open_bodies(path))
+    assert (beside.setting.kind, beside.setting.friction) == ("desired", 0.3)
+    found, known = beside.run().results.frames[0], percussions_of(scene, disks)
+    assert len(known.contacts) > 40
+    np.testing.assert_allclose(found.pressing, known.pressing, atol=1e-6)
+    assert (
+        PercussionAnalysis(open_bodies(path), Setting(left_velocity="dump")).setting.walls is None
+    )
 
 
 @pytest.fixture

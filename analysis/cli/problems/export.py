@@ -18,6 +18,7 @@ from analysis.cli.problems.options import (
     RoomFile,
     TimeStep,
     Tolerance,
+    Unit,
     WallFriction,
     Window,
 )
@@ -45,6 +46,7 @@ def export(
     wall_friction: WallFriction = None,
     window: Window = None,
     time_step: TimeStep = None,
+    unit: Unit = None,
     contact_tolerance: ContactTolerance = None,
     largest_overlap: LargestOverlap = None,
     tolerance: Tolerance = 1e-8,
@@ -74,11 +76,12 @@ def export(
     if dump.is_file() and dump.suffix != ".toml":
         if fclib.exists() and fclib.samefile(dump):
             raise ValueError(f"--fclib: {fclib}: it would replace what it is made of")
-        found, origin = _of_dump(dump, frame, room, time_step, tolerance, options)
+        said = given(time_step=time_step, unit=unit)
+        found, origin = _of_dump(dump, frame, room, tolerance, options, **said)
     elif target.is_dir():
         raise ValueError(f"{dump}: no such file; {target} is no folder of a run")
     else:
-        named = given(frame=frame, room=room, time_step=time_step)
+        named = given(frame=frame, room=room, time_step=time_step, unit=unit)
         if named:
             name = next(iter(named)).replace("_", "-")
             raise ValueError(f"--{name}: only of a run or a dump, and {target} is a scene")
@@ -97,17 +100,17 @@ def _of_dump(
     dump: Path,
     frame: int | None,
     room: Path | None,
-    time_step: float | None,
     tolerance: float,
     options: dict[str, Any],
+    **said: Any,
 ) -> tuple[SnapshotPercussions, dict[str, str]]:
-    """The percussions of a frame, and where it is from."""
+    """The percussions of a frame, and where it is from; what is said of it is for `open_bodies`."""
     from analysis.dumps import open_bodies, snapshot_of
     from analysis.percussions import percussions_of
-    from analysis.percussions.dump_to_csv import setting_beside
+    from analysis.percussions.setting import setting_beside
 
     setting = setting_beside(dump, room, **options)
-    trajectory = open_bodies(dump, time_step).trajectory
+    trajectory = open_bodies(dump, **said).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number}; {dump} has {count}, from 0")

@@ -45,6 +45,13 @@ TimeStep = Annotated[
         "without either the table has steps in place of times).",
     ),
 ]
+Unit = Annotated[
+    Literal["m", "cm", "mm"] | None,
+    typer.Option(
+        help="Unit of lengths in the dump, and of velocities per second; m if left out. Masses "
+        "are kg."
+    ),
+]
 ContactTolerance = Annotated[
     float | None,
     typer.Option(

@@ -22,6 +22,7 @@ from analysis.cli.problems.options import (
     RoomFile,
     TimeStep,
     Tolerance,
+    Unit,
     WallFriction,
     Window,
 )
@@ -61,6 +62,7 @@ def solve(
     wall_friction: WallFriction = None,
     window: Window = None,
     time_step: TimeStep = None,
+    unit: Unit = None,
     contact_tolerance: ContactTolerance = None,
     largest_overlap: LargestOverlap = None,
     restitution: Restitution = None,
@@ -81,7 +83,8 @@ def solve(
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
     from analysis.exchange.layout import is_hdf5
-    from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside
+    from analysis.percussions.dump_to_csv import DumpToSolve
+    from analysis.percussions.setting import setting_beside
 
     if out.is_file() and any(out.samefile(file) for file in (dump, room) if file and file.exists()):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
@@ -94,6 +97,7 @@ def solve(
         contact_tolerance=contact_tolerance,
     )
     others = given(room=room, time_step=time_step, restitution=restitution, scheduler=scheduler)
+    others |= given(unit=unit)
     if is_hdf5(dump):
         others |= given(part_frames=part_frames)
         _solve_problem(dump, out, tolerance, openness, [*options, *others])
@@ -102,6 +106,7 @@ def solve(
     job = DumpToSolve(
         path=dump,
         time_step=time_step,
+        unit=unit,
         setting=setting,
         law=None if restitution is None else replace(setting.law, restitution=restitution),
         tolerance=tolerance,
