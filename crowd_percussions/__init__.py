@@ -11,6 +11,10 @@ array([[75.,  0.]])
 from __future__ import annotations
 
 import importlib
+import sys
+import warnings
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -20,6 +24,9 @@ if TYPE_CHECKING:
     from analysis import engines as engines
     from analysis import percussions as percussions
     from analysis import scene as scene
+    from analysis.advice.choice import advise as advise
+    from analysis.advice.library import stored_library as stored_library
+    from analysis.advice.question import Question as Question
     from analysis.compare import Comparison as Comparison
     from analysis.compare import compare_run as compare_run
     from analysis.dumps import DumpError as DumpError
@@ -27,17 +34,30 @@ if TYPE_CHECKING:
     from analysis.dumps import read_contacts as read_contacts
     from analysis.dumps import snapshot_of as snapshot_of
     from analysis.engines import EngineError as EngineError
+    from analysis.engines.run import simulate as simulate
+    from analysis.exchange.fclib import read_problem as read_problem
+    from analysis.exchange.fclib import write_answer as write_answer
+    from analysis.exchange.fclib import write_problem as write_problem
+    from analysis.exposure.exposure import read_exposure as read_exposure
+    from analysis.exposure.limits import known_limits as known_limits
     from analysis.percussions import PercussionAnalysis as PercussionAnalysis
     from analysis.percussions import Setting as Setting
     from analysis.percussions import percussions_of as percussions_of
     from analysis.scene import Crowd as Crowd
+    from analysis.scene import Doorway as Doorway
+    from analysis.scene import Inside as Inside
     from analysis.scene import Scene as Scene
     from analysis.scene import SceneError as SceneError
     from analysis.scene import from_geometry as from_geometry
+    from analysis.scene import opposing as opposing
     from analysis.scene import read_room as read_room
     from analysis.scene import read_scene as read_scene
     from analysis.scene import room as room
     from analysis.scene import scene_names as scene_names
+    from analysis.scene.real.import_crowd import import_crowd as import_crowd
+    from analysis.scene.real.trajectory import read_heads as read_heads
+    from analysis.scene.shipped_scenes import make as make
+    from analysis.support.shipped import shipped as shipped
     from nscd import ContactLaw as ContactLaw
     from nscd import Contacts as Contacts
     from nscd import ContactState as ContactState
@@ -53,6 +73,9 @@ if TYPE_CHECKING:
     from nscd import stepping as stepping
     from nscd.indeterminacy import Determinacy as Determinacy
     from nscd.indeterminacy import determinacy as determinacy
+    from nscd.indeterminacy.intervals import interval as interval
+    from nscd.indeterminacy.intervals import weights_of_contacts as weights_of_contacts
+    from nscd.show import draw as draw
     from nscd.stepping import Motion as Motion
 
     __version__: str
@@ -67,13 +90,26 @@ _NAMES = {
         *("find_contacts", "solve"),
     ),
     "nscd.indeterminacy": ("Determinacy", "determinacy"),
+    "nscd.indeterminacy.intervals": ("interval", "weights_of_contacts"),
+    "nscd.show": ("draw",),
     "nscd.stepping": ("Motion",),
+    "analysis.advice.choice": ("advise",),
+    "analysis.advice.library": ("stored_library",),
+    "analysis.advice.question": ("Question",),
     "analysis.scene": (
-        *("Crowd", "Scene", "SceneError", "from_geometry", "read_room", "read_scene", "room"),
-        "scene_names",
+        *("Crowd", "Doorway", "Inside", "Scene", "SceneError", "from_geometry", "opposing"),
+        *("read_room", "read_scene", "room", "scene_names"),
     ),
+    "analysis.scene.real.import_crowd": ("import_crowd",),
+    "analysis.scene.real.trajectory": ("read_heads",),
+    "analysis.scene.shipped_scenes": ("make",),
+    "analysis.support.shipped": ("shipped",),
     "analysis.dumps": ("DumpError", "open_bodies", "read_contacts", "snapshot_of"),
     "analysis.engines": ("EngineError",),
+    "analysis.engines.run": ("simulate",),
+    "analysis.exchange.fclib": ("read_problem", "write_answer", "write_problem"),
+    "analysis.exposure.exposure": ("read_exposure",),
+    "analysis.exposure.limits": ("known_limits",),
     "analysis.percussions": ("PercussionAnalysis", "Setting", "percussions_of"),
     "analysis.compare": ("Comparison", "compare_run"),
 }
@@ -81,6 +117,42 @@ _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 _HOMES |= {name: home for home, names in _FOLDERS.items() for name in names}
 
 __all__ = sorted(_HOMES)
+
+
+class _Beside:
+    """Find `nscd` and `analysis` beside this package, whatever else has their names."""
+
+    root = Path(__file__).resolve().parents[1]
+
+    @classmethod
+    def find_spec(cls, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        """Find a package as Python's import asks for it."""
+        return PathFinder.find_spec(name, [str(cls.root)]) if name in _FOLDERS else None
+
+    @classmethod
+    def first(cls) -> None:
+        """Be asked first. Raises ImportError where another package of the name is in use, and warns
+        of one that can no longer be imported."""
+        for name in _FOLDERS:
+            had = getattr(sys.modules.get(name), "__file__", None)
+            found = PathFinder.find_spec(name)
+            other = had or (found.origin if found else None)
+            if other is None or Path(other).resolve().is_relative_to(cls.root / name):
+                continue
+            if had:
+                raise ImportError(
+                    f"{other}: {name} is also a package of crowd-percussions, and both are needed "
+                    "here: rename this one"
+                )
+            warnings.warn(
+                f"{other}: `import {name}` gives the package of crowd-percussions from now on; "
+                "rename this one",
+                stacklevel=3,
+            )
+        sys.meta_path.insert(0, cls)
+
+
+_Beside.first()
 
 
 def __getattr__(name: str) -> Any:

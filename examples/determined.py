@@ -5,9 +5,15 @@ Every reaction then lies in an interval; inside it no measurement of motion tell
 
 import numpy as np
 
-from crowd_percussions import Snapshot, determinacy, find_contacts, solve
-from nscd.indeterminacy.intervals import interval, weights_of_contacts
-from nscd.show import draw
+from crowd_percussions import (
+    Snapshot,
+    determinacy,
+    draw,
+    find_contacts,
+    interval,
+    solve,
+    weights_of_contacts,
+)
 
 angle = np.arange(6) * np.pi / 3
 outward = np.column_stack([np.cos(angle), np.sin(angle)])

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.exchange.fclib import read_problem, write_problem
-from crowd_percussions import percussions_of, read_scene
+from crowd_percussions import percussions_of, read_problem, read_scene, write_problem
 
 scene = read_scene("gate").with_contact(friction=0.3)
 found = percussions_of(scene, scene.snapshot)

@@ -8,9 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from matplotlib.animation import FuncAnimation
 
-from analysis.engines.run import simulate
-from analysis.scene.shipped_scenes import make
-from crowd_percussions import PercussionAnalysis, open_bodies
+from crowd_percussions import PercussionAnalysis, make, open_bodies, simulate
 
 scene = make("arch", disks=30).with_run(duration_s=1.0, frames=10)
 simulate(scene, "rigid", Path("walking"))

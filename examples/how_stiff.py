@@ -3,10 +3,7 @@
 Of a crowd that pushes, the first moments are answered from a library of measured runs: for each
 error that I can live with, the cheapest method that promises it, with its stiffness and price."""
 
-from analysis.advice.choice import advise
-from analysis.advice.library import stored_library
-from analysis.advice.question import Question
-from crowd_percussions import read_scene
+from crowd_percussions import Question, advise, read_scene, stored_library
 
 scene, library = read_scene("arch"), stored_library()
 found = {}

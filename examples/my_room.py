@@ -5,8 +5,7 @@ percussions of the last frame, divided by the time in which people push, are for
 
 from pathlib import Path
 
-from analysis.engines.run import simulate
-from crowd_percussions import Crowd, PercussionAnalysis, open_bodies, room
+from crowd_percussions import Crowd, PercussionAnalysis, open_bodies, room, simulate
 
 scene = room("my_room", 5.0, 4.0, 0.8, Crowd(people=60, push=100.0), duration=2.0)
 simulate(scene, "rigid", Path("my_room"))

@@ -4,10 +4,7 @@ A limit is a line of data with its source. Loads are averages over 0.1 s, from e
 
 from pathlib import Path
 
-from analysis.engines.run import simulate
-from analysis.exposure.exposure import read_exposure
-from analysis.exposure.limits import known_limits
-from analysis.scene.shipped_scenes import make
+from crowd_percussions import known_limits, make, read_exposure, simulate
 
 MINE = """
 [[limit]]

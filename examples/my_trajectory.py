@@ -5,10 +5,7 @@ says how far."""
 
 import numpy as np
 
-from analysis.scene.real.import_crowd import import_crowd
-from analysis.scene.real.trajectory import read_heads
-from analysis.support.shipped import shipped
-from crowd_percussions import percussions_of
+from crowd_percussions import import_crowd, percussions_of, read_heads, shipped
 
 scenes = shipped("scenes")
 heads = read_heads(scenes / "gate_excerpt.txt", 405)

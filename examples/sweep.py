@@ -5,10 +5,7 @@ Here it has two threads of this machine; `Client("tcp://…")` takes one of your
 
 from distributed import Client
 
-from analysis.scene.real.import_crowd import import_crowd
-from analysis.scene.real.trajectory import read_heads
-from analysis.support.shipped import shipped
-from crowd_percussions import percussions_of
+from crowd_percussions import import_crowd, percussions_of, read_heads, shipped
 
 SCENES, RADII, FRAMES = shipped("scenes"), (0.16, 0.18, 0.20), (400, 405, 410)
 

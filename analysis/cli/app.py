@@ -20,6 +20,7 @@ from analysis.support.files import whole_file
 from analysis.support.machine import compiles_first
 from analysis.support.parts import missing_part
 from analysis.support.progress import Progress
+from analysis.support.shipped import or_shipped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,6 +48,11 @@ def path(text: str) -> Path:
             f"{text}: a path is needed; write ./{text} for a file of that name"
         )
     return Path(text)
+
+
+def input_file(text: str) -> Path:
+    """Read the path of a file to be read; from any folder `scenes/…` are the product's own."""
+    return or_shipped(path(text))
 
 
 def positive(text: str) -> float:

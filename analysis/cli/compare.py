@@ -41,7 +41,7 @@ def compare(
 
     Two runs or more of one crowd, by any engines, are compared by their impulses over windows of
     0.1 s, the others with the first: contact by contact, wall by wall, and as distributions. That
-    needs runs with impulses = true under [run] of the scene (the rigid engine always has them).
+    needs runs with --impulses (the rigid engine always has them).
     The snapshots of a rigid run are not compared then: a rigid contact has no force at an instant.
 
     Writes windows.csv, window_contacts.csv and windows.json into the folder of each run but the

@@ -18,8 +18,8 @@ def exposure(
     """Say who bears more than people can, for how long, and what the walls bear.
 
     Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
-    the folder of the run. The rigid engine always sums impulses; LAMMPS and YADE do with
-    impulses = true under [run].
+    the folder of the run. The rigid engine always sums impulses; LAMMPS and YADE do in a run
+    with --impulses.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml
     """

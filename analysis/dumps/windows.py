@@ -16,7 +16,7 @@ from analysis.support.frames import IMPULSE_COLUMNS
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
 
-HOW = "run the scene again with impulses = true under [run]"
+HOW = "run the scene again with --impulses"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

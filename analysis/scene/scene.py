@@ -24,7 +24,7 @@ from analysis.scene.placement import check_room
 from analysis.scene.values import FileName, Means, Part
 from analysis.support.files import write_text
 from analysis.support.reading import UnreadableError, read_text
-from analysis.support.shipped import shipped
+from analysis.support.shipped import or_shipped, shipped
 from nscd import Snapshot
 from nscd.stepping import StepError
 
@@ -220,7 +220,7 @@ def _path_of(name_or_path: str | Path) -> Path:
     """The path of a scene's TOML file."""
     path = Path(name_or_path)
     if path.suffix == ".toml":
-        return path
+        return or_shipped(path)
     path = shipped("scenes") / f"{name_or_path}.toml"
     if not path.exists():
         raise SceneError(

@@ -13,3 +13,12 @@ def shipped(name: str) -> Path:
         if beside.exists()
         else Path(sysconfig.get_path("data")) / "share" / "crowd-percussions" / name
     )
+
+
+def or_shipped(path: Path) -> Path:
+    """Give a path as it is, or the product's own file of that name where there is none:
+    `scenes/gate_excerpt.txt`, from any folder."""
+    if path.parts[:1] != ("scenes",) or ".." in path.parts or path.exists():
+        return path
+    own = shipped(str(path))
+    return own if own.is_file() else path

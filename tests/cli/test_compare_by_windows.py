@@ -52,4 +52,4 @@ def test_a_run_without_impulses_says_how_to_get_them(percussions, rigid, tmp_pat
     made = percussions("compare", rigid, other, "--window", 0.1)
     assert made.returncode != 0
     assert made.stderr.strip().count("\n") == 0
-    assert "impulses = true under [run]" in made.stderr
+    assert "run the scene again with --impulses" in made.stderr

@@ -5,13 +5,14 @@ from typing import Annotated, Literal
 
 import typer
 
-from analysis.cli.app import not_negative, positive, share
+from analysis.cli.app import input_file, not_negative, positive, share
 
 RoomFile = Annotated[
     Path | None,
     typer.Option(
         "--room",
         "--walls",
+        parser=input_file,
         help="Room or scene file (.toml) with the walls and the drive; scene.toml beside the "
         "dump if there.",
     ),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, Scheduler, command_line, processes, progress, show
+from analysis.cli.app import Out, Scheduler, command_line, input_file, processes, progress, show
 from analysis.cli.real.options import Exports, FrameRate, Mass, Radii, Room, Unit
 from analysis.support.parts import load
 
@@ -24,7 +24,9 @@ RADII = (0.16, 0.17, 0.18, 0.19, 0.20)
 def film(
     target: Annotated[
         list[Path],
-        typer.Argument(help="Folders of finished runs of one scene, or one trajectory file."),
+        typer.Argument(
+            parser=input_file, help="Folders of finished runs of one scene, or one trajectory file."
+        ),
     ],
     frames: Annotated[
         str | None,

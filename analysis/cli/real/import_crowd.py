@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, positive, share, warn
+from analysis.cli.app import Out, input_file, positive, share, warn
 from analysis.cli.real.options import FrameRate, Mass, Unit
 
 if TYPE_CHECKING:
@@ -16,13 +16,17 @@ if TYPE_CHECKING:
 Crowd = Annotated[
     Path,
     typer.Argument(
+        parser=input_file,
         help="Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other "
-        "files beside it."
+        "files beside it.",
     ),
 ]
 RoomFile = Annotated[
     Path,
-    typer.Option(help="TOML file with walls, drive, contact, run and analysis, as in a scene."),
+    typer.Option(
+        parser=input_file,
+        help="TOML file with walls, drive, contact, run and analysis, as in a scene.",
+    ),
 ]
 
 Others = Annotated[

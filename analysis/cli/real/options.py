@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from analysis.cli.app import positive
+from analysis.cli.app import input_file, positive
 
 Unit = Annotated[
     Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
@@ -16,7 +16,10 @@ FrameRate = Annotated[
     typer.Option(parser=positive, help="Frames per second, where the file does not say."),
 ]
 Mass = Annotated[float, typer.Option(parser=positive, help="Mass of each person in kg.")]
-Room = Annotated[Path | None, typer.Option(help="Of a trajectory: TOML file with walls and drive.")]
+Room = Annotated[
+    Path | None,
+    typer.Option(parser=input_file, help="Of a trajectory: TOML file with walls and drive."),
+]
 Radii = Annotated[
     list[float] | None,
     typer.Option(
