@@ -216,6 +216,14 @@ def say_expected(cpu_seconds: float, what: str, jobs: int | None = 1) -> None:
         print(f"{what}: about {lasting(seconds)}", file=sys.stderr, flush=True)
 
 
+def refuse_beside(context: typer.Context, names: Iterable[str], why: str) -> None:
+    """Raise ValueError for the first of these options that was typed: nothing would come of it."""
+    for name in names:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            raise ValueError(f"--{name.replace('_', '-')}: {why}")
+
+
 def given(**options: object) -> dict[str, Any]:
     """Keep the options that are given."""
     return {name: value for name, value in options.items() if value is not None}

@@ -28,6 +28,9 @@ WallStiffness = Annotated[
     typer.Option(parser=positive, help="The same of walls in N/m, instead of the scene's."),
 ]
 
+TimeStep = Annotated[
+    float | None, typer.Option(parser=positive, help="Time step in s, instead of the rule's.")
+]
 Impulses = Annotated[
     bool,
     typer.Option(
@@ -58,10 +61,7 @@ def run(
         float | None, typer.Option(parser=share, help="Asked restitution, 0 to 1.")
     ] = None,
     law: Annotated[str | None, typer.Option(help="hooke, hertz, body or body_hertz.")] = None,
-    time_step: Annotated[
-        float | None,
-        typer.Option(parser=positive, help="Time step in s, instead of the rule's."),
-    ] = None,
+    time_step: TimeStep = None,
     duration: Annotated[
         float | None, typer.Option(parser=positive, help="Simulated time in s.")
     ] = None,

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, Seed, count, positive, progress, share, show, warn, write_picture
+from analysis.cli.app import (
+    Out,
+    Seed,
+    count,
+    positive,
+    progress,
+    refuse_beside,
+    share,
+    show,
+    warn,
+    write_picture,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -109,6 +120,7 @@ def scenes(
 
 
 def new(
+    context: typer.Context,
     name: Annotated[str, typer.Argument(help="Name of the scene.")],
     people: Annotated[int, typer.Option(parser=count, help="How many people.")],
     door: Doors = None,
@@ -141,6 +153,9 @@ def new(
         raise ValueError("room: either --room or --geometry is needed")
     if (out / f"{name}.toml").exists():
         raise ValueError(f"{out / name}.toml: exists already; give another name or --out")
+    if people_from is not None:
+        sizes = ("radius", "radius_spread", "mass")
+        refuse_beside(context, sizes, "--people-from has radii and masses of its own")
     varied = Varied(people=people_from, radius_share=radius_spread, seed=seed)
     crowd = Crowd(people=people, radius=radius, mass=mass, varied=varied, push=push, speed=speed)
     inside = Inside(

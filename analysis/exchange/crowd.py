@@ -27,6 +27,8 @@ BODIES = {
     "left_velocity": "m/s",
 }  # fmt: skip
 ONE_EACH = ("radius", "mass", "spin")
+# Of the radii: normals and gaps are those of the positions up to it.
+SAME_PLACE = 1e-6
 CONTACTS = {"normal": "1", "gap": "m", "point": "m"}
 
 
@@ -177,6 +179,7 @@ def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
         raise group.refuse("", str(error)) from None
     if len(names) != w or contacts.second[contacts.is_wall].max(initial=-1) >= w:
         raise group.refuse("walls", f"{w} walls, {len(names)} names, and contacts with others")
+    _check_positions(group, snapshot, contacts, at_walls)
     return CrowdProblem(
         setting=Setting(
             walls=at_walls,
@@ -190,6 +193,29 @@ def read_crowd(group: Group, friction: Floats) -> CrowdProblem:
         left_velocity=left,
         window=window,
     )
+
+
+def _check_positions(
+    group: Group, snapshot: Snapshot, contacts: Contacts, walls: Walls | None
+) -> None:
+    """Refuse contacts whose normals and gaps are not those of the disks and walls."""
+    at_wall, first, second = contacts.is_wall, contacts.first, contacts.second
+    other = snapshot.position[np.where(at_wall, 0, second)]
+    between = snapshot.radius[first] + np.where(at_wall, 0.0, snapshot.radius[second * ~at_wall])
+    if walls is not None:
+        other[at_wall] = walls.nearest_point(snapshot.position[first[at_wall]], second[at_wall])
+    apart = other - snapshot.position[first]
+    length = np.hypot(*apart.T)
+    wrong = np.abs(contacts.gap - (length - between)) > SAME_PLACE * between
+    turned = np.hypot(*(contacts.normal * length[:, None] - apart).T)
+    wrong |= turned > SAME_PLACE * between
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise group.refuse(
+            "contacts",
+            f"number {row + 1}: its normal and gap are not those of disk "
+            f"{snapshot.ids[first[row]]} and what it touches, at the positions in bodies",
+        )
 
 
 def _coefficients(group: Group, contacts: Contacts, friction: Floats) -> dict[str, Any]:

@@ -142,14 +142,12 @@ def read_answer(path: Path, contacts: int) -> tuple[Floats, float | None]:
     file = opened(path)
     group = file.group("solution")
     reaction = group.numbers("r", (SPACE * contacts,), gaps=True)
-    said = group.content.attributes.get("seconds")
-    try:
-        seconds = None if said is None else float(said)
-    except (TypeError, ValueError):
-        seconds = math.nan
-    if seconds is not None and not 0 < seconds < math.inf:
-        raise ExchangeError(f"{path}: /solution, seconds: {said}; a time above 0 s is needed")
-    return reaction, seconds
+    if "seconds" not in group.content.attributes:
+        return reaction, None
+    said = group.content.attributes["seconds"]
+    if type(said) not in (int, float) or not 0 < said < math.inf:
+        raise ExchangeError(f"{path}: /solution, seconds: {said!r}; a number above 0 s is needed")
+    return reaction, float(said)
 
 
 def write_answer(path: Path, reaction: Floats, seconds: float) -> None:

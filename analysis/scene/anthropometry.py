@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd import Snapshot, Walls
+from nscd import Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 from nscd.stepping import Motion
 
@@ -92,7 +92,9 @@ class Varied:
 def apart(snapshot: Snapshot, walls: Walls) -> Snapshot:
     """Push disks that overlap each other or a wall apart, as little as possible.
 
-    Raises StepError where that does not end."""
+    Raises StepError where that does not end, ValueError where centres coincide, or one is on a
+    wall."""
+    find_contacts(snapshot, walls, tolerance=0.0)
     motion = Motion(snapshot, walls, step=1.0)
     motion.separate()
     return dataclasses.replace(snapshot, position=motion.position)

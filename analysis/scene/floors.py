@@ -4,6 +4,7 @@ Vadere."""
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,10 @@ from analysis.support.reading import UnreadableError, begins, read_text
 
 # Beyond it a floor is no room.
 MOST_M = 1e4
+# The longer side: less is a floor in degrees, more one in cm or mm, or no place of one crowd.
+LEAST_SIDE_M, MOST_SIDE_M = 0.5, 2000.0
+# Areas are collections of polygons of rings; each level of brackets is a call within GEOS.
+MOST_NESTED = 100
 SQLITE = b"SQLite format 3\0"
 # Corners of a circle.
 CORNERS = 16
@@ -48,15 +53,28 @@ def read_floor(file: Path) -> Floor:
             return _of_json(text)
         # what is not a number is refused below
         with np.errstate(invalid="ignore"):
-            return Floor(polygon=polygon_of(shapely.from_wkt(text)))
+            return Floor(polygon=polygon_of(_of_wkt([text])))
     except (shapely.errors.GEOSException, json.JSONDecodeError, RecursionError) as error:
         raise SceneError(
             f"{file}: neither WKT nor GeoJSON nor a Vadere scenario: {error}"
         ) from None
     except SceneError as error:
         raise SceneError(f"{file}: {error}") from None
+    except NotImplementedError:
+        raise SceneError(f"{file}: area: curves are not read; straight sides are needed") from None
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise SceneError(f"{file}: topography: {type(error).__name__}: {error}") from None
+
+
+def _of_wkt(texts: Sequence[str]) -> shapely.Geometry:
+    """The union of areas. Raises SceneError for those within each other that deep that GEOS would
+    end the process."""
+    for text in texts:
+        signs = np.frombuffer(text.encode(), np.uint8)
+        depth = np.cumsum((signs == ord("(")).astype(int) - (signs == ord(")")))
+        if depth.max(initial=0) > MOST_NESTED:
+            raise SceneError(f"area: more than {MOST_NESTED} brackets within each other")
+    return shapely.union_all([shapely.from_wkt(text) for text in texts])
 
 
 def polygon_of(area: Any) -> shapely.Polygon:
@@ -70,6 +88,12 @@ def polygon_of(area: Any) -> shapely.Polygon:
         raise SceneError(f"area: one polygon is needed, not {shape.geom_type}")
     if not shape.is_valid:
         raise SceneError(f"area: {shapely.is_valid_reason(shape)}")
+    x0, y0, x1, y1 = shape.bounds
+    if not LEAST_SIDE_M <= max(x1 - x0, y1 - y0) <= MOST_SIDE_M:
+        raise SceneError(
+            f"area: {x1 - x0:.4g} m by {y1 - y0:.4g} m; coordinates in m (not in degrees, cm or mm) "
+            f"of a floor from {LEAST_SIDE_M:g} to {MOST_SIDE_M:g} m long are needed"
+        )
     return shapely.force_2d(shape.simplify(0.0))
 
 
@@ -83,8 +107,9 @@ def _of_jupedsim(file: Path) -> Floor:
     if (version := said.get("version")) not in ("1", "2"):
         raise SceneError(f"{file}: metadata: version {version}; 1 or 2 is read")
     try:
-        shapes = shapely.from_wkt(areas[:1] if version == "1" else areas)
-        return Floor(polygon=polygon_of(shapely.union_all(shapes)))
+        return Floor(polygon=polygon_of(_of_wkt(areas[:1] if version == "1" else areas)))
+    except NotImplementedError:
+        raise SceneError(f"{file}: geometry: curves are not read") from None
     except (shapely.errors.GEOSException, SceneError) as error:
         raise SceneError(f"{file}: geometry: {error}") from None
 

@@ -40,6 +40,8 @@ from nscd.stepping import StepError
 
 # More people than these take minutes; more of the others is no crowd.
 MOST_PEOPLE, MOST_PUSH_N, MOST_S = 5000, 1e5, 1e5
+# m, kg: nobody is larger.
+MOST_RADIUS_M, MOST_MASS_KG = 1.0, 1000.0
 RESTITUTION = 0.1
 
 
@@ -190,6 +192,8 @@ def _check(crowd: Crowd, duration: float) -> None:
     for name, number, most in (
         ("people", crowd.people, MOST_PEOPLE),
         ("push", crowd.push, MOST_PUSH_N),
+        ("radius", crowd.radius, MOST_RADIUS_M),
+        ("mass", crowd.mass, MOST_MASS_KG),
         ("duration", duration, MOST_S),
     ):
         if not 0 < number <= most:

@@ -20,14 +20,16 @@ if TYPE_CHECKING:
 
 RADII = (0.16, 0.17, 0.18, 0.19, 0.20)
 
+Targets = Annotated[
+    list[Path],
+    typer.Argument(
+        parser=input_file, help="Folders of finished runs of one scene, or one trajectory file."
+    ),
+]
+
 
 def film(
-    target: Annotated[
-        list[Path],
-        typer.Argument(
-            parser=input_file, help="Folders of finished runs of one scene, or one trajectory file."
-        ),
-    ],
+    target: Targets,
     frames: Annotated[
         str | None,
         typer.Option(help="first:last:step, both ends included. Left out: about 50."),

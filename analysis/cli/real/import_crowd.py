@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, input_file, positive, share, warn
+from analysis.cli.app import Out, input_file, positive, refuse_beside, share, warn
 from analysis.cli.real.options import FrameRate, Mass, Unit
 
 if TYPE_CHECKING:
     from analysis.scene.real.import_crowd import ImportedCrowd
 
+# Options that make disks of the heads of a trajectory.
+OF_HEADS = (
+    *("frame", "people", "radius", "mass", "radius_spread", "seed", "unit", "frame_rate"),
+    *("window", "others", "apart"),
+)
 Crowd = Annotated[
     Path,
     typer.Argument(
@@ -29,6 +34,9 @@ RoomFile = Annotated[
     ),
 ]
 
+Window = Annotated[
+    float, typer.Option(parser=positive, help="Time in s over which velocities are measured.")
+]
 Others = Annotated[
     int,
     typer.Option(min=0, max=100, help="Other frames that a report varies the crowd by; 0: none."),
@@ -39,6 +47,7 @@ Apart = Annotated[
 
 
 def import_(
+    context: typer.Context,
     file: Crowd,
     room: RoomFile,
     frame: Annotated[int | None, typer.Option(help="Of a trajectory: number of the frame.")] = None,
@@ -66,10 +75,7 @@ def import_(
     ] = None,
     unit: Unit = None,
     frame_rate: FrameRate = None,
-    window: Annotated[
-        float,
-        typer.Option(parser=positive, help="Time in s over which velocities are measured."),
-    ] = 0.4,
+    window: Window = 0.4,
     others: Others = 4,
     apart: Apart = 1.0,
     out: Out = Path("."),
@@ -79,10 +85,12 @@ def import_(
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""
     if file.suffix.lower() == ".xml":
-        if frame is not None or people is not None:
-            raise ValueError("--frame, --people: only of a trajectory")
+        refuse_beside(context, OF_HEADS, "only of a trajectory; LEMONS' files say it themselves")
         _import_lemons(file, room, name, one_disk, out)
         return
+    if people is not None:
+        sizes = ("radius", "radius_spread", "mass")
+        refuse_beside(context, sizes, "--people has radii and masses of its own")
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied

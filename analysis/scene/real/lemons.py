@@ -18,6 +18,7 @@ from nscd import Snapshot
 from nscd.stepping import StepError
 
 BODIES, ROOM = "Agents.xml", "Geometry.xml"
+MOST_MASS_KG = 1000.0
 # Corners of a quarter of a disk, where the area of several is measured.
 CORNERS = 64
 
@@ -86,6 +87,10 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
         spin += _numbers(where, motion, "Omega", 1)
         where = f"{file.with_name(BODIES)}: agent {one}"
         mass += _numbers(where, bodies[one], "Mass", 1)
+        if not 0 < mass[-1] < MOST_MASS_KG:
+            raise SceneError(
+                f"{where}: Mass: {mass[-1]:g} kg; between 0 and {MOST_MASS_KG:g} kg is needed"
+            )
         disks = bodies[one].findall("Shape")
         if len(disks) > 1 and not one_disk:
             raise SceneError(

@@ -123,10 +123,12 @@ BAD = {
     "one": ("AgentDynamics.xml", "1.4,1.0", "1.4", "AgentDynamics.xml: agent 4: Position: '1.4'; 2 fin"),
     "radius": ("Agents.xml", '"0.2"', '"-1"', "Agents.xml: agent 4: Radius: -1; a number above 0"),
     "square": ("Agents.xml", '"disk"', '"box"', "Agents.xml: agent 0: Shape: 'box'; only disks"),
-    "mass": ("Agents.xml", '"70.0"', '"0"', "AgentDynamics.xml: mass: 0 in row 1"),
+    "heavy": ("Agents.xml", '"70.0"', '"1e20"', "Agents.xml: agent 4: Mass: 1e+20 kg; between 0 and 1000"),
+    "mass": ("Agents.xml", '"70.0"', '"0"', "Agents.xml: agent 4: Mass: 0 kg; between 0 and 1000"),
     "history": ("AgentDynamics.xml", "Agents>", "Interactions>", "AgentDynamics.xml: <Interactions> whe"),
     "bomb": ("Agents.xml", "<Agents>", "<!DOCTYPE x><Agents>", "Agents.xml: a document type is not"),
     "outside": ("AgentDynamics.xml", "1.4,1.0", "9,9", "AgentDynamics.xml: disk 5 at (9, 9) m is"),
+    "one_point": ("AgentDynamics.xml", "1.4,1.0", "1.0,1.0", "AgentDynamics.xml: position: disk 1 and disk 5 coi"),
     "corner": ("Geometry.xml", "3.0,0.0", "3.0", "Geometry.xml: wall 0: Coordinates: '3.0'; 2 finite"),
 }  # fmt: skip
 
@@ -145,8 +147,13 @@ def test_bad_input_is_one_line(percussions, folder, bad):
 
 
 def test_options_of_trajectories_and_missing_files(percussions, folder):
-    said = percussions(*WORDS, "--frame", 3)
-    assert said.stderr == "percussions: --frame, --people: only of a trajectory\n"
+    options = {"frame": 3, "people": "ANSUR II", "radius": 0.2, "mass": 75, "radius-spread": 0.1}
+    options |= {"seed": 1, "unit": "cm", "frame-rate": 25, "window": 0.4, "others": 4, "apart": 1}
+    for name, value in options.items():
+        said = percussions(*WORDS, "--one-disk", f"--{name}", value)
+        assert said.stderr == (
+            f"percussions: --{name}: only of a trajectory; LEMONS' files say it themselves\n"
+        )
     said = percussions("import", "heads.txt", "--room", "room.toml")
     assert said.stderr.startswith("percussions: --frame: of a trajectory it is needed")
     (folder / "Geometry.xml").unlink()

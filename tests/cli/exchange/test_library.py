@@ -186,6 +186,11 @@ def test_what_cannot_be_judged_is_named(library, percussions, tmp_path):
     (tmp_path / "none").mkdir()
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged/manifest.json").write_text(json.dumps({"version": 1}))
+    for said, words in (("1", "'1'"), (b"3", "'3'"), (True, "True"), ([1.0, 2.0], "None")):
+        write_answer(tmp_path / "odd" / f"{LATTICE}.hdf5", known(library, LATTICE)[1], said)
+        made = percussions("benchmark-score", library, "odd")
+        assert made.returncode == 1
+        assert f"/solution, seconds: {words}; a number above 0 s is needed" in made.stderr
     for words, named in (
         (("benchmark-score", "changed", "none"), f"changed/{PUSHED}.hdf5: not the file"),
         (("benchmark-score", library, "none"), "none: no answer to any problem of"),

@@ -91,6 +91,13 @@ def test_a_floor_with_a_pillar(percussions, tmp_path, form):
         ("--room 8x6 --door 1 --duration 1e308", "duration: 1e+308; above 0 and at most 1"),
         ("--room 8x6 --door 1 --push 1e308", "push: 1e+308; above 0 and at most 1"),
         ("--room 1e300x6 --door 1", "area: coordinates in m within ±1"),
+        ("--room 8000x6000 --door 1", "area: 8000 m by 6000 m; coordinates in m (not in degrees, "),
+        ("--room 8x6 --door 1 --mass 1e20", "mass: 1e+20; above 0 and at most 1000 is needed"),
+        ("--room 8x6 --door 1 --radius 20", "radius: 20; above 0 and at most 1 is needed"),
+        *(
+            (f"--room 8x6 --door 1 --people-from Me --{one} 0.5", f"--{one}: --people-from has")
+            for one in ("mass", "radius", "radius-spread")
+        ),
         ("--geometry none --door 1,9,2,9", "none: no such file"),
     ],
 )
@@ -100,6 +107,29 @@ def test_what_cannot_be_made_is_one_line(percussions, tmp_path, words, says):
     assert made.stderr.startswith(f"percussions: {says}")
     assert len(made.stderr.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+FLOORS = {
+    "degrees": (
+        '{"type": "Polygon", "coordinates": [[[11.5, 48.1], [11.6, 48.1], [11.6, 48.2], [11.5, 48.1]]]}',
+        "area: 0.1 m by 0.1 m; coordinates in m (not in degrees",
+    ),
+    "curves": ("CURVEPOLYGON(CIRCULARSTRING(0 0, 5 5, 10 0, 5 -5, 0 0))", "area: curves are not"),
+    "nested": (
+        "GEOMETRYCOLLECTION(" * 60_000 + "POINT(0 0)" + ")" * 60_000,
+        "area: more than 100 brackets within each other",
+    ),
+}
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+def test_a_floor_that_is_none_is_one_line(percussions, tmp_path, floor):
+    text, says = FLOORS[floor]
+    (tmp_path / "floor").write_text(text)
+    made = percussions("new", "no", "--geometry", "floor", "--door", "0,0,1,0", "--people", 1)
+    assert made.returncode == 1
+    assert made.stderr.startswith(f"percussions: floor: {says}")
+    assert len(made.stderr.splitlines()) == 1
 
 
 def test_a_door_lies_on_one_side_and_a_floor_is_one_polygon():
