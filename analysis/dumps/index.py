@@ -36,8 +36,8 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
     local (kind ENTRIES), plain or compressed.
 
     Raises DumpError for a missing or empty file, one that is not such a dump, one that ends in
-    mid-frame, periodic or triclinic boxes, steps that do not grow, and columns that change or occur
-    twice."""
+    mid-frame, periodic or triclinic boxes, steps or times that do not grow, times in some frames
+    only, and columns that change or occur twice."""
     try:
         with open_file(path) as file:
             binary = kind == "ATOMS" and _begins_binary(file)
@@ -49,7 +49,25 @@ def index_dump(path: Path, kind: str = "ATOMS") -> DumpIndex:
         raise DumpError(str(error)) from None
     if not frames:
         raise DumpError(f"{path}: empty: no frame in it")
+    _check_times(path, frames)
     return DumpIndex(path, frames, reader.columns, binary)
+
+
+def _check_times(path: Path, frames: tuple[Frame, ...]) -> None:
+    """Refuse frames that a table with a column of times could not tell apart."""
+    timed = [frame.time is not None for frame in frames]
+    if any(timed) and not all(timed):
+        step = frames[timed.index(not timed[0])].step
+        raise DumpError(f"{path}, step {step}: a time is in some frames and not in others")
+    if not timed[0]:
+        return
+    late = np.diff(np.array([frame.time for frame in frames], dtype=np.float64)) <= 0
+    if late.any():
+        before, after = frames[late.argmax()], frames[late.argmax() + 1]
+        raise DumpError(
+            f"{path}, step {after.step}: its time, {after.time:.6g} s, follows {before.time:.6g} s; "
+            "times must grow; without them (`dump_modify ID time no`) frames go by their steps"
+        )
 
 
 def _begins_binary(file: IO[bytes]) -> bool:
@@ -148,7 +166,7 @@ class _Frames:
 
     def _read_head(self) -> bool:
         """Read a head line by line; False at the end of the file."""
-        before, now = self._heads.form, self._found.now
+        now = self._found.now
         found = self._heads.next_frame()
         if found is None:
             return False
@@ -157,10 +175,6 @@ class _Frames:
             raise DumpError(
                 f"{self.path}, line {self._heads.step_line}: step {frame.step} follows step "
                 f"{now[LAST]}; frames must be in order, each once"
-            )
-        if before and self._timed(before) != self._timed(self._heads.form):
-            raise DumpError(
-                f"{self.path}, step {frame.step}: ITEM: TIME is in some frames and not in others"
             )
         if self.columns and names != self.columns:
             raise DumpError(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field, ValidationError
 
 from analysis.exchange.fclib import write_problem
 from analysis.exchange.layout import ExchangeError, hdf5
@@ -107,22 +108,42 @@ def read_manifest(folder: Path) -> list[dict[str, Any]]:
     problem whose file is not the one that was written."""
     manifest = folder / MANIFEST
     try:
-        content = json.loads(read_text(manifest))
-        said, entries = content["version"], list(content["problems"])
-        names = [(entry["name"], entry["file"], entry["sha256"]) for entry in entries]
-        for entry in entries:
-            entry["velocity"], entry["family"], int(entry["disks"]), float(entry["friction"])
-    except (json.JSONDecodeError, KeyError, TypeError, ValueError) as error:
-        raise ExchangeError(f"{manifest}: no manifest of a library: {error}") from None
-    if said != VERSION:
-        raise ExchangeError(f"{manifest}: version {said}; version {VERSION} is read")
-    for name, file, known in names:
-        path = folder / Path(file).name
+        content = _Manifest.model_validate_json(read_text(manifest), strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        why = f"{place}: {first['msg']}" if place else first["msg"]
+        raise ExchangeError(f"{manifest}: no manifest of a library: {why}") from None
+    if content.version != VERSION:
+        raise ExchangeError(f"{manifest}: version {content.version}; version {VERSION} is read")
+    names = [entry.name for entry in content.problems]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ExchangeError(f"{manifest}: two problems are called {twice[0]}")
+    for entry in content.problems:
+        path = folder / entry.file
         if not path.is_file():
-            raise ExchangeError(f"{path}: no such file; {MANIFEST} names it for {name}")
-        if digest(path) != known:
+            raise ExchangeError(f"{path}: no such file; {MANIFEST} names it for {entry.name}")
+        if digest(path) != entry.sha256:
             raise ExchangeError(f"{path}: not the file that {MANIFEST} names (SHA-256 differs)")
-    return entries
+    return [entry.model_dump() for entry in content.problems]
+
+
+class _Entry(BaseModel, extra="allow"):
+    """What the manifest must say of a problem; its file is in the same folder."""
+
+    name: str
+    file: Annotated[str, Field(pattern=r"^[^/\\\x00]*[^/\\\x00.][^/\\\x00]*$", max_length=200)]
+    sha256: str
+    velocity: str
+    family: str
+    disks: int
+    contacts: int
+    friction: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _Manifest(BaseModel):
+    version: int
+    problems: Annotated[list[_Entry], Field(min_length=1)]
 
 
 def digest(path: Path) -> str:

@@ -30,15 +30,18 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     Dask cluster whose scheduler is at that address.
 
     The workers of a cluster must see the same folders, and each measures CPU time of one run at a
-    time. Raises ValueError for a number below 1, where nothing answers at the address and where
+    time. Whoever runs the scheduler or a worker can run code here and there: trust them entirely.
+
+    Raises ValueError for a number below 1, where nothing answers at the address and where
     processes can share no memory, MissingPartError where `distributed` is not installed."""
     if processes is not None and processes < 1:
         raise ValueError(f"jobs: {processes}; a number ≥ 1 is needed")
     if scheduler is not None:
         dask = load("distributed")
         try:
+            _check_address(scheduler, dask)
             client = dask.Client(scheduler, timeout=10)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
             raise ValueError(f"scheduler: nothing answers at {scheduler}: {error}") from None
         with client:
             yield client.get_executor(pure=False)
@@ -60,6 +63,18 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     finally:
         # an interrupted build ends with what is under way; what is finished is kept
         pool.shutdown(cancel_futures=True)
+
+
+def _check_address(scheduler: str, dask: Any) -> None:
+    """Raise ValueError for an address that a client would fail at, half opened."""
+    scheme, place = dask.comm.parse_address(scheduler)
+    dask.comm.registry.get_backend(scheme)
+    if scheme not in ("tcp", "tls"):
+        raise ValueError("tcp:// or tls:// is needed")
+    dask.comm.addressing.parse_host_port(place)
+    secured = dask.Security().get_connection_args("client").get("ssl_context")
+    if scheme == "tls" and secured is None:
+        raise ValueError("certificates are needed for tls: distributed.comm.tls of Dask's settings")
 
 
 def end_with_parent() -> None:

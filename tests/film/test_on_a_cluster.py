@@ -38,3 +38,14 @@ def test_a_worker_is_lost(tmp_path, cluster):
     names, rows = table(film_runs([runs[0].folder]))
     assert table(there) == (names, rows)
     assert np.count_nonzero([frame.number for frame in there[0].frames]) == 8
+
+
+@pytest.mark.parametrize(
+    "address", ["tls://127.0.0.1:9", "inproc://x", "smoke://127.0.0.1:9", "tcp://127.0.0.1"]
+)
+def test_an_address_that_cannot_be_used_is_said(address):
+    with (
+        pytest.raises(ValueError, match=f"scheduler: nothing answers at {address}"),
+        workers(scheduler=address),
+    ):
+        pass

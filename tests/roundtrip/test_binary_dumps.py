@@ -163,6 +163,30 @@ def test_what_is_wrong_is_said_with_its_row(tmp_path, frames, what):
         list(open_bodies(path).trajectory)
 
 
+@pytest.mark.parametrize(
+    ("times", "what"),
+    [
+        ((0.001, None), "step 30: a time is in some frames and not in others"),
+        ((None, 0.001), "step 30: a time is in some frames and not in others"),
+        ((0.003, 0.001), "step 30: its time, 0.03 s, follows 0.03 s; times must grow"),
+        ((0.004, 0.001), "step 30: its time, 0.03 s, follows 0.04 s; times must grow"),
+    ],
+)
+def test_frames_that_a_table_could_not_tell_apart(tmp_path, times, what):
+    """In a text dump and in a binary one."""
+    frames = [binary([frame], time=time) for frame, time in zip(TWO, times, strict=True)]
+    text = ""
+    for (step, _), time in zip(TWO, times, strict=True):
+        said = "" if time is None else f"ITEM: TIME\n{time * step}\n"
+        text += (
+            f"ITEM: TIMESTEP\n{step}\n{said}ITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff pp\n"
+        )
+        text += "-9 9\n-9 9\n-9 9\nITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.2 75 0 0\n"
+    for content in (b"".join(frames), text.encode()):
+        with pytest.raises(DumpError, match=what):
+            index_dump(written(tmp_path, content))
+
+
 def test_numbers_that_are_not_there_are_missed(tmp_path):
     content = bytearray(binary(TWO[:1]))
     at = len(content) - 8 * 10 - 4

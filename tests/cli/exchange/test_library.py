@@ -11,6 +11,7 @@ import pytest
 from scipy.optimize import linprog
 
 from analysis.exchange.fclib import read_answer, read_problem, write_answer
+from analysis.exchange.layout import ExchangeError
 from analysis.library.catalogue import PROBLEMS, Problem
 from analysis.library.judge import Verdict, judge
 from analysis.library.score import SHIFT, Scores
@@ -177,6 +178,40 @@ def test_score_by_command(library, percussions, tmp_path):
     }  # fmt: skip
     assert rows["mine", LATTICE]["cpu_s"] == "0.25"
     assert (tmp_path / "scores/profile.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"file": 7}, "problems.0.file: "),
+        ({"file": "../manifest.json"}, "problems.0.file: "),
+        ({"file": ".."}, "problems.0.file: "),
+        ({"name": ["heap"]}, "problems.0.name: "),
+        ({"disks": "many"}, "problems.0.disks: "),
+        ({"friction": None}, "problems.0.friction: "),
+        ({"contacts": ...}, "problems.0.contacts: Field required"),
+        ({"twice": True}, "two problems are called "),
+        ("[" * 100_000, "no manifest of a library"),
+        ('{"version": true, "problems": []}', "version: "),
+        ('{"version": 1, "problems": []}', "problems: "),
+    ],
+)
+def test_an_odd_manifest_is_one_line(library, tmp_path, change, said):
+    content = json.loads((library / "manifest.json").read_text())
+    if isinstance(change, dict):
+        first = content["problems"][0]
+        first |= {key: value for key, value in change.items() if value is not ...}
+        for key in (key for key, value in change.items() if value is ...):
+            del first[key]
+        if "twice" in change:
+            content["problems"].append(first)
+    text = change if isinstance(change, str) else json.dumps(content)
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(ExchangeError) as refused:
+        read_manifest(tmp_path)
+    (line,) = str(refused.value).splitlines()
+    assert line.startswith(f"{tmp_path}/manifest.json: ")
+    assert said in line
 
 
 def test_what_cannot_be_judged_is_named(library, percussions, tmp_path):
