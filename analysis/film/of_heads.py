@@ -22,6 +22,9 @@ from analysis.support.progress import Progress
 from nscd import Snapshot
 from nscd.percussions import Status
 
+# Of a file of fewer rows; one of more has no more frames than rows.
+MOST_FRAMES = 1000
+
 
 def film_heads(
     recording: Recording,
@@ -44,6 +47,10 @@ def film_heads(
     TrajectoryError, SceneError and ValueError naming the file, the frame, the person or the key."""
     first, last = recording.ends
     numbers = (frames or Frames()).of(first, last, recording.file)
+    if len(numbers) > max(MOST_FRAMES, len(recording.data)):
+        raise ValueError(
+            f"--frames: {len(numbers)}; {recording.file} has only {len(recording.data)} rows"
+        )
     shift = max(0, 1 - int(recording.data.id.min()))
     parts, _ = read_room(room, (float(np.mean(radii)), mass))
     if parts.drive is None:

@@ -212,7 +212,9 @@ def _pictures(words: Words, reels: Sequence[Reel], shared: Mapping[str, object])
     middle = reels[len(reels) // 2]
 
     def largest(frame: Frame) -> float:
-        return 0.0 if frame.found is None else float(frame.size(middle.models[-1]).max(initial=0.0))
+        return (
+            -1.0 if frame.found is None else float(frame.size(middle.models[-1]).max(initial=0.0))
+        )
 
     frame = max(middle.frames, key=largest)
     about = {"title": middle.title, "number": frame.number, "time": frame.time}

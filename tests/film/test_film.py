@@ -18,7 +18,7 @@ from analysis.film.frame import RIGID, Ends
 from analysis.film.frames import Frames
 from analysis.film.of_heads import film_heads
 from analysis.film.of_runs import film_runs
-from analysis.film.page import _headlines, _shared, _what
+from analysis.film.page import _headlines, _shared, _what, write_film
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.film.viewer import packed
 from analysis.pages.words import Words
@@ -241,6 +241,24 @@ def test_other_copies_of_a_file_are_the_same_film(tmp_path, change):
     expected = Recording.read(EXCERPT).heads(405)
     np.testing.assert_array_equal(heads.ids, expected.ids)
     np.testing.assert_allclose(heads.position, expected.position, atol=1e-4)
+
+
+def test_a_film_whose_first_frame_failed_and_where_nobody_touches(tmp_path):
+    """The picture is of a frame that there is; and frames go with rows, not with their numbers."""
+    rows = [(one, frame, one, frame / 10) for one in (1, 2, 3) for frame in range(4)]
+    rows += [(3, 1, 3, 0.1), (1, 10**9, 0, 0)]
+    text = "# framerate: 10\n# in m\n" + "".join(" ".join(map(str, row)) + "\n" for row in rows)
+    (tmp_path / "heads.txt").write_text(text)
+    drive = GATE.read_text()
+    drive = drive[drive.index("title") : drive.index("[[walls]]")] + drive[drive.index("[drive]") :]
+    (tmp_path / "open.toml").write_text(drive)
+    recording, room = Recording.read(tmp_path / "heads.txt"), tmp_path / "open.toml"
+    found = film_heads(recording, room, [0.2], Frames.parse("1:2"))
+    assert [frame.status for frame in found[0].frames] == ["failed", "solved"]
+    page = write_film(found, tmp_path, "percussions film", "heads.txt")
+    assert "frame 1: person 3 occurs twice" in page.read_text()
+    with pytest.raises(ValueError, match=r"--frames: 1000000001; .*heads\.txt has only 14 rows"):
+        film_heads(recording, room, [0.2], Frames.parse("0::1"))
 
 
 def test_people_may_come_and_go_between_frames(tmp_path, reels):

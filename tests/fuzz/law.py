@@ -92,6 +92,12 @@ def _judge_refusal(case, outcome, lost, new):
     if unsolved and case.words[0] == "solve":
         need(len(unsolved) == len(lines), f"other lines: {outcome.said[:300]}")
         return
+    failed = [line for line in lines if re.search(r", frame \d+: (failed|inaccurate): ", line)]
+    if failed and case.words[0] == "film":
+        need(
+            any(name.endswith("film.html") for name in new), "no page of a film with failed frames"
+        )
+        return
     # a run that its guard stopped stays, to be looked at
     stopped = {Path(name).parent for name in new if name.endswith("/run.json")}
     if "stopped by its guard" in outcome.said:

@@ -184,7 +184,7 @@ class Workshop:
         with_engine = ("run", "compare", "compare") if self.runs else ()
         dear = self.dear if self.runs else self.dear[:1]
         found = ("dump", "dump", "dump", "room", "import", "import", "new", "export", "problem")
-        return (*found, *with_engine, *dear)
+        return (*found, *found, *with_engine, *dear)
 
     def make(self, random):
         """A material of some kind."""
