@@ -91,9 +91,10 @@ class Friction(NamedTuple):
                 break
         return y, step
 
-    def by_cone(self) -> tuple[Floats, int]:
-        """Clarabel's answer, scaled into the bound, and its iterations. Raises ImportError where
-        Clarabel is not installed."""
+    def by_cone(self) -> tuple[Floats, int, str]:
+        """Clarabel's solution, scaled into the bound, its iterations, and why it stopped short of
+        a relative gap of 10⁻¹⁰ (empty if it did not). Raises ImportError where Clarabel is not
+        installed."""
         try:
             clarabel = importlib.import_module("clarabel")
         except ImportError as missing:
@@ -103,7 +104,7 @@ class Friction(NamedTuple):
             ) from missing
         k = len(self.vertex)
         if k == 0:
-            return np.zeros(0), 0
+            return np.zeros(0), 0, ""
         scaled = (
             sparse.diags_array(np.sqrt(self.mass) / self.rho)
             @ self.divergence
@@ -120,7 +121,13 @@ class Friction(NamedTuple):
         right[::3] = 1.0
         settings = clarabel.DefaultSettings()
         settings.verbose, settings.max_threads = False, 1
+        # 0.99 of the way to the border, Clarabel's default, leaves the central path: rounding then
+        # decides whether it stalls
+        settings.max_step_fraction = 0.8
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
+        # the tolerances of AlmostSolved
+        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = 1e-10
+        settings.reduced_tol_feas = 1e-10
         solver = clarabel.DefaultSolver(
             sparse.triu(unit * (scaled.T @ scaled)).tocsc(),
             -unit * load,
@@ -131,7 +138,9 @@ class Friction(NamedTuple):
         )
         answer = solver.solve()
         y: Floats = np.tile(self.bound, 2) * np.array(answer.x)
-        return self._within(y), int(answer.iterations)
+        solved = answer.status in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved)
+        stopped = "" if solved else f"Clarabel stopped: {answer.status}"
+        return self._within(y), int(answer.iterations), stopped
 
     def _within(self, y: Floats) -> Floats:
         """The nearest y with |y_i| ≤ b_i."""

@@ -153,13 +153,15 @@ def turbulence_step(
     bound = law.friction * time_step * np.where(cells.open, 0.0, p)
     problem = friction_problem(cells, rho, pressed, bound)
     speed = float(max(np.abs(left).max(), np.abs(pressed).max())) or 1.0
-    y, iterations = (
-        problem.by_cone() if method == "conic" else problem.by_gradient(tolerance * speed)
+    y, iterations, stopped = (
+        problem.by_cone() if method == "conic" else (*problem.by_gradient(tolerance * speed), "")
     )
     error_bound = problem.error_bound(y)
     slow = np.minimum(problem.shearing(y) / speed, error_bound)
     residual = float(np.maximum(slow, closing / speed))
     status, reason = judged(residual, tolerance, "the stress", unsettled)
+    if status is Status.SOLVED and stopped:
+        status, reason = Status.INACCURATE, stopped
     return TurbulenceStep(
         mesh=mesh,
         time_step=time_step,

@@ -12,6 +12,7 @@ from skfem import MeshTri
 from nscd.continuum.closed_forms.chain import chain_mesh
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of
+from nscd.continuum.rivals.bounded_friction import friction_problem
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.density_laws import TurbulencePressure
 from nscd.continuum.rivals.first_order import first_order_flow
@@ -156,6 +157,45 @@ def test_gradient_and_conic_path_agree(room, pressure):
         )
         assert difference < most
         assert difference <= quick.error_bound + conic.error_bound
+
+
+def test_rounding_does_not_decide_whether_the_conic_solver_stalls(room):
+    """Another machine's rounding: velocities and bounds that differ by 10⁻¹³."""
+    pytest.importorskip("clarabel", reason="the interior-point path needs Clarabel")
+    mesh = mesh_of(room, 0.5)
+    cells, bound = Cells(mesh), 6 * (1 + np.sin(5 * np.arange(mesh.nvertices)))
+    field = random_speeds(room, toward_exit(room, 1.0), mean=U, deviation=0.5, seed=1, cell=0.38)
+    problem = friction_problem(
+        cells,
+        np.full(mesh.nelements, 7.0),
+        cells.mean_velocity(field, "velocity"),
+        np.where(cells.open, 0.0, bound),
+    )
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        blur = lambda values: values * (1 + 1e-13 * rng.standard_normal(len(values)))  # noqa: E731
+        near = problem._replace(bound=blur(problem.bound), start=blur(problem.start))
+        y, _, stopped = near.by_cone()
+        assert stopped == ""
+        assert near.shearing(y) < 1e-7 * U
+
+
+def test_conic_solver_that_stops_early_is_not_solved(room, monkeypatch):
+    clarabel = pytest.importorskip("clarabel", reason="the interior-point path needs Clarabel")
+    usual = clarabel.DefaultSettings
+
+    def hasty():
+        settings = usual()
+        settings.max_iter = 3
+        return settings
+
+    monkeypatch.setattr(clarabel, "DefaultSettings", hasty)
+    step = turbulence_step(
+        mesh_of(room, 1.5), 7.0, [0, U], TurbulenceLaw(), time_step=0.01, method="conic",
+        tolerance=1e9,
+    )  # fmt: skip
+    assert step.status is Status.INACCURATE
+    assert step.reason == "Clarabel stopped: MaxIterations"
 
 
 def test_conic_path_says_what_it_needs(room, monkeypatch):
