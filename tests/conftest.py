@@ -1,5 +1,6 @@
 """Shared: hypothesis without deadlines (compiled kernels make the first example slow), Ctrl-C,
-which some tests send, where a shell in the background has switched it off, and a cluster."""
+which some tests send, where a shell in the background has switched it off, commands that print no
+warning, and a cluster."""
 
 import signal
 import subprocess
@@ -8,10 +9,23 @@ import sys
 import pytest
 from hypothesis import settings
 
+from tests.forked import without_warnings
+
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("crowd", deadline=None, max_examples=40, derandomize=True)
 settings.load_profile("crowd")
+
+_communicate = subprocess.Popen.communicate
+
+
+def communicate(self, *args, **options):
+    """What a process printed. The test fails if a Python warning is in it: nothing here may show
+    one to a user."""
+    return without_warnings(*_communicate(self, *args, **options))
+
+
+subprocess.Popen.communicate = communicate
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ output are those that a shell would see, a second or two sooner."""
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -11,10 +12,14 @@ import time
 import warnings
 from pathlib import Path
 
+import pytest
+
 from analysis.cli import main
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERNAL = 70
+# as Python prints it: file, line, kind
+WARNING = re.compile(r"^.*:\d+: \w*Warning: .*(?:\n.*)?", re.M)
 
 
 class TooLongError(BaseException):
@@ -42,7 +47,16 @@ def in_fork(program, longest_s):
         for file in (said, printed):
             file.seek(0)
             texts.append(file.read().decode("utf-8"))
-    return status, *texts
+    return status, *without_warnings(*texts)
+
+
+def without_warnings(*texts):
+    """What a command printed (text, bytes or None). Fails the test for a Python warning in it."""
+    for text in texts:
+        plain = text.decode("utf-8", "replace") if isinstance(text, bytes) else text or ""
+        if found := WARNING.search(plain):
+            pytest.fail(f"the command printed a warning: {found[0]}")
+    return texts
 
 
 def as_program(words, here):

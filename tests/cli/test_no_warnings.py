@@ -1,0 +1,23 @@
+"""Commands that the tests start fail the test if they print a Python warning."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.forked import in_fork
+
+WARNS = "import warnings; warnings.warn('divide by zero', RuntimeWarning)"
+
+
+def warning_in_a_fork():
+    print("file.py:3: DeprecationWarning: old", file=sys.stderr)  # noqa: T201
+    return 0
+
+
+def test_printed_warning_fails_the_test_that_started_the_command():
+    for text in (True, False):
+        with pytest.raises(pytest.fail.Exception, match="RuntimeWarning: divide by zero"):
+            subprocess.run([sys.executable, "-c", WARNS], capture_output=True, text=text)
+    with pytest.raises(pytest.fail.Exception, match="DeprecationWarning: old"):
+        in_fork(warning_in_a_fork, 10)
