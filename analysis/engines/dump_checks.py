@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -19,19 +20,25 @@ from analysis.engines.record import RunRecord
 from analysis.scene.scene import Scene
 from nscd.arrays import Floats
 
+NEEDED = ("id", "x", "y", "radius", "mass", "vx", "vy", "omegaz")
+
 
 def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
     """Read the whole body dump; return (2, frames) J: the kinetic energy of each frame, ½ Σ m u² +
     ½ Σ I ω², and the work of the body force until then, Σ m g·(x − x₀).
 
     Raises RunStoppedError naming the time of the first frame that cannot be right: disks that are
-    missing, values that are not finite, frames that are missing, the last step included."""
+    missing or not those of the scene, values that are not finite, frames that are missing, the last
+    step included."""
     energies = []
-    weight = scene.snapshot.mass[:, None] * np.array(scene.acceleration())
+    order = np.argsort(scene.snapshot.ids)
+    position, mass = scene.snapshot.position[order], scene.snapshot.mass[order]
+    weight = mass[:, None] * np.array(scene.acceleration())
     try:
         index = index_dump(path)
-        where = [index.columns.index(name) for name in ("vx", "vy", "omegaz", "mass", "radius")]
-        place = [index.columns.index(name) for name in ("x", "y")]
+        if missing := [name for name in NEEDED if name not in index.columns]:
+            raise DumpError(f"{path}: missing columns: {', '.join(missing)}")
+        columns = [index.columns.index(name) for name in NEEDED]
         for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
             if count != record.disks:
                 lost = f"{record.disks - count} of {record.disks} disks are lost"
@@ -40,19 +47,31 @@ def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
             if not np.isfinite(table).all():
                 bad = index.columns[int(np.argmin(np.isfinite(table).all(0)))]
                 raise garbage(record, f"not a finite number in column {bad}", step, "finite")
-            vx, vy, spin, mass, radius = table[:, where].T
-            kinetic = 0.5 * float(mass @ (vx * vx + vy * vy + 0.5 * (radius * spin) ** 2))
-            fallen = 0.0
-            if scene.body_force:
-                moved = table[:, place] - scene.snapshot.position[np.argsort(scene.snapshot.ids)]
-                fallen = float((weight[np.argsort(scene.snapshot.ids)] * moved).sum())
-            energies.append((kinetic, fallen))
+            row = dict(zip(NEEDED, table[:, columns].T, strict=True))
+            if other := _not_of(scene, row, start=frame == 0):
+                raise garbage(record, f"{other}: not those of the scene's disks", step)
+            turning = 0.5 * (row["radius"] * row["omegaz"]) ** 2
+            kinetic = 0.5 * float(mass @ (row["vx"] ** 2 + row["vy"] ** 2 + turning))
+            moved = np.column_stack([row["x"], row["y"]]) - position
+            energies.append((kinetic, float((weight * moved).sum())))
     except (DumpError, ValueError) as error:
         raise damaged(record, error, path.parent) from None
     expected = tuple(range(0, record.steps + 1, record.frame_interval))
     if index.steps != expected:
         raise garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
     return np.array(energies).T
+
+
+def _not_of(scene: Scene, row: Mapping[str, Floats], *, start: bool) -> str:
+    """The column in which the disks of a frame, sorted by id, are not the scene's; empty if none.
+    Positions count at the start."""
+    snapshot = scene.snapshot
+    x, y = snapshot.position.T
+    own = {"id": snapshot.ids, "radius": snapshot.radius, "mass": snapshot.mass}
+    own |= {"x": x, "y": y} if start else {}
+    order = np.argsort(snapshot.ids)
+    same = (name for name in own if not np.allclose(row[name], own[name][order], 1e-9, 1e-9))
+    return next(same, "")
 
 
 def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene) -> float:
@@ -82,6 +101,9 @@ def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene
             )
         for frame, step in enumerate(index.steps):
             rows = index.table(frame)
+            ids = np.where(rows[:, 2:3] > 0, rows[:, :1], rows[:, :2])
+            if not np.isin(ids, snapshot.ids).all():
+                raise garbage(record, "a contact of a disk that is not there", step)
             apart, overlap, elastic = _stored(rows, scene) if len(rows) else (np.inf, 0.0, 0.0)
             if not apart >= nearest:
                 deep = f"overlap: two centres are {apart:.3g} m apart"

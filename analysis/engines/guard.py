@@ -29,6 +29,8 @@ STEP_SHARE = 0.1  # of a disk's radius, in a step
 ENERGY_SHARE = 0.05  # of the energy at the start and of everybody at the desired speed
 MOMENTUM_SHARE = 1e-9  # of √(2 M E)
 STOPPED_STATUS = 3
+# as an engine says it (s)
+TIME = r"(\d{1,12}(?:\.\d{0,12})?(?:e[+-]\d\d)?)"
 _SHORTER = "give a smaller time step (run.time_step_s), or none: then it follows from the stiffness"
 # What helps, by the kind of what was found; where nothing is known to help, nothing is advised.
 ADVICE = {
@@ -44,7 +46,9 @@ ADVICE = {
     "wall": "give stiffer walls (contact.wall_stiffness_N_per_m): they hold up to stiffness times "
     "radius",
 }
-_SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$")
+_SAID = re.compile(
+    rf"^GUARD ({'|'.join(ADVICE)}) at t = {TIME} s \(step (\d{{1,12}})\): (.+)$", re.ASCII
+)
 _NOT_A_NUMBER = (
     "ERROR: Variable guard_kinetic: Non-numeric"  # how LAMMPS itself ends at the guard's question
 )

@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LAST_LINES = 12
+# characters of a line, and of what is shown of it
+LONGEST_LINE, LONGEST_SAID = 1 << 16, 400
 SCREEN = "screen.log"
 # Waits for a line. Where it comes to the end of the file instead, whoever should have written it is
 # gone, and the process group given to it is killed.
@@ -84,8 +86,8 @@ def run_command(
 ) -> Ended:
     """Run the command in the folder and return how it ended.
 
-    What it says goes to the file `screen` and, line by line, to `told`. All its processes end with
-    this call, and with this process, whatever ends that. The CPU time is that of the children of
+    What it says goes to the file `screen` and, line by line, to `told`. All its processes end when
+    it ends, and with this process, whatever ends that. The CPU time is that of the children of
     this process, so a process runs one command at a time."""
     last: deque[str] = deque(maxlen=LAST_LINES)
     start, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -104,20 +106,29 @@ def run_command(
     assert process.stdout is not None
     expired = threading.Event()
 
-    def expire() -> None:
-        expired.set()
+    def end_all() -> None:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
 
+    def expire() -> None:
+        expired.set()
+        end_all()
+
+    def end_rest() -> None:
+        """What an engine leaves behind would hold its output open."""
+        process.wait()
+        end_all()
+
     timer = threading.Timer(longest_s or 0.0, expire)
+    threading.Thread(target=end_rest, daemon=True).start()
     try:
         with _guarded(process), (folder / screen).open("w", encoding="utf-8") as log:
             if longest_s is not None:
                 timer.start()
-            for line in process.stdout:
+            while line := process.stdout.readline(LONGEST_LINE):
                 log.write(line)
                 if line.strip():
-                    last.append(line.rstrip())
+                    last.append(_printable(line.rstrip()))
                 if told:
                     told(line)
             status = process.wait()
@@ -131,6 +142,11 @@ def run_command(
         wall_seconds=time.perf_counter() - start,
         cpu_seconds=after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
     )
+
+
+def _printable(line: str) -> str:
+    """A line for a message: no control characters, not too long."""
+    return "".join(c if c.isprintable() else "?" for c in line.expandtabs())[:LONGEST_SAID]
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from pathlib import Path
 from analysis.dumps import DumpError
 from analysis.engines import PENALTY, engine, installed
 from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
-from analysis.engines.guard import RunStoppedError, died, full_disk
+from analysis.engines.guard import TIME, RunStoppedError, died, full_disk
 from analysis.engines.joints import friction_at_joints
 from analysis.engines.process import run_command
 from analysis.engines.record import EngineError, RunRecord
@@ -35,8 +35,8 @@ ROW_BYTES = 500
 # Overlaps beyond this share of a radius are said after a run: it is sound, its people are deep in
 # each other.
 DEEP_SHARE = 0.5
-_STEP = re.compile(r"^\s*(\d+)\s+[\d.e+-]+\s+\d+\s")  # step, time, disks, …
-_RESUMED = re.compile(r"^RESUMED at t = (\S+) s")
+_STEP = re.compile(r"^\s*(\d{1,12})\s+[\d.e+-]+\s+\d+\s", re.ASCII)  # step, time, disks, …
+_RESUMED = re.compile(rf"^RESUMED at t = {TIME} s", re.ASCII)
 log = logging.getLogger(__name__)
 # Engines with springs.
 SOFT = [known.NAME for known in PENALTY]

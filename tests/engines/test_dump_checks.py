@@ -1,6 +1,7 @@
 """What an engine wrote is checked whatever its exit status says."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -44,6 +45,41 @@ def test_dumps_are_read_whatever_the_status(tmp_path, pair_run):
         check_contacts(folder / "contacts.dump", energies, record, small)
     with pytest.raises(EngineError, match="1 of 3 disks are lost"):
         check_bodies(folder / "bodies.dump", dataclasses.replace(record, disks=3), scene)
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "value", "says"),
+    [
+        ("bodies", "id", "7", "id: not those of the scene's disks"),
+        ("bodies", "radius", "0.3", "radius: not those"),
+        ("bodies", "mass", "80", "mass: not those"),
+        ("bodies", "x", "9", r"t = 0 s \(step 0\).* x: not those"),
+        ("contacts", "first", "7", "a contact of a disk that is not there"),
+        ("contacts", "second", "-7", "a contact of a disk that is not there"),
+    ],
+)
+def test_dumps_of_other_disks_are_refused(tmp_path, pair_run, name, column, value, says):
+    folder, record, scene = pair_run
+    lines = (folder / f"{name}.dump").read_text().splitlines()
+    heads = [at for at, line in enumerate(lines[:-1]) if re.match("ITEM: (ATOMS|ENTR)", line)]
+    at = next(at for at in heads if not lines[at + 1].startswith("ITEM"))
+    row = lines[at + 1].split()
+    row[lines[at].split()[2:].index(column)] = value
+    lines[at + 1] = " ".join(row)
+    (tmp_path / f"{name}.dump").write_text("\n".join(lines) + "\n")
+    energies = check_bodies(folder / "bodies.dump", record, scene)
+    given = (record, scene) if name == "bodies" else (energies, record, scene)
+    check = check_bodies if name == "bodies" else check_contacts
+    with pytest.raises(EngineError, match=says):
+        check(tmp_path / f"{name}.dump", *given)
+
+
+def test_missing_columns_of_a_dump_are_named(tmp_path, pair_run):
+    folder, record, scene = pair_run
+    text = (folder / "bodies.dump").read_text().replace(" vx ", " other ")
+    (tmp_path / "bodies.dump").write_text(text)
+    with pytest.raises(EngineError, match=r"bodies\.dump: missing columns: vx"):
+        check_bodies(tmp_path / "bodies.dump", record, scene)
 
 
 def test_energy_besides_the_motion_is_that_of_overlaps_and_spins():

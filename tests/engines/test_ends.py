@@ -214,6 +214,8 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch):
             ],
             r"status 1 and said: ERROR on proc 0: Cannot open dump file pairs\.dump$",
         ),
+        (3, ["GUARD nonsense at t = 1 s (step 3): x"], "status 3 and said: GUARD nonsense"),
+        (3, ["GUARD speed at t = soon s (step 3): x"], "status 3 and said: GUARD speed"),
         (7, ["a last word"], "it ended with status 7 and said: a last word$"),
         (7, [], "it ended with status 7$"),
     ],
@@ -227,3 +229,29 @@ def test_how_an_engine_ended_in_words(tmp_path, status, last, says):
     assert re.search(says, end.record.reason), end.record.reason
     assert str(end).startswith("lammps, pair, after t = 5e-05 s (step 5): ")
     assert "smaller time step" not in str(end) or "Lost" in str(last)
+
+
+FAKE = r"""#!/bin/sh
+[ "$1" = --version ] && { echo "Yade version: fake"; exit; }
+sleep 1000 &
+head -c 20000000 /dev/zero
+printf '\n%06000d 1.0 5 \nRESUMED at t = soon s\n' 7
+printf 'error \033[31m\007 red\n' >&2
+exit 5
+"""
+
+
+def test_an_engine_that_says_nonsense_and_leaves_a_process_behind(tmp_path, monkeypatch):
+    """20 MB without an end of line, a step of 6,000 digits, a time that is none, control
+    characters, and a child that holds the output open."""
+    fake = tmp_path / "bin" / "yade"
+    fake.parent.mkdir()
+    fake.write_text(FAKE)
+    fake.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{fake.parent}:{os.environ['PATH']}")
+    begin = time.monotonic()
+    says = r"yade, pair, after t = 0 s \(step 0\): it ended with status 5 and said: error \?\[31m\? red$"
+    with pytest.raises(EngineError, match=says):
+        simulate(read_scene("pair"), "yade", tmp_path / "run")
+    assert time.monotonic() - begin < 60
+    assert not working_in(tmp_path)
