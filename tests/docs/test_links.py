@@ -2,7 +2,7 @@
 
 import pkgutil
 import re
-import subprocess
+from fnmatch import fnmatch
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -10,13 +10,19 @@ import pytest
 from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).resolve().parents[2]
-LISTED = subprocess.run(
-    ["git", "ls-files", "-co", "--exclude-standard"],
-    cwd=ROOT, capture_output=True, text=True, check=False,
-).stdout.split()  # fmt: skip
-FILES = [ROOT / name for name in LISTED if (ROOT / name).is_file()] or [
-    path for path in ROOT.glob("**/*") if ".venv" not in path.parts and path.is_file()
-]
+IGNORED = (ROOT / ".gitignore").read_text(encoding="utf-8").split()
+
+
+def own(folder):
+    """The files of the project: all but what .gitignore names (git itself may be missing)."""
+    for path in sorted(folder.iterdir()):
+        names = [f"{'/' if folder == ROOT else ''}{path.name}/", path.name, f"{path.name}/"]
+        if path.name == ".git" or any(fnmatch(n, i) for n in names for i in IGNORED):
+            continue
+        yield from own(path) if path.is_dir() else [path]
+
+
+FILES = list(own(ROOT))
 PAGES = [path for path in FILES if path.suffix == ".md" and path.name != "words.md"]
 TEXTS = [path for path in FILES if path.suffix in (".md", ".py", ".in", ".toml", ".html")]
 # what a run writes, what a text names as an example, what a how-to page adds
