@@ -71,12 +71,9 @@ def _check_times(path: Path, frames: tuple[Frame, ...]) -> None:
 
 
 def _begins_binary(file: IO[bytes]) -> bool:
-    try:
-        return is_binary(file.read(len(BEGIN)))
-    except DAMAGED:  # who reads it as text says where
-        return False
-    finally:
-        file.seek(0)
+    binary = is_binary(file.read(len(BEGIN)))
+    file.seek(0)
+    return binary
 
 
 class _Text:

@@ -179,8 +179,12 @@ class _Open:
                 self.files.pop(next(iter(self.files))).close()
             self.files[key] = open_file(path)
         file = self.files[key]
-        file.seek(offset)
-        return file.read(length)
+        try:
+            file.seek(offset)
+            return file.read(length)
+        except DAMAGED:  # some decompressors cannot be used after an error
+            self.files.pop(key).close()
+            raise
 
     def close(self) -> None:
         """Close all."""

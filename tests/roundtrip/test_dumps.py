@@ -8,7 +8,14 @@ import os
 import numpy as np
 import pytest
 
-from analysis.dumps import DumpError, index_contacts, open_bodies, read_contacts, snapshot_of
+from analysis.dumps import (
+    DumpError,
+    index_contacts,
+    index_dump,
+    open_bodies,
+    read_contacts,
+    snapshot_of,
+)
 
 COLUMNS = "id type x y z radius mass vx vy vz omegaz fx fy"
 
@@ -109,8 +116,41 @@ def test_compressed_dumps_are_the_same(tmp_path, pack):
         expected = [row[2:4] for row in rows(seed=number)]
         np.testing.assert_array_equal(snapshot_of(trajectory[number]).position, expected)
     path.write_bytes(pack(content)[:-20])
-    with pytest.raises(DumpError, match=r"packed, line \d+: damaged|packed: truncated"):
+    with pytest.raises(DumpError, match=r"packed(, line \d+)?: damaged|packed: truncated"):
         open_bodies(path)
+
+
+def test_damaged_bz2_where_its_decompressor_ends_with_the_first_error(tmp_path, monkeypatch):
+    """As that of Python 3.11.2 in Debian 12 does."""
+    real = bz2.BZ2Decompressor
+
+    class OnceOnly:
+        def __init__(self):
+            self.real, self.broken = real(), False
+
+        def __getattr__(self, name):
+            return getattr(self.real, name)
+
+        def decompress(self, *given):
+            if self.broken:
+                raise ValueError("Decompressor is unusable after a previous error")
+            self.broken = True
+            found = self.real.decompress(*given)
+            self.broken = False
+            return found
+
+    monkeypatch.setattr(bz2, "BZ2Decompressor", OnceOnly)
+    path = tmp_path / "packed"
+    whole = bytearray(bz2.compress("".join(frame(n, rows()) for n in range(3)).encode()))
+    path.write_bytes(whole)
+    index = index_dump(path)
+    whole[len(whole) // 2] ^= 255
+    path.write_bytes(whole)
+    with pytest.raises(DumpError, match="packed: damaged: Invalid data stream"):
+        index_dump(path)
+    for _ in range(2):
+        with pytest.raises(DumpError, match="packed, step 0: damaged: Invalid data stream"):
+            index.table(0)
 
 
 FEW = "id x y radius mass"
