@@ -36,6 +36,16 @@ def commands(page):
                 yield words[1:]
 
 
+def test_first_commands_of_readme_get_make_and_are_its_targets():
+    """A bare Debian has no make."""
+    first = next(block for block in blocks("README.md") if block.language == "sh")
+    getting, *calls = first.text.splitlines()
+    assert getting == "apt-get update && apt-get install --yes make"
+    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
+    assert calls == ["make report", "make test"]
+    assert {call.split()[1] for call in calls} <= set(targets)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder in which the first commands of README have been run."""
