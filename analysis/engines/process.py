@@ -106,18 +106,14 @@ def run_command(
     assert process.stdout is not None
     expired = threading.Event()
 
-    def end_all() -> None:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-
     def expire() -> None:
         expired.set()
-        end_all()
+        _end_group(process)
 
     def end_rest() -> None:
-        """What an engine leaves behind would hold its output open."""
         process.wait()
-        end_all()
+        # what an engine leaves behind would hold its output open
+        _end_group(process)
 
     timer = threading.Timer(longest_s or 0.0, expire)
     threading.Thread(target=end_rest, daemon=True).start()
@@ -144,6 +140,11 @@ def run_command(
     )
 
 
+def _end_group(process: subprocess.Popen[str]) -> None:
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
 def _printable(line: str) -> str:
     """A line for a message: no control characters, not too long."""
     return "".join(c if c.isprintable() else "?" for c in line.expandtabs())[:LONGEST_SAID]
@@ -163,7 +164,7 @@ def _guarded(process: subprocess.Popen[str]) -> Iterator[None]:
         yield
     finally:
         if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
+            _end_group(process)
             process.wait()
         guardian.communicate(b"ended\n")
 
