@@ -1,43 +1,29 @@
-"""A row of people as disks: pushed by its first, whose motion is given, in LAMMPS and in the rigid
-engine.
+"""A row of people pushed by its first, whose motion is given: penalty contacts and rigid people.
 
-In one dimension a contact is a gap and nothing else, so all disks are alike, and rows differ by
-their gaps. Rows with other inputs lie side by side in one run."""
+The row is straight, so a contact is one gap. Many cases, each with its own gaps and floor, are
+computed side by side."""
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import pairwise
 
 import numpy as np
+from scipy.special import ndtri
 
-from analysis.dumps import index_dump
-from analysis.engines import engine
-from analysis.engines.process import Command, run_command
-from analysis.engines.record import EngineError
-from analysis.engines.rigid import TOLERANCE
 from analysis.push.trial import Trial
-from analysis.scene.lammps_data import write_data
-from analysis.support.files import write_text
-from analysis.support.shipped import shipped
-from nscd import Snapshot, Walls
-from nscd.arrays import Floats
-from nscd.stepping import Motion, Push
+from nscd.arrays import Flags, Floats, Indices
 
-RADIUS_M, BETWEEN_ROWS_M = 0.12, 1.0
-# Of those whose motion is given: nobody moves them.
-HELD_KG = 1e7
-# Time steps: of the rigid engine (s), and of LAMMPS as a share of sqrt(m/k) of the lightest.
+# Time steps: of rigid people (s), and of springs as a share of sqrt(m/k) of the lightest person.
 RIGID_STEP_S, SOFT_SHARE = 0.008, 0.05
-# Farther behind the motion it is given than this, the first is stopped (m).
+# Ranges of what is not known: share of the room between chests that arms bridge from the start,
+# and time (s) in which the floor takes a speed.
+ARMS, TAU_S = (0.0, 1.0), (0.1, 1.0)
+# The first may be stopped so far (m) before the end of its measured motion.
 STOPPED_M = 0.001
-# Inputs that are not known. Share of the room between chests that arms fill; times (s) in which
-# the floor takes the speed of a person; draws of the depth of chests, the first of them the mean.
-ARMS, TAUS_S, DRAWS = (0.0, 0.5, 1.0), (0.1, 0.2, 0.5, 1.0), 8
-TAU_S = 0.5
+# Cases of one batch.
+DRAWS = 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,178 +31,174 @@ class Inputs:
     """Hold what is not known of a row, in s cases.
 
     arms: (s,) share of the room between chests that is bridged from the start: 0 where chests
-        meet, 1 where arms touch already
+        meet, 1 where arms touch already; wall: (s,) the same share before the wall, an input of
+        its own (0 without a wall)
     tau: (s,) s, in which the floor takes a speed
-    draw: (s,) which draw of depths; 0 is the mean
     gap: (s, g) m, from the start to contact; the last one at the wall, where there is one
+    batch: (s,) number of the batch, drawn on its own
     """
 
     arms: Floats
+    wall: Floats
     tau: Floats
-    draw: Floats
     gap: Floats
-
-    @property
-    def central(self) -> Floats:
-        """Tell which cases (s,) have the middle floor and mean depths: one for each posture."""
-        return np.asarray((self.tau == TAU_S) & (self.draw == 0))
+    batch: Indices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moved:
     """Hold what a model makes of the cases.
 
-    along: (s, f, n) m, heads along the row
-    largest, impulse: (s,) N and N·s of the contact with the first; NaN where there is none
+    along: (f, n, s) m, heads along the row
+    largest, impulse: (s,) N and N·s of the contact with the first; largest is NaN for rigid people
+    possible: (s,) whether the case can be (see `rigid` and `soft`)
     """
 
     along: Floats
     largest: Floats
     impulse: Floats
+    possible: Flags
 
 
-def inputs_of(trial: Trial, arms: Sequence[float] = ARMS, seed: int = 1) -> Inputs:
-    """List all cases: each posture, each floor, each draw of the room between chests (standard
-    deviation of the mean of two chests)."""
-    room = trial.torso_gap
-    error = np.random.default_rng([seed, 5]).normal(0.0, trial.depth_sd, (DRAWS, len(room)))
-    error[0] = 0.0
-    found = np.array([(a, t, d) for a in arms for t in TAUS_S for d in range(DRAWS)])
-    share, tau, draw = found.T
-    gap = (1 - share)[:, None] * np.maximum(room + error[draw.astype(int)], 0.0)
-    return Inputs(arms=share, tau=tau, draw=draw, gap=gap)
+def inputs_of(trial: Trial, arms: Sequence[float], batch: int) -> Inputs:
+    """Draw a batch of cases (Latin hypercube, seeded by the batch's number): posture evenly between
+    the least and the most of arms, the share before the wall evenly from 0 to 1, τ evenly in its
+    logarithm, each room with the standard deviation of the mean of two chests."""
+    room, low, high = trial.torso_gap, min(arms), max(arms)
+    random = np.random.default_rng([batch, 5])
+    strata = random.permuted(np.tile(np.arange(DRAWS), (3 + len(room), 1)), axis=1).T
+    drawn = (strata + random.random(strata.shape)) / DRAWS
+    posture = low + (high - low) * drawn[:, 0]
+    before_wall = drawn[:, 1] * (trial.wall is not None)
+    share = np.repeat(posture[:, None], len(room), axis=1)
+    if trial.wall is not None:
+        share[:, -1] = before_wall
+    error = trial.depth_sd * ndtri(drawn[:, 3:])
+    return Inputs(
+        arms=posture,
+        wall=before_wall,
+        tau=TAU_S[0] * (TAU_S[1] / TAU_S[0]) ** drawn[:, 2],
+        gap=(1 - share) * np.maximum(room + error, 0.0),
+        batch=np.full(DRAWS, batch),
+    )
 
 
 def rigid(trial: Trial, inputs: Inputs) -> Moved:
-    """Step the rows as rigid disks that do not rebound (`nscd.stepping`)."""
-    frames = len(trial.time)
-    along = np.empty((len(inputs.tau), frames, len(trial.mass)))
-    impulse = np.full(len(inputs.tau), np.nan)
-    for tau in np.unique(inputs.tau):
-        chosen = np.flatnonzero(inputs.tau == tau)
-        along[chosen], impulse[chosen] = _rigid(trial, inputs.gap[chosen], float(tau))
-    impulse[behind(trial, along) > STOPPED_M] = np.nan
-    return Moved(along=along, largest=np.full(len(along), np.nan), impulse=impulse)
+    """Step rigid people who do not rebound.
 
+    In a row the velocities after contact, which minimise ½ Σ m (v − v_free)² so that nobody passes
+    a neighbour, are a weighted isotonic regression (pool adjacent violators): the largest, over
+    those behind, of the smallest, over those in front, of means of neighbours. The first and the
+    wall bound it.
 
-def behind(trial: Trial, along: Floats) -> Floats:
-    """Find how far the first of each case (s, f, n) m falls behind the motion it is given (s,) m:
-    rigid people who stand at a wall stop it."""
-    return np.asarray((trial.along[:, 0] - along[:, :, 0]).max(1))
-
-
-def _rigid(trial: Trial, gap: Floats, tau: float) -> tuple[Floats, Floats]:
-    """Heads (s, f, n) m and impulses on the second person (s,) N·s of rows on one floor."""
-    n, frame = len(trial.mass), float(trial.time[1])
-    disks, walls = _disks(trial, gap[:, : n - 1]), None
-    pushing = np.arange(0, len(disks), n)
-    if trial.wall is not None:
-        end = disks.position[n - 1 :: n] + np.array([1.0, 0.0]) * (gap[:, -1:] + RADIUS_M)
-        half = np.array([0.0, 0.4 * BETWEEN_ROWS_M])
-        walls = Walls(start=end - half, end=end + half)
-    many = int(np.ceil(frame / RIGID_STEP_S))
-    wanted = np.zeros_like(disks.position)
-    motion = Motion(
-        disks,
-        walls,
-        step=frame / many,
-        push=Push(desired=lambda _: wanted, relaxation_time=tau),
-        tolerance=TOLERANCE,
+    A case cannot be where people are pressed together before the first has gone as far as it was
+    measured to go, or where the impulse is above `most_impulse`."""
+    mass, gap = trial.mass[1:, None], inputs.gap.T
+    place = np.cumsum(gap[: len(mass)], axis=0)
+    wall = np.inf if trial.wall is None else gap.sum(0)
+    step, many = steps(trial, RIGID_STEP_S)
+    keep = np.exp(-step / inputs.tau)
+    at, speed, start = place.copy(), np.zeros_like(place), place.copy()
+    along, impulse = [at - start], np.zeros(len(inputs.tau))
+    for before, after in pairwise(trial.pushed):
+        for number in range(1, many + 1):
+            pushed = before + (after - before) * number / many
+            free = _isotonic(at + step * keep * speed, mass)
+            moved = np.minimum(np.maximum(free, pushed), wall)
+            impulse += (mass * np.maximum(pushed - free, 0.0)).sum(0) / step
+            at, speed = moved, (moved - at) / step
+        along.append(at - start)
+    return Moved(
+        along=_heads(trial, np.array(along)),
+        largest=np.full(len(impulse), np.nan),
+        impulse=impulse,
+        possible=(trial.pushed.max() <= wall + STOPPED_M)
+        & (impulse <= most_impulse(trial, inputs.tau)),
     )
-    places, impulse = [disks.position[:, 0]], np.zeros(len(disks))
-    for speed in np.diff(trial.along[:, 0]) / frame:
-        wanted[pushing, 0] = speed
-        motion.velocity[pushing, 0] = speed
-        for _ in range(many):
-            done = motion.advance()
-            # a row has one dimension: pressed hard, rounding would make it buckle
-            motion.position[:, 1], motion.velocity[:, 1] = disks.position[:, 1], 0.0
-            pairs = done.neighbours.wall < 0
-            for ends in (done.neighbours.first, done.neighbours.second):
-                np.add.at(impulse, ends[pairs], done.reaction[pairs])
-        places.append(motion.position[:, 0].copy())
-    return _heads(trial, np.array(places), n), impulse[pushing]
+
+
+def _isotonic(free: Floats, mass: Floats) -> Floats:
+    """Rising values nearest to free (n, s), by weights (n, 1)."""
+    if (np.diff(free, axis=0) >= 0).all():
+        return free
+    sums = np.cumsum(np.concatenate([0 * free[:1], mass * free]), axis=0)
+    weights = np.cumsum(np.concatenate([[[0.0]], mass]), axis=0)
+    found = np.full_like(free, -np.inf)
+    for behind in range(len(free)):
+        means = (sums[behind + 1 :] - sums[behind]) / (weights[behind + 1 :] - weights[behind])
+        least = np.minimum.accumulate(means[::-1], axis=0)[::-1]
+        np.maximum(found[behind:], least, out=found[behind:])
+    return found
 
 
 def soft(trial: Trial, inputs: Inputs, stiffness: float) -> Moved:
-    """Run the rows in LAMMPS (lammps_inputs/row.in) with critically damped contacts of so many N/m.
+    """Step people with critically damped springs of so many N/m that never pull: a contact's force
+    is max(0, k overlap + 2 √(k m) approach), with m the reduced mass of the two.
 
-    Raises EngineError where LAMMPS is missing or fails."""
-    lammps = engine("lammps")
-    if lammps.find() is None:
-        raise EngineError(f"LAMMPS is not installed; install it with: {lammps.INSTALL}")
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        command, step = _written(trial, inputs, stiffness, folder)
-        ended = run_command(command, folder)
-        if ended.status != 0:
-            raise EngineError(f"LAMMPS, row of {stiffness:g} N/m: {' '.join(ended.last[-2:])}")
-        width = inputs.gap.shape[1] + 1
-        dump = index_dump(folder / "rows.dump")
-        places = np.array([dump.table(frame)[:, 1] for frame in range(len(trial.time))])
-        force = np.loadtxt(folder / "force.txt", ndmin=2)[:, 1:]
-    largest, impulse = (np.full(len(inputs.tau), np.nan) for _ in range(2))
-    largest[inputs.central] = np.abs(force).max(0)
-    impulse[inputs.central] = np.abs(force.sum(0) * step)
-    return Moved(along=_heads(trial, places, width), largest=largest, impulse=impulse)
-
-
-def _written(trial: Trial, inputs: Inputs, stiffness: float, folder: Path) -> tuple[Command, float]:
-    """Write what the deck reads; return the command, and the time step (s)."""
-    disks, width = _disks(trial, inputs.gap), inputs.gap.shape[1] + 1
-    frame = float(trial.time[1])
-    between = int(np.ceil(frame / (SOFT_SHARE * np.sqrt(trial.mass.min() / stiffness))))
-    write_data(folder / "rows.data", disks, trial.name)
-    rates = np.repeat(1.0 / inputs.tau, width).tolist()
-    lines = [f"{number} {rate!r}" for number, rate in zip(disks.ids, rates, strict=True)]
-    write_text(folder / "rates.txt", "\n".join([str(len(lines)), *lines]) + "\n")
-    pushing = disks.ids[::width]
-    held = pushing if trial.wall is None else np.union1d(pushing, disks.ids[width - 1 :: width])
-    speeds = [*(np.diff(trial.along[:, 0]) / frame).tolist(), 0.0]
-    write_text(folder / "speeds.txt", "".join(f"{speed!r}\n" for speed in speeds))
-    shutil.copyfile(shipped("lammps_inputs") / "row.in", folder / "row.in")
-    given: dict[str, list[object]] = {
-        "stiffness": [repr(float(stiffness))],
-        "critical": [repr(critical_coefficient())],
-        "dt": [repr(frame / between)],
-        "frames": [len(speeds) - 1],
-        "between": [between],
-        "pushing": [" ".join(map(str, pushing))],
-        "held": [" ".join(map(str, held))],
-        "watched": pushing[inputs.central].tolist(),
-    }
-    words = [str(word) for name, values in given.items() for word in ("-var", name, *values)]
-    found = engine("lammps").find()
-    return Command(
-        words=(str(found), "-in", "row.in", "-log", "none", "-nonbuf", *words),
-        environment={"OMP_NUM_THREADS": "1"},
-    ), frame / between
-
-
-def critical_coefficient() -> float:
-    """Return the coefficient whose `damping tsuji` is critical: where its polynomial is 2."""
-    fit = [4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728 - 2.0]
-    roots = np.roots(fit)
-    return float(max(root.real for root in roots if abs(root.imag) < 1e-9))
-
-
-def _disks(trial: Trial, gap: Floats) -> Snapshot:
-    """The disks of all rows, row after row, a wall last in each where there is a gap before it;
-    those whose motion is given cannot be moved."""
-    rows, width = len(gap), gap.shape[1] + 1
-    place = np.cumsum(np.column_stack([np.zeros(rows), gap + 2 * RADIUS_M]), axis=1)
-    across = np.repeat(BETWEEN_ROWS_M * np.arange(rows), width)
-    mass = np.full((rows, width), HELD_KG)
-    mass[:, 1 : len(trial.mass)] = trial.mass[1:]
-    return Snapshot(
-        position=np.column_stack([place.ravel(), across]),
-        velocity=np.zeros((rows * width, 2)),
-        radius=np.full(rows * width, RADIUS_M),
-        mass=mass.ravel(),
+    A case cannot be where impulse or force are above `most_impulse` and `most_force`."""
+    mass, gap = trial.mass[1:, None], inputs.gap.T.copy()
+    inverse = np.concatenate([[[0.0]], 1 / mass, np.zeros((len(gap) - len(mass), 1))])
+    damping = 2 * np.sqrt(stiffness / (inverse[:-1] + inverse[1:]))
+    step, many = steps(trial, SOFT_SHARE * np.sqrt(trial.mass.min() / stiffness))
+    keep = np.exp(-step / inputs.tau)
+    # all motions: of the first, of the others, of the wall
+    at, speed = np.zeros((2, len(inverse), len(inputs.tau)))
+    largest, impulse = np.zeros((2, len(inputs.tau)))
+    people = slice(1, len(mass) + 1)
+    along = [at[people].copy()]
+    for velocity in np.diff(trial.pushed) / float(trial.time[1]):
+        speed[0] = velocity
+        for _ in range(many):
+            overlap = at[:-1] - at[1:] - gap
+            force = speed[:-1] - speed[1:]
+            force *= damping
+            force += stiffness * overlap
+            force[(overlap <= 0) | (force < 0)] = 0.0
+            np.maximum(largest, force[0], out=largest)
+            impulse += force[0]
+            onward = force[: len(mass)].copy()
+            onward[: len(force) - 1] -= force[1 : len(mass) + 1]
+            onward *= step / mass
+            speed[people] += onward
+            speed[people] *= keep
+            at += step * speed
+        along.append(at[people].copy())
+    impulse *= step
+    return Moved(
+        along=_heads(trial, np.array(along)),
+        largest=largest,
+        impulse=impulse,
+        possible=(impulse <= most_impulse(trial, inputs.tau))
+        & (largest <= most_force(trial, stiffness)),
     )
 
 
-def _heads(trial: Trial, places: Floats, width: int) -> Floats:
-    """Heads (s, f, n) m of disks at places (f, s·width) m: they move as their disks do."""
-    moved = (places - places[0]).reshape(len(places), -1, width)[:, :, : len(trial.mass)]
-    return np.asarray(trial.along[0] + moved.transpose(1, 0, 2))
+def momentum(trial: Trial) -> float:
+    """Compute the largest momentum Σ m v of all people together (N·s), as measured."""
+    return float((trial.speed @ trial.mass).max())
+
+
+def most_impulse(trial: Trial, tau: Floats) -> Floats:
+    """Bound the impulse (s,) N·s on the second person by what was measured: the largest momentum of
+    all, and what the floor takes on the way d of each of the others, Σ m v + Σ m d/τ."""
+    way = (trial.along - trial.along[0]).max(0)[1:]
+    return np.asarray(momentum(trial) + way @ trial.mass[1:] / tau)
+
+
+def most_force(trial: Trial, stiffness: float) -> float:
+    """Bound a force (N) by the measured momentum P: the impact of all of it through one damped
+    spring on the lightest, 2 P √(k/m)."""
+    return 2 * momentum(trial) * float(np.sqrt(stiffness / trial.mass.min()))
+
+
+def steps(trial: Trial, longest: float) -> tuple[float, int]:
+    """The time step (s), and how many of them are between two frames."""
+    frame = float(trial.time[1])
+    many = int(np.ceil(frame / longest))
+    return frame / many, many
+
+
+def _heads(trial: Trial, moved: Floats) -> Floats:
+    """Heads (f, n, s) m: the first as measured, the others as far from their start as moved."""
+    first = np.broadcast_to(trial.along[:, 0, None, None], (len(moved), 1, moved.shape[2]))
+    return np.concatenate([first, trial.along[0, 1:, None] + moved], axis=1)

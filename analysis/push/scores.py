@@ -1,24 +1,30 @@
-"""How near a motion comes to the measured one: onsets, positions, closest heads; and the baselines
-that a model has to beat."""
+"""How near a motion comes to the measured one: onsets, positions, closest heads; the baselines
+that a model has to beat; and how likely the onsets are under each model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
+from scipy.special import logsumexp
 
 from analysis.push.row import Inputs
-from analysis.push.trial import Trial, onset, speed_of
-from nscd.arrays import Floats
+from analysis.push.trial import SPEED_OVER_S, Trial, onset, speed_of
+from nscd.arrays import Flags, Floats
 
 # Who does not move has this onset (s); positions are compared for so long after the push (s).
 NEVER_S, POSITION_S = 2.0, 0.8
 # A model beats a baseline where its score is smaller by at least so large a share.
 MARGIN = 0.1
-# Two models are told apart where one is this many times as likely as the other.
+# A model is out where it is so many times less likely than the likeliest, whatever is weighted.
 APART = 10.0
 ONSET, POSITION, CLOSEST = SCORES = ("onset_rms_s", "position_rms_m", "closest_rms_m")
+# Logarithms of weights of the share that arms bridge, per unit.
+TILTS = (0.0, -2.0, 2.0)
+# The smallest error that counts is the one that this share of a model's cases keep below.
+NEAREST = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,86 +39,155 @@ class Scored:
     scores: Mapping[str, Floats]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cases(Scored):
+    """Hold what a model scores in s cases, and the contact with the first.
+
+    largest, impulse: (s,) N and N·s; largest is NaN for rigid people
+    possible: (s,) whether the case can be
+    """
+
+    largest: Floats
+    impulse: Floats
+    possible: Flags
+
+
+@dataclass(frozen=True, slots=True)
+class Odds:
+    """Hold how likely a model is, over the likeliest: of all cases, and the least and the most of
+    all batches and weightings."""
+
+    share: float
+    low: float
+    high: float
+
+    @property
+    def settled(self) -> bool:
+        """Tell whether every batch and weighting finds the model less likely."""
+        return self.high < 1
+
+    @property
+    def out(self) -> bool:
+        """Tell whether every batch and weighting finds it ten times less likely."""
+        return self.high * APART <= 1
+
+
 def onsets(trial: Trial, along: Floats) -> Floats:
-    """Find when each head (f, n) m is faster than 0.15 m/s, in s (n,) after the first was; 2 s for
+    """Find when each head (f, …) m is faster than 0.15 m/s, in s (…) after the first was; 2 s for
     never."""
-    found = [onset(trial.time, speed) for speed in speed_of(trial.time, along).T]
-    late = [NEVER_S if at is None else at - trial.start_s for at in found]
-    return np.minimum(late, NEVER_S)
+    return np.minimum(onset(trial.time, speed_of(trial.time, along)) - trial.start_s, NEVER_S)
 
 
 def scored(trial: Trial, along: Floats) -> Scored:
-    """Score heads (s, f, n) m against the measured ones, which are treated alike."""
+    """Score heads (f, n, s) m against the measured ones, which are treated alike."""
     early = trial.time <= trial.start_s + POSITION_S
-    found = np.array([onsets(trial, case) for case in along])
-    late = found[:, 1:] - onsets(trial, trial.along)[1:]
-    off = (along - trial.along)[:, early, 1:]
-    near = closest(along) - closest(trial.along)
+    found = onsets(trial, along)
+    late = found[1:] - onsets(trial, trial.along)[1:, None]
+    off = along[early, 1:] - trial.along[early, 1:, None]
+    near = closest(along) - closest(trial.along)[:, None]
     return Scored(
-        onset=found,
+        onset=found.T,
         scores={
-            ONSET: np.sqrt((late**2).mean(1)),
-            POSITION: np.sqrt((off**2).mean((1, 2))),
-            CLOSEST: np.sqrt((near**2).mean(1)),
+            ONSET: np.sqrt((late**2).mean(0)),
+            POSITION: np.sqrt((off**2).mean((0, 1))),
+            CLOSEST: np.sqrt((near**2).mean(0)),
         },
     )
 
 
 def closest(along: Floats) -> Floats:
-    """Find the smallest distance (…, n − 1) m of neighbours' heads (…, f, n) m."""
-    return np.asarray(np.diff(along, axis=-1).min(-2))
+    """Find the smallest distance (n − 1, …) m of neighbours' heads (f, n, …) m."""
+    return np.asarray(np.diff(along, axis=1).min(0))
 
 
 def baselines(trial: Trial, inputs: Inputs) -> dict[str, Floats]:
-    """Give the heads (s, f, n) m of what knows no mechanics, by name.
+    """Give the heads (f, n, s) m of what knows no mechanics, by name.
 
     nobody: only the first moves; copy: everybody moves as the first did, later by the time that the
     first at its fastest takes to go the gaps before; geometry: everybody is carried along once the
-    gaps have closed, and stays where the push ends."""
-    first = trial.along[:, 0] - trial.along[0, 0]
-    cases, n = len(inputs.gap), len(trial.mass)
-    closed = np.cumsum(inputs.gap[:, : n - 1], axis=1)
-    start = np.broadcast_to(trial.along[0], (cases, len(first), n)).copy()
-    fastest = float(speed_of(trial.time, trial.along[:, 0]).max())
-    farthest = np.maximum.accumulate(np.maximum(first, 0.0))
-    names = {name: start.copy() for name in ("nobody", "copy", "geometry")}
-    for along in names.values():
-        along[:, :, 0] += first
-    for case, gaps in enumerate(closed):
-        for person, gap in enumerate(gaps, start=1):
-            late = np.interp(trial.time - gap / fastest, trial.time, first)
-            names["copy"][case, :, person] += late
-            carried = np.maximum(farthest - gap, 0.0)
-            names["geometry"][case, :, person] += _before_wall(trial, inputs, case, person, carried)
-    return names
-
-
-def _before_wall(trial: Trial, inputs: Inputs, case: int, person: int, moved: Floats) -> Floats:
-    """Who is carried stops where those in front stand at the wall (f,) m."""
-    if trial.wall is None:
-        return moved
-    return np.asarray(np.minimum(moved, inputs.gap[case, person:].sum()))
-
-
-def better(model: Scored, others: Sequence[Scored], score: str) -> float:
-    """Give the share of cases in which a model scores better than all baselines, by a tenth."""
-    best = np.min([other.scores[score] for other in others], axis=0)
-    return float((model.scores[score] < (1 - MARGIN) * best).mean())
-
-
-def odds(trial: Trial, models: Mapping[str, Scored]) -> dict[str, float]:
-    """Compute how likely the measured onsets are under each model, over the likeliest: the mean
-    over its cases of exp(−½ Σ (difference/σ)²).
-
-    σ is the time between two frames, or the smallest root mean square of all cases of all models,
-    whichever is larger: what no model reaches tells none apart."""
-    measured = onsets(trial, trial.along)[1:]
-    least = min(float(model.scores[ONSET].min()) for model in models.values())
-    sigma = max(float(trial.time[1]), least)
-    far = {
-        name: -0.5 * (((model.onset[:, 1:] - measured) / sigma) ** 2).sum(1)
-        for name, model in models.items()
+    gaps have closed, until those in front stand at the wall, and stays where the push ends."""
+    first = trial.pushed
+    closed = np.cumsum(inputs.gap[:, : len(trial.mass) - 1], axis=1).T
+    late = closed / float(trial.speed[:, 0].max())
+    carried = np.maximum(np.maximum.accumulate(first)[:, None, None] - closed, 0.0)
+    if trial.wall is not None:
+        carried = np.minimum(carried, np.maximum(inputs.gap.sum(1) - closed, 0.0))
+    moved = {
+        "nobody": np.zeros_like(carried),
+        "copy": np.interp(trial.time[:, None, None] - late, trial.time, first),
+        "geometry": carried,
     }
-    top = max(float(each.max()) for each in far.values())
-    likely = {name: float(np.exp(each - top).mean()) for name, each in far.items()}
-    return {name: value / max(likely.values()) for name, value in likely.items()}
+    pushed = np.broadcast_to(trial.along[:, :1, None], (len(first), 1, closed.shape[1]))
+    return {
+        name: np.concatenate([pushed, trial.along[0, 1:, None] + each], axis=1)
+        for name, each in moved.items()
+    }
+
+
+def better(model: Scored, others: Sequence[Scored], score: str) -> Floats:
+    """Tell in which cases (s,) a model scores better than all baselines, by a tenth."""
+    best = np.min([other.scores[score] for other in others], axis=0)
+    return np.asarray(model.scores[score] < (1 - MARGIN) * best)
+
+
+def error_of(trial: Trial, cases: Mapping[str, Cases]) -> float:
+    """Give the error (s) of an onset: the time over which speeds are taken, or what the nearest
+    hundredth of the cases of the best model reaches, if that is more."""
+    near = [
+        float(np.quantile(one.scores[ONSET][one.possible], NEAREST))
+        for one in cases.values()
+        if one.possible.any()
+    ]
+    return max(SPEED_OVER_S, float(trial.time[1]), min(near, default=0.0))
+
+
+def odds(trial: Trial, inputs: Inputs, models: Mapping[str, Cases]) -> dict[str, Odds]:
+    """Compare how likely the measured onsets are under models: the mean over possible cases of
+    exp(−½ Σ (difference/σ)²), with σ of `error_of`.
+
+    Each batch of cases is asked on its own, with σ and with 2 σ, and with the share that arms
+    bridge between people (and before the wall) weighted evenly, and up to seven times less or more
+    at its upper end. A model without a possible case has no odds."""
+    sigma = error_of(trial, models)
+    able = {name: one for name, one in models.items() if one.possible.any()}
+    near = {name: log_likelihood(trial, one, sigma) for name, one in able.items()}
+    ways = [*product((1.0, 2.0), TILTS, TILTS if trial.wall is not None else (0.0,))]
+
+    def likelihood(name: str, batch: int | None, way: tuple[float, float, float]) -> float:
+        chosen = able[name].possible & ((inputs.batch == batch) if batch is not None else True)
+        weight = (way[1] * inputs.arms + way[2] * inputs.wall)[chosen]
+        found = near[name][chosen] / way[0] ** 2
+        return float(logsumexp(weight + found) - logsumexp(weight)) if chosen.any() else np.nan
+
+    whole = {name: likelihood(name, None, (1.0, 0.0, 0.0)) for name in able}
+    best = max(whole, key=lambda name: whole[name], default="")
+    found = {}
+    for name in able:
+        ratio = np.exp(
+            [
+                likelihood(name, batch, way) - likelihood(best, batch, way)
+                for batch in np.unique(inputs.batch)
+                for way in ways
+            ]
+        )
+        known = not np.isnan(ratio).any()
+        found[name] = Odds(
+            share=float(np.exp(whole[name] - whole[best])),
+            low=float(ratio.min()) if known else 0.0,
+            high=float(ratio.max()) if known else np.inf,
+        )
+    return found
+
+
+def log_likelihood(trial: Trial, one: Cases, sigma: float) -> Floats:
+    """Compute −½ Σ (difference of onsets/σ)² of each case (s,); −∞ of one that cannot be."""
+    square = ((one.onset[:, 1:] - onsets(trial, trial.along)[1:]) ** 2).sum(1)
+    return np.asarray(np.where(one.possible, -0.5 * square / sigma**2, -np.inf))
+
+
+def likely(values: Floats, logs: Floats) -> tuple[float, float]:
+    """Give the 5 and 95 % of values (s,) weighted by their likelihoods."""
+    order = np.argsort(values)
+    sums = np.cumsum(np.exp(logs - logs.max())[order])
+    low, high = np.searchsorted(sums, np.array([0.05, 0.95]) * sums[-1])
+    return float(values[order[low]]), float(values[order[high]])

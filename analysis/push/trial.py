@@ -40,9 +40,11 @@ class Trial:
 
     name: of the file; people: their names; notes: what was missing in the file and is taken from
     elsewhere
-    time: (f,) s, from the frame before the push reaches the first
+    time: (f,) s, from 0.08 s before the push reaches the first
     start_s: s, when it reaches the first, on that clock
     along: (f, n) m, heads along the row, from the first head's start
+    pushed: (f,) m, the way of the first that models are given: its speeds over 0.08 s summed, since
+        the noise of single frames would be blows
     depth: (n,) m, of the chests; depth_sd: m, of the mean of two; mass: (n,) kg
     wall: m, along the row, None without
     """
@@ -53,10 +55,16 @@ class Trial:
     time: Floats
     start_s: float
     along: Floats
+    pushed: Floats
     depth: Floats
     depth_sd: float
     mass: Floats
     wall: float | None
+
+    @property
+    def speed(self) -> Floats:
+        """Give the speeds (f, n) m/s of heads."""
+        return speed_of(self.time, self.along)
 
     @property
     def torso_gap(self) -> Floats:
@@ -93,13 +101,13 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
         )
     along, axis, origin = _along(file, heads, ids)
     speed = speed_of(time, along[:, 0])
-    start = onset(time, speed)
-    if start is None:
+    start = float(onset(time, speed))
+    if not np.isfinite(start):
         raise TrialError(
             f"{file}: person {ids[0]}, the first of the row, never goes forward faster than "
             f"{ONSET_M_PER_S:g} m/s: nobody is pushed"
         )
-    begin = int(np.searchsorted(time, start, side="right")) - 1
+    begin = max(int(np.searchsorted(time, start - SPEED_OVER_S, side="right")) - 1, 0)
     _check_start(file, table, ids, time[0], axis)
     chosen = slice(begin, int(np.searchsorted(time, start + WINDOW_S, side="right")) + 1)
     if time[-1] - start < LEAST_S:
@@ -121,6 +129,7 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
         time=time[chosen] - time[begin],
         start_s=start - time[begin],
         along=along[chosen] - shift,
+        pushed=_summed(time[chosen], speed[chosen]),
         depth=np.array([np.mean([group.depth[0] for group in each]) for each in groups]),
         depth_sd=0.5 * float(np.hypot(MEN.depth[1], WOMEN.depth[1])),
         mass=mass,
@@ -130,13 +139,20 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
 
 def speed_of(time: Floats, along: Floats) -> Floats:
     """Compute speeds (f,) or (f, n) m/s at evenly spaced times (f,) by central differences over
-    0.08 s or more, shorter and one-sided at the ends."""
+    0.08 s or more, and at the ends over the first and the last 0.08 s."""
     last = len(time) - 1
     reach = max(1, round(0.5 * SPEED_OVER_S * last / (time[-1] - time[0])))
     frames = np.arange(last + 1)
-    before, after = np.maximum(frames - reach, 0), np.minimum(frames + reach, last)
+    before = np.clip(frames - reach, 0, max(last - 2 * reach, 0))
+    after = np.minimum(before + 2 * reach, last)
     span = (time[after] - time[before]).reshape(-1, *[1] * (along.ndim - 1))
     return np.asarray((along[after] - along[before]) / span)
+
+
+def _summed(time: Floats, speed: Floats) -> Floats:
+    """The way (f,) m of a speed (f,) m/s."""
+    ways = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(ways)])
 
 
 def _check_start(
@@ -150,8 +166,8 @@ def _check_start(
     if earlier < 2:
         return
     time, along = time[: earlier + 1], heads[: earlier + 1] @ axis
-    pushed = onset(time, speed_of(time, along))
-    if pushed is not None:
+    pushed = float(onset(time, speed_of(time, along)))
+    if np.isfinite(pushed):
         seen = table[np.isfinite(table.x)].groupby("id").time.min()
         raise TrialError(
             f"{file}: person {seen.idxmax():g} is first seen at {begins:g} s, when person "
@@ -159,17 +175,17 @@ def _check_start(
         )
 
 
-def onset(time: Floats, speed: Floats) -> float | None:
-    """Find when a speed (f,) first exceeds 0.15 m/s, between frames by interpolation (s)."""
+def onset(time: Floats, speed: Floats) -> Floats:
+    """Find when speeds (f, …) first exceed 0.15 m/s, between frames by interpolation: s (…),
+    infinite for never."""
     above = speed > ONSET_M_PER_S
-    if not above.any():
-        return None
-    frame = int(np.argmax(above))
-    if not frame:
-        return float(time[0])
-    before, after = speed[frame - 1], speed[frame]
-    share = (ONSET_M_PER_S - before) / (after - before)
-    return float(time[frame - 1] + share * (time[frame] - time[frame - 1]))
+    frame = above.argmax(0)
+    earlier = np.maximum(frame - 1, 0)
+    before, after = (np.take_along_axis(speed, one[None], 0)[0] for one in (earlier, frame))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(frame > 0, (ONSET_M_PER_S - before) / (after - before), 0.0)
+    found = time[earlier] + share * (time[frame] - time[earlier])
+    return np.asarray(np.where(above.any(0), found, np.inf))
 
 
 def _ordered(file: Path, table: pd.DataFrame) -> list[float]:
@@ -196,8 +212,7 @@ def _by_place(time: Floats, heads: Floats) -> list[int]:
     axis = np.linalg.svd(spread)[2][0]
     order = np.argsort(spread @ axis)
     ends = ((order[0], axis), (order[-1], -axis))
-    begins = [onset(time, speed_of(time, heads[:, end] @ way)) for end, way in ends]
-    early, late = (np.inf if begin is None else begin for begin in begins)
+    early, late = (float(onset(time, speed_of(time, heads[:, end] @ way))) for end, way in ends)
     return [int(place) for place in (order if early <= late else order[::-1])]
 
 

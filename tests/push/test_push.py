@@ -1,28 +1,20 @@
-"""Pushed rows: a collision of two in closed form, what a trial may look like, and the real one."""
+"""Trials of pushed rows: what a file may look like, and the shipped one."""
 
 import csv
-import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import engines
 from analysis.push.hindcast import hindcast
 from analysis.push.page import summary, verdicts, write_hindcast
-from analysis.push.row import Inputs, rigid, soft
-from analysis.push.scores import NEVER_S, ONSET, baselines, odds, onsets, scored
+from analysis.push.scores import NEVER_S, ONSET, onsets
 from analysis.push.trial import TrialError, read_trial
 from analysis.support.reading import UnreadableError
+from analysis.support.shipped import shipped
 
-REAL = next(
-    iter(sorted(Path(__file__).resolve().parents[2].parent.glob("shared/data/push*.csv"))), None
-)
+EXCERPT = shipped("scenes") / "push_excerpt.csv"
 SPEED, GAP, RATE = 1.0, 0.2, 25
-needs_lammps = pytest.mark.skipif(
-    engines.engine("lammps").find() is None, reason="LAMMPS is not installed"
-)
 
 
 def table(people=2, frames=80, along="y", sign=-1.0, gap=GAP):
@@ -43,12 +35,6 @@ def written(folder, content, **given):
     return read_trial(path, **given)
 
 
-def one(trial, gap=GAP, tau=1e6):
-    """A single case."""
-    gaps = np.full((1, len(trial.mass) - 1), gap)
-    return Inputs(arms=np.zeros(1), tau=np.full(1, tau), draw=np.zeros(1), gap=gaps)
-
-
 @pytest.fixture
 def trial(tmp_path):
     return written(tmp_path, table())
@@ -58,96 +44,9 @@ def test_what_is_read(trial):
     assert trial.people == ("0", "1")
     np.testing.assert_allclose(trial.torso_gap, GAP, atol=1e-3)
     np.testing.assert_allclose(trial.depth, 0.254)
-    # central differences see the start a frame early: 0.15 of 0.5 m/s into it
-    assert trial.start_s == pytest.approx(0.3 / RATE)
+    # central differences see the start a frame early, 0.15 of 0.5 m/s into it; two frames are before
+    assert trial.start_s == pytest.approx(2.3 / RATE)
     assert onsets(trial, trial.along).tolist() == pytest.approx([0.0, NEVER_S], abs=1e-12)
-
-
-def test_two_rigid_people_collide_in_closed_form(trial):
-    """Without a floor the second leaves at the speed of the first, when the gap has closed."""
-    moved = rigid(trial, one(trial))
-    arrival = trial.time[np.argmax(trial.along[:, 0] > 1e-9)] - 1 / RATE + GAP / SPEED
-    expected = np.maximum(trial.time - arrival, 0.0) * SPEED
-    np.testing.assert_allclose(moved.along[0, :, 1] - trial.along[0, 1], expected, atol=6e-3)
-    assert moved.impulse[0] == pytest.approx(80.0 * SPEED, rel=1e-4)
-
-
-def test_the_floor_takes_speed(trial):
-    """A pushed person who is then left alone goes U τ (1 − exp(−t/τ))."""
-    stop = int(np.argmax(trial.along[:, 0] > GAP + 0.05))
-    along = trial.along.copy()
-    along[stop:, 0] = along[stop, 0] - 0.5
-    shown = rigid(dataclasses.replace(trial, along=along), one(trial, tau=0.5)).along[0, :, 1]
-    gone = trial.time[stop + 2 :] - trial.time[stop + 1]
-    left = shown[stop + 1]
-    speed = (shown[stop + 2] - left) / (1 / RATE) * (1 / RATE) / (0.5 * (1 - np.exp(-2 / RATE)))
-    expected = left + speed * 0.5 * (1 - np.exp(-gone / 0.5))
-    np.testing.assert_allclose(shown[stop + 2 :], expected, atol=4e-3)
-
-
-@needs_lammps
-def test_a_soft_collision_in_closed_form(trial):
-    """A critically damped contact that never pulls: the second is overtaken by its own spring. In
-    the overlap d, d'' + 2w d' + w² d = 0 with w² = k/m: d = v t exp(−w t), the force is
-    m (2w d' + w² d), at most 2 w m v at once, and it ends at w t = 2, with the second at v (1 + e⁻²)."""
-    stiffness = 5e4
-    two = Inputs(
-        arms=np.zeros(2), tau=np.array([0.5, 1e6]), draw=np.zeros(2), gap=np.full((2, 1), GAP)
-    )
-    moved = soft(trial, two, stiffness)
-    w = np.sqrt(stiffness / 80.0)
-    assert moved.largest[0] == pytest.approx(2 * w * 80.0 * SPEED, rel=0.06)
-    last = np.diff(moved.along[1, :, 1])[-5:] * RATE
-    np.testing.assert_allclose(last, SPEED * (1 + np.exp(-2)), rtol=2e-2)
-
-
-@needs_lammps
-def test_stiff_and_rigid_rows_agree(tmp_path):
-    """Five people, a floor: onsets at 10⁶ N/m are those of rigid people to half a frame."""
-    trial = written(tmp_path, table(people=5, gap=0.05))
-    case = one(trial, gap=0.05, tau=0.5)
-    hard, stiff = (
-        scored(trial, model.along) for model in (rigid(trial, case), soft(trial, case, 1e6))
-    )
-    np.testing.assert_allclose(stiff.onset, hard.onset, atol=0.5 / RATE)
-    assert (np.diff(hard.onset[0]) > 0).all()
-
-
-def test_a_wall_stops_the_row(tmp_path):
-    content = table(people=3, along="x", sign=1.0)
-    wall = 2 * (0.254 + GAP) + 0.127 + 0.1
-    trial = written(tmp_path, content, wall_m=wall)
-    assert trial.torso_gap[-1] == pytest.approx(0.1, abs=1e-3)
-    gaps = trial.torso_gap[None]
-    moved = rigid(trial, dataclasses.replace(one(trial), gap=gaps))
-    assert np.ptp(moved.along[0, :, 2]) == pytest.approx(0.1, abs=2e-3)
-    assert np.ptp(moved.along[0, :, 0]) == pytest.approx(2 * GAP + 0.1, abs=3e-3)
-    assert np.isnan(moved.impulse[0])
-
-
-def test_baselines_know_no_mechanics(trial):
-    case = one(trial)
-    base = baselines(trial, case)
-    first = trial.along[:, 0]
-    assert np.ptp(base["nobody"][0, :, 1]) == 0
-    np.testing.assert_allclose(
-        base["geometry"][0, :, 1] - trial.along[0, 1], np.maximum(first - GAP, 0), atol=1e-9
-    )
-    late = GAP / SPEED
-    np.testing.assert_allclose(
-        base["copy"][0, :, 1] - trial.along[0, 1],
-        np.interp(trial.time - late, trial.time, first),
-        atol=1e-9,
-    )
-
-
-def test_odds_favour_what_was_measured(trial):
-    moved = rigid(trial, one(trial)).along
-    measured = dataclasses.replace(trial, along=moved[0])
-    still = np.broadcast_to(trial.along[0], moved.shape).copy()
-    found = odds(measured, {"moved": scored(measured, moved), "still": scored(measured, still)})
-    assert found["moved"] == 1
-    assert found["still"] < 1e-6
 
 
 def test_order_gaps_and_columns_do_not_matter(tmp_path):
@@ -279,18 +178,16 @@ def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):
         read_trial(tmp_path / "none.csv")
 
 
-@needs_lammps
-@pytest.mark.skipif(REAL is None, reason="no push trial in ../shared/data")
-def test_the_real_trial(tmp_path):
-    """What is known of it: its onsets, and that rigid people with chests that meet come near."""
-    found = hindcast(REAL, arms=(0.0,), stiffnesses=(2e3, 1.2e5))
-    np.testing.assert_allclose(
-        onsets(found.trial, found.trial.along), [0, 0.17, 0.26, 0.38, 0.61], atol=0.02
-    )
-    central = found.inputs.central
-    assert found.scored["rigid"].scores[ONSET][central] < 0.08
-    assert found.scored["2000"].scores[ONSET][central] > 0.3
-    assert set(found.together()) == {"rigid", "120000"}
+def test_the_shipped_trial(tmp_path):
+    """What is known of it: its onsets; with chests that meet stiff people come near and soft ones
+    are excluded; with any posture none is."""
+    trial = read_trial(EXCERPT)
+    np.testing.assert_allclose(onsets(trial, trial.along), [0, 0.17, 0.26, 0.38, 0.61], atol=0.02)
+    chests = hindcast(trial, (0.0,), (2e3, 1.2e5), 2)
+    assert chests.together() == ["120000", "rigid"]
+    assert np.median(chests.models["2000"].scores[ONSET]) > 0.3
+    found = hindcast(trial, (0.0, 1.0), (2e3, 1.2e5), 2)
+    assert set(found.together()) == {"2000", "120000", "rigid"}
     assert "not validated" in verdicts(found)[-1]
     *files, page = write_hindcast(found, tmp_path, "percussions push")
     assert "not validated" in page.read_text()
