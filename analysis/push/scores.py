@@ -11,12 +11,13 @@ import numpy as np
 from scipy.special import logsumexp
 
 from analysis.push.row import Inputs
-from analysis.push.trial import SPEED_OVER_S, Trial, onset, speed_of
+from analysis.push.speeds import SPEED_OVER_S, onset, speed_of
+from analysis.push.trial import Trial
 from nscd.arrays import Flags, Floats
 
 # Who does not move has this onset (s); positions are compared for so long after the push (s).
 NEVER_S, POSITION_S = 2.0, 0.8
-# A model beats a baseline where its score is smaller by at least so large a share.
+# A model beats a baseline (and is less likely than another) by at least so large a share.
 MARGIN = 0.1
 # A model is out where it is so many times less likely than the likeliest, whatever is weighted.
 APART = 10.0
@@ -63,8 +64,8 @@ class Odds:
 
     @property
     def settled(self) -> bool:
-        """Tell whether every batch and weighting finds the model less likely."""
-        return self.high < 1
+        """Tell whether every batch and weighting finds the model less likely, by a tenth."""
+        return self.high * (1 + MARGIN) <= 1
 
     @property
     def out(self) -> bool:

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from analysis.push.speeds import ONSET_M_PER_S, SPEED_OVER_S, onset, speed_of, way_of
 from analysis.push.table import TrialError, of_person, read_table
 from analysis.scene.anthropometry import MEN, WOMEN, Group
 from nscd.arrays import Floats
 
-__all__ = ["Trial", "TrialError", "onset", "read_trial", "speed_of"]
+__all__ = ["Trial", "TrialError", "read_trial"]
 # What a file may have besides what it must have; other columns are not read.
 MASS, GENDER, NAME, ORDER = "Weight_kg", "Gender", "MoCap_ID", "Order_of_Participants_MoCap_ID"
-# Who moves faster than this along the row has been reached (m/s).
-ONSET_M_PER_S = 0.15
 # Heads that are missing for no longer than this are interpolated (s).
 LONGEST_GAP_S = 0.25
 # What is compared begins with the push, and ends so much later at the latest; the shortest (s).
@@ -24,9 +23,6 @@ WINDOW_S, LEAST_S = 2.0, 0.8
 # A row is straight: nobody is farther beside the line through the first and the last (m).
 BESIDE_M = 0.5
 FASTEST_M_PER_S = 20.0
-# Speeds are over this time (s) at least: over less a head that is measured to a millimetre seems to
-# move. Two frames of the trials at hand.
-SPEED_OVER_S = 0.08
 # Frames farther apart than this (s) are coarser than the onsets that are compared.
 COARSE_S = 0.05
 # Evenly spaced, a file would have no more than so many times its frames.
@@ -129,30 +125,12 @@ def read_trial(file: Path, wall_m: float | None = None) -> Trial:
         time=time[chosen] - time[begin],
         start_s=start - time[begin],
         along=along[chosen] - shift,
-        pushed=_summed(time[chosen], speed[chosen]),
+        pushed=way_of(time[chosen], speed[chosen]),
         depth=np.array([np.mean([group.depth[0] for group in each]) for each in groups]),
         depth_sd=0.5 * float(np.hypot(MEN.depth[1], WOMEN.depth[1])),
         mass=mass,
         wall=None if wall_m is None else _wall(file, wall_m, axis, origin, along[begin]) - shift,
     )
-
-
-def speed_of(time: Floats, along: Floats) -> Floats:
-    """Compute speeds (f,) or (f, n) m/s at evenly spaced times (f,) by central differences over
-    0.08 s or more, and at the ends over the first and the last 0.08 s."""
-    last = len(time) - 1
-    reach = max(1, round(0.5 * SPEED_OVER_S * last / (time[-1] - time[0])))
-    frames = np.arange(last + 1)
-    before = np.clip(frames - reach, 0, max(last - 2 * reach, 0))
-    after = np.minimum(before + 2 * reach, last)
-    span = (time[after] - time[before]).reshape(-1, *[1] * (along.ndim - 1))
-    return np.asarray((along[after] - along[before]) / span)
-
-
-def _summed(time: Floats, speed: Floats) -> Floats:
-    """The way (f,) m of a speed (f,) m/s."""
-    ways = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(ways)])
 
 
 def _check_start(
@@ -173,19 +151,6 @@ def _check_start(
             f"{file}: person {seen.idxmax():g} is first seen at {begins:g} s, when person "
             f"{ids[0]:g}, the first of the row, is already pushed (at {pushed:.3g} s)"
         )
-
-
-def onset(time: Floats, speed: Floats) -> Floats:
-    """Find when speeds (f, …) first exceed 0.15 m/s, between frames by interpolation: s (…),
-    infinite for never."""
-    above = speed > ONSET_M_PER_S
-    frame = above.argmax(0)
-    earlier = np.maximum(frame - 1, 0)
-    before, after = (np.take_along_axis(speed, one[None], 0)[0] for one in (earlier, frame))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(frame > 0, (ONSET_M_PER_S - before) / (after - before), 0.0)
-    found = time[earlier] + share * (time[frame] - time[earlier])
-    return np.asarray(np.where(above.any(0), found, np.inf))
 
 
 def _ordered(file: Path, table: pd.DataFrame) -> list[float]:

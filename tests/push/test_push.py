@@ -1,6 +1,7 @@
 """Trials of pushed rows: what a file may look like, and the shipped one."""
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from analysis.push.page import summary, verdicts, write_hindcast
 from analysis.push.scores import NEVER_S, ONSET, onsets
 from analysis.push.trial import TrialError, read_trial
 from analysis.support.reading import UnreadableError
-from analysis.support.shipped import shipped
+from analysis.support.shipped import or_shipped, shipped
 
 EXCERPT = shipped("scenes") / "push_excerpt.csv"
 SPEED, GAP, RATE = 1.0, 0.2, 25
@@ -194,3 +195,12 @@ def test_the_shipped_trial(tmp_path):
     rows = list(csv.DictReader(files[0].read_text().splitlines()))
     assert len(rows) == 6 * len(found.inputs.tau)
     assert len(summary(found)) == 6
+
+
+def test_the_shipped_trial_is_found_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert or_shipped(Path("scenes/push_excerpt.csv")) == EXCERPT
+    assert not or_shipped(Path("scenes/none.csv")).exists()
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "push_excerpt.csv").write_text("mine")
+    assert or_shipped(Path("scenes/push_excerpt.csv")).read_text() == "mine"
