@@ -59,7 +59,7 @@ def summary(found: Hindcast) -> list[list[str]]:
             rows.append([title_of(name), *cells, NONE, NONE, NONE])
             continue
         shares = " / ".join(percent(share, 2) for share in found.better(name).values())
-        impossible = percent(float((~chosen).mean()), 2)
+        impossible = "0" if chosen.all() else percent(float((~chosen).mean()), 2)
         rows.append([title_of(name), *cells, shares, impossible, _odds(found, name)])
     return rows
 
@@ -72,9 +72,9 @@ def verdicts(found: Hindcast) -> list[str]:
 def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
     """Write `index.html`, its pictures, `scores.csv` and `onsets.csv`; return the paths, the page
     last."""
-    words, trial = Words(__package__), found.trial
+    words, trial, arms = Words(__package__), found.trial, found.inputs.arms
     pictures = [words.picture("heads", _heads(found))]
-    if np.ptp(found.inputs.arms) > 0:
+    if np.ptp(arms) > 0:
         pictures.insert(0, words.picture("posture", _posture(found)))
     section = Section(
         number="models",
@@ -98,7 +98,7 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
             wall=trial.wall is not None,
             depths=interval((trial.depth.min(), trial.depth.max())),
             sd=trial.depth_sd,
-            arms=interval((found.inputs.arms.min(), found.inputs.arms.max()), 2),
+            arms=interval([round(float(end), 2) for end in (arms.min(), arms.max())], 2),
             taus=interval(TAU_S),
             cases=len(found.inputs.tau),
             draws=DRAWS,
