@@ -7,13 +7,24 @@ from typing import Annotated
 
 import typer
 
-from analysis.cli.app import Out, command_line, path, progress, say_expected, share, show, warn
-from analysis.support.shipped import or_shipped
+from analysis.cli.app import (
+    Out,
+    command_line,
+    input_file,
+    progress,
+    say_expected,
+    share,
+    show,
+    warn,
+)
 
 
 def push(
     file: Annotated[
-        Path, typer.Argument(parser=path, help="CSV with id, time, x, y: heads of people in a row.")
+        Path,
+        typer.Argument(
+            parser=input_file, help="CSV with id, time, x, y: heads of people in a row."
+        ),
     ],
     wall: Annotated[
         float | None,
@@ -44,7 +55,7 @@ def push(
     from analysis.push.row import ARMS
     from analysis.push.trial import read_trial
 
-    trial = read_trial(or_shipped(file), wall)
+    trial = read_trial(file, wall)
     for note in trial.notes:
         warn(note)
     say_expected(expected_seconds(trial), f"rows of {len(trial.people)} people")
