@@ -14,8 +14,9 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, mode
 
 from analysis.support.reading import UnreadableError, read_text
 
-Number = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)]
-Words = Annotated[str, Field(min_length=1, pattern=r"\S")]
+# No force, time or length of a crowd is beyond.
+Number = Annotated[float, Strict(), Field(gt=0, le=1e9, allow_inf_nan=False)]
+Words = Annotated[str, Field(min_length=1, pattern=r"^[^\x00-\x1f]*[^\x00-\x1f\s][^\x00-\x1f]*$")]
 
 
 class LimitError(ValueError):

@@ -6,20 +6,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import Field, Strict, model_validator
 
-from analysis.scene.values import FileName, Number, Part
+from analysis.scene.values import FileName, Number, Part, Positive
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Length = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=0)]
+Length = Annotated[Number, Field(ge=0)]
+Count = Annotated[int, Strict(), Field(ge=0)]
 
 # What two keys say in the words of a table.
 DECILE = ("decile", "that a tenth of people exceed")
 SHARE = ("moved share over 1 cm", "share of people moved by more than 1 cm")
 
 
-class Reconciliation(BaseModel):
+class Reconciliation(Part):
     """Record how heads became disks that do not overlap: where they come from, what was there and
     how far people were moved. A length is in m, a density in 1/m², as its name says.
 
@@ -28,10 +27,8 @@ class Reconciliation(BaseModel):
     what a tenth of the people exceed (the largest is an artefact of cells that the door cuts); none
     where the cells could not be computed."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
     file: str
-    frame: int
+    frame: Annotated[int, Strict()]
     people: Count
     left_out: Count
     radius_m: Positive
@@ -46,9 +43,9 @@ class Reconciliation(BaseModel):
     moved_mean_m: Length
     moved_rms_m: Length
     moved_largest_m: Length
-    moved_share_over_1_cm: Annotated[float, Field(ge=0, le=1)]
-    moved_mean_x_m: float
-    moved_mean_y_m: float
+    moved_share_over_1_cm: Annotated[Number, Field(ge=0, le=1)]
+    moved_mean_x_m: Number
+    moved_mean_y_m: Number
     density_before_mean_per_m2: Length | None = None
     density_before_decile_per_m2: Length | None = None
     density_after_mean_per_m2: Length | None = None

@@ -79,8 +79,8 @@ class ContactModel(Part):
     stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
     wall_stiffness_N_per_m: Positive | None = None  # noqa: N815
     restitution: Annotated[Number, Field(ge=0, le=1)]
-    friction: Annotated[Number, Field(ge=0)] = 0.0
-    tangential_ratio: Positive = 2 / 7
+    friction: Annotated[Number, Field(ge=0, le=10)] = 0.0
+    tangential_ratio: Annotated[Number, Field(gt=0, le=1)] = 2 / 7
 
     @property
     def at_walls(self) -> float:

@@ -26,7 +26,7 @@ class Wall(Part):
     start_m, end_m: m
     """
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z]\w*$")]
+    name: Annotated[str, Field(pattern=r"^[A-Za-z]\w{0,99}$")]
     start_m: Point
     end_m: Point
 

@@ -202,14 +202,15 @@ def read_scene(name_or_path: str | Path) -> Scene:
     parts = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
     try:
         snapshot = _bodies(path, content)
-        if parts.disks.people:
-            snapshot = apart(snapshot, parts.wall_segments())
         others = parts.other_frames
         crowds = tuple(read_data(path.parent / name) for name in others.data) if others else ()
-    except StepError as error:
-        raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
     except ValueError as error:
         raise SceneError(str(error)) from None
+    if parts.disks.people:
+        try:
+            snapshot = apart(snapshot, parts.wall_segments())
+        except (StepError, ValueError) as error:
+            raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
     more = {"reconciliation": parts.reconciliation, "other_frames": others, "other_crowds": crowds}
     scene = Scene.of(parts, name=path.stem, notes=notes, snapshot=snapshot, **more)
     scene.check(str(path))
