@@ -43,6 +43,9 @@ def compare(
     0.1 s, the others with the first: contact by contact, wall by wall, and as distributions. That
     needs runs with --impulses (the rigid engine always has them).
     The snapshots of a rigid run are not compared then: a rigid contact has no force at an instant.
+    One pair of runs gives numbers and no verdict: that takes replicates (percussions report).
+
+    Exit status 1 if a snapshot is not solved or runs cannot be compared by windows.
 
     Writes windows.csv, window_contacts.csv and windows.json into the folder of each run but the
     first, comparison.csv and comparison.json (the snapshot) into the folder of each.
@@ -63,13 +66,12 @@ def compare(
     # forces of a rigid run are means since the frame before; alone it is looked at all the same
     soft = [folder for folder, known in zip(runs, rigid, strict=True) if not known]
     solved = _by_snapshot(soft or runs, time, rigid_law) if soft or len(runs) < 2 else True
-    for other in runs[1:]:
-        _by_windows_if_possible(runs[0], other, last)
-    if not solved:
+    compared = [_by_windows_if_possible(runs[0], other, last) for other in runs[1:]]
+    if not (solved and all(compared)):
         raise typer.Exit(1)
 
 
-def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> None:
+def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> bool:
     """By windows of 0.1 s; a sentence where these two runs cannot be."""
     from analysis.dumps import DumpError
 
@@ -77,15 +79,17 @@ def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> Non
         _by_windows(first, other, None, last)
     except DumpError as error:
         warn(f"not compared by windows: {error}")
+        return False
+    return True
 
 
 def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
-    from analysis.motion.intervals import difference_words
+    from analysis.motion.intervals import more_words
     from analysis.motion.pairwise import compare_windows
     from analysis.motion.series import MEASURES, SHORTEST_S
     from analysis.motion.study import model_title
     from analysis.motion.windows_files import write_windows
-    from analysis.pages.numbers import significant
+    from analysis.pages.numbers import decimals, significant
 
     compared = compare_windows(first, other, window or SHORTEST_S, last)
     paths = write_windows(other, compared, (first, other))
@@ -96,16 +100,19 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
     span, windows = compared.windows[0], len(compared.windows)
     title = (
         f"{compared.scenes[0].name}: impulses over windows of "
-        f"{significant(span.end - span.start)} s, {windows} from {span.start:.4g} to {compared.windows[-1].end:.4g} s"
+        f"{significant(span.end - span.start)} s, {windows} from {span.start:.4g} "
+        f"to {compared.windows[-1].end:.4g} s"
     )
     rows = []
     for key, found in compared.paired().items():
-        means = [significant(found.first), significant(found.second)]
-        more, low, high = difference_words(found.more, MEASURES[key].unit)
-        row = [*means, more, f"{low} to {high}", significant(found.independent, 2)]
-        rows.append([f"{MEASURES[key].title} ({MEASURES[key].unit})", *row, found.verdict])
-    head = ["mean over windows", *titles, "second above first", "90 % interval", "independent", ""]
+        measure, means = MEASURES[key], [significant(found.first), significant(found.second)]
+        more = more_words(found.more, found.relative, measure.unit)
+        row = [more, decimals(found.autocorrelation, 2), significant(found.independent, 2)]
+        rows.append([f"{measure.title} ({measure.unit})", *means, *row])
+    head = ["mean over windows", *titles, "second above first", "its autocorrelation"]
+    head.append("independent windows")
     show(head, rows, title=title)
+    print("one pair of runs: no verdict; replicates have one: percussions report SCENE --seeds 5")
     show(*_window_rows(compared), title="window by window, second against first")
     for path in paths:
         print(path)
@@ -139,7 +146,8 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
     from analysis.compare.contacts_csv import write_contacts
     from analysis.compare.remarks import remarks
     from analysis.compare.statistics import statistics
-    from analysis.pages.names import engine_label
+    from analysis.engines.rigid import NAME as RIGID
+    from analysis.motion.study import model_title
     from analysis.pages.numbers import statistic
     from analysis.support.files import write_json
 
@@ -158,10 +166,15 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
         write_json(folder / "comparison.json", words | numbers | {"remarks": said})
         for sentence in said:
             warn(f"{folder}: {sentence}")
-        heads.append(f"{comparison.scene.name}: {engine_label(comparison)}")
+        scene = comparison.scene
+        heads.append(f"{scene.name}: {model_title(scene, comparison.record.engine)}")
         cells = {key: statistic(key, value, comparison.unit) for key, value in numbers.items()}
         columns.append(words | cells)
-    rows = [[key.replace("_", " "), *(column[key] for column in columns)] for key in columns[0]]
+    own = "engine" if compared[0].record.engine == RIGID else "penalty"
+    rows = [
+        [key.replace("_", " ").replace("penalty", own), *(column[key] for column in columns)]
+        for key in columns[0]
+    ]
     show(["quantity", *heads], rows)
     for folder in runs:
         print(folder / "comparison.csv")

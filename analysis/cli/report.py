@@ -43,7 +43,7 @@ def report(
         ),
     ] = None,
     seeds: Annotated[
-        int, typer.Option(min=0, max=1000, help="Crowds of each driven scene in motion; 0: none.")
+        int, typer.Option(min=0, max=1000, help="Replicates of each driven scene; 0: none.")
     ] = 5,
     last: Annotated[
         float, typer.Option(parser=positive, help="How much of the end of each run counts, in s.")
@@ -56,10 +56,8 @@ def report(
 ) -> None:
     """Run, solve and compare: one HTML page, CSV and JSON beside it.
 
-    Exit status 1 if a run failed or a snapshot is not solved.
-
-    A driven crowd is also set in motion: several crowds from start to end, by all engines, and once
-    more with friction.
+    Exit status 1 if a run failed or a snapshot is not solved. A driven crowd also has replicates
+    from start to end, by all engines, and with friction too.
 
     Example: percussions report arch jam gate --seeds 10 --out report
     """
@@ -73,14 +71,14 @@ def report(
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
-    names = engine or [known.NAME for known in ENGINES]
-    soft = _with_springs(names)
+    soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
     chosen = [_chosen(read_scene(scene), stiffness) for scene in scenes]
     motions = [motion_of(one.scene, names, one.stiffnesses, seeds, runs) for one in chosen]
+    pairs = list(zip(chosen, motions, strict=True))
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     with progress() as bars:
         run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
-        moved = [in_motion(motion, last, bars, own) for motion in motions]
+        moved = [in_motion(one.scene, motion, last, bars, own) for one, motion in pairs]
         studies = [
             study(
                 one.scene.with_run(impulses=True) if motion else one.scene,
@@ -91,7 +89,7 @@ def report(
                 rigid_law,
                 further=one.further,
             )
-            for one, motion in zip(chosen, motions, strict=True)
+            for one, motion in pairs
         ]
         page = write_report(studies, out, command_line(), moved)
     well = _say(studies, [motion.failures if motion else [] for motion in moved])

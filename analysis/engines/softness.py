@@ -16,8 +16,9 @@ from pydantic import TypeAdapter
 from analysis.scene.scene import Scene
 
 # Measured with crowds of 75 to 1,200 at 2·10³ to 10⁸ N/m: below SOUND nobody is deeper than 0.35 r
-# in another once the flow is steady; above DOUBTFUL a crowd stands more than a third denser; at
-# NO_CROWD disks flow through each other.
+# in another once the flow is steady; above DOUBTFUL a crowd stands more than a third denser, and
+# disks overlap by about a radius, where the law of the overlap is none of two bodies; at NO_CROWD
+# disks flow through each other.
 SOUND, DOUBTFUL, NO_CROWD = 6.0, 17.0, 50.0
 
 
@@ -121,7 +122,8 @@ def softness_warning(scene: Scene) -> str | None:
     return (
         f"the total push over stiffness times radius is {s:.2g} "
         f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)} (below "
-        f"{SOUND:g} sound, to {DOUBTFUL:g} doubtful, above {NO_CROWD:g} no crowd)"
+        f"{SOUND:g} sound, to {DOUBTFUL:g} doubtful, to {NO_CROWD:g} not valid for forces, above "
+        "no crowd)"
     )
 
 
@@ -132,5 +134,5 @@ def judged(s: float) -> str:
     if s < DOUBTFUL:
         return "doubtful: it will stand denser than people do"
     if s < NO_CROWD:
-        return "not sound: people will be deep in each other"
+        return "not valid for forces: people will be deep in each other"
     return "no crowd: disks will flow through each other"

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Ends, Reel
-from analysis.motion.ensemble import LEVEL, correlation_windows
+from analysis.motion.inference import LEVEL, correlation_windows
 from analysis.motion.intervals import two
 from analysis.pages.numbers import NONE
 from analysis.percussions.setting import FORCE

@@ -1,29 +1,40 @@
-"""Intervals as they stand in a cell: two significant digits, no powers of ten."""
+"""Ranges and differences in cells and sentences: two significant digits, no powers of ten."""
 
 from __future__ import annotations
 
-from analysis.motion.ensemble import Difference, Interval
-from analysis.pages.numbers import NONE, decimals, signed, significant, with_sign, with_unit
+from collections.abc import Callable
+from math import isfinite
+
+from analysis.motion.ensemble import Interval
+from analysis.motion.inference import Difference
+from analysis.pages.numbers import (
+    NONE,
+    decimals,
+    percent,
+    signed,
+    significant,
+    with_sign,
+    with_unit,
+)
 
 
 def interval_cell(found: Interval) -> str:
-    """Write a median and its interval: 120 (90 – 150); – where there is none. Where all numbers are
-    equal: 120 in all 3."""
-    if not found.crowds:
-        return NONE
-    if found.alike:
-        return in_all(two(found.median), found.alike)
-    return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
+    """Write a mean and its range: 120 (90 – 150); the mean alone of one replicate, – of none. Where
+    all windows are equal: 120 in all 3."""
+    return _cell(found, two)
 
 
 def count_cell(found: Interval) -> str:
-    """Write a median of counts and its interval, whole numbers of two digits: 12 (3 – 200). Where
-    all numbers are equal: 12 in all 30."""
-    ends = (found.median, found.low, found.high)
-    median, low, high = (decimals(float(f"{round(end):.2g}"), 0) for end in ends)
-    if found.alike:
-        return in_all(median, found.alike)
-    return f"{median} ({low} – {high})"
+    """Write a mean of counts and its range, whole numbers of two digits: 12 (3 – 200)."""
+    return _cell(found, lambda value: decimals(float(f"{round(value):.2g}"), 0))
+
+
+def _cell(found: Interval, written: Callable[[float], str]) -> str:
+    if not found.replicates:
+        return NONE
+    if found.alike or found.replicates == 1:
+        return in_all(written(found.mean), found.alike or 1)
+    return f"{written(found.mean)} ({written(found.low)} – {written(found.high)})"
 
 
 def in_all(value: str, count: int) -> str:
@@ -39,18 +50,35 @@ def two(value: float) -> str:
     return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
 
 
+def more_words(value: float, relative: bool, unit: str) -> str:
+    """Write a difference, two significant digits with their sign: in per cent of the other, or in
+    the unit of the quantity where the other is next to zero."""
+    return signed(value) if relative else with_unit(with_sign(value, two(value)), unit)
+
+
 def difference_words(found: Difference, unit: str) -> tuple[str, str, str]:
-    """Write a difference and the ends of its interval, two significant digits with their sign: in
-    per cent of the other, or in the unit of the quantity where the other is next to zero."""
+    """Write a difference and the ends of its interval."""
     ends = (found.value, found.low, found.high)
-    if found.relative:
-        value, low, high = map(signed, ends)
-        return value, low, high
-    value, low, high = (with_sign(end, two(end)) for end in ends)
-    return with_unit(value, unit), low, with_unit(high, unit)
+    value, low, high = (more_words(end, found.relative, unit) for end in ends)
+    return value, low, high
+
+
+def least_words(found: Difference, unit: str) -> str:
+    """Write the smallest difference that would have been seen: 12 %; none where no difference
+    would."""
+    if not isfinite(found.least):
+        return "none"
+    if not found.least:
+        return "all equal"
+    return percent(found.least, 2) if found.relative else with_unit(two(found.least), unit)
 
 
 def difference_cell(found: Difference, unit: str) -> str:
-    """Write a difference and its interval in a cell: +12 % (+3 % to +20 %)."""
+    """Write a verdict with what it rests on: yes: +12 % (+3 % to +20 %); no: ± 12 % would have been
+    seen."""
     value, low, high = difference_words(found, unit)
-    return f"{value} ({low} to {high})"
+    if found.stops:
+        return f"yes: {'stops' if found.value < 0 else f'{value}, the other stops'}"
+    if found.significant:
+        return f"yes: {value} ({low} to {high})"
+    return f"no: {value} (smallest seen: {least_words(found, unit)})"

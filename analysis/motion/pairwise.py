@@ -8,20 +8,17 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import t as student
 
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
-from analysis.motion.ensemble import LEVEL, Difference, correlation_windows, next_to_zero
+from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
 from analysis.motion.same_crowd import check_same_crowd
 from analysis.motion.series import MEASURES, SHORTEST_S, passed, values_of
 from analysis.scene.scene import Scene, read_scene
 from nscd.arrays import Floats, Indices
 
-# Fewer independent windows than this say nothing.
-FEWEST = 3.0
 # Frames of two runs this near, over the shortest window, are at the same instant.
 SAME = 1e-3
 
@@ -67,26 +64,22 @@ class Both:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paired:
-    """Hold means over windows, and by how much the second is above the first.
+    """Hold means over windows, and by how much the second is above the first. One pair of runs has
+    no verdict: its windows follow from each other, and other replicates would have others.
 
     first, second: in the unit of the measure
-    more: of the second than of the first; its ends are NaN where too few windows are independent
+    more: of the second than of the first
+    relative: whether that is a share of the first; in its unit where the first is next to zero
+    autocorrelation: of the difference from one window to the next; NaN of a constant one
     independent: how many windows count as such, by the correlation time of the differences
     """
 
     first: float
     second: float
-    more: Difference
+    more: float
+    relative: bool
+    autocorrelation: float
     independent: float
-
-    @property
-    def verdict(self) -> str:
-        """Say whether the two can be told apart."""
-        if self.independent < FEWEST:
-            return "too few independent windows"
-        if self.more.value and not np.isfinite(self.more.low):
-            return "all windows alike"  # which do not say how far chance reaches
-        return "differ" if self.more.distinguishable else "not distinguishable"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -193,35 +186,20 @@ def _both(
 
 
 def _paired(first: Floats, second: Floats) -> Paired:
-    """The means (w,) of both, and the interval of their difference by Student's t: a share, unless
-    the first is next to zero."""
+    """The means of both (w,), and how their difference goes on from window to window."""
     difference = second - first
-    independent = len(first) / correlation_windows([difference])
-    mean, more = float(first.mean()), float(difference.mean())
-    half = _half_interval(difference, independent)
-    own = _half_interval(first, len(first) / correlation_windows([first]))
-    relative = not next_to_zero(mean - own, mean + own) if np.isfinite(own) else mean > 0
-    size = mean if relative else 1.0
+    difference[np.abs(difference) <= ROUNDING * np.maximum(first, second)] = 0.0
+    mean, apart = float(first.mean()), difference - difference.mean()
+    square = float((apart**2).sum())
+    relative = not next_to_zero(first)
     return Paired(
         first=mean,
         second=float(second.mean()),
-        more=Difference(
-            value=more / size,
-            low=(more - half) / size,
-            high=(more + half) / size,
-            relative=relative,
-        ),
-        independent=independent,
+        more=float(difference.mean()) / (mean if relative else 1.0),
+        relative=relative,
+        autocorrelation=float(apart[1:] @ apart[:-1]) / square if square else float("nan"),
+        independent=len(first) / correlation_windows([difference]),
     )
-
-
-def _half_interval(values: Floats, independent: float) -> float:
-    """Half the interval of the mean of values, so many of which are independent; NaN of too few, and
-    of equal ones, which do not say how far chance reaches."""
-    if independent < FEWEST or not np.ptp(values):
-        return float("nan")
-    error = float(values.std(ddof=1)) / np.sqrt(independent)
-    return float(student.ppf(0.5 + LEVEL / 2, independent - 1) * error)
 
 
 def _above(first: float, second: float) -> float:

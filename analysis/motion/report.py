@@ -38,11 +38,17 @@ class Moving:
     rough: Mapping[str, Sequence[EngineRun]]
 
 
+def moves(scene: Scene) -> bool:
+    """Tell whether a scene goes on: it is driven, and no impact, which is over at once."""
+    return scene.drive is not None and scene.analysis.kind != "impact"
+
+
 def motion_of(
     scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], crowds: int, out: Path
 ) -> Moving | None:
-    """List the runs of a scene in motion by model; None of an impact, which is over at once."""
-    if scene.drive is None or scene.analysis.kind == "impact" or not crowds:
+    """List the runs of a scene in motion by model; None of one that does not move, or of no
+    replicates."""
+    if not (moves(scene) and crowds):
         return None
     other = scene.with_contact(friction=0.0 if scene.contact.friction else FRICTION)
     fewer = crowds if crowds >= MANY else min(crowds, max(FEW, crowds // 2))
@@ -82,20 +88,23 @@ def runs_of(
 
 
 def in_motion(
+    scene: Scene,
     moving: Moving | None,
     last_s: float,
     progress: Progress | None = None,
     limits: tuple[Path, ...] = (),
 ) -> InMotion | None:
-    """Run and read a scene in motion; None where there are no runs of it. limits: files of users'
-    own."""
+    """Run and read a scene in motion; without replicates it has a first screen only, and None of
+    one that does not move. limits: files of users' own."""
     if moving is None:
-        return None
+        if not moves(scene):
+            return None
+        return InMotion(first=headline_section(scene), sections=[], numbers={}, failures=[])
     study = study_motion(moving.scene, moving.runs, last_s, progress, limits)
     rough = study_motion(moving.other, moving.rough, last_s, progress, limits)
     numbers = motion_numbers(study) | {"exposure": headline_numbers(study)}
     return InMotion(
-        first=headline_section(study),
+        first=headline_section(study.scene, study, rough),
         sections=[motion_section(study), motion_section(rough, study)],
         numbers=numbers | {"other_friction": motion_numbers(rough)},
         failures=[*study.failures, *rough.failures],

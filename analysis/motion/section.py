@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from analysis.engines.rigid import NAME as RIGID
 from analysis.motion.ensemble import Ensemble
-from analysis.motion.intervals import difference_words, interval_cell
+from analysis.motion.intervals import difference_words, interval_cell, least_words
 from analysis.motion.pictures import motion_picture
 from analysis.motion.series import MEASURES
 from analysis.motion.study import MotionStudy
@@ -54,7 +54,7 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
             words.text("friction" if without else "push", **_push(scene), **values),
             words.text("arch", **values),
         ],
-        words=[*_found(words, study), *(_changed(words, study, without) if without else ())],
+        words=_said(words, study, without),
         pictures=[picture],
         tables=[
             words.table(
@@ -73,44 +73,76 @@ def _push(scene: Scene) -> dict[str, float]:
     return {"least": float(push.min()), "most": float(push.max()), "ways": drive.ways}
 
 
-def _found(words: Words, study: MotionStudy) -> list[str]:
-    """How each model compares with the rigid one, in sentences."""
+def _said(words: Words, study: MotionStudy, without: MotionStudy | None) -> list[str]:
+    """How each model compares with the rigid one, and with itself without friction, in sentences;
+    what stops a flow first."""
+    values = {"after": study.friction, "before": without.friction if without else 0.0}
+    rigid = against_rigid(study)
+    pairs = [(*pair, "differ", "alike") for pair in rigid]
+    pairs += [(*pair, "changed", "unchanged") for pair in changed_by(study, without)]
+    stops = [words.text("stops", **found) for one, other, *_ in pairs for found in stop(one, other)]
+    told = [sentence for pair in pairs for sentence in _told(words, *pair, values)]
+    if study.reference and not any(one.differences(other) for one, other in rigid):
+        told.insert(0, words.text("few"))
+    return stops + told
+
+
+def against_rigid(study: MotionStudy) -> list[tuple[Ensemble, Ensemble]]:
+    """List the models with springs, each with the rigid one."""
     reference = study.reference
-    if reference is None:
+    return [(one, reference) for one in study.ensembles if reference and one.engine != RIGID]
+
+
+def changed_by(study: MotionStudy, without: MotionStudy | None) -> list[tuple[Ensemble, Ensemble]]:
+    """List the models of a study, each with itself at the other friction."""
+    return [
+        (one, other)
+        for one in study.ensembles
+        for other in (without.ensembles if without else ())
+        if one.title.startswith(other.title) or other.title.startswith(one.title)
+    ]
+
+
+def stop(one: Ensemble, other: Ensemble) -> list[dict[str, object]]:
+    """Say which of two models lets nobody through where the other lets people through, for the
+    words; nothing where none does."""
+    found = one.differences(other).get("flow")
+    if found is None or not (found.stops and found.significant):
         return []
-    said = []
-    for one in study.ensembles:
-        if one.engine != RIGID:
-            said += _told(words, ("differ", "alike"), one, reference)
-    return said or [words.text("few")]
-
-
-def _changed(words: Words, study: MotionStudy, without: MotionStudy) -> list[str]:
-    """What friction changes in each model, in sentences."""
-    said = []
-    for one in study.ensembles:
-        for other in without.ensembles:
-            if one.title.startswith(other.title) or other.title.startswith(one.title):
-                values = {"after": study.friction, "before": without.friction}
-                said += _told(words, ("changed", "unchanged"), one, other, **values)
-    return said
+    still, moving = (one, other) if found.value < 0 else (other, one)
+    flow = interval_cell(moving.interval("flow"))
+    names = {"still": in_a_sentence(still.title), "moving": in_a_sentence(moving.title)}
+    return [names | {"count": len(still.series), "flow": flow}]
 
 
 def _told(
-    words: Words, blocks: tuple[str, str], one: Ensemble, other: Ensemble, **values: float
+    words: Words,
+    one: Ensemble,
+    other: Ensemble,
+    differ: str,
+    alike: str,
+    values: dict[str, float],
 ) -> list[str]:
-    """In which measures a model is told from another, and in which it is not."""
-    compared = {key: one.above(other, key) for key in MEASURES}
-    known = {key: found for key, found in compared.items() if found is not None}
-    differ = [
-        (MEASURES[key].title, *difference_words(f, MEASURES[key].unit))
-        for key, f in known.items()
-        if f.distinguishable
+    """In which measures a model differs from another, and in which no significant difference was
+    found, with the smallest that would have been seen."""
+    found = one.differences(other)
+    known = {MEASURES[key]: of for key, of in found.items() if key in MEASURES}
+    apart = [
+        (measure.title, *difference_words(of, measure.unit))
+        for measure, of in known.items()
+        if of.significant and not of.stops
     ]
-    alike = [MEASURES[key].title for key, f in known.items() if not f.distinguishable]
+    same = [
+        (measure.title, least_words(of, measure.unit))
+        for measure, of in known.items()
+        if not of.significant
+    ]
     model = in_a_sentence(one.title)
-    said = [words.text(blocks[0], model=model, found=differ, **values)] if differ else []
-    return said + ([words.text(blocks[1], model=model, names=alike, **values)] if alike else [])
+    return [
+        words.text(block, model=model, found=rows, **values)
+        for block, rows in ((differ, apart), (alike, same))
+        if rows
+    ]
 
 
 def _counted(study: MotionStudy) -> Ensemble:
@@ -131,7 +163,7 @@ def _rows(study: MotionStudy) -> list[list[Cell]]:
 def motion_numbers(study: MotionStudy) -> dict[str, object]:
     """Give all numbers of a study, for numbers.json."""
     return {
-        "crowds": study.crowds,
+        "replicates": study.crowds,
         "friction": study.friction,
         "last_s": study.last_s,
         "models": {one.title: _numbers(one, study.reference) for one in study.ensembles},
@@ -140,22 +172,23 @@ def motion_numbers(study: MotionStudy) -> dict[str, object]:
 
 def _numbers(one: Ensemble, reference: Ensemble | None) -> dict[str, object]:
     numbers: dict[str, object] = {}
+    compared = {} if reference in (None, one) else one.differences(reference)
     for key, measure in MEASURES.items():
         found = one.interval(key)
         entry: dict[str, object] = {
             "unit": measure.unit,
-            "median": found.median,
-            "interval_90": [found.low, found.high],
-            "crowds": found.crowds,
-            "windows_per_crowd": found.windows,
+            "mean": found.mean,
+            "range_90": [found.low, found.high],
+            "replicates": found.replicates,
+            "windows_per_replicate": found.windows,
             "independent_windows": found.independent,
         }
-        if reference is not None and one is not reference:
-            above = one.above(reference, key)
-            if above is not None:
-                # a share, or in the unit where the rigid one is next to zero
-                name = "above_rigid" if above.relative else "more_than_rigid"
-                entry[name] = above.value
-                entry[f"{name}_interval_90"] = [above.low, above.high]
+        if (above := compared.get(key)) is not None:
+            # a share, or in the unit where the rigid one is next to zero
+            name = "above_rigid" if above.relative else "more_than_rigid"
+            entry[name] = above.value
+            entry[f"{name}_interval_90"] = [above.low, above.high]
+            entry["smallest_seen"] = above.least
+            entry["probability"] = above.probability
         numbers[key] = entry
     return numbers

@@ -75,7 +75,7 @@ def motion_runs(
             made = [one.with_contact(stiffness_N_per_m=k) for one in variants[:least]]
             title = model_title(made[0], name)
             if len(made) < crowds:
-                title += f", {len(made)} crowds" if len(made) > 1 else ", one crowd"
+                title += f", {len(made)} replicates" if len(made) > 1 else ", one replicate"
             runs[title] = [
                 EngineRun(scene=one, engine=name, folder=_folder(out, one, name, index))
                 for index, one in enumerate(made)

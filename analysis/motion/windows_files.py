@@ -53,10 +53,9 @@ def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, A
             "first": found.first,
             "second": found.second,
             # a share, or in the unit where the first is next to zero
-            "second_above_first" if found.more.relative else "second_minus_first": found.more.value,
-            "interval_90": [found.more.low, found.more.high],
+            "second_above_first" if found.relative else "second_minus_first": found.more,
+            "autocorrelation": found.autocorrelation,
             "independent_windows": found.independent,
-            "verdict": found.verdict,
         }
         for key, found in compared.paired().items()
     }

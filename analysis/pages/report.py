@@ -63,7 +63,7 @@ def write_report(
             "failures": study.failures,
             "warnings": study.warnings,
             "runs": runs[study.scene.name],
-            **({"in_motion": motion.numbers} if motion else {}),
+            **({"in_motion": motion.numbers} if motion and motion.numbers else {}),
         }
         for study, motion in zip(studies, moving, strict=True)
     }

@@ -53,3 +53,33 @@ def test_a_run_without_impulses_says_how_to_get_them(percussions, rigid, tmp_pat
     assert made.returncode != 0
     assert made.stderr.strip().count("\n") == 0
     assert "run the scene again with --impulses" in made.stderr
+
+
+def test_one_pair_of_runs_has_no_verdict(percussions, rigid, tmp_path):
+    """Whatever its windows are: they are those of one crowd."""
+    other = shutil.copytree(rigid, tmp_path / "again")
+    made = percussions("compare", rigid, other, "--window", 0.1)
+    assert made.returncode == 0
+    said = re.sub(r"\s+", " ", made.stdout)
+    assert "one pair of runs: no verdict" in said
+    assert "differ " not in said
+    assert "90 %" not in said
+    walls = json.loads((other / "windows.json").read_text())["measures"]["walls"]
+    assert set(walls) == {
+        "unit", "first", "second", "second_above_first", "autocorrelation", "independent_windows",
+    }  # fmt: skip
+
+
+def test_a_rigid_run_alone_has_neither_stiffness_nor_penalty(percussions, rigid):
+    made = percussions("compare", rigid)
+    assert "rigid model, h = 5 ms" in re.sub(r"\s+", " ", made.stdout)
+    assert not re.search("penalty|k = ", made.stdout)
+
+
+def test_runs_that_are_not_compared_are_a_failure(percussions, rigid, tmp_path):
+    other = tmp_path / "fewer"
+    simulate(make("arch", disks=19).with_run(duration_s=0.1, frames=1), "rigid", other)
+    made = percussions("compare", rigid, other)
+    assert made.returncode == 1
+    assert "not compared by windows" in made.stderr
+    assert "19 people, not 20" in made.stderr

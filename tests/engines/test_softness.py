@@ -76,7 +76,7 @@ def test_what_rigid_disks_overstate_is_the_table_of_the_page():
     [
         (1e6, None),
         (1.2e5, "doubtful"),
-        (4e4, "not sound"),
+        (4e4, "not valid for forces: people will be deep"),
         (1e4, "no crowd"),
     ],
 )

@@ -182,11 +182,12 @@ def test_tables_hold_every_person_wall_and_limit(pressed):
 
 def test_every_shipped_limit_says_where_it_is_from():
     known = known_limits()
+    # no source says how long a wall its sum on a wall is of
+    assert not [one.name for one in known if one.quantity == "wall_load"]
     assert {(one.number, one.unit) for one in known} >= {
-        (623, "N"), (1112, "N"), (6227, "N"), (4500, "N"), (2000, "N"), (9000, "N"), (400, "N"),
+        (623, "N"), (1112, "N"), (6227, "N"), (2000, "N"), (9000, "N"), (400, "N"),
         (715, "N"), (2, "kN/m"), (5, "kN/m"),
     }  # fmt: skip
-    assert len({one.quantity for one in known if one.unit == "N" and "wall" in one.quantity}) == 1
 
 
 GOOD = """

@@ -53,10 +53,8 @@ def test_impulses_that_are_a_tenth_larger_are_found_so(rigid, tmp_path):
     assert [round(w.end - w.start, 9) for w in compared.windows] == [0.1] * 10
     found = compared.paired()
     for name in ("contact_largest", "contact_95", "contact_mean", "person_largest", "walls"):
-        assert found[name].more.value == pytest.approx(0.1, abs=0.003), name
-        assert found[name].verdict == "differ", name
-    assert found["flow"].more.value == 0.0
-    assert found["speed_door"].verdict == "not distinguishable"
+        assert found[name].more == pytest.approx(0.1, abs=0.003), name
+    assert found["flow"].more == found["speed_door"].more == 0.0
     busy = [w.agreement() for w in compared.windows if len(w.keys) > 10]
     assert busy
     for said in busy:
@@ -67,13 +65,23 @@ def test_impulses_that_are_a_tenth_larger_are_found_so(rigid, tmp_path):
         assert said["contacts_only_first"] == said["contacts_only_second"] == 0
 
 
-def test_windows_that_all_differ_alike_have_no_interval():
-    first = np.array([1.0, 2.0, 4.0, 3.0, 1.0, 5.0, 2.0, 3.0])
-    found = _paired(first, first + 1.0)
-    assert np.isnan([found.more.low, found.more.high]).all()
-    assert found.verdict == "all windows alike"
-    assert _paired(first, first + np.arange(8) % 2).verdict == "differ"
-    assert _paired(first[:2], first[:2] + 1.0).verdict == "too few independent windows"
+def test_one_pair_of_runs_has_numbers_and_their_autocorrelation():
+    """Of which the definition is written out here; no verdict, whatever they are."""
+    random = np.random.default_rng(4)
+    first, apart = random.uniform(5, 6, 50), np.cumsum(random.normal(size=50))
+    found = _paired(first, first + apart)
+    about = apart - apart.mean()
+    assert found.autocorrelation == pytest.approx(
+        sum(about[n] * about[n + 1] for n in range(49)) / sum(about**2)
+    )
+    assert found.independent < 10
+    assert found.more == pytest.approx(apart.mean() / first.mean())
+    assert not hasattr(found, "verdict")
+    constant = _paired(first, first * (1 + 1e-14))
+    assert (constant.more, constant.relative) == (0.0, True)
+    assert np.isnan(constant.autocorrelation)
+    still = _paired(np.zeros(4), np.ones(4))
+    assert (still.more, still.relative) == (1.0, False)
 
 
 def test_flow_is_the_count_of_those_who_passed(rigid, scene):

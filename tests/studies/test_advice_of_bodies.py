@@ -42,6 +42,10 @@ def test_disks_that_flow_through_each_other_are_no_answer(arch):
     few = make("arch", disks=20)
     chest = advise_bodies(few, 0.5, "flow", METHODS, "chest")
     assert chest.command.endswith("--law body_hertz")
+    # at s = 17.6 disks overlap by a radius: the run has a flow, but no valid forces
+    force = advise_bodies(few, 0.5, "contact-force-95", METHODS, "chest")
+    assert (force.engine, force.softness[1] > 17) == ("", True)
+    assert "not valid for forces" in "\n".join(body_lines(force))
 
 
 def test_walls_of_a_soft_run_hold(arch):

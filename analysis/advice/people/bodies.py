@@ -10,6 +10,7 @@ from pathlib import Path
 
 from analysis.advice.price import expected_seconds
 from analysis.engines.softness import (
+    DOUBTFUL,
     NO_CROWD,
     Body,
     RigidOver,
@@ -86,7 +87,7 @@ def advise_bodies(
         offered.append((expected_seconds(scene, "rigid"), "rigid", ""))
     soft, words = soft_run(scene, known[body])
     for name in methods:
-        if name != "rigid" and softest <= NO_CROWD:
+        if name != "rigid" and softest <= valid_to(quantity):
             offered.append((expected_seconds(soft, name), name, words))
     price, engine, words = min(offered, default=(0.0, "", ""))
     return BodyAdvice(
@@ -100,6 +101,12 @@ def advise_bodies(
         command=f"percussions run {scene.name} --engine {engine}{words}" if engine else "",
         cpu_seconds=price,
     )
+
+
+def valid_to(quantity: str) -> float:
+    """Give the largest s of a soft run that answers: forces need disks that do not overlap by a
+    radius."""
+    return NO_CROWD if quantity in ("flow", "door-density") else DOUBTFUL
 
 
 def soft_run(scene: Scene, body: Body) -> tuple[Scene, str]:
@@ -136,7 +143,7 @@ def body_lines(advice: BodyAdvice) -> Iterator[str]:
         )
     if advice.engine:
         yield f"advised: {advice.command} (about {seconds(advice.cpu_seconds)} CPU)"
-    elif softest > NO_CROWD:
+    elif softest > valid_to(advice.quantity):
         yield "advised: nothing; fewer people, a smaller push or larger radii make it a crowd"
     else:
         yield "advised: nothing: no method asked about answers for bodies so soft"

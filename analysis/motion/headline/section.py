@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from analysis.engines.softness import NO_CROWD, known_bodies, softness
+from analysis.engines.softness import DOUBTFUL, NO_CROWD, known_bodies, softness
 from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES, Limit, known_limits
 from analysis.motion.ensemble import Ensemble
 from analysis.motion.headline.picture import loads_picture
-from analysis.motion.intervals import count_cell, difference_cell, difference_words, interval_cell
+from analysis.motion.intervals import (
+    count_cell,
+    difference_cell,
+    difference_words,
+    interval_cell,
+    least_words,
+)
+from analysis.motion.section import against_rigid, changed_by, stop
 from analysis.motion.series import MEASURES, Measure
 from analysis.motion.study import MotionStudy
 from analysis.pages.bodies import ladder_table
@@ -34,39 +41,52 @@ NAMED = "asphyxia_minutes"
 GREEN_GUIDE_N = (213.0, 219.0)
 
 
-def headline_section(study: MotionStudy) -> Section | None:
-    """Put a scene in motion on one screen; None where no model ran."""
+def headline_section(
+    scene: Scene, study: MotionStudy | None = None, rough: MotionStudy | None = None
+) -> Section | None:
+    """Put a driven scene on one screen; None where no model ran. Without a study, of no replicates,
+    it has no numbers. rough: the study of the same with the other friction."""
+    words = Words(__package__)
+    values: dict[str, object] = {"people": len(scene.snapshot), "duration": scene.run.duration_s}
+    name, title = f"{scene.name}-at-a-glance", scene.title
+    said = [words.text("push", **_push(scene), green=GREEN_GUIDE_N)]
+    if study is None:
+        introduction = [words.text("once", **values, **_bodies(scene)), words.text("people")]
+        said += [words.text("none"), _soft(words, scene)]
+        tables = [ladder_table(scene)]
+        return Section(
+            number=name, title=title, introduction=introduction, words=said, tables=tables
+        )
     models = several(study)
     if not models:
         return None
-    words, scene = Words(__package__), study.scene
-    name = f"{scene.name}-at-a-glance"
-    values = {
+    values |= {
         "models": [one.title for one in models],
-        "people": len(scene.snapshot),
         "crowds": study.crowds,
         "varied": how_varied(scene, study.crowds),
         "window": models[0].series[0].window_s,
         "last": models[0].last_s,
-        "duration": scene.run.duration_s,
         "reconciliation": scene.reconciliation,
         "refused": scene.other_frames.refused if scene.other_frames else (),
         "frames_vary": study.crowds > 1 and bool(scene.other_crowds),
     }
+    pictures = {
+        "figure": loads_picture(scene, models, study.limits),
+        "narrow": loads_picture(scene, models, study.limits, narrow=True),
+    }
     caption = words.text("picture", time=models[-1].series[0].time[-1], **values)
     return Section(
         number=name,
-        title=scene.title,
+        title=title,
         introduction=[words.text("what", **values, **_bodies(scene)), words.text("people")],
-        words=_said(words, study, models, values),
-        pictures=[
-            Picture(
-                name=f"{scene.name}-who-bears-most",
-                caption=caption,
-                figure=loads_picture(scene, models, study.limits),
-                narrow=loads_picture(scene, models, study.limits, narrow=True),
-            )
+        words=[
+            *_stops(words, study, rough),
+            *said,
+            *_loads(words, study, models, values),
+            *_compared(words, study, models),
+            _soft(words, scene),
         ],
+        pictures=[Picture(name=f"{scene.name}-who-bears-most", caption=caption, **pictures)],
         tables=[
             _numbers(words, study, models),
             _limits(words, study, models, values),
@@ -88,38 +108,58 @@ def _bodies(scene: Scene) -> dict[str, float]:
     return {f"{key}_{end.__name__}": float(end(v)) for key, v in ends.items() for end in (min, max)}
 
 
-def _said(
+def _stops(words: Words, study: MotionStudy, rough: MotionStudy | None) -> list[str]:
+    """What stops the flow, of all models and by friction: the largest effect there can be."""
+    pairs = against_rigid(study)
+    if rough is not None:
+        pairs += [*against_rigid(rough), *changed_by(rough, study)]
+    return [words.text("stops", **found) for pair in pairs for found in stop(*pair)]
+
+
+def _loads(
     words: Words, study: MotionStudy, models: Sequence[Ensemble], values: Mapping[str, object]
 ) -> list[str]:
-    """What a safety engineer reads first, in sentences."""
-    scene = study.scene
+    """What a safety engineer reads first: who is above a limit, and what walls bear."""
+    named = next(one for one in limits_of_people(study.limits) if one.name == NAMED)
+    barriers = [one for one in known_limits() if one.depth_m is not None]
+    above = [(one.title, count_cell(one.interval(above_key(named)))) for one in models]
+    lasting = _lasting(named)
+    said = [words.text("above", limit=named, above=above, lasting=lasting, **values)]
+    if any(one.interval("walls").mean > 0 for one in models):
+        line = [(one.title, interval_cell(one.interval("wall_line_load"))) for one in models]
+        said.append(words.text("walls", line=line, least=barriers[0], most=barriers[-1]))
+    return said
+
+
+def _compared(words: Words, study: MotionStudy, models: Sequence[Ensemble]) -> list[str]:
+    """In which headline numbers the first model differs from the rigid one."""
+    reference = study.reference
+    if reference is None or models[0] is reference:
+        return []
+    every = models[0].differences(reference)
+    found = {HEADLINES[key]: one for key, one in every.items() if key in HEADLINES}
+    differ = [
+        (measure.title, difference_words(one, measure.unit)[0])
+        for measure, one in found.items()
+        if one.significant and not one.stops
+    ]
+    alike = [
+        (measure.title, least_words(one, measure.unit))
+        for measure, one in found.items()
+        if not one.significant
+    ]
+    if not (differ or alike):
+        return []
+    titles = {"model": models[0].title, "rigid": reference.title}
+    return [words.text("models", differ=differ, alike=alike, **titles)]
+
+
+def _soft(words: Words, scene: Scene) -> str:
+    """How much softer people are than these bodies."""
     chest = known_bodies()["chest"]
     ladder = (scene.contact.stiffness_N_per_m, chest.low_N_per_m, chest.high_N_per_m)
     soft = [(k, softness(scene, k)) for k in ladder]
-    named = next(one for one in limits_of_people(study.limits) if one.name == NAMED)
-    barriers = [one for one in known_limits() if one.depth_m is not None]
-    said = [words.text("push", **_push(study.scene), green=GREEN_GUIDE_N)]
-    above = [(one.title, count_cell(one.interval(above_key(named)))) for one in models]
-    lasting = _lasting(named)
-    said.append(words.text("above", limit=named, above=above, lasting=lasting, **values))
-    if any(one.interval("walls").median > 0 for one in models):
-        line = [(one.title, interval_cell(one.interval("wall_line_load"))) for one in models]
-        said.append(words.text("walls", line=line, least=barriers[0], most=barriers[-1]))
-    reference = study.reference
-    if reference is not None and models[0] is not reference:
-        found = {key: models[0].above(reference, key) for key in HEADLINES}
-        known = {HEADLINES[key]: one for key, one in found.items() if one is not None}
-        differ = [
-            (measure.title, difference_words(one, measure.unit)[0])
-            for measure, one in known.items()
-            if one.distinguishable
-        ]
-        alike = [measure.title for measure, one in known.items() if not one.distinguishable]
-        if known:
-            titles = {"model": models[0].title, "rigid": reference.title}
-            said.append(words.text("models", differ=differ, alike=alike, **titles))
-    said.append(words.text("soft", soft=soft, no_crowd=NO_CROWD))
-    return said
+    return words.text("soft", soft=soft, doubtful=DOUBTFUL, no_crowd=NO_CROWD)
 
 
 def _push(scene: Scene) -> dict[str, object]:
@@ -147,12 +187,9 @@ def _numbers(words: Words, study: MotionStudy, models: Sequence[Ensemble]) -> Ta
 
 
 def _whether(one: Ensemble, reference: Ensemble, key: str) -> str:
-    """Whether a model differs from the rigid one by more than crowds do: yes, by how much."""
-    found = one.above(reference, key)
-    if found is None:
-        return NONE
-    said = difference_cell(found, HEADLINES[key].unit)
-    return f"{'yes' if found.distinguishable else 'no'}: {said}"
+    """Whether a model differs from the rigid one, and by how much."""
+    found = one.differences(reference).get(key)
+    return NONE if found is None else difference_cell(found, HEADLINES[key].unit)
 
 
 def _limits(
@@ -191,8 +228,8 @@ def headline_numbers(study: MotionStudy) -> dict[str, object]:
         one.title: {
             key: {
                 "unit": unit,
-                "median": (found := one.interval(key)).median,
-                "interval_90": [found.low, found.high],
+                "mean": (found := one.interval(key)).mean,
+                "range_90": [found.low, found.high],
                 "independent_windows": found.independent,
             }
             for key, unit in keys.items()

@@ -14,7 +14,7 @@ from analysis.dumps.windows import RunWindows
 from analysis.engines import EngineError
 from analysis.engines.record import RunRecord
 from analysis.engines.run import EngineRun, run_ahead
-from analysis.motion.ensemble import LEVEL
+from analysis.motion.inference import LEVEL
 from analysis.motion.precision.settings import Setting, SettingRuns
 from analysis.motion.series import Measure, Series, read_series
 from analysis.scene.scene import Scene
