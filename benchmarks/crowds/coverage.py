@@ -1,0 +1,104 @@
+"""How often ranges and verdicts over replicates keep what they promise, on crowds that are known.
+
+    nice -n 19 python benchmarks/crowds/coverage.py FOLDER [--crowds 60] [--draws 300] [--friction 0.4]
+
+Crowds of `arch` of 150 people are run for 2 s by the rigid engine; runs that are in FOLDER are taken
+as they are. Of these crowds 3, 5 and 10 are drawn as the replicates of a report. Its ranges are held
+against all other crowds, and its verdicts against as many other crowds of the same model: no
+difference is there. Prints the table of docs/results/report.md."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from analysis.engines.run import EngineRun
+from analysis.motion.ensemble import COMPARED, Ensemble
+from analysis.motion.inference import Sample, differences
+from analysis.motion.series import Series, read_series
+from analysis.scene.shipped_scenes import make
+from nscd.arrays import Indices
+
+PEOPLE, DURATION_S, LAST_S = 150, 2.0, 1.0
+REPLICATES = (3, 5, 10)
+# A true difference, whose verdicts are counted too.
+MORE = 1.1
+# Of the ranges: those of windows, without shares and lifetimes of arches, and the flow.
+WINDOWS = [key for key in COMPARED if key != "flow" and not key.startswith("arch")]
+
+
+def series_of(folder: Path, crowds: int, friction: float) -> list[Series]:
+    """Run the crowds that are not there, and read all."""
+    found = []
+    for seed in range(1, crowds + 1):
+        scene = make("arch", PEOPLE, seed).with_contact(friction=friction)
+        scene = scene.with_run(duration_s=DURATION_S, frames=20, impulses=True)
+        run = EngineRun(scene=scene, engine="rigid", folder=folder / f"{friction:g}_{seed}")
+        found.append(read_series(run.folder, run.record().time_step_s))
+    return found
+
+
+def ensemble(series: list[Series], chosen: Indices) -> Ensemble:
+    """The model of some of the crowds."""
+    some = [series[index] for index in chosen]
+    return Ensemble(title="rigid", engine="rigid", series=some, last_s=LAST_S)
+
+
+def samples(of: Ensemble, more: float = 1.0) -> dict[str, Sample]:
+    """All quantities of a model, its forces that much larger."""
+    found = {key: of.sample(key) for key in COMPARED if key != "arch_lifetime"}
+    for key in WINDOWS:
+        one = found[key]
+        found[key] = Sample(values=more * one.values, noise=more**2 * one.noise)
+    return found
+
+
+def measured(series: list[Series], count: int, draws: int) -> list[str]:
+    """One row: how many replicates, what ranges hold, what verdicts say."""
+    random = np.random.default_rng(count)
+    held: dict[str, list[float]] = {key: [] for key in (*WINDOWS, "flow")}
+    wrong, seen = 0, {key: 0 for key in WINDOWS}
+    for _ in range(draws):
+        order = random.permutation(len(series))
+        mine, theirs, rest = np.split(order, [count, 2 * count])
+        model, further = ensemble(series, mine), ensemble(series, np.concatenate([theirs, rest]))
+        for key, shares in held.items():
+            found, others = model.interval(key), np.concatenate(further.windows(key))
+            shares.append(float(((others >= found.low) & (others <= found.high)).mean()))
+        other = samples(ensemble(series, theirs))
+        wrong += any(one.significant for one in differences(samples(model), other).values())
+        truly = differences(samples(model, MORE), other)
+        for key in WINDOWS:
+            seen[key] += truly[key].significant
+    share = [float(np.mean(held[key])) for key in WINDOWS]
+    power = [
+        seen[key] / draws for key in ("contact_mean", "walls", "contact_95", "contact_largest")
+    ]
+    return [
+        str(count),
+        f"{min(share):.0%} to {max(share):.0%}",
+        f"{np.mean(held['flow']):.0%}",
+        f"{wrong / draws:.1%}",
+        ", ".join(f"{one:.0%}" for one in power),
+    ]
+
+
+def main() -> None:
+    """Run, draw and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--crowds", type=int, default=60)
+    parser.add_argument("--draws", type=int, default=300)
+    parser.add_argument("--friction", type=float, default=0.0)
+    asked = parser.parse_args()
+    series = series_of(asked.folder, asked.crowds, asked.friction)
+    print("| replicates | windows held | flow held | any false verdict | +10 % seen |")
+    print("|---|---|---|---|---|")
+    for count in REPLICATES:
+        print("| " + " | ".join(measured(series, count, asked.draws)) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
