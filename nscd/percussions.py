@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from nscd.arrays import Floats, number
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
-from nscd.show import as_frame, as_html, columns, draw
+from nscd.show import arrays, as_frame, as_html, draw
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,6 +70,12 @@ class FrictionPart:
     start: str
     starts: int = 1
     spread: float = float("nan")
+
+    def __repr__(self) -> str:
+        counts = ", ".join(
+            f"{int((self.state == state).sum())} {state.name.lower()}" for state in ContactState
+        )
+        return f"<FrictionPart: {counts}; natural map {self.natural_map:.1e}>"
 
     def columns(self) -> dict[str, list[Any]]:
         """Name the columns that friction adds to a table, each a list of k."""
@@ -157,7 +163,7 @@ class Percussions:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Make a pandas data frame with one row per contact and units in its column names."""
-        cells = columns(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
+        cells = arrays(self.snapshot, self.contacts, self.reaction, self.impulse, self.window)
         return as_frame(cells | (self.friction.columns() if self.friction else {}))
 
     def plot(self, axes: Any = None) -> Any:

@@ -81,24 +81,14 @@ def arrays(
         "impulse_y_Ns": impulse[:, 1],
     }
     if window is not None:
-        named |= {"force_x_N": impulse[:, 0] / window, "force_y_N": impulse[:, 1] / window}
+        force = impulse / window
+        named |= {"force_x_N": force[:, 0], "force_y_N": force[:, 1], "force_N": np.hypot(*force.T)}
     return named
 
 
-def columns(
-    snapshot: Snapshot,
-    contacts: Contacts,
-    reaction: Floats,
-    impulse: Floats,
-    window: float | None = None,
-) -> dict[str, list[Any]]:
-    """Name the columns of k contacts as `arrays` does, each a list of k."""
-    named = arrays(snapshot, contacts, reaction, impulse, window)
-    return {name: values.tolist() for name, values in named.items()}
-
-
-def as_frame(cells: Mapping[str, list[Any]]) -> pd.DataFrame:
-    """Return columns, each a list of k, as a data frame. Raises ImportError without pandas."""
+def as_frame(cells: Mapping[str, Any]) -> pd.DataFrame:
+    """Return columns, each an array or a list of k, as a data frame. Raises ImportError without
+    pandas."""
     try:
         import pandas as pd
     except ModuleNotFoundError:
@@ -106,7 +96,12 @@ def as_frame(cells: Mapping[str, list[Any]]) -> pd.DataFrame:
             'data frames need pandas: pip install "crowd-percussions[real]", or pip install pandas',
             name="pandas",
         ) from None
-    return pd.DataFrame(cells)
+    # without rows a list has no type: pandas would make it, and what is joined to it, numbers
+    kept = {
+        name: cell if len(cell) else np.array(cell, dtype=getattr(cell, "dtype", object))
+        for name, cell in cells.items()
+    }
+    return pd.DataFrame(kept)
 
 
 def as_html(title: str, frame: pd.DataFrame) -> str:

@@ -177,26 +177,33 @@ def progress() -> Iterator[Progress]:
 
 
 class _Lines:
-    """The latest report, said every few seconds."""
+    """The latest report, said every few seconds: its share, and the time to go as far as the pace
+    between two reports tells it."""
 
     def __init__(self) -> None:
         self.started = time.monotonic()
-        self.began: dict[str, float] = {}
-        self.label, self.share = "", 0.0
+        self.first: dict[str, tuple[float, float]] = {}  # time and share of a label's first report
+        self.label, self.share, self.at = "", 0.0, self.started
 
     def report(self, label: str, share: float) -> None:
-        self.began.setdefault(label, time.monotonic())
-        self.label, self.share = label, share
+        now = time.monotonic()
+        self.first.setdefault(label, (now, share))
+        if (label, share) != (self.label, self.share):
+            self.label, self.share, self.at = label, share, now
 
     def beat(self, ended: threading.Event) -> None:
         while not ended.wait(BETWEEN_LINES_S):
-            now = time.monotonic()
-            words = f"{lasting(now - self.started)} so far"
-            if 0 < self.share < 1:
-                left = (now - self.began[self.label]) * (1 / self.share - 1)
-                words = f"{self.share:.0%}, {words}, about {lasting(left)} to go"
-            words = f"{self.label}: {words}" if self.label else words
-            print(words, file=sys.stderr, flush=True)
+            print(self.line(time.monotonic()), file=sys.stderr, flush=True)
+
+    def line(self, now: float) -> str:
+        """What is said at a time (s). Nothing of the time to go where only one share is known, or
+        where the pace would have brought the end by now."""
+        words = f"{self.share:.0%}, {lasting(now - self.started)} so far"
+        began, done = self.first.get(self.label, (now, self.share))
+        if done < self.share < 1 and self.at > began:
+            left = (1 - self.share) * (self.at - began) / (self.share - done) - (now - self.at)
+            words += f", about {lasting(left)} to go" if left > 0 else ""
+        return f"{self.label}: {words}" if self.label else words
 
 
 def lasting(seconds: float) -> str:

@@ -77,6 +77,13 @@ class Comparison:
     law: ContactLaw
     by_balance: Determinacy
 
+    def __repr__(self) -> str:
+        return (
+            f"<Comparison: {self.scene.name}, {self.record.engine} against percussions at "
+            f"{self.snapshot.time:g} s, {len(self.snapshot)} disks, {len(self.match.contacts)} "
+            f"contacts, {self.answer.status}>"
+        )
+
     @property
     def snapshot(self) -> Snapshot:
         """The disks at the instant of the comparison."""

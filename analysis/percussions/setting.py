@@ -66,6 +66,14 @@ class Setting:
             kinds = ", ".join(get_args(LeftVelocity))
             raise ValueError(f"left_velocity: {self.left_velocity!r}; there are: {kinds}")
 
+    def __repr__(self) -> str:
+        walls = 0 if self.walls is None else len(self.walls)
+        drive = "a drive" if self.drive else "no drive"
+        return (
+            f"<Setting: {walls} walls, {drive}, left velocity {self.kind}, friction "
+            f"{self.friction:g}, contact tolerance {self.contact_tolerance:g} m>"
+        )
+
     @classmethod
     def of(cls, scene: Scene) -> Setting:
         """Take the setting from a scene: an impact keeps the velocities of the snapshot."""
@@ -152,7 +160,9 @@ def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Settin
         RunRecord.read(dump.parent)
     beside = dump.parent / "scene.toml"
     chosen = room if room is not None else beside if beside.exists() else None
-    return Setting(**given) if chosen is None else Setting.in_room(read_room(chosen)[0], **given)
+    if chosen is None:
+        return Setting(**given)
+    return Setting.in_room(read_room(chosen, whole=False)[0], **given)
 
 
 def left_velocity_of(

@@ -76,7 +76,7 @@ class SnapshotPercussions(Solved):
         )
 
     def _repr_html_(self) -> str:
-        return as_html(repr(self)[1:-1], self.to_dataframe())
+        return as_html(repr(self)[1:-1], dataframe(self, openness="none"))
 
 
 def percussions_of(

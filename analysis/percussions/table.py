@@ -26,6 +26,7 @@ Openness = Literal["none", "determined", "ranges"]
 COLUMNS = (
     "time_s", "step", "first", "second", "is_wall", "nx", "ny", "gap_m",
     "reaction_Ns", "friction_Ns", "state", "impulse_x_Ns", "impulse_y_Ns", "force_x_N", "force_y_N",
+    "force_N",
     "wall", "determined", "lower_Ns", "upper_Ns", "friction_lower_Ns", "friction_upper_Ns",
     "status", "residual", "velocity_error_m_per_s",
 )  # fmt: skip
@@ -163,9 +164,12 @@ def cells_of(
     }
 
 
-def dataframe(found: Solved, time: float | None = None, step: int | None = None) -> pd.DataFrame:
+def dataframe(
+    found: Solved, time: float | None = None, openness: Openness = "determined"
+) -> pd.DataFrame:
     """Return the rows as a data frame."""
-    return as_frame(cells_of(found, time=time, step=step))
+    frame = as_frame(columns_of(found, openness, time=time))
+    return frame if openness == "none" else frame.astype({"determined": "Int64"})
 
 
 def _known(values: Floats) -> Column:

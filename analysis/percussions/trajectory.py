@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from MDAnalysis.analysis.base import AnalysisBase
-from MDAnalysis.analysis.results import ResultsGroup
+from MDAnalysis.analysis.results import Results, ResultsGroup
 
 from analysis.dumps import DumpError, snapshot_of
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
-from analysis.percussions.table import dataframe
+from analysis.percussions.table import Openness, dataframe
 from analysis.scene.scene import Scene
 from analysis.support.parts import load
 from nscd import ContactLaw
@@ -21,6 +21,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LISTS = ("frames", "contacts", "percussions", "ids", "times", "steps")
+
+
+class FrameResults(Results):  # type: ignore[misc]
+    """Lists with one entry per frame, shown as their names."""
+
+    def __repr__(self) -> str:
+        return f"<results of {len(self.frames)} frames: {', '.join(self)}>"
 
 
 class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
@@ -75,6 +82,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         if setting is not None and parts:
             raise ValueError(f"setting: it is given; {', '.join(parts)} cannot be given beside it")
         super().__init__(universe.trajectory, verbose=verbose)
+        self.results: Results
         if isinstance(setting, Scene):
             setting = Setting.of(setting)
         if setting is None:  # a trajectory in memory has nothing beside it
@@ -120,7 +128,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
         return ResultsGroup(lookup=dict.fromkeys(LISTS, ResultsGroup.flatten_sequence))
 
     def _conclude(self) -> None:
-        pass
+        self.results = FrameResults(self.results)
 
     @property
     def all_solved(self) -> bool:
@@ -129,9 +137,14 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return one row per frame and contact, with the columns of contacts.csv."""
+        return self._table("determined")
+
+    def _table(self, openness: Openness) -> pd.DataFrame:
         pandas = load("pandas")
         frames = zip(self.results.frames, self.results.times, self.results.steps, strict=True)
-        tables = [dataframe(found, time).assign(step=step) for found, time, step in frames]
+        tables = [
+            dataframe(found, time, openness).assign(step=step) for found, time, step in frames
+        ]
         table: pd.DataFrame = pandas.concat(tables, ignore_index=True)
         return table
 
@@ -154,7 +167,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     def _repr_html_(self) -> str:
         found = self.results.get("frames", [])
         return (
-            as_html(repr(self)[1:-1], self.to_dataframe())
+            as_html(repr(self)[1:-1], self._table("none"))
             if found
             else f"<p>{repr(self)[1:-1]}</p>"
         )

@@ -255,6 +255,14 @@ class Room(Part):
     run: Run
     analysis: Analysis
 
+    def __repr__(self) -> str:
+        return f"<Room: {self._shown()}>"
+
+    def _shown(self) -> str:
+        """The room in few words."""
+        law = f"{self.contact.law} {self.contact.stiffness_N_per_m:g} N/m"
+        return f"{len(self.walls)} walls, {self.analysis.kind}, {law}, {self.run.duration_s:g} s"
+
     def wall_segments(self) -> Walls:
         """Give the walls as nscd takes them, in the room's order."""
         return Walls(

@@ -46,6 +46,15 @@ __all__ = [
 # Of a scene file, in their order.
 PARTS = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
+# Stands for the parts of a room file that only a run needs, where they are missing.
+FOR_RUNS = {
+    "title": "",
+    "source": "",
+    "contact": {"stiffness_N_per_m": 1.0, "restitution": 0.0},
+    "run": {"duration_s": 1.0, "frames": 1},
+    "analysis": {"kind": "driven"},
+}
+
 
 class SceneError(ValueError):
     """Refuse a scene that cannot be simulated; the message names the file and the field or disk."""
@@ -81,6 +90,9 @@ class Scene(Room):
     reconciliation: Reconciliation | None = None
     other_frames: OtherFrames | None = None
     other_crowds: tuple[Snapshot, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: {len(self.snapshot)} disks, {self._shown()}>"
 
     @classmethod
     def of(cls, room: Room, **rest: Any) -> Scene:
@@ -231,13 +243,18 @@ def _path_of(name_or_path: str | Path) -> Path:
     return path
 
 
-def read_room(name_or_path: str | Path, means: Means | None = None) -> tuple[Room, str]:
+def read_room(
+    name_or_path: str | Path, means: Means | None = None, *, whole: bool = True
+) -> tuple[Room, str]:
     """Read a room (a scene file with or without disks) and the comment at its head; means: radius
-    (m) and mass (kg) of the disks to come, where Young's modulus or a push stands in it.
+    (m) and mass (kg) of the disks to come, where Young's modulus or a push stands in it; whole:
+    whether it must also have what only a run needs.
 
     Raises SceneError naming the file and the key for anything unknown, missing or out of range."""
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
+    if not whole:
+        content = FOR_RUNS | content
     if "disks" in content:
         return _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content))), notes
     return _validated(path, content, Room, lambda: means), notes

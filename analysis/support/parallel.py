@@ -97,6 +97,8 @@ def do_all(
     if not tasks:
         return []
     total, done = sum(task.work for task in tasks) or 1.0, 0.0
+    if progress:
+        progress(label, 0.0)
     if executor is None:
         made = []
         for task in tasks:
@@ -106,8 +108,6 @@ def do_all(
                 progress(label, done / total)
         return made
     order = sorted(range(len(tasks)), key=lambda number: -tasks[number].work)
-    if progress:
-        progress(label, 0.0)
     pending = {executor.submit(_call, tasks[number]): number for number in order}
     results: list[Any] = [None] * len(tasks)
     for future in as_completed(pending):

@@ -26,6 +26,12 @@ class Determinacy:
     redundant: int
     determined: Flags
 
+    def __repr__(self) -> str:
+        return (
+            f"<Determinacy: {int(self.determined.sum())} of {len(self.determined)} contacts "
+            f"determined, rank {self.rank}, redundant {self.redundant}>"
+        )
+
 
 def determinacy(contacts: Contacts, n: int) -> Determinacy:
     """Tell what the balance of n disks alone, Cᵀλ given, says of the reactions λ, whatever their

@@ -79,6 +79,9 @@ class Motion:
         self._inertia = 0.5 * self.mass * self.radius**2
         self.forget()
 
+    def __repr__(self) -> str:
+        return f"<Motion: {len(self.radius)} disks at {self.time:g} s, steps of {self.step:g} s>"
+
     def forget(self) -> None:
         """Begin the next step without the percussions of this one, as a new motion from this state
         does: with friction they are where the search for the next ones begins."""

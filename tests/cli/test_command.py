@@ -63,6 +63,7 @@ def test_run_solve_compare(percussions, tmp_path):
             "impulse_y_Ns",
             "force_x_N",
             "force_y_N",
+            "force_N",
             "wall",
             "determined",
             "status",
@@ -98,7 +99,7 @@ def test_two_workers_give_what_one_gives(percussions, tmp_path):
     for workers in (1, 2):
         result = percussions("solve", dump, "--workers", workers, "--out", f"{workers}.csv")
         assert result.returncode == 0, result.stderr
-    numbers = [*range(12), 13, 15]  # neither names of walls nor the status
+    numbers = [*range(13), 14, 16]  # neither names of walls nor the status
     one, two = (
         np.loadtxt(tmp_path / f"{workers}.csv", delimiter=",", skiprows=1, usecols=numbers)
         for workers in (1, 2)

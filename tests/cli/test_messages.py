@@ -36,13 +36,30 @@ def test_a_line_every_few_seconds_where_there_is_no_terminal(monkeypatch, capsys
     with app.progress() as report:
         time.sleep(0.15)
         report("frames", 0.0)
-        report("frames", 0.5)
         time.sleep(0.15)
+        report("frames", 0.5)
+        time.sleep(0.1)
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == "1 s so far"
+    assert lines[0] == "0%, 1 s so far"
+    assert "frames: 0%, 1 s so far" in lines
     assert re.fullmatch(r"frames: 50%, 1 s so far, about \S+ s to go", lines[-1])
     time.sleep(0.1)
     assert not capsys.readouterr().err
+
+
+def test_the_time_to_go_follows_the_measured_pace_and_ends_with_it(monkeypatch):
+    """97 % after 30 s and a last task of another 35 s: the pace knows of the first second only."""
+    clock = iter([0.0, 10.0, 25.0, 40.0])
+    monkeypatch.setattr(app.time, "monotonic", lambda: next(clock))
+    lines = app._Lines()
+    lines.report("runs", 0.5)  # of those before nobody knows how long they took
+    assert lines.line(20.0) == "runs: 50%, 20 s so far"
+    lines.report("runs", 0.8)
+    assert lines.line(25.0) == "runs: 80%, 25 s so far, about 10 s to go"
+    assert lines.line(31.0) == "runs: 80%, 31 s so far, about 4 s to go"
+    lines.report("runs", 0.97)
+    assert lines.line(41.0) == "runs: 97%, 41 s so far, about 1 s to go"
+    assert lines.line(75.0) == "runs: 97%, 75 s so far"
 
 
 def test_long_work_is_announced(capsys):

@@ -8,6 +8,7 @@ import sys
 import tomllib
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -28,6 +29,46 @@ def test_it_hands_on_the_same_things():
     assert set(nscd.__all__) | {"__version__"} <= set(dir(cp))
     with pytest.raises(AttributeError, match="has no 'nothing'"):
         _ = cp.nothing
+
+
+def test_what_is_shown_of_each_kind_of_thing_is_short():
+    pair = cp.Snapshot(
+        position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.25], mass=[75, 75]
+    )
+    contacts = cp.find_contacts(pair, tolerance=1e-9)
+    answer = cp.solve(pair, contacts, law=cp.ContactLaw(friction=0.3))
+    gate = cp.read_scene("gate")
+    found = cp.percussions_of(gate, gate.snapshot)
+    things = {
+        "ContactLaw": cp.ContactLaw(friction=0.3),
+        "ContactState": cp.ContactState.OPEN,
+        "Contacts": contacts,
+        "Crowd": cp.Crowd(people=60),
+        "Determinacy": cp.determinacy(contacts, 2),
+        "Motion": cp.Motion(pair, step=0.01),
+        "Percussions": answer,
+        "Scene": gate,
+        "Setting": found.setting,
+        "Snapshot": pair,
+        "Status": answer.status,
+        "Walls": found.setting.walls,
+    }
+    record = SimpleNamespace(engine="lammps")
+    match = SimpleNamespace(contacts=contacts)
+    things["Comparison"] = cp.Comparison(
+        scene=gate, record=record, match=match, balance=None, percussions=found, law=None,
+        by_balance=None,
+    )  # fmt: skip
+    others = [answer.friction, gate.drive, gate.contact, cp.read_room("gate")[0], found]
+    for thing in (*things.values(), *others):
+        shown = repr(thing)
+        assert len(shown) <= 400, shown
+        assert " object at 0x" not in shown
+    assert "gate" in repr(things["Scene"])
+    assert f"{len(gate.snapshot)} disks" in repr(things["Scene"])
+    kinds = {name for name in cp.__all__ if isinstance(getattr(cp, name), type)}
+    # an analysis and its results: tests/percussions
+    assert kinds - set(things) == {"DumpError", "EngineError", "SceneError", "PercussionAnalysis"}
 
 
 def test_its_example():

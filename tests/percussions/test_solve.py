@@ -13,7 +13,7 @@ from analysis.percussions import PercussionAnalysis, Setting, percussions_of
 from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.table import cells_of
-from analysis.scene.scene import read_scene
+from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw, Snapshot, Walls
 
@@ -143,6 +143,40 @@ def test_velocities_count_only_where_they_are_needed(tmp_path):
     assert "force_x_N" in row
 
 
+def test_a_room_needs_walls_and_drive_alone(tmp_path):
+    room = tmp_path / "room.toml"
+    room.write_text("""
+        walls = [{name = "end", start_m = [0.75, -1.0], end_m = [0.75, 1.0]}]
+        [drive]
+        speed_m_per_s = 2.0
+        relaxation_time_s = 0.5
+        door_start_m = [5.0, -1.0]
+        door_end_m = [5.0, 1.0]
+        outward = [1.0, 0.0]
+    """)
+    rows = solved(dump_of(tmp_path, frame(0, PAIR)), tmp_path, room=room)
+    # both want to go on, m u/τ each
+    assert [float(row["force_N"]) for row in rows] == pytest.approx([300, 600])
+    room.write_text(room.read_text().replace("outward", "onward"))
+    with pytest.raises(SceneError, match=r"room.toml: drive.onward: unknown key"):
+        solved(dump_of(tmp_path, frame(0, PAIR)), tmp_path, room=room)
+
+
+def test_a_table_keeps_its_kinds_where_a_frame_has_no_contact(tmp_path):
+    """Ids are whole numbers, `determined` as in the CSV, and a force has its magnitude."""
+    apart = [PAIR[0], [2, 3.0, 0, 0.25, 75, 0, 0]]
+    path = dump_of(tmp_path, frame(0, apart), frame(10, PAIR))
+    walls = Walls(start=[[0.75, -1.0]], end=[[0.75, 1.0]])
+    setting = Setting(walls=walls, left_velocity="free", window=0.1, acceleration=(3.0, 4.0))
+    table = PercussionAnalysis(open_bodies(path, 0.1), setting).run().to_dataframe()
+    assert {str(table[name].dtype) for name in ("first", "second", "is_wall")} == {"int64"}
+    assert table[["second", "is_wall", "determined"]].to_numpy().tolist() == [[2, 0, 1], [1, 1, 1]]
+    assert str(table["determined"].dtype) == "Int64"
+    np.testing.assert_allclose(table["force_N"], np.hypot(table["force_x_N"], table["force_y_N"]))
+    rows = solved(path, tmp_path)
+    assert [row["determined"] for row in rows] == ["1"]
+
+
 def test_overlaps_that_no_crowd_has(tmp_path):
     deep = [PAIR[0], [2, 0.2, 0, 0.25, 75, 0, 0]]
     path = dump_of(tmp_path, frame(3, deep))
@@ -218,6 +252,8 @@ def test_results_have_times_frames_and_tables(tmp_path):
     assert repr(analysis) == (
         "<PercussionAnalysis: 2 frames, 2 solved, 2 contacts, largest 75 N·s>"
     )
+    assert repr(results).startswith("<results of 2 frames: frames, contacts, percussions, ids")
+    assert len(repr(results)) < 100
     assert "impulse_x_Ns" in analysis._repr_html_()
     (found, _) = results.frames
     assert repr(found).startswith("<SnapshotPercussions: 2 disks, 1 contacts, largest 75 N·s, solv")

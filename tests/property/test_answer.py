@@ -54,7 +54,7 @@ def test_an_answer_is_a_table():
     table = answer().over(0.5).to_dataframe()
     assert list(table) == [
         "first", "second", "is_wall", "nx", "ny", "gap_m", "reaction_Ns", "impulse_x_Ns", "impulse_y_Ns",
-        "force_x_N", "force_y_N",
+        "force_x_N", "force_y_N", "force_N",
     ]  # fmt: skip
     assert table[["first", "second", "is_wall"]].to_numpy().tolist() == [[7, 9, 0], [9, 1, 1]]
     np.testing.assert_allclose(table["impulse_x_Ns"], 150)
