@@ -26,6 +26,9 @@ def main() -> None:
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         sys.exit(status if isinstance(status, int) else 0)
+    except _EndedBy as end:
+        _say(f"ended by {signal.Signals(end.number).name}; earlier results are untouched")
+        raise
     except SystemExit:
         raise
     except KeyboardInterrupt:
@@ -58,10 +61,16 @@ def _undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+class _EndedBy(SystemExit):
+    def __init__(self, number: int) -> None:
+        super().__init__(128 + number)
+        self.number = number
+
+
 def _ended_by(number: int, _: FrameType | None) -> None:
-    """End as after Ctrl-C: engines and workers are stopped, nothing half written stays."""
-    _say(f"ended by {signal.Signals(number).name}; earlier results are untouched")
-    sys.exit(128 + number)
+    """End as after Ctrl-C: engines and workers are stopped, nothing half written stays; then it is
+    said, behind the last line of progress."""
+    raise _EndedBy(number)
 
 
 def _status_of(error: BaseException) -> int:
