@@ -68,6 +68,9 @@ def _cells(file: Path) -> pd.DataFrame:
             table = pd.read_csv(io.StringIO(text), sep=mark, skipinitialspace=True, index_col=False)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, pd.errors.ParserWarning) as error:
         raise TrialError(f"{file}: no table: {error}".splitlines()[0]) from None
+    names = [name.strip('# "') for name in head[1].split(mark)]
+    if twice := next((name for name in NEEDED if names.count(name) > 1), None):
+        raise TrialError(f"{file}, line {head[0]}: two columns are called {twice}")
     table.columns = [str(name).strip().lstrip("#").strip() for name in table.columns]
     if len(table) != len(rows):
         raise TrialError(f"{file}: a quotation mark that is not closed")

@@ -25,8 +25,12 @@ BESIDE_M = 0.5
 FASTEST_M_PER_S = 20.0
 # Frames farther apart than this (s) are coarser than the onsets that are compared.
 COARSE_S = 0.05
+# Frames nearer to each other than this (s) are left out: nothing that is compared needs them.
+FINEST_S = 0.01
 # Evenly spaced, a file would have no more than so many times its frames.
 MOST_UNEVEN = 20
+# The lightest and the heaviest people (kg).
+LEAST_KG, MOST_KG = 5.0, 500.0
 GROUPS = {"male": MEN, "m": MEN, "female": WOMEN, "f": WOMEN, "w": WOMEN}
 
 
@@ -201,7 +205,7 @@ def _heads(
     frames = np.unique(table.time[(table.time >= first) & (table.time <= last)])
     if len(frames) < 3:
         raise TrialError(f"{file}: {len(frames)} frames have everybody; at least 3 are needed")
-    step = float(np.median(np.diff(frames)))
+    step = float(np.median(np.concatenate([np.diff(rows.time) for rows in seen])))
     if last - first > MOST_UNEVEN * step * len(frames):
         raise TrialError(
             f"{file}: {len(frames)} frames over {last - first:.3g} s, most of them {step:.2g} s "
@@ -209,7 +213,8 @@ def _heads(
         )
     if step > COARSE_S * (1 + 1e-9):
         notes.append(f"frames are {step:.2g} s apart: onsets are not known better than that")
-    time = first + step * np.arange(int((last - first) / step + 1e-6) + 1)
+    between = max(step, FINEST_S)
+    time = first + between * np.arange(int((last - first) / between + 1e-6) + 1)
     for one, rows in zip(ids, seen, strict=True):
         there = rows.time.to_numpy()
         apart = np.diff(there)
@@ -219,8 +224,8 @@ def _heads(
                 f"{file}: person {one:g} is missing from {there[place]:g} to "
                 f"{there[place + 1]:g} s; up to {LONGEST_GAP_S:g} s are interpolated"
             )
-        if missing := len(np.setdiff1d(frames, there)):
-            notes.append(f"person {one:g}: {missing} of {len(frames)} frames were interpolated")
+        if missing := int(np.maximum(np.rint(apart / step) - 1, 0).sum()):
+            notes.append(f"person {one:g}: {missing} of {len(time)} frames were interpolated")
     heads = np.stack(
         [
             np.stack([np.interp(time, rows.time, rows[name]) for name in ("x", "y")], axis=1)
@@ -255,7 +260,7 @@ def _wall(file: Path, wall_m: float, axis: Floats, origin: Floats, heads: Floats
     """Where the row meets a wall at a coordinate of the file (m along the row)."""
     way = int(np.argmax(np.abs(axis)))
     place = float((wall_m - origin[way]) / axis[way])
-    if place <= heads[-1]:
+    if not heads[-1] < place < np.inf:
         last = origin[way] + heads[-1] * axis[way]
         side = "above" if axis[way] > 0 else "below"
         raise TrialError(
@@ -282,11 +287,15 @@ def _masses(
 ) -> Floats:
     found = []
     for one, group in zip(ids, groups, strict=True):
-        value = pd.to_numeric(of_person(table, one, MASS), errors="coerce")
-        if value is None or not np.isfinite(value):
+        said = of_person(table, one, MASS)
+        value = pd.to_numeric(said, errors="coerce")
+        if said is None:
             value = np.mean([each.mass[0] for each in group])
             notes.append(f"person {one:g}: no {MASS}: {value:.3g} kg, the mean of ANSUR II")
-        elif not 0 < value < 1000:
-            raise TrialError(f"{file}: person {one:g}: {MASS}: {value:g}; kg are needed")
+        elif not LEAST_KG <= value <= MOST_KG:
+            raise TrialError(
+                f"{file}: person {one:g}: {MASS}: {str(said)[:40]}; {LEAST_KG:g} to {MOST_KG:g} "
+                "kg are needed"
+            )
         found.append(float(value))
     return np.array(found)

@@ -155,6 +155,9 @@ def changed(**columns):
         (table(frames=20), "follow the push"),
         (table()[lambda t: ~((t.id == 1) & t.frame.between(20, 40))], "person 1 is missing from 0.76"),
         (changed(Weight_kg=-3.0), "Weight_kg: -3"),
+        (changed(Weight_kg=1e-9), "Weight_kg: 1e-09; 5 to 500 kg"),
+        (changed(Weight_kg=np.inf), "Weight_kg: inf; 5 to 500 kg"),
+        (changed(Weight_kg="heavy"), "Weight_kg: heavy; 5 to 500 kg"),
         (changed(y=table().y * 100), "x and y in m"),
         (changed(time=table().frame.map(lambda f: f / 25 if f < 30 else 1.2 + 1e-9 * f)), "evenly"),
     ],
@@ -162,6 +165,25 @@ def changed(**columns):
 def test_what_is_refused(tmp_path, content, words):
     with pytest.raises(TrialError, match=words):
         written(tmp_path, content)
+
+
+def test_a_column_of_another_name_is_not_taken_for_one(tmp_path):
+    with pytest.raises(TrialError, match="line 1: two columns are called x"):
+        as_text(tmp_path, table().to_csv(index=False).replace("frame", "x", 1))
+
+
+def test_frames_at_odd_times_do_not_multiply(tmp_path):
+    """The heads of each person at times of their own, and 10 kHz: no more than 100 frames a second."""
+    content = table()
+    odd = written(tmp_path, content.assign(time=content.time + 0.013 * content.id))
+    assert len(odd.time) <= len(written(tmp_path, content).time)
+    fine = [
+        pd.DataFrame({"id": one, "time": np.arange(0, 3.1, 1e-4)}).assign(
+            y=lambda t, seen=seen: np.interp(t.time, seen.time, seen.y), x=0.0
+        )
+        for one, seen in content.groupby("id")
+    ]
+    assert np.diff(written(tmp_path, pd.concat(fine)).time) == pytest.approx(0.01)
 
 
 def test_a_row_with_more_cells_than_the_head_is_refused(tmp_path):
@@ -173,8 +195,9 @@ def test_a_row_with_more_cells_than_the_head_is_refused(tmp_path):
 
 
 def test_a_wall_behind_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(TrialError, match="below that is needed"):
-        written(tmp_path, table(), wall_m=0.0)
+    for wall in (0.0, np.nan, -np.inf):
+        with pytest.raises(TrialError, match="below that is needed"):
+            written(tmp_path, table(), wall_m=wall)
     with pytest.raises(UnreadableError, match="no such file"):
         read_trial(tmp_path / "none.csv")
 
