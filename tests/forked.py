@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.cli import main
+from analysis.cli import app, main
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERNAL = 70
@@ -65,6 +65,8 @@ def as_program(words, here):
     # this very tree, whichever is installed, for the processes that it starts
     os.environ["PYTHONPATH"] = str(ROOT)
     sys.argv = ["percussions", *words]
+    # a line every few seconds: how many would hang on how busy the machine is
+    app._Lines.beat = lambda _, ended: None
     warnings.resetwarnings()
     warnings.simplefilter("default")
     try:
