@@ -17,10 +17,11 @@ from nscd.arrays import Flags, Floats
 
 # Who does not move has this onset (s); positions are compared for so long after the push (s).
 NEVER_S, POSITION_S = 2.0, 0.8
-# A model beats a baseline (and is less likely than another) by at least so large a share.
+# A model beats a baseline where its score is smaller by at least so large a share.
 MARGIN = 0.1
-# A model is out where it is so many times less likely than the likeliest, whatever is weighted.
-APART = 10.0
+# So many times less likely than the likeliest, whatever is weighted, a model is out, and its order
+# is settled.
+APART, SETTLED = 10.0, 1.25
 ONSET, POSITION, CLOSEST = SCORES = ("onset_rms_s", "position_rms_m", "closest_rms_m")
 # Logarithms of weights of the share that arms bridge, per unit.
 TILTS = (0.0, -2.0, 2.0)
@@ -64,8 +65,8 @@ class Odds:
 
     @property
     def settled(self) -> bool:
-        """Tell whether every batch and weighting finds the model less likely, by a tenth."""
-        return self.high * (1 + MARGIN) <= 1
+        """Tell whether every batch and weighting finds the model less likely by a quarter."""
+        return self.high * SETTLED <= 1
 
     @property
     def out(self) -> bool:
