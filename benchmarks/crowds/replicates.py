@@ -1,6 +1,6 @@
 """How often ranges and verdicts over replicates keep what they promise, on crowds that are known.
 
-    nice -n 19 python benchmarks/crowds/replicates.py FOLDER --draws 400 [--friction 0.4]
+    nice -n 19 python benchmarks/crowds/replicates.py FOLDER --draws 400 [--friction 0.4 --crowds 40]
 
 Crowds of `arch` of 150 people are run for 2 s by the rigid engine; runs that are in FOLDER are taken
 as they are. Of these crowds 3, 5 and 10 are drawn as the replicates of a report. Its ranges are held
