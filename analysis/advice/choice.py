@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from analysis.advice.candidates import Candidate, Known
 from analysis.advice.error_curves import Curves
 from analysis.advice.library import Entry, Library
-from analysis.advice.likeness import Likeness, likeness_of
+from analysis.advice.likeness import Likeness, check_model, likeness_of
 from analysis.advice.pilot import tried
 from analysis.advice.question import Question
 from analysis.advice.safety import TRIED, Safety, safety_of
@@ -60,6 +60,7 @@ def advise(
     An impact is tried here (see `tried`), of a driven crowd the library is read; a chart of the
     scene is read instead of both, without safety factors. Raises ValueError as `likeness_of`, for a
     quantity that is unknown or that the scene cannot have, and a chart of another scene."""
+    check_model(scene)
     question.check(scene)
     known = _known(scene, question, library, chart)
     found = list(known.candidates())

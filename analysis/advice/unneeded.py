@@ -38,6 +38,11 @@ def left_out(scene: Scene, folder: Path) -> list[str]:
             f"restitution e = {significant(scene.contact.restitution)}: "
             "forces of a crowd that is pressed and rests do not depend on it"
         )
+    elif scene.contact.restitution == 1:
+        return [
+            *lines,
+            "islands, disks that carry nothing: not known, the rigid model has no e = 1",
+        ]
     to_press = scene.drive is not None and scene.reconciliation is None
     if to_press and not soft_engines():
         return [

@@ -203,8 +203,8 @@ def arch(disks: int, seed: int) -> Scene:
     n = disks or 594
     notes = f"""{n} pedestrians of 75 kg in a square room, desired speed 2 m/s toward the
 nearest point of a 1 m exit, relaxation time 0.5 s. Frictionless, as in the paper: disks of
-radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out and never jam at 1 m. Analysed at the
-instant when the crowd is pressed to the exit."""
+radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out through 1 m and can stop for seconds
+(docs/results/rigid.md). Analysed at the instant when the crowd is pressed to the exit."""
     snapshot = crowd_before_a_door(n, seed, 0.17)
     return _driven(
         "arch", f"{n} people pressed to a 1 m exit", f"{PAPER}, Fig. 4", notes, snapshot, 2.0, 2.0

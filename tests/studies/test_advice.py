@@ -227,6 +227,8 @@ def test_bad_questions(scene, sure):
         advise(make("four_disks"), 0.05, quantity="displacement", library=sure)
     with pytest.raises(ValueError, match=r"contact\.friction"):
         advise(scene.with_contact(friction=0.3), 0.05, library=sure)
+    with pytest.raises(ValueError, match=r"contact\.friction: 0\.3; advice is for frictionless"):
+        advise(make("pair").with_contact(friction=0.3), 0.05, library=sure)
     with pytest.raises(ValueError, match="chart: no points of scene arch"):
         advise(scene, 0.05, library=sure, chart=entry(make("jam", 40)).points)
     # nothing in the library is like a crowd before so wide a door: no guess
@@ -294,6 +296,16 @@ def test_what_a_scene_has_no_need_of(tmp_path):
     assert "islands that nothing presses: 1 with 2 disks" in lines
     assert "disks that touch others and carry nothing: 2 of 5" in lines
     assert "contacts that carry nothing: 1 of 2" in lines
+
+
+def test_an_elastic_impact_has_no_rigid_model_but_engines_of_its_own(sure):
+    elastic = make("pair").with_contact(restitution=1.0)
+    with pytest.raises(ValueError, match="needs a restitution below 1"):
+        advise(elastic, 0.05, library=sure)
+    advice = advise(elastic, 0.05, library=sure, against="model", methods=("rigid", "lammps"))
+    assert {candidate.method for candidate in advice.found} == {"lammps"}
+    errors = {c.time_step_share: c.numerical_error for c in advice.found}
+    assert errors[max(errors)] > 100 * errors[min(errors)] > 0
 
 
 def test_restitution_is_left_out_of_a_pressed_crowd_only(tmp_path):
