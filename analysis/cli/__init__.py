@@ -3,12 +3,14 @@
 import atexit
 import contextlib
 import re
+import resource
 import signal
 import sys
 from collections.abc import Iterator
 from types import FrameType
 
 INTERRUPTED, OUT_OF_MEMORY, INTERNAL = 130, 1, 70
+LEAST_MEMORY = 1 << 30  # bytes of address space
 
 
 def main() -> None:
@@ -18,6 +20,7 @@ def main() -> None:
     try:
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, _ended_by)
+        _refuse_little_memory()
         # here, so that an interrupt while it is imported ends the same way
         from analysis.cli.commands import app
 
@@ -41,6 +44,17 @@ def main() -> None:
         with _undisturbed():
             status = _status_of(error)
         sys.exit(status)
+
+
+def _refuse_little_memory() -> None:
+    """End where the libraries would find no room to begin, and try without end."""
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if most != resource.RLIM_INFINITY and most < LEAST_MEMORY:
+        _say(
+            f"memory is limited to {most >> 20} MB of address space (ulimit -v); at least "
+            f"{LEAST_MEMORY >> 20} MB are needed"
+        )
+        sys.exit(OUT_OF_MEMORY)
 
 
 def _refuse_empty(words: list[str]) -> None:
@@ -81,7 +95,6 @@ def _status_of(error: BaseException) -> int:
     if type(error).__name__ == "Abort":
         _say("interrupted; earlier results are untouched")
         return INTERRUPTED
-    from analysis.engines.record import EngineError
     from analysis.support.parts import missing_part
 
     if isinstance(error, BrokenPipeError):
@@ -90,7 +103,7 @@ def _status_of(error: BaseException) -> int:
     if isinstance(error, OSError) and error.strerror:
         _say(f"{error.filename}: {error.strerror}" if error.filename else error.strerror)
         return 1
-    if isinstance(error, (ValueError, OSError, EngineError)):
+    if isinstance(error, (ValueError, OSError)):
         _say(str(error))
         return 1
     if isinstance(error, ImportError) and (missing := missing_part(error)):
@@ -99,6 +112,12 @@ def _status_of(error: BaseException) -> int:
     if isinstance(error, MemoryError):
         _say("out of memory; fewer disks, frames or workers need less")
         return OUT_OF_MEMORY
+    # not before: what is wrong may be that this cannot be imported
+    from analysis.engines.record import EngineError
+
+    if isinstance(error, EngineError):
+        _say(str(error))
+        return 1
     _say(
         f"a mistake in crowd-percussions, {type(error).__name__}: {error}; nothing was changed. "
         "The same command with --traceback says where"

@@ -6,7 +6,9 @@ takes five times as long as loading the code. Here it is done when something is 
 
 from __future__ import annotations
 
+import errno
 import sys
+from pathlib import Path
 from pickle import Unpickler
 from typing import Any
 
@@ -118,7 +120,14 @@ class Loading(FunctionCache):
     _impl_class = _Results
 
     def __init__(self, function: Any) -> None:
-        super().__init__(function)
+        try:
+            super().__init__(function)
+        except RuntimeError:  # numba found no folder that can be written
+            why = (
+                "no folder for compiled kernels: neither the installation nor the home folder can "
+                "be written; set NUMBA_CACHE_DIR to one that can"
+            )
+            raise OSError(errno.EACCES, why, str(Path(__file__).parents[1])) from None
         stamp = digest_of(function.__code__.co_filename)
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
         self.turns = Turns(self._cache_file._index_path)
