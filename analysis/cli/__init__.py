@@ -2,6 +2,7 @@
 
 import atexit
 import contextlib
+import io
 import re
 import resource
 import signal
@@ -17,6 +18,10 @@ def main() -> None:
     """Run the command; whatever goes wrong is one line, and an exit status other than 0."""
     # while Python itself ends there is nothing left to interrupt
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    # a character that the terminal's encoding lacks
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, _ended_by)

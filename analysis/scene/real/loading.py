@@ -241,7 +241,8 @@ IN_METRES: dict[str, Callable[[Path], pedpy.TrajectoryData]] = {
 
 def _columns(file: Path) -> set[str]:
     """All words between separators in the first lines: the names of the columns are among them."""
-    with gzip.open(file, "rt") if file.suffix == ".gz" else file.open() as lines:
+    opened = gzip.open if file.suffix == ".gz" else open
+    with opened(file, "rt", encoding="utf-8", errors="replace") as lines:
         top = "".join(itertools.islice(lines, 100))
     return set(re.split(r"[,;\s]+", top.removeprefix("\ufeff").replace("$PEDESTRIAN:", "")))
 

@@ -1,5 +1,7 @@
-"""Commands that the tests start fail the test if they print a Python warning."""
+"""What commands print: no Python warning (the test that started them fails), and characters that
+the terminal lacks as a question mark."""
 
+import os
 import subprocess
 import sys
 
@@ -21,3 +23,12 @@ def test_printed_warning_fails_the_test_that_started_the_command():
             subprocess.run([sys.executable, "-c", WARNS], capture_output=True, text=text)
     with pytest.raises(pytest.fail.Exception, match="DeprecationWarning: old"):
         in_fork(warning_in_a_fork, 10)
+
+
+def test_characters_that_the_terminal_lacks_do_not_end_a_command():
+    done = subprocess.run(
+        [sys.executable, "-c", "from analysis.cli import main; main()", "scenes"],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "?f dt against p" in done.stdout
