@@ -4,6 +4,7 @@ kept."""
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 from collections.abc import Iterator
 from concurrent.futures import Executor, as_completed
@@ -24,8 +25,9 @@ from analysis.support.reading import read_text
 
 # Readers of partitioned Parquet leave files out that begin so.
 JOB = "_job.json"
-# Under this name a part has, in its metadata, what `SolvedDump` says of it.
-SUMMARY = b"percussions"
+# Under these names a part has, in its metadata, what `SolvedDump` says of it, and a digest of that
+# and of what it is a part of.
+SUMMARY, SEAL = b"percussions", b"percussions_seal"
 
 
 def solve_in_parts(
@@ -46,10 +48,13 @@ def solve_in_parts(
     parts that are finished stay."""
     dump = dataclasses.replace(dump, parquet=True)
     count = frames_in(dump)
-    _claim(folder, dump, frames, count)
+    job = _claim(folder, dump, frames, count)
     parts = [
-        _Part(range(start, min(start + frames, count)), folder) for start in range(0, count, frames)
+        _Part(range(start, min(start + frames, count)), folder, job)
+        for start in range(0, count, frames)
     ]
+    if others := set(folder.glob("*.parquet")) - {part.path for part in parts}:
+        raise ValueError(f"--out: {min(others)}: no part of this dump; remove it")
     found = {part: summary for part in parts if (summary := part.summary()) is not None}
     todo = [part for part in parts if part not in found]
     for part, summary in _solved(dump, todo, executor):
@@ -70,10 +75,11 @@ def solve_in_parts(
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Part:
-    """Some frames, and the folder that they are written into."""
+    """Some frames, the folder that they are written into, and what they are of, as JSON."""
 
     numbers: range
     folder: Path
+    job: str
 
     @property
     def path(self) -> Path:
@@ -91,22 +97,36 @@ class _Part:
                 if some.said.contacts:
                     batches.append(some.rows)
         schema = schema_of(columns or [])
-        about = {SUMMARY: json.dumps(dataclasses.asdict(summary))}
+        said = json.dumps(dataclasses.asdict(summary))
+        about = {SUMMARY: said, SEAL: self._seal(said)}
         table = arrow.Table.from_batches(batches, schema).replace_schema_metadata(about)
         with whole_file(self.path, "wb") as file:
-            parquet.write_table(table, file)
+            parquet.write_table(table, file, write_page_checksum=True)
         return summary
 
+    def _seal(self, said: str) -> str:
+        """What only a part of this job, that says this, has."""
+        return hashlib.sha256(f"{self.job}\n{self.numbers}\n{said}".encode()).hexdigest()
+
     def summary(self) -> SolvedDump | None:
-        """What a finished part says of itself; None where there is none."""
+        """What a finished part says of itself; None where there is none. Raises ValueError for a
+        part of something else."""
         if not self.path.exists():
             return None
         arrow, parquet = load("pyarrow"), load("pyarrow.parquet")
         try:
-            about = parquet.read_schema(self.path).metadata[SUMMARY]
-            return SolvedDump(**json.loads(about))
-        except (arrow.ArrowInvalid, KeyError, TypeError, ValueError):
-            return None  # cut off, as by a full disk: it is computed again
+            with parquet.ParquetFile(self.path, page_checksum_verification=True) as file:
+                about = file.schema_arrow.metadata or {}
+                rows = sum(len(batch) for batch in file.iter_batches())
+        except (arrow.ArrowException, OSError):
+            return None  # cut off or damaged, as by a full disk: it is computed again
+        said = about.get(SUMMARY, b"").decode("utf-8", "replace")
+        if about.get(SEAL, b"") != self._seal(said).encode():
+            raise ValueError(
+                f"--out: {self.path}: no part of this dump and these settings; remove it"
+            )
+        found = SolvedDump(**json.loads(said))
+        return found if rows == found.contacts else None
 
 
 def _solved(
@@ -125,8 +145,9 @@ def _solved(
             future.cancel()
 
 
-def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> None:
-    """Say in a folder what its parts are of. Raises ValueError where it has others."""
+def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
+    """Say in a folder what its parts are of, and return it. Raises ValueError where it has
+    others."""
     job = _job_of(dump, frames, count)
     place = folder / JOB
     if not place.exists():
@@ -135,7 +156,7 @@ def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> None:
                 f"--out: {folder}: it is there, and no folder of parts; give another name"
             )
         write_json(place, job)
-        return
+        return json.dumps(job)
     try:
         known = json.loads(read_text(place))
         other = [name for name in job if known.get(name) != job[name]]
@@ -146,6 +167,7 @@ def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> None:
             f"--out: {folder}: its parts are of another {other[0]} ({_short(known.get(other[0]))} "
             f"where this is {_short(job[other[0]])}); give another name, or remove it"
         )
+    return json.dumps(job)
 
 
 def _short(value: Any) -> str:

@@ -1,5 +1,6 @@
 """Percussions as a folder of parts: the rows of one table, kept when the work is interrupted."""
 
+import dataclasses
 import os
 
 import pandas as pd
@@ -77,6 +78,35 @@ def test_other_parts_are_refused(dump, tmp_path):
     (folder / JOB).write_text("[")
     with pytest.raises(ValueError, match=r"_job.json: not what is written there"):
         solve_in_parts(dump, folder, PART)
+
+
+def test_foreign_parts_are_refused_and_damaged_ones_are_made_again(dump, tmp_path):
+    """A part of another dump under a right name, any other table, and a page that is damaged."""
+    folder, other = tmp_path / "parts.parquet", tmp_path / "other.parquet"
+    before = solve_in_parts(dump, folder, 25)
+    whole = table(folder)
+    loose = dataclasses.replace(dump, tolerance=1e-6)
+    solve_in_parts(loose, other, 25)
+    first, second = sorted(folder.glob("frames_*"))
+    own = first.read_bytes()
+    first.write_bytes((other / first.name).read_bytes())
+    with pytest.raises(ValueError, match=f"{first.name}: no part of this dump and these settings"):
+        solve_in_parts(dump, folder, 25)
+    first.write_bytes(second.read_bytes())
+    with pytest.raises(ValueError, match=f"{first.name}: no part of this dump"):
+        solve_in_parts(dump, folder, 25)
+    pd.DataFrame({"x": [1.0]}).to_parquet(first)
+    with pytest.raises(ValueError, match=f"{first.name}: no part of this dump"):
+        solve_in_parts(dump, folder, 25)
+    damaged = bytearray(own)
+    damaged[len(own) // 3] ^= 0x41
+    first.write_bytes(damaged)
+    (folder / "frames_7.parquet").write_bytes(own)
+    with pytest.raises(ValueError, match=r"frames_7\.parquet: no part of this dump; remove it"):
+        solve_in_parts(dump, folder, 25)
+    (folder / "frames_7.parquet").unlink()
+    assert solve_in_parts(dump, folder, 25) == before
+    pd.testing.assert_frame_equal(table(folder), whole, rtol=1e-9, atol=1e-9)
 
 
 def test_the_command(dump, tmp_path, capsys):
