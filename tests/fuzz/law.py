@@ -92,6 +92,11 @@ def _judge_refusal(case, outcome, lost, new):
     if unsolved and case.words[0] == "solve":
         need(len(unsolved) == len(lines), f"other lines: {outcome.said[:300]}")
         return
+    # runs that are compared at an instant and cannot be by windows: both are said
+    if any("not compared by windows" in line for line in lines) and case.words[0] == "compare":
+        need(not lost, f"changed {sorted(lost)}")
+        need(all(BESIDE.match(line) for line in lines), f"other lines: {outcome.said[:300]}")
+        return
     failed = [line for line in lines if re.search(r", frame \d+: (failed|inaccurate): ", line)]
     if failed and case.words[0] == "film":
         need(
