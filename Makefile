@@ -69,10 +69,13 @@ system-test:
 
 $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
-	[ -x $(PYTHON) ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
+	# what an interrupted pip has half written it takes for installed
+	[ ! -e $(VENV)/unfinished ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
+	touch $(VENV)/unfinished
 	$(PIP) --no-compile --editable '.[all]'
 	# pip compiles file by file, and our own not at all; this on all cores
 	$(PYTHON) -m compileall -qq -j 0 $(VENV)/lib nscd analysis crowd_percussions || true
+	rm $(VENV)/unfinished
 	touch $@
 
 $(VENV)/kernels: $(VENV)/installed
