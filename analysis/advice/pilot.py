@@ -27,9 +27,9 @@ from nscd import ContactLaw
 
 # Shares of the safe time step that are stepped through.
 SHARES = (1 / 16, 1 / 4, 1.0, 4.0)
-# Each with two lengths: which contacts let go between two steps depends on it, and an engine shortens
-# its steps to meet frames. The larger error counts.
-NEARBY = (1.0, 0.93)
+# Each with these lengths, as shares of it: which contacts let go between two steps depends on the
+# length, and an engine shortens its steps to meet frames.
+NEARBY = (1.0, 0.98, 0.93)
 # An error that is promised to be smaller than this would be one of rounding, here or in a dump.
 ROUNDING = 1e-9
 NEARLY_ELASTIC = 1 - 1e-6
@@ -96,14 +96,19 @@ def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
             )
             with np.errstate(all="ignore"):
                 near.append([point for one in answers for point in judge.points(one, model)])
-        yield from map(_worse, *near)
+        yield from map(_cautious, *near)
 
 
-def _worse(one: Point, other: Point) -> Point:
-    """The point whose setting did not end well, or had the larger error."""
-    if PointStatus.OK not in (one.status, other.status) or one.status != other.status:
-        return one if one.status != PointStatus.OK else other
-    return max(one, other, key=lambda point: point.numerical_error or 0.0)
+def _cautious(*near: Point) -> Point:
+    """One point of those of a setting: one that did not end well, or the one with the largest
+    error, whose bar grows by how far the errors are apart."""
+    for point in near:
+        if point.status != PointStatus.OK or point.numerical_error is None:
+            return point
+    errors = [point.numerical_error or 0.0 for point in near]
+    worst = near[int(np.argmax(errors))]
+    spread = max(errors) - min(errors)
+    return replace(worst, numerical_bar=(worst.numerical_bar or 0.0) + spread)
 
 
 def _with_bars(point: Point) -> Point:

@@ -14,6 +14,7 @@ from analysis.advice.choice import advise as choose
 from analysis.advice.error_curves import Curves
 from analysis.advice.library import Entry, Library, library_of, library_text, stored_library
 from analysis.advice.likeness import likeness_of
+from analysis.advice.pilot import _cautious
 from analysis.advice.price import price_of
 from analysis.advice.question import Question, asked_error
 from analysis.advice.safety import rates_of, safety_of
@@ -296,6 +297,14 @@ def test_what_a_scene_has_no_need_of(tmp_path):
     assert "islands that nothing presses: 1 with 2 disks" in lines
     assert "disks that touch others and carry nothing: 2 of 5" in lines
     assert "contacts that carry nothing: 1 of 2" in lines
+
+
+def test_a_promise_covers_how_far_errors_of_nearly_equal_steps_are_apart(scene):
+    one, other = (point(scene, error, 0.1, 1.0) for error in (0.002, 0.0035))
+    found = _cautious(one, other, one)
+    assert (found.numerical_error, found.numerical_bar) == pytest.approx((0.0035, 0.0015))
+    bad = dataclasses.replace(one, status=PointStatus.INACCURATE)
+    assert _cautious(one, bad, other) is bad
 
 
 def test_an_elastic_impact_has_no_rigid_model_but_engines_of_its_own(sure):
