@@ -18,6 +18,7 @@ from analysis.cli import app, main
 
 ROOT = Path(__file__).resolve().parents[1]
 INTERNAL = 70
+PROGRAM = "from analysis.cli import main; main()"
 # as Python prints it: file, line, kind
 WARNING = re.compile(r"^.*:\d+: \w*Warning: .*(?:\n.*)?", re.M)
 

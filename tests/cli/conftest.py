@@ -17,9 +17,7 @@ import analysis.percussions.dump_to_csv
 import analysis.scene.real.import_crowd
 import analysis.stability.page
 import analysis.work_precision.page  # noqa: F401
-from tests.forked import ROOT, as_program, in_fork
-
-PROGRAM = "from analysis.cli import main; main()"
+from tests.forked import PROGRAM, ROOT, as_program, in_fork
 
 
 @pytest.fixture

@@ -9,11 +9,10 @@ import time
 from importlib.metadata import version
 
 import pytest
-from conftest import PROGRAM
 
 from analysis.cli import app, main
 from analysis.scene import scene as scene_module
-from tests.forked import ROOT
+from tests.forked import PROGRAM, ROOT
 
 
 @pytest.mark.parametrize(
