@@ -179,7 +179,9 @@ def test_first_order_pressure_before_an_exit():
     assert found["complementarity"][0].min() >= 0
     assert found["complementarity"][0][-1] < 1e-9
     assert found["equality"][0].max() < 0
-    assert found["printed"][0].argmax() == 299
+    # its last two values differ by rounding: dp/dr = 0 at r = R
+    assert found["printed"][0][-1] == pytest.approx(found["printed"][0].max(), rel=1e-12)
+    assert found["printed"][0].argmax() >= 298
     # and the printed answer is not the admissible velocity nearest to the desired one
     distance = {kind: float(middle @ (right - to_exit) ** 2) for kind, (_, right) in found.items()}
     assert distance["printed"] > 1.3 * distance["complementarity"]
