@@ -10,7 +10,7 @@ from analysis.stability.case import Axis, Case, Cell, Outcome
 from analysis.stability.cells import SOLVER_QUANTITIES, SOLVERS, TOLERANCE, solver_cell
 from analysis.stability.crowds import RADIUS_M, contacts_of, disks, end_walls, line
 from nscd import Contacts, Snapshot, solve
-from nscd.solvers.gauss_seidel import MOST_SWEEPS
+from nscd._core import MOST_SWEEPS
 
 # The tolerances between which the contraction is measured.
 LOOSE, TIGHT = 1e-5, 1e-7
