@@ -1,6 +1,7 @@
-"""Words of a page: Markdown in a `words.md` beside the code, with slots for numbers.
+"""Words of a page: Markdown beside the code, with slots for numbers.
 
-A `words.md` is a list of blocks, each below a heading of level 2 that is its name:
+The words of a module `fig7.py` are in `fig7.md`, those of a package in its `words.md`. Such a file
+is a list of blocks, each below a heading of level 2 that is its name:
 
     ## found
     - With k = {{ stiffness | number }} N/m the error is {{ error | percent }}.
@@ -19,9 +20,10 @@ A `words.md` is a list of blocks, each below a heading of level 2 that is its na
 Slots and loops are Jinja's. A float in a slot needs a filter, so that its digits are chosen.
 """
 
+import importlib.util
 import re
 from collections.abc import Sequence
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -38,17 +40,22 @@ RAISED, LOWERED = re.compile(r"\^([^ \n^]+)\^"), re.compile(r"~([^ \n~]+)~")
 
 
 class Words:
-    """Read the blocks of `package`'s words.md, to be filled with numbers one by one.
+    """Read the blocks of a module's or a package's words, to be filled with numbers one by one.
 
-    package: name of the package that holds words.md, as `__package__` of the module beside it.
+    place: `__name__` of a module with a .md of its name beside it, or of a package with a words.md.
     values: what every block may use, beside what it is given itself.
     Raises ValueError for two blocks of one name, and (here and below) for a block that is not
     there, that lacks a value, or that holds a float without a filter.
     """
 
-    def __init__(self, package: str, **values: Any) -> None:
-        self.place, self.values = f"{package}: words.md", values
-        source = resources.files(package).joinpath("words.md").read_text(encoding="utf-8")
+    def __init__(self, place: str, **values: Any) -> None:
+        spec = importlib.util.find_spec(place)
+        if spec is None or spec.origin is None:
+            raise ValueError(f"{place}: no module or package of this name")
+        home = Path(spec.origin)
+        file = home.with_name("words.md") if home.stem == "__init__" else home.with_suffix(".md")
+        self.place, self.values = f"{place}: {file.name}", values
+        source = file.read_text(encoding="utf-8")
         names, blocks = HEADING.findall(source), HEADING.split(source)[2::2]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -121,9 +128,9 @@ class Words:
             raise ValueError(f"{self.place}: {name}: {error}") from error
 
 
-def words_of(package: str, **values: Any) -> dict[str, str | list[str]]:
-    """Fill all blocks of `package`'s words.md at once: a list for a block that is a list."""
-    words = Words(package)
+def words_of(place: str, **values: Any) -> dict[str, str | list[str]]:
+    """Fill all blocks of a module's or a package's words: a list for a block that is a list."""
+    words = Words(place)
     return {
         name: words.items(name, **values)
         if source.lstrip().startswith("- ")

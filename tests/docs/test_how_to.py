@@ -81,13 +81,10 @@ def test_an_engine_of_your_own(tmp_path, monkeypatch):
 
 
 def test_a_figure_of_your_own(tmp_path, monkeypatch):
-    folder = tmp_path / "fig0_pair"
-    folder.mkdir()
-    write_files("docs/how_to/figure.md", folder)
-    (folder / "__init__.py").touch()
+    write_files("docs/how_to/figure.md", tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     importlib.invalidate_caches()
-    fig0 = importlib.import_module("fig0_pair.section")
+    fig0 = importlib.import_module("fig0_pair")
     part = build.Part(number="0", seconds=1, build=lambda runs, progress: fig0.build(progress))
     monkeypatch.setattr(build, "DISCRETE", (*build.DISCRETE, part))
     page = dataclasses.replace(paper.PAGES["discrete"], parts=build.DISCRETE)

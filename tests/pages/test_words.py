@@ -146,7 +146,9 @@ def test_a_name_stands_once(words):
 
 
 @pytest.mark.parametrize(
-    "page", sorted(ROOT.glob("analysis/**/words.md")), ids=lambda page: page.parent.name
+    "page",
+    sorted(ROOT.glob("analysis/**/*.md")),
+    ids=lambda page: f"{page.parent.name}/{page.stem}",
 )
 def test_every_words_file_is_in_the_markdown_of_pages(page):
     """No number without a filter's form, no index or power without its marks."""
