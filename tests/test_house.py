@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PRODUCT = ("nscd", "analysis", "crowd_percussions", "benchmarks", "yade_scripts")
 # A docstring does not count among the lines of its function, nor `self` among the parameters.
-MODULE_LINES, FUNCTION_LINES, PARAMETERS, FOLDER_FILES = 320, 60, 7, 15
+MODULE_LINES, FUNCTION_LINES, PARAMETERS, FOLDER_FILES = 750, 60, 7, 15
 # They only say that a folder is a package.
 MARKERS = ("__init__.py", "py.typed")
 # What numba compiles takes plain arrays.

@@ -7,60 +7,33 @@ from pathlib import Path
 
 from analysis.engines.record import EngineError
 from analysis.stability.case import Boundary, Case, Cell, Cells, Map, Outcome, Row
-from analysis.stability.cases.penalty import (
-    damping,
-    drift,
-    initial_overlap,
-    mass_ratio_engines,
-    narrow_door,
-    restart,
-    skin,
-    small_speeds,
-    stiffness,
-    time_step,
-    tunnelling,
-)
-from analysis.stability.cases.percussions import (
-    contact_order,
-    long_chains,
-    mass_ratio_solvers,
-    opening_contacts,
-    redundant,
-    restitution,
-)
-from analysis.stability.cases.stepping import (
-    left_overlap,
-    long_step,
-    missed_contacts,
-    several_answers,
-    unsolved_step,
-)
+from analysis.stability.cases import penalty, percussions, stepping
 from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
 CASES = (
-    time_step,
-    damping,
-    stiffness,
-    mass_ratio_engines,
-    mass_ratio_solvers,
-    long_chains,
-    redundant,
-    contact_order,
-    initial_overlap,
-    skin,
-    tunnelling,
-    restitution,
-    opening_contacts,
-    drift,
-    narrow_door,
-    small_speeds,
-    restart,
-    long_step,
-    missed_contacts,
-    left_overlap,
-    unsolved_step,
-    several_answers,
+    penalty.time_step,
+    penalty.damping,
+    penalty.stiffness,
+    penalty.mass_ratio_engines,
+    percussions.mass_ratio_solvers,
+    percussions.long_chains,
+    percussions.redundant,
+    percussions.contact_order,
+    penalty.initial_overlap,
+    penalty.skin,
+    penalty.tunnelling,
+    percussions.restitution,
+    percussions.opening_contacts,
+    penalty.drift,
+    penalty.narrow_door,
+    penalty.small_speeds,
+    penalty.restart,
+    stepping.long_step,
+    stepping.missed_contacts,
+    stepping.left_overlap,
+    stepping.unsolved_step,
+    stepping.several_answers,
 )
 # How many attempts a quick and a full atlas spend on halving the bracket of a boundary.
 QUICK_HALVINGS, HALVINGS = 3, 7
@@ -69,7 +42,7 @@ QUICK_HALVINGS, HALVINGS = 3, 7
 def choose(names: Sequence[str] | None, quick: bool) -> list[Case]:
     """Make the cases of these names, or all, in the atlas' order. Raises ValueError for an unknown
     name."""
-    every = [module.case(quick) for module in CASES]
+    every = [declared.case(quick) for declared in CASES]
     known = [case.name for case in every]
     for name in names or ():
         if name not in known:

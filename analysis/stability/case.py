@@ -1,6 +1,9 @@
 """What the atlas is made of: a case, its cells (one attempt each) and its boundaries, measured and
 from theory."""
 
+from __future__ import annotations
+
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -9,6 +12,8 @@ from typing import Any
 
 # A word, a number, or a dataclass whose `str` is its label.
 Row = Any
+# A label with its unit, the values, and those of a quick atlas if they are fewer.
+Span = tuple[str, tuple[Row, ...]] | tuple[str, tuple[Row, ...], tuple[Row, ...]]
 # The cell of each column and row.
 Cells = dict[tuple[float | str, Row], "Cell"]
 
@@ -34,6 +39,11 @@ class By:
 
     def __str__(self) -> str:
         return f"{self.engine}, {self.symbol} = {self.value:g}"
+
+    @classmethod
+    def each(cls, engine: str, symbol: str, *values: float) -> tuple[By, ...]:
+        """Make a row of each value."""
+        return tuple(cls(engine, symbol, value) for value in values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +104,58 @@ class Case:
     def fails_at(self, column: float, row: Row, folder: Path) -> bool:
         """Try a column of a row: whether it ends as one of `fails_as`."""
         return self.attempt(column, row, folder).outcome in self.fails_as
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class case:  # noqa: N801
+    """Decorate the attempt of a case, whose name becomes the case's; the fields as in `Case`.
+
+    whole: whether the columns are whole numbers."""
+
+    columns: Span
+    rows: Span
+    quantities: tuple[str, ...]
+    fails_as: tuple[Outcome, ...]
+    theory: Callable[[Any], float] | None = None
+    values: dict[str, float] = field(default_factory=dict)
+    whole: bool = False
+
+    def __call__(self, attempt: Callable[[Any, Any, Path], Cell]) -> Declared:
+        return Declared(self, attempt)
+
+
+class Declared:
+    """A case as its module declares it; another process finds it by its name."""
+
+    def __init__(self, said: case, attempt: Callable[[Any, Any, Path], Cell]) -> None:
+        self.attempt, self.theory, self.name, self._said = (
+            attempt,
+            said.theory,
+            attempt.__name__,
+            said,
+        )
+        functools.update_wrapper(self, attempt)
+
+    def __call__(self, column: Any, row: Row, folder: Path) -> Cell:
+        return self.attempt(column, row, folder)
+
+    def __reduce__(self) -> str:
+        return self.name
+
+    def case(self, quick: bool) -> Case:
+        """Make the case, of a full atlas or a quick one."""
+        said = self._said
+        (column, *columns), (row, *rows) = said.columns, said.rows
+        return Case(
+            name=self.name,
+            columns=Axis(column, columns[-1 if quick else 0], whole=said.whole),
+            rows=Axis(row, rows[-1 if quick else 0]),
+            quantities=said.quantities,
+            attempt=self,
+            fails_as=said.fails_as,
+            theory=said.theory,
+            values=said.values,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,9 @@ from at_hand import require
 from analysis.scene.scene import Run
 from analysis.stability.case import By, Outcome
 from analysis.stability.cases.penalty import (
+    Collision,
+    Packed,
+    Search,
     damping,
     drift,
     initial_overlap,
@@ -19,9 +22,6 @@ from analysis.stability.cases.penalty import (
     time_step,
     tunnelling,
 )
-from analysis.stability.cases.penalty.mass_ratio_engines import Collision
-from analysis.stability.cases.penalty.skin import Search
-from analysis.stability.cases.penalty.time_step import Packed
 from analysis.stability.crowds import FRAMES, disks, line, scene_of
 from analysis.stability.trial import Edit, guard_says, try_engine
 

@@ -10,18 +10,29 @@ import pytest
 from analysis.percussions.dense_reference import dense_percussions
 from analysis.stability.atlas import attempt, boundary, choose
 from analysis.stability.case import Axis, Boundary, By, Case, Cell, Map, Outcome
-from analysis.stability.cases.penalty import initial_overlap, narrow_door, small_speeds, tunnelling
+from analysis.stability.cases.penalty import (
+    PERCUSSIONS,
+    PRODUCT,
+    initial_overlap,
+    narrow_door,
+    small_speeds,
+    tunnelling,
+)
 from analysis.stability.cases.percussions import (
+    Choice,
+    chain,
     contact_order,
+    contraction,
+    exact_energy,
     long_chains,
     mass_ratio_solvers,
     opening_contacts,
+    pressed_corner,
     redundant,
     restitution,
 )
-from analysis.stability.cases.percussions.long_chains import chain, contraction
-from analysis.stability.cases.percussions.redundant import Choice, pressed_corner
 from analysis.stability.cases.stepping import (
+    Tolerance,
     left_overlap,
     long_step,
     missed_contacts,
@@ -132,9 +143,9 @@ def test_k_on_opening_contacts_adds_energy_and_the_answer_warns(tmp_path):
     cell = opening_contacts.attempt(0.4, 20.0, tmp_path)
     assert cell.outcome is Outcome.ENERGY_GAIN
     assert cell.numbers[-1] == 1
-    assert opening_contacts.exact_energy(0.4, 20.0)[1] > 0
+    assert exact_energy(0.4, 20.0)[1] > 0
     assert opening_contacts.attempt(0.4, 1.0, tmp_path).outcome is Outcome.STABLE
-    assert opening_contacts.exact_energy(0.4, 1.0)[1] < 0
+    assert exact_energy(0.4, 1.0)[1] < 0
 
 
 def test_restitution_near_one_loses_its_digits(tmp_path):
@@ -150,15 +161,15 @@ def test_percussions_have_no_smallest_speed(speed, tmp_path):
 
 
 def test_overlap_is_refused_by_a_run_and_left_by_percussions(tmp_path):
-    refused = initial_overlap.attempt(0.03, initial_overlap.PRODUCT, tmp_path)
+    refused = initial_overlap.attempt(0.03, PRODUCT, tmp_path)
     assert refused.outcome is Outcome.REFUSED
     assert "overlap" in refused.reason
-    assert initial_overlap.attempt(0.03, initial_overlap.RIGID, tmp_path).outcome is Outcome.STABLE
-    assert initial_overlap.attempt(2.0, initial_overlap.RIGID, tmp_path).outcome is Outcome.REFUSED
+    assert initial_overlap.attempt(0.03, PERCUSSIONS, tmp_path).outcome is Outcome.STABLE
+    assert initial_overlap.attempt(2.0, PERCUSSIONS, tmp_path).outcome is Outcome.REFUSED
 
 
 def test_a_rigid_disk_is_held_by_every_door_narrower_than_itself(tmp_path):
-    cells = [narrow_door.attempt(width, narrow_door.RIGID, tmp_path) for width in (0.5, 0.97, 1.1)]
+    cells = [narrow_door.attempt(width, PERCUSSIONS, tmp_path) for width in (0.5, 0.97, 1.1)]
     assert [cell.reason for cell in cells] == ["is held", "is held", "walks through"]
 
 
@@ -277,7 +288,7 @@ def test_what_a_step_does_not_look_for_overlaps(tmp_path):
 
 
 def test_a_step_without_an_answer_is_named_and_a_loose_one_overlaps(tmp_path):
-    loose = unsolved_step.Tolerance(1e-6)
+    loose = Tolerance(1e-6)
     assert unsolved_step.attempt(1.0, loose, tmp_path).outcome is Outcome.STABLE
     stopped = unsolved_step.attempt(1e8, loose, tmp_path)
     assert stopped.outcome is Outcome.NOT_CONVERGED

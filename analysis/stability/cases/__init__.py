@@ -1,2 +1,1 @@
-"""The cases of the atlas, one file each: what penalty engines fail at, and solvers of
-percussions."""
+"""The cases of the atlas: what penalty engines, solvers of percussions and rigid steps fail at."""

@@ -1,1 +1,0 @@
-"""What penalty engines fail at."""

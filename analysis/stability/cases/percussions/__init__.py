@@ -1,1 +1,0 @@
-"""What solvers of percussions fail at."""

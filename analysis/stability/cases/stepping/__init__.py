@@ -1,1 +1,0 @@
-"""What the rigid engine fails at."""
