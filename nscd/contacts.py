@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nscd import _core
 from nscd.arrays import (
     Flags,
     Floats,
@@ -19,7 +20,7 @@ from nscd.arrays import (
     whole_numbers,
 )
 from nscd.bodies import Snapshot, Walls
-from nscd.segments import Near, Segments, connect, touching_pairs, touching_walls
+from nscd.segments import connect
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -28,10 +29,9 @@ if TYPE_CHECKING:
 UNIT = 1e-6
 # Coordinates up to so many of the smallest radius: gaps are then known to 10⁻⁶ of it.
 FARTHEST = 1e9
-# The search goes this much farther than asked, since it rounds; the gap decides.
-MARGIN = 1 + 1e-12
 # So many pairs take about 1 GB.
-MOST_PAIRS = 50_000_000
+MOST_PAIRS = _core.MOST_PAIRS
+NO_WALLS = Walls(start=np.empty((0, 2)), end=np.empty((0, 2)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -195,29 +195,29 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     if number(tolerance, "tolerance", "a length ≥ 0 m") < 0:
         raise ValueError(f"tolerance: {tolerance} m; a length ≥ 0 is needed")
     tolerance += _rounding(snapshot, walls)
-    pairs, walled = _touching(snapshot, tolerance), _touching_walls(snapshot, walls, tolerance)
-    coinciding = [
-        (pairs.first[row], f"disk {snapshot.ids[pairs.second[row]]}")
-        for row in np.flatnonzero(pairs.distance == 0)
-    ]
-    coinciding += [
-        (walled.first[row], f"wall {walled.second[row] + 1}")
-        for row in np.flatnonzero(walled.distance == 0)
-    ]
-    if coinciding:
+    pairs, first, second, vector, distance, gap = _core.touching(
+        snapshot.position, snapshot.radius, connected(walls or NO_WALLS), tolerance
+    )
+    if pairs < 0:
+        reach = 2 * float(snapshot.radius.max()) + tolerance
         raise ValueError(
-            f"position: disk {snapshot.ids[coinciding[0][0]]} and {coinciding[0][1]} coincide; "
+            f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
+            "other, the largest diameter and the tolerance"
+        )
+    if len(at := np.flatnonzero(distance == 0)):
+        row = int(at[0])
+        other = f"disk {snapshot.ids[second[row]]}" if row < pairs else f"wall {second[row] + 1}"
+        raise ValueError(
+            f"position: disk {snapshot.ids[first[row]]} and {other} coincide; "
             "their contact has no normal"
         )
-    found = Near(*map(np.concatenate, zip(pairs, walled, strict=True)))
-    normal = found.vector / found.distance[:, None]
-    first = found.first
+    normal = vector / distance[:, None]
     return Contacts(
         first=first,
-        second=found.second,
-        is_wall=np.arange(len(first)) >= len(pairs.first),
+        second=second,
+        is_wall=np.arange(len(first)) >= pairs,
         normal=normal,
-        gap=found.gap,
+        gap=gap,
         point=snapshot.position[first] + snapshot.radius[first, None] * normal,
     )
 
@@ -240,26 +240,7 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
     return 4 * float(np.finfo(float).eps) * largest
 
 
-def _touching(snapshot: Snapshot, tolerance: float) -> Near:
-    """Pairs i < j of disks that touch."""
-    reach = (2 * float(snapshot.radius.max(initial=0.0)) + tolerance) * MARGIN
-    pairs = touching_pairs(snapshot.position, snapshot.radius, tolerance, reach, MOST_PAIRS)
-    if pairs is None:
-        raise ValueError(
-            f"tolerance: more than {MOST_PAIRS:g} pairs of disks are within {reach:g} m of each "
-            "other, the largest diameter and the tolerance"
-        )
-    return pairs
-
-
 @functools.lru_cache(maxsize=8)
-def connected(walls: Walls) -> Segments:
+def connected(walls: Walls) -> _core.Walls:
     """Tell how walls meet, found once: the frames of a film have the same ones."""
-    return connect(walls.start, walls.end)
-
-
-def _touching_walls(snapshot: Snapshot, walls: Walls | None, tolerance: float) -> Near:
-    """Disks that touch walls."""
-    if walls is None or not len(walls):
-        return Near.room(0)
-    return touching_walls(snapshot.position, snapshot.radius, tolerance, connected(walls))
+    return _core.Walls(*connect(walls.start, walls.end))

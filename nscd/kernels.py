@@ -18,8 +18,7 @@ from nscd.friction.ladder import part_of
 from nscd.friction.pivots.island import Search
 from nscd.friction.problem import friction_problem
 from nscd.laws import ContactLaw
-from nscd.solve import solve
-from nscd.solvers.ladder import BY_NAME
+from nscd.solve import SOLVERS, solve
 from nscd.stepping import Motion
 
 # (law, N·s along the normal) of the percussion m_eff (1 + e) U of a pair.
@@ -53,7 +52,7 @@ def _by_others() -> list[str]:
     found = solve(ring, contacts, law=ContactLaw(friction=0.3), tolerance=1e-10).right_velocity
     lines = [*_judged("friction", [found], 0.0), *_judged("a step", _steps(0.3), 0.0)]
     lines += _judged("friction, when crowds slide", _searched(), 0.0)
-    for solver in reversed(BY_NAME):
+    for solver in SOLVERS:
         found = solve(ring, contacts, tolerance=1e-10, solver=solver).right_velocity
         lines += _judged(solver, [found], 0.0)
     pair = _crowd([[0.0, 0.0], [0.5, 0.0]], [[2.0, 0.0], [0.0, 0.0]])
@@ -86,9 +85,8 @@ def _filmed() -> Iterator[Floats]:
     position, left, radius, mass = (np.concatenate([part, part]) for part in parts)
     disks = Disks(np.array([0, 7, 14]), np.tile(ring.ids, 2), position, left, radius, mass)
     found = solve_frames(disks, None, Asked(1e-9, 0.5, 1e-10))
-    if found is not None:
-        for sign, disk in ((-1.0, found.first), (1.0, found.second)):
-            np.add.at(left, disk, sign * found.impulse / mass[0])
+    for sign, disk in ((-1.0, found.first), (1.0, found.second)):
+        np.add.at(left, disk, sign * found.impulse / mass[0])
     yield left
 
 

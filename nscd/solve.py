@@ -1,5 +1,5 @@
-"""`solve`: percussions of a snapshot by the method that serves, with a certificate recomputed from
-the answer."""
+"""`solve`: percussions of a snapshot, with a certificate recomputed from the answer. They are solved
+in the native core: `nscd/core/answer.cpp` has the way from one method to the next."""
 
 from __future__ import annotations
 
@@ -10,21 +10,31 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nscd import _core
 from nscd.arrays import Floats, count, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
 from nscd.percussions import GAIN, Percussions, Status
-from nscd.problem import ContactProblem, impact_problem
-from nscd.solvers.closed_form import ALONE, NOTHING
-from nscd.solvers.dissipation import solve_one_sided
-from nscd.solvers.ladder import AT_ONCE, COMPILED, SOLVERS, climb
-from nscd.solvers.small import Small, certified, solve_small
-from nscd.solvers.system import in_given_order
-from nscd.solvers.task import Answer, Task
-from nscd.solvers.thresholds import AT
 
 INELASTIC = ContactLaw()
+# Solvers that can be asked for; the place of a name is its number in the core.
+SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
+FIRST_ORDER = ("projected_gradient", "gauss_seidel")
+# What gave an answer, by its number in the core: the solver, and why it was taken for n disks.
+CHOICES = (
+    ("none", "no contacts"),
+    ("closed_form", "nothing presses"),
+    ("closed_form", "each pressed contact is alone: closed form"),
+    ("tree", "the contacts of {n} disks form trees: linear time"),
+    ("active_set", "corrects the guess"),
+    ("active_set", "{n} disks of even masses: descent found the closed contacts"),
+    ("interior_point", "{n} disks: descent does not find the closed contacts exactly"),
+    ("interior_point", "{n} disks, masses far apart"),
+    ("interior_point", "{n} disks, dissipative contacts"),
+    ("maintained", "every contact stays closed"),
+    ("", "asked for"),
+)
 
 
 class Search(TypedDict, total=False):
@@ -61,7 +71,7 @@ def solve(
     law: inelastic and frictionless where left out
     tolerance: dimensionless, of residual and momentum error, recomputed from the answer; beyond it
         the status is `inaccurate`
-    solver: of `nscd.solvers.ladder.SOLVERS`; "auto" takes the cheapest that serves
+    solver: of `nscd.solve.SOLVERS`; "auto" takes the cheapest that serves
     guess: the answer of a similar problem with the same contacts, which makes this one cheaper
     search: see `Search`
 
@@ -95,28 +105,46 @@ def solve(
     law = INELASTIC if law is None else instance(law, ContactLaw, "law")
     canonical, starts, threads = _read(search) if search else (True, 1, 1)
     _check(snapshot, contacts, law, tolerance, solver)
-    n, k = len(snapshot), len(contacts)
-    known = _known(guess, k)
-    if law.plain and solver == "auto" and known is None and k > 0 and n < AT.large and COMPILED:
-        left = _unread(snapshot, left_velocity)
-        small = solve_small(snapshot, contacts, left, tolerance, canonical)
-        if small is not None:
-            return _of_small(snapshot, contacts, small, started)
-    left = _left(snapshot, left_velocity)
-    contacts.check_disks(n)
     if law.frictional:
         from nscd.friction.answer import solve_with_friction  # slow to import
 
+        left = _left(snapshot, left_velocity)
+        contacts.check_disks(len(snapshot))
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
-    # What overflows is not finite, and is said to be failed.
-    with np.errstate(all="ignore"):
-        problem = impact_problem(snapshot, contacts, left, law)
-        task = Task(
-            problem=problem, tolerance=tolerance, canonical=canonical, guess=known, threads=threads
-        )
-        found = _climb(task, solver)
-        problem = problem.acting(found.velocity)
-        return certify(snapshot, contacts, problem, found, tolerance, started)
+    left = _unread(snapshot, left_velocity)
+    asked: dict[str, Any] = {"tolerance": tolerance, "least": canonical, "threads": threads}
+    if solver != "auto":
+        asked["method"] = SOLVERS.index(solver)
+    if guess is not None and len(instance(guess, Percussions, "guess").reaction) == len(contacts):
+        asked["guess"] = guess.reaction
+    if not law.plain:
+        asked |= _dissipating(snapshot, contacts, _left(snapshot, left_velocity), law, solver)
+    said = _core.solve_impact(
+        contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
+        snapshot.radius, snapshot.mass, left, **asked,
+    )  # fmt: skip
+    if said is None:  # a disk that does not exist, or a velocity that cannot be computed with
+        contacts.check_disks(len(snapshot))
+        _left(snapshot, left_velocity)
+        raise AssertionError("contacts and velocities that the core refuses and Python does not")
+    return _percussions(snapshot, contacts, said, solver, tolerance, started)
+
+
+def _dissipating(
+    snapshot: Snapshot, contacts: Contacts, left: Floats, law: ContactLaw, solver: str
+) -> dict[str, Any]:
+    """What the core is told of a law with dissipation: k_n and k_t (k,) kg of contacts that do not open,
+    and spins where tangential dissipation needs them."""
+    contacts.check_disks(len(snapshot))
+    along, across = law.acting(contacts, snapshot.mass, left)
+    told: dict[str, Any] = {"maintained": law.maintained}
+    if along.any() or across.any():
+        if solver in FIRST_ORDER:
+            raise ValueError(f"solver: {solver} is for contacts without dissipation")
+        told |= {"along": along, "across": across}
+    if across.any():
+        told["spin"] = snapshot.spin
+    return told
 
 
 def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
@@ -126,60 +154,11 @@ def _left(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
 
 
 def _unread(snapshot: Snapshot, given: ArrayLike | None) -> Floats:
-    """The left velocities, not copied where the kernel, which looks at each number, can take them as
-    they are."""
+    """The left velocities, not copied where the core, which looks at each number, can take them as they
+    are."""
     if type(given) is not np.ndarray or given.dtype != np.float64 or not given.flags.c_contiguous:
         return _left(snapshot, given)
-    if given.shape != (len(snapshot), 2):
-        return _left(snapshot, given)
-    left: Floats = given.view()
-    left.flags.writeable = False
-    return left
-
-
-def _climb(task: Task, solver: str) -> Answer:
-    """The answer; no number where a kernel divides by zero."""
-    try:
-        return solve_one_sided(task, lambda one: climb(one, solver))
-    except ZeroDivisionError:  # by what underflowed
-        nothing = np.full(len(task.problem.first), np.nan)
-        nowhere = np.full_like(task.problem.left, np.nan)
-        return Answer(nothing, nowhere, 0, least=False, solver=solver)
-
-
-def _known(guess: Percussions | None, k: int) -> Floats | None:
-    if guess is None or len(instance(guess, Percussions, "guess").reaction) != k:
-        return None
-    return guess.reaction
-
-
-def _of_small(snapshot: Snapshot, contacts: Contacts, small: Small, started: float) -> Percussions:
-    if small.disks:
-        rung = AT_ONCE[small.rung]
-        solver, why = rung.name, rung.why.format(n=small.disks)
-    else:
-        solver, why = "closed_form", ALONE if small.reaction.any() else NOTHING
-    return Percussions(
-        reaction=small.reaction,
-        impulse=small.impulse,
-        right_velocity=small.velocity,
-        right_spin=snapshot.spin,
-        residual=small.residual,
-        velocity_error=small.velocity_error,
-        momentum_error=small.momentum_error,
-        energy_change=small.change,
-        energy_error=abs(small.change + 0.5 * small.work) / (small.energy or 1.0),
-        status=Status.SOLVED,
-        reason="",
-        warnings=_grown(small.change, small.energy),
-        choice=why,
-        canonical=small.least,
-        solver=solver,
-        iterations=small.iterations,
-        seconds=time.perf_counter() - started,
-        snapshot=snapshot,
-        contacts=contacts,
-    )
+    return given if given.shape == (len(snapshot), 2) else _left(snapshot, given)
 
 
 def _read(search: Search) -> tuple[bool, int, int]:
@@ -205,95 +184,41 @@ def _check(
         raise ValueError(f"solver: {solver} is for contacts without friction")
 
 
-def certify(
-    snapshot: Snapshot,
-    contacts: Contacts,
-    problem: ContactProblem,
-    found: Answer,
-    tolerance: float,
-    started: float,
-) -> Percussions:
-    """Judge what a solver found, and recompute all that an answer says of itself.
-
-    found: reactions, velocities and their proven bound
-    started: s, when the clock was started
-
-    Residual, momentum, energy, and that every number is finite."""
-    plain = not problem.dissipative and not problem.maintained
-    if plain and len(snapshot) >= AT.large:
-        said, energy = _by_kernel(snapshot, problem, found)
-    else:
-        said, energy = _recomputed(snapshot, contacts, problem, found)
-    judged = _judged(said, tolerance)
-    return _percussions(snapshot, contacts, found, said, judged, energy, started)
-
-
-def _recomputed(
-    snapshot: Snapshot, contacts: Contacts, problem: ContactProblem, found: Answer
-) -> tuple[dict[str, Any], float]:
-    """What an answer says of itself, and the kinetic energy before (J)."""
-    reaction, right = found.reaction, found.velocity
-    normal, tangential = problem.impulses(reaction, right)
-    total = right + problem.left
-    impulse = normal[:, None] * contacts.normal
-    work = float(normal @ problem.approach(total))
-    if tangential is not None:
-        tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
-        impulse += tangential[:, None] * tangent
-        work += float(tangential @ problem.sliding(total))
-    energy = 0.5 * float((problem.mass * problem.left**2).sum())
-    energy_change = 0.5 * float((problem.mass * (right - problem.left) * total).sum())
-    said: dict[str, Any] = {
-        "reaction": reaction,
-        "impulse": impulse,
-        "right_velocity": np.ascontiguousarray(right[:, :2]),
-        "right_spin": right[:, 2].copy() if right.shape[1] == 3 else snapshot.spin,
-        "residual": problem.residual(reaction, right),
-        "velocity_error": found.distance / float(np.sqrt(snapshot.mass.sum() or 1.0)),
-        "momentum_error": problem.imbalance(right, normal, tangential),
-        "energy_change": energy_change,
-        "energy_error": abs(energy_change + 0.5 * work) / (energy or 1.0),
-    }
-    return said, energy
-
-
-def _by_kernel(
-    snapshot: Snapshot, problem: ContactProblem, found: Answer
-) -> tuple[dict[str, Any], float]:
-    """The same of contacts without dissipation."""
-    of = certified(in_given_order(problem), found.reaction, found.velocity, found.distance)
-    said: dict[str, Any] = {
-        "reaction": found.reaction,
-        "impulse": of.impulse,
-        "right_velocity": found.velocity,
-        "right_spin": snapshot.spin,
-        "residual": of.residual,
-        "velocity_error": of.velocity_error,
-        "momentum_error": of.momentum_error,
-        "energy_change": of.change,
-        "energy_error": abs(of.change + 0.5 * of.work) / (of.energy or 1.0),
-    }
-    return said, of.energy
-
-
 def _percussions(
     snapshot: Snapshot,
     contacts: Contacts,
-    found: Answer,
     said: dict[str, Any],
-    judged: tuple[Status, str],
-    energy: float,
+    solver: str,
+    tolerance: float,
     started: float,
 ) -> Percussions:
+    """The answer of the core, and what it is worth."""
+    name, why = CHOICES[said["rung"]]
+    why = why.format(n=said["disks"])
+    if said["threads"] > 1:
+        why += f"; {said['threads']} threads"
+    change, energy = said["change"], said["energy"]
+    found: dict[str, Any] = {
+        "reaction": said["reaction"],
+        "impulse": said["impulse"],
+        "right_velocity": said["right_velocity"],
+        "right_spin": said.get("right_spin", snapshot.spin),
+        "residual": said["residual"],
+        "velocity_error": said["velocity_error"],
+        "momentum_error": said["momentum_error"],
+        "energy_change": change,
+        "energy_error": abs(change + 0.5 * said["work"]) / (energy or 1.0),
+    }
+    status, reason = _judged(found, said["finite"], tolerance)
     return Percussions(
-        **said,
-        status=judged[0],
-        reason=judged[1],
-        warnings=_grown(said["energy_change"], energy),
-        choice=found.why,
-        canonical=found.least,
-        solver=found.solver,
-        iterations=found.iterations,
+        **found,
+        status=status,
+        reason=reason,
+        warnings=_grown(change, energy),
+        choice=why,
+        canonical=said["least"],
+        solver=name or solver,
+        iterations=said["iterations"],
         seconds=time.perf_counter() - started,
         snapshot=snapshot,
         contacts=contacts,
@@ -305,12 +230,13 @@ def _grown(change: float, before: float) -> tuple[str, ...]:
     return (f"energy grew by {change:.3g} J: {GAIN}",) if change > 1e-9 * before else ()
 
 
-def _judged(said: dict[str, Any], tolerance: float) -> tuple[Status, str]:
+def _judged(said: dict[str, Any], finite: bool, tolerance: float) -> tuple[Status, str]:
     """The status of an answer with these numbers, and the reason where it is not solved."""
-    for name, value in said.items():
-        finite = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
-        if not finite:
-            return Status.FAILED, f"{name} is not finite"
+    if not (finite and math.isfinite(said["velocity_error"])):
+        for name, value in said.items():
+            sound = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
+            if not sound:
+                return Status.FAILED, f"{name} is not finite"
     residual, momentum_error = said["residual"], said["momentum_error"]
     if max(residual, momentum_error) <= tolerance:
         return Status.SOLVED, ""

@@ -10,9 +10,7 @@ ROOT = Path(__file__).resolve().parent.parent
 RANKS = [
     ["nscd/compiling"],
     ["nscd"],
-    ["nscd/solvers/cholesky"],
-    ["nscd/solvers"],
-    ["nscd/friction", "nscd/frames"],
+    ["nscd/friction"],
     ["nscd/solve.py"],
     ["nscd/rivals.py", "nscd/stepping"],
     ["nscd/__init__.py"],
@@ -48,7 +46,9 @@ RANKS = [
 def modules():
     """Name and path of every module of the packages."""
     for package in ("nscd", "analysis", "crowd_percussions"):
-        for path in (ROOT / package).rglob("*.py"):
+        for path in (ROOT / package).rglob("*.py*"):
+            if path.suffix not in (".py", ".pyi"):
+                continue
             parts = path.relative_to(ROOT).with_suffix("").parts
             yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts), path
 

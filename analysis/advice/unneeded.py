@@ -15,7 +15,6 @@ from analysis.work_precision.window import Window
 from analysis.work_precision.window_start import prepare_window
 from nscd.islands import find_islands
 from nscd.percussions import Status
-from nscd.problem import impact_problem
 
 # An impulse below this share of the largest is none.
 NOTHING = 1e-9
@@ -59,7 +58,7 @@ def left_out(scene: Scene, folder: Path) -> list[str]:
 
 def _islands(window: Window) -> Iterator[str]:
     snapshot, contacts = window.scene.snapshot, window.contacts
-    islands = find_islands(impact_problem(snapshot, contacts, window.left_velocity, window.law))
+    islands = find_islands(snapshot, contacts, window.left_velocity)
     idle = (islands.contacts > 0) & ~islands.pressed
     if alone := int((islands.contacts == 0).sum()):
         yield f"disks that touch nothing: {alone} of {len(snapshot)}"

@@ -65,6 +65,4 @@ def solve_at_once(bodies: Bodies, setting: Setting, tolerance: float) -> FramesA
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
     asked = Asked(setting.contact_tolerance, setting.largest_overlap, tolerance)
     found = solve_frames(disks, setting.walls, asked)
-    if found is None:
-        return None
     return FramesAtOnce(bodies=bodies, setting=setting, found=found, window=window)

@@ -24,9 +24,7 @@ from analysis.percussions.snapshot import (
     percussions_of,
 )
 from analysis.percussions.table import COLUMNS, Openness, columns_of
-from nscd import ContactLaw, Snapshot
-from nscd.solvers.ladder import COMPILED
-from nscd.solvers.thresholds import AT
+from nscd import ContactLaw, Snapshot, _core
 
 # Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
 BLOCK, MOST = 1 << 22, 64
@@ -63,8 +61,8 @@ class DumpToSolve:
     def at_once(self) -> bool:
         """Whether many frames are solved in one compiled call, beside which threads go on."""
         law = self.setting.law if self.law is None else self.law
-        small = max(_trajectory(self).index.counts) < AT.large
-        return small and COMPILED and law.plain and self.openness == "none"
+        small = max(_trajectory(self).index.counts) < _core.SHARED
+        return small and law.plain and self.openness == "none"
 
     def blocks(self, numbers: range) -> list[range]:
         """Cut frames into those that are solved together: the same ones however many work on

@@ -10,9 +10,8 @@ from pydantic import Field, Strict, TypeAdapter, ValidationInfo, model_validator
 
 from analysis.scene.contact import ContactModel
 from analysis.scene.values import Count, Number, Part, Point, Positive, means_of
-from nscd import Walls
+from nscd import Walls, _core
 from nscd.arrays import Flags, Floats, Indices
-from nscd.segments import headed
 
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
 # given: pushed people lose their speed in 0.1 to 1 s.
@@ -173,10 +172,10 @@ class Drive(Part, Exit):
         return velocity
 
     def _headed(self, place: Floats, exit_: Exit) -> Floats:
-        return np.asarray(
-            headed(
-                place, *self.target(exit_), exit_.outward, exit_.door_start_m, self.speed_m_per_s
-            )
+        start, end = (np.array(point, dtype=np.float64) for point in self.target(exit_))
+        outward, door = np.array(exit_.outward, dtype=np.float64), np.array(exit_.door_start_m)
+        return _core.headed(
+            np.ascontiguousarray(place), start, end, outward, door, self.speed_m_per_s
         )
 
     def gone(self, position: Floats, ids: Indices) -> Flags:

@@ -18,7 +18,7 @@ from nscd import find_contacts
 from nscd.arrays import Floats
 from nscd.percussions import Percussions, Status
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
-from nscd.solvers.ladder import SOLVERS
+from nscd.solve import SOLVERS
 
 # The others sweep over contacts that dissipate nothing.
 DISSIPATIVE = ("auto", "interior_point", "active_set")

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.contact import AS_HERTZ, BODY, CHEST_N_PER_M, CHEST_N_PER_M2
 from analysis.scene.scene import Scene
-from nscd import Snapshot, Walls, find_contacts
+from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats, Indices
-from nscd.compiling import kernel
-from nscd.segments import connect, is_of_another, share_of
+from nscd.contacts import connected
 
-# Laws, as the kernel knows them.
+# Laws, by their numbers in the core.
 _HOOKE, _HERTZ, _BODY = 0, 1, 2
 
 
@@ -44,9 +41,10 @@ class SoftModel:
             np.concatenate([pairs.first, disk]),
             np.concatenate([pairs.second, np.zeros_like(disk)]),
             np.concatenate([np.full(len(pairs), -1), wall]),
-            connect(walls.start, walls.end),
+            connected(walls),
         )
-        self._law: tuple[Any, ...] = _law(scene)
+        law, *constants = _law(scene)
+        self._law = law, np.array([*constants, CHEST_N_PER_M, CHEST_N_PER_M2])
         self._drive = _drive(scene)
         self._acceleration = np.array(scene.acceleration())
         self._ends = np.array(walls.start), np.array(walls.end)
@@ -55,34 +53,18 @@ class SoftModel:
         """Write the acceleration (n,2) m/s² at positions (n,2) m and velocities (n,2) m/s into
         `out`."""
         disks = self._disks
-        _contact_forces(
+        _core.soft_forces(
             out, position, velocity, disks.radius, disks.mass, *self._contacts, *self._law
         )
         out /= disks.mass[:, None]
         out += self._acceleration
         if self._drive is not None:
-            _add_drive(out, position, velocity, *self._drive)
+            _core.soft_drive(out, position, velocity, *self._drive)
 
     def passes_a_wall(self, before: Floats, after: Floats) -> bool:
         """Tell whether a centre that goes straight from `before` to `after` (n,2) m crosses a wall,
         whose force would then turn round."""
-        return bool(_crosses(before, after, *self._ends))
-
-
-@kernel
-def _crosses(before: Any, after: Any, start: Any, end: Any) -> bool:
-    """Whether any way (n,2) m crosses any wall (w,2) m: its ends are on both sides, and so are the
-    wall's of the way."""
-    for wall in range(len(start)):
-        x, y = end[wall, 0] - start[wall, 0], end[wall, 1] - start[wall, 1]
-        for disk in range(len(before)):
-            vx, vy = after[disk, 0] - before[disk, 0], after[disk, 1] - before[disk, 1]
-            sx, sy = before[disk, 0] - start[wall, 0], before[disk, 1] - start[wall, 1]
-            ex, ey = before[disk, 0] - end[wall, 0], before[disk, 1] - end[wall, 1]
-            side, other = x * sy - y * sx, x * (sy + vy) - y * (sx + vx)
-            if side * other < 0.0 and (vy * sx - vx * sy) * (vy * ex - vx * ey) <= 0.0:
-                return True
-    return False
+        return _core.crosses(before, after, *self._ends)
 
 
 def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
@@ -123,91 +105,3 @@ def _law(scene: Scene) -> tuple[int, float, float, float, float, float]:
         2 * ratio * float(np.sqrt(a * m)) for a, m in ((k, heaviest / 2), (wall_k, heaviest))
     )
     return _BODY if body else _HOOKE, k, wall_k, ratio, pair, wall
-
-
-@kernel
-def _add_drive(
-    acceleration: Any,
-    x: Any,
-    v: Any,
-    speed: float,
-    tau: float,
-    start: Any,
-    end: Any,
-    door: Any,
-    outward: Any,
-) -> None:
-    for i in range(len(x)):
-        ax, ay = end[i, 0] - start[i, 0], end[i, 1] - start[i, 1]
-        square = ax * ax + ay * ay
-        px, py, s = x[i, 0] - start[i, 0], x[i, 1] - start[i, 1], 0.0
-        if square > 0.0:
-            s = min(1.0, max(0.0, (px * ax + py * ay) / square))
-        dx, dy = start[i, 0] + s * ax - x[i, 0], start[i, 1] + s * ay - x[i, 1]
-        distance = np.sqrt(dx * dx + dy * dy)
-        beyond = (x[i, 0] - door[i, 0]) * outward[i, 0] + (x[i, 1] - door[i, 1]) * outward[i, 1]
-        if beyond >= 0.0 or distance == 0.0:
-            dx, dy, distance = outward[i, 0], outward[i, 1], 1.0
-        acceleration[i, 0] += (speed * dx / distance - v[i, 0]) / tau
-        acceleration[i, 1] += (speed * dy / distance - v[i, 1]) / tau
-
-
-@kernel
-def _contact_forces(
-    force: Any,
-    x: Any,
-    v: Any,
-    radius: Any,
-    mass: Any,
-    first: Any,
-    second: Any,
-    wall: Any,
-    segments: Any,
-    law: int,
-    pair_stiffness: float,
-    wall_stiffness: float,
-    ratio: float,
-    pair_dashpot: float,
-    wall_dashpot: float,
-) -> None:
-    force[:] = 0.0
-    for c in range(len(first)):
-        i, j, w = first[c], second[c], wall[c]
-        if w < 0:
-            dx, dy = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
-            sum_of_radii = radius[i] + radius[j]
-            size = radius[i] * radius[j] / sum_of_radii
-            m = mass[i] * mass[j] / (mass[i] + mass[j])
-        else:
-            s = share_of(segments, w, x[i, 0], x[i, 1])
-            if is_of_another(segments, w, s, x[i, 0], x[i, 1]):
-                continue
-            dx = segments.start[w, 0] + s * segments.along[w, 0] - x[i, 0]
-            dy = segments.start[w, 1] + s * segments.along[w, 1] - x[i, 1]
-            sum_of_radii, size, m = radius[i], radius[i], mass[i]
-        distance = np.sqrt(dx * dx + dy * dy)
-        overlap = sum_of_radii - distance
-        if overlap <= 0.0:
-            continue
-        nx, ny = dx / distance, dy / distance
-        vx, vy = v[i, 0], v[i, 1]
-        if w < 0:
-            vx, vy = vx - v[j, 0], vy - v[j, 1]
-        approach = vx * nx + vy * ny
-        stiffness = pair_stiffness if w < 0 else wall_stiffness
-        if law == _HERTZ:
-            tangent = stiffness * np.sqrt(size * overlap)
-            push = tangent * overlap + np.sqrt(5.0) * ratio * np.sqrt(m * tangent) * approach
-        elif law == _BODY:
-            depth = 0.5 * overlap if w < 0 else overlap
-            push = CHEST_N_PER_M * depth + CHEST_N_PER_M2 * depth * depth
-            push += max(0.0, (pair_dashpot if w < 0 else wall_dashpot) * approach)
-        else:
-            push = stiffness * overlap + (pair_dashpot if w < 0 else wall_dashpot) * approach
-        if push <= 0.0:
-            continue
-        force[i, 0] -= push * nx
-        force[i, 1] -= push * ny
-        if w < 0:
-            force[j, 0] += push * nx
-            force[j, 1] += push * ny

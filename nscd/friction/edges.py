@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.compiling import inner, kernel
+from nscd.friction.cholesky.multifrontal import factorise_fronts
+from nscd.friction.cholesky.substitution import solve_fronts
 from nscd.friction.elimination import add_to, put
 from nscd.friction.measures import imbalance
 from nscd.friction.problem import add_impulses, contact_velocities
-from nscd.solvers.cholesky.multifrontal import factorise_fronts
-from nscd.solvers.cholesky.substitution import solve_fronts
 
 ITERATIONS = 100
 # So many iterations without progress end it, ten times as many far from the answer.

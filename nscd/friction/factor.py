@@ -1,7 +1,7 @@
 """Multifrontal LU factorisation of the matrix of contacts that stick and slide: three unknowns a
 disk.
 
-Fronts and order are those of the frictionless crowd (`nscd.solvers.cholesky`); a sliding contact
+Fronts and order are those of the frictionless crowd (`nscd.friction.cholesky`); a sliding contact
 presses along n ± μt but resists only along n, so the matrix is not symmetric, and pivots are
 taken from within a front. Duff & Reid, SIAM J. Sci. Stat. Comput. 5 (1984) 633."""
 
@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nscd.compiling import inner, kernel
+from nscd.friction.cholesky.dissection import dissect
+from nscd.friction.cholesky.fronts import Fronts, fronts_of
 from nscd.friction.elimination import eliminate
-from nscd.solvers.cholesky.dissection import dissect
-from nscd.solvers.cholesky.fronts import Fronts, fronts_of
 
 LEAF = 8
 

@@ -6,14 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nscd import _core
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
 from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
-from nscd.islands import components
 from nscd.laws import ContactLaw
-from nscd.problem import ROUNDING
 
+# Units in the last place that approach velocities are known to.
+ROUNDING = 16 * float(np.finfo(float).eps)
 # Velocities are measured in no less, m/s: squares of what is far below are no numbers.
 SLOWEST = 1e-100
 
@@ -116,7 +117,7 @@ def problem_of(
         left=left,
         normal_inverse=normal_inverse,
         tangent_inverse=normal_inverse + spin_inverse,
-        island=components(len(mass), first, second)[0],
+        island=_core.components(len(mass), first, second),
         scale=max(moving, rim, SLOWEST),
     )
 

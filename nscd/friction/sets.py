@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from nscd.compiling import inner, kernel
+from nscd.friction.cholesky.multifrontal import factorise_fronts
+from nscd.friction.cholesky.substitution import solve_fronts
 from nscd.friction.edges import Weighted
 from nscd.friction.elimination import add_to, put
 from nscd.friction.factor import factorise, solve_factorised
 from nscd.friction.measures import imbalance, measure
 from nscd.friction.problem import add_impulses, contact_velocities
-from nscd.solvers.cholesky.multifrontal import factorise_fronts
-from nscd.solvers.cholesky.substitution import solve_fronts
 
 # Tangential states: nothing to hold on to, stuck, sliding forwards (τ = μ p_n) and backwards.
 FREE, STICK, FORWARD, BACKWARD = 0, 1, 2, 3

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nscd import _core
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot, Walls
-from nscd.problem import ContactProblem
-from nscd.solvers.ladder import AT_ONCE, COMPILED, climb
-from nscd.solvers.task import Answer, Task
-from nscd.solvers.thresholds import AT
-from nscd.stepping.compiled import LOOSE, REPEATS, Bodies, fastest, freed, missed, stepped
+from nscd.contacts import Contacts
+from nscd.projection import project
+from nscd.solve import CHOICES
 from nscd.stepping.push import Push
 from nscd.stepping.report import StepError, StepReport, both
 from nscd.stepping.search import Neighbours, neighbours, segments_of
 
+if TYPE_CHECKING:
+    from nscd.friction import StepAnswer
+
+# A step with friction is repeated so often, at most, with a larger margin.
+REPEATS = 20
 # An answer whose recomputed error is this many times what was asked is not used.
 STALLED = 10.0
 # Bodies that overlap at the start are pushed apart together with all within this many radii.
@@ -106,15 +109,24 @@ class Motion:
             near = neighbours(self.position, self.radius, self._walls, reach)
             if near.gap.min(initial=0.0) >= -TOUCHING * self.radius.mean():
                 return float(np.hypot(*(self.position - start).T).max(initial=0.0))
-            deepest = -float(near.gap.min())
-            problem = _problem(
-                near, self.mass, np.zeros_like(start), self.position, near.gap, deepest
-            )
-            answer, error = _solve(problem, 1e-12)
+            contacts = Contacts(
+                first=near.first.astype(np.int64), second=np.where(near.second < 0, near.wall, near.second),
+                is_wall=near.second < 0, normal=near.normal, gap=near.gap,
+                point=np.zeros_like(near.normal),
+            )  # fmt: skip
+            moved, error = project(
+                self._snapshot(), contacts, np.zeros_like(start), near.gap,
+                scale=-float(near.gap.min()), tolerance=1e-12,
+            )  # fmt: skip
             if not error <= 1e-8:
                 break
-            self.position = self.position + answer.velocity
+            self.position = self.position + moved
         raise StepError("the disks cannot be pushed apart: they do not fit between the walls")
+
+    def _snapshot(self) -> Snapshot:
+        return Snapshot(
+            position=self.position, velocity=self.velocity, radius=self.radius, mass=self.mass
+        )
 
     def advance(self) -> StepReport:
         """Make one step; repeat it with a larger margin where a disk went faster than the margin
@@ -145,8 +157,8 @@ class Motion:
     def _advance(self) -> StepReport:
         h, a = self.step, self._share
         desired = self._desired(self.position) if self._desired else np.empty((0, 2))
-        free, gained = freed(self.velocity, desired, a, self._gain)
-        done, velocity = self._at_once(free, gained) or self._by_ladder(free, gained)
+        free, gained = _core.freed(self.velocity, desired, a, *self._gain)
+        done, velocity = (self._rough if self._friction else self._smooth)(free, gained)
         self.velocity = np.ascontiguousarray(velocity[:, :2])
         if self._friction:
             self.spin = np.ascontiguousarray(velocity[:, 2])
@@ -155,146 +167,101 @@ class Motion:
         self.time += h
         return done
 
-    def _at_once(self, free: Floats, gained: float) -> tuple[StepReport, Floats] | None:
-        """The step by one compiled call; None where that is not for it, or does not solve it."""
-        loose, many = self._tolerance >= LOOSE, len(self.mass) >= AT.large
-        if self._friction or not len(self.mass) or (not loose and (many or not COMPILED)):
-            return None
-        bodies = self._bodies(free)
-        done = stepped(bodies, self.step, self._restitution, gained, self._tolerance)
-        if not done.error <= STALLED * self._tolerance:
-            return None
-        by = "projected_gradient" if loose else "closed_form"
-        if done.rung in AT_ONCE:
-            by = AT_ONCE[done.rung].name
+    def _smooth(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
+        """The step without friction, in the core."""
+        near, reaction, velocity, error, iterations, rung, repeats = _core.step(
+            self.position, self.velocity, free, self.radius, self._heavier(), self._walls,
+            self.step, self._restitution, gained, self._tolerance,
+        )  # fmt: skip
+        self._accept(error)
         report = StepReport(
-            neighbours=done.neighbours,
-            reaction=done.reaction,
-            friction=np.zeros(len(done.reaction)),
-            residual=done.error,
-            iterations=done.iterations,
-            repeats=done.repeats,
-            solver=by,
+            neighbours=Neighbours(*near),
+            reaction=reaction,
+            friction=np.zeros(len(reaction)),
+            residual=error,
+            iterations=iterations,
+            repeats=repeats,
+            solver="projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0],
         )
-        return report, done.velocity
+        return report, velocity
 
-    def _by_ladder(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
-        h, bodies = self.step, self._bodies(free)
+    def _rough(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
+        """The step with friction."""
+        h = self.step
         margin = 2 * h * max(fastest(free), fastest(self.velocity))
         repeats = -1
         while True:
             repeats += 1
             near = neighbours(self.position, self.radius, self._walls, margin)
-            problem = _problem(near, bodies.mass, free, self.position, near.gap / h)
-            problem = self._rebounding(problem, near, gained)
-            answer, tangential, error = (
-                self._rubbing(problem, near) if self._friction else self._smooth(problem)
-            )
-            if not error <= STALLED * self._tolerance:
-                raise StepError(
-                    f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
-                    f"where {self._tolerance:.1e} was asked"
-                )
-            if repeats == REPEATS or not missed(bodies, answer.velocity, h, margin):
+            found = self._rubbing(near, free, self._offset(near, free, gained))
+            self._accept(found.error)
+            moving = np.ascontiguousarray(found.velocity[:, :2])
+            missed = _core.missed(self.position, self.radius, self._walls, moving, h, margin)
+            if repeats == REPEATS or not missed:
                 break
-            margin = 2 * h * fastest(answer.velocity)
+            margin = 2 * h * fastest(moving)
         report = StepReport(
             neighbours=near,
-            reaction=answer.reaction,
-            friction=tangential,
-            residual=error,
-            iterations=answer.iterations,
+            reaction=found.reaction,
+            friction=found.friction,
+            residual=found.error,
+            iterations=found.pairs,
             repeats=repeats,
-            solver=answer.solver,
+            solver=found.solver,
         )
-        return report, answer.velocity
+        return report, found.velocity
 
-    def _bodies(self, free: Floats) -> Bodies:
-        mass = (1 + self._share) * self.mass
-        return Bodies(self.position, self.velocity, free, self.radius, mass, self._walls)
+    def _accept(self, error: float) -> None:
+        if not error <= STALLED * self._tolerance:
+            raise StepError(
+                f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
+                f"where {self._tolerance:.1e} was asked"
+            )
 
-    def _smooth(self, problem: ContactProblem) -> tuple[Answer, Floats, float]:
-        answer, error = _solve(problem, self._tolerance)
-        return answer, np.zeros(len(answer.reaction)), error
+    def _heavier(self) -> Floats:
+        """The masses (n,) kg with what the drive adds."""
+        return (1 + self._share) * self.mass
 
-    def _rubbing(self, problem: ContactProblem, near: Neighbours) -> tuple[Answer, Floats, float]:
-        """The answer with Coulomb's law, velocities with spins (n,3), and its friction (k,) N·s."""
+    def _rubbing(self, near: Neighbours, free: Floats, offset: Floats) -> StepAnswer:
+        """The answer with Coulomb's law, velocities with spins (n,3)."""
         # slow to import, and most crowds have none
         from nscd.friction import carried_over, problem_of, solve_step
 
+        mass = self._heavier()
         rubbing = problem_of(
             pairs=(near.first, near.second),
             normal=near.normal,
             friction=np.full(len(near.gap), self._friction),
             radius=self.radius,
-            mass=np.column_stack([problem.mass, self._inertia]),
-            left=np.column_stack([problem.free, self.spin]),
-        )._replace(offset=problem.offset)
+            mass=np.column_stack([mass, mass, self._inertia]),
+            left=np.column_stack([free, self.spin]),
+        )._replace(offset=offset)
         guess = carried_over(*self._known, self._keys(near))
-        found = solve_step(rubbing, self.position, guess, self._tolerance)
-        answer = Answer(
-            found.reaction, found.velocity, found.pairs, least=False, solver=found.solver
-        )
-        return answer, found.friction, found.error
+        return solve_step(rubbing, self.position, guess, self._tolerance)
 
     def _keys(self, near: Neighbours) -> Any:
         """A number (k,) of each pair, or of each disk and wall."""
         n = len(self.mass)
         other = np.where(near.wall >= 0, n + near.wall.astype(np.int64), near.second)
-        return near.first.astype(np.int64) * (n + len(self._walls.start)) + other
+        return near.first.astype(np.int64) * (n + len(self._walls)) + other
 
-    def _rebounding(
-        self, problem: ContactProblem, near: Neighbours, gained: float
-    ) -> ContactProblem:
+    def _offset(self, near: Neighbours, free: Floats, gained: float) -> Floats:
+        """b (k,) m/s of C u ≤ b: the gap over the step, or a rebound."""
+        offset = near.gap / self.step
         if not self._restitution:
-            return problem
-        before = problem.approach(self.velocity)
-        closing = self.step * problem.approach(problem.free) >= near.gap
-        bouncing = closing & (before > 2 * gained) & (before > 0)
-        rebound = np.minimum(problem.offset, -self._restitution * before)
-        return replace(problem, offset=np.where(bouncing, rebound, problem.offset))
+            return offset
+        before, closing = (_approach(near, velocity) for velocity in (self.velocity, free))
+        bouncing = (closing >= offset) & (before > 2 * gained) & (before > 0)
+        return np.where(bouncing, np.minimum(offset, -self._restitution * before), offset)
 
 
-def _problem(
-    near: Neighbours,
-    mass: Floats,
-    free: Floats,
-    position: Floats,
-    offset: Floats,
-    scale: float = 0.0,
-) -> ContactProblem:
-    """min ½|u − free|² in the masses (n,), subject to C u ≤ offset (k,) m/s."""
-    inverse = 1.0 / mass
-    weight = inverse[near.first] + np.where(near.second >= 0, inverse[near.second], 0.0)
-    none = np.zeros(len(weight))
-    tangent = np.column_stack([-near.normal[:, 1], near.normal[:, 0]])
-    return ContactProblem(
-        first=near.first,
-        second=near.second,
-        normal_first=near.normal,
-        normal_second=-near.normal,
-        tangent_first=tangent,
-        tangent_second=-tangent,
-        normal_weight=none,
-        tangent_weight=none,
-        mass=np.repeat(mass[:, None], 2, axis=1),
-        left=free,
-        free=free,
-        offset=offset,
-        inverse_mass=weight,
-        position=position,
-        maintained=False,
-        least_scale=scale,
-    )
+def _approach(near: Neighbours, velocity: Floats) -> Floats:
+    """C u (k,) m/s, positive where a gap closes."""
+    other = np.where(near.second[:, None] >= 0, velocity[near.second], 0.0)
+    approach: Floats = (near.normal * (velocity[near.first] - other)).sum(1)
+    return approach
 
 
-def _solve(problem: ContactProblem, tolerance: float) -> tuple[Answer, float]:
-    """The answer, any reactions, and its recomputed error."""
-    if not len(problem.first):
-        return Answer(np.empty(0), problem.free, 0, least=True, solver="none"), 0.0
-    task = Task(problem=problem, tolerance=tolerance, canonical=False)
-    answer = climb(task, "projected_gradient" if tolerance >= LOOSE else "auto")
-    return answer, max(
-        problem.residual(answer.reaction, answer.velocity),
-        problem.balance_error(answer.reaction, answer.velocity),
-    )
+def fastest(velocity: Floats) -> float:
+    """Find the largest speed (m/s) of velocities (n,2)."""
+    return float(np.hypot(*velocity.T).max(initial=0.0))

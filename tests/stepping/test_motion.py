@@ -186,23 +186,3 @@ def test_nonsense_is_refused_by_name(field, value):
     given = {"step": 5e-3} | {field: value}
     with pytest.raises(ValueError, match=field):
         Motion(row(2), **given)
-
-
-@pytest.mark.parametrize("restitution", [0.0, 0.3])
-def test_a_step_in_one_call_is_the_step_of_the_ladder(monkeypatch, restitution):
-    def to_the_middle(position):
-        return 2.0 - position
-
-    push = Push(desired=to_the_middle, relaxation_time=TAU)
-    given = {"step": 5e-3, "push": push, "restitution": restitution, "tolerance": 1e-10}
-    motion, other = (Motion(crowd(3, 60), box(-0.6, 5.4), **given) for _ in range(2))
-    monkeypatch.setattr(other, "_at_once", lambda *_: None)
-    solvers = set()
-    for _ in range(60):
-        ours, theirs = motion.advance(), other.advance()
-        solvers.add(ours.solver)
-        assert motion.velocity == pytest.approx(other.velocity, abs=1e-8)
-        total = [report.reaction.sum() for report in (ours, theirs)]
-        assert total[0] == pytest.approx(total[1], abs=1e-5)
-        motion.velocity, motion.position = other.velocity.copy(), other.position.copy()
-    assert solvers >= {"closed_form", "tree"}

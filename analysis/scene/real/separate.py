@@ -1,15 +1,13 @@
 """The smallest displacement that makes overlapping disks a possible crowd."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
+from nscd import Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
-from nscd.problem import impact_problem
-from nscd.solvers.ladder import climb
-from nscd.solvers.task import Task
+from nscd.projection import project
 
 # Answers are whole multiples of GRID_M, so that every machine gives the same digits; gaps are at
 # least SPARE_M before rounding and so never negative after it.
@@ -75,16 +73,12 @@ def reconcile(
             break
         if start is None and iteration == 0 and overlap == 0:
             break
-        # A contact problem of unit masses whose "velocity" is the displacement from the current
-        # iterate; lengths are measured in radii (the scale of `left`).
-        home = position - current
-        problem = impact_problem(
-            snapshot, contacts, np.full((n, 2), 0.5 * reach), ContactLaw(), contacts.gap - SPARE_M
-        )
-        problem = replace(problem, free=home)
-        found = climb(Task(problem=problem, tolerance=SOLVER_TOLERANCE))
-        reaction, step = found.reaction, found.velocity
-        if not problem.residual(reaction, step) < 1e-6:
+        # A projection of the displacement from the current iterate; lengths are measured in radii.
+        step, error = project(
+            snapshot, contacts, position - current, contacts.gap - SPARE_M, scale=0.5 * reach,
+            tolerance=SOLVER_TOLERANCE,
+        )  # fmt: skip
+        if not error < 1e-6:
             raise OverlapError(f"there is no room for {n} disks of radius up to {radius.max():g} m")
         current = current + step
         if np.abs(step).max() < STEP_M and overlap < STEP_M:

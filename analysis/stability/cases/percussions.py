@@ -23,8 +23,8 @@ from analysis.stability.crowds import (
 )
 from analysis.stability.exact_line import exact_line
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Status, solve
+from nscd._core import MOST_SWEEPS
 from nscd.indeterminacy.determinacy import admissible_determinacy
-from nscd.solvers.gauss_seidel import MOST_SWEEPS
 
 ACROSS = 5
 

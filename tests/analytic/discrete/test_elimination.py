@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.linalg import cholesky
 
-from nscd.solvers.cholesky.elimination import PANEL, eliminate
+from nscd._core import PANEL, eliminate
 
 
 def in_chunks(matrix, pivots):
-    """The numbers of a front, and where its update begins."""
+    """The numbers of a front."""
     rest = len(matrix) - pivots
     height = -(-pivots // 4) * 4 if pivots <= PANEL else -(-pivots // 8) * 8
     wide, more = -(-pivots // 8), -(-rest // 8)
@@ -19,7 +19,7 @@ def in_chunks(matrix, pivots):
     others = np.zeros((8 * more, 8 * more))
     others[:rest, :rest] = np.triu(matrix[pivots:, pivots:])
     update = [others[: 8 * c + 8, 8 * c : 8 * c + 8].ravel() for c in range(more)]
-    return np.concatenate([panel.ravel(), *update]), panel.size
+    return np.concatenate([panel.ravel(), *update])
 
 
 def from_chunks(front, size, pivots):
@@ -47,8 +47,8 @@ def test_rows_of_the_factor_and_the_schur_complement(size, pivots):
     half = np.random.default_rng(size).normal(size=(size, size + 3))
     matrix = half @ half.T + np.eye(size)
     factor = cholesky(matrix)
-    front, update = in_chunks(matrix, pivots)
-    assert eliminate(front, 0, update, pivots, size - pivots)
+    front = in_chunks(matrix, pivots)
+    assert eliminate(front, pivots, size - pivots)
     rows, others = from_chunks(front, size, pivots)
     scale = np.abs(matrix).max()
     np.testing.assert_allclose(rows, factor[:pivots], atol=1e-12 * scale)
@@ -61,12 +61,11 @@ def test_rows_of_the_factor_and_the_schur_complement(size, pivots):
 def test_an_indefinite_matrix_is_refused(size, wrong, value):
     matrix = np.eye(size)
     matrix[wrong, wrong] = value
-    front, update = in_chunks(matrix, size)
-    assert not eliminate(front, 0, update, size, 0)
+    assert not eliminate(in_chunks(matrix, size), size, 0)
 
 
 def test_a_tiny_matrix_is_no_indefinite_one():
-    front, update = in_chunks(1e-250 * np.eye(6), 4)
-    assert eliminate(front, 0, update, 4, 2)
+    front = in_chunks(1e-250 * np.eye(6), 4)
+    assert eliminate(front, 4, 2)
     rows, _ = from_chunks(front, 6, 4)
     np.testing.assert_allclose(np.diag(rows[:, :4]), 1e-125)

@@ -6,7 +6,10 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components, maximum_flow
 
 from analysis.library.families import FAMILIES
-from nscd.solvers.cholesky.dissection import STRIP_SHARE, dissect
+from nscd._core import dissect
+
+# Of the disks of a part, on either side of its median: see nscd/core/order.cpp.
+STRIP_SHARE = 0.15
 
 
 def fewest(edges, left, strip, right, n):
@@ -29,15 +32,15 @@ def fewest(edges, left, strip, right, n):
 @pytest.mark.parametrize("n", [40, 300, 900])
 def test_the_first_cut_is_as_small_as_any_in_its_strip(name, n, turned):
     case = FAMILIES[name](n)
-    position = case.snapshot.position
+    position = np.array(case.snapshot.position)
     position = position - 1e-9 * np.arange(len(position))[:, None]  # no two at the same place
     if turned:
         position = np.ascontiguousarray(position[:, ::-1])
     n = len(position)
     first = case.contacts.first.astype(np.int32)
     second = np.where(case.contacts.is_wall, -1, case.contacts.second).astype(np.int32)
-    ordering = dissect(position, first, second, n - 1)
-    cut = ordering.order[ordering.node_first[-1] : ordering.node_end[-1]]
+    order, node_first, node_end, _ = dissect(position, first, second, n - 1)
+    cut = order[node_first[-1] : node_end[-1]]
 
     edges = np.stack([first, second], axis=1)[second >= 0]
     rank = np.argsort(position[:, int(np.argmax(np.ptp(position, axis=0)))])

@@ -1,0 +1,52 @@
+// The ladder: one way to an answer, for every size.
+//
+// 1. Islands that nothing presses and single contacts: closed form.     2. Trees: linear time.
+// 3. A guess, or what a descent finds, where masses are even: close it.  4. What is left: the interior point.
+#pragma once
+
+#include "bound.hpp"
+#include "canonical.hpp"
+#include "descent.hpp"
+#include "path.hpp"
+
+namespace nscd {
+
+// Sweeps of a first-order solver that is asked for, at most.
+inline constexpr int MOST_SWEEPS = 200'000;
+
+enum class Method { AUTO, INTERIOR_POINT, ACTIVE_SET, PROJECTED_GRADIENT, GAUSS_SEIDEL };
+// What gave an answer.
+enum class Rung { NO_CONTACTS, NOTHING, ALONE, TREE, GUESS, DESCENT, MARGINAL, UNEVEN, DISSIPATIVE, MAINTAINED, ASKED_FOR };
+
+struct Asked {
+    double tolerance = 1e-8;  // dimensionless, of residual and momentum error
+    bool least = true;        // whether λ is to be the one of least energy where it is not unique
+    bool bounded = true;      // whether the error of the velocities is to be bounded
+    Method method = Method::AUTO;
+    int threads = 1;
+    Numbers reaction, velocity;  // (k), (n·d): of a problem that was nearly the same; empty where there is none
+    Sizes sizes;
+};
+
+struct Answer {
+    Numbers reaction, velocity;  // (k) N·s, (n·d) m/s, in the order of the problem
+    Rung rung = Rung::NO_CONTACTS;
+    int disks = 0;               // how many were not answered in closed form
+    int iterations = 0;          // sweeps, rounds, factorisations
+    int threads = 1;             // how many worked on it
+    bool least = true;           // whether λ is known to be the one of least energy
+    int rounds = 0;              // in which the contacts were chosen at which k_n acts
+    double distance = 0.0;       // √kg m/s, a bound of √(Σ m |u − u⁺|²); infinite where none is known
+};
+
+// Solve a problem whose k_n act where they stand.
+Answer climb(const System& s, const Asked& asked);
+
+// Solve a problem whose k_n act where they push: p_n = k_n max(C(u + u⁻), 0) + λ. `law` is left with the k_n that do.
+//
+// u⁺ minimises the convex Φ(u) = ½|u − u⁻|²_M + ½ Σ k_n max(C(u + u⁻), 0)² + ½ Σ k_t (T(u + u⁻))² over C u ≤ 0: Newton's
+// method. With the contacts fixed at which k_n acts it is a problem for `climb`; each round takes those at which it
+// pushes at the velocities before. Φ falls from round to round, so that no choice comes twice.
+Answer solve_one_sided(System& law, const Asked& asked);
+
+}  // namespace nscd

@@ -1,0 +1,184 @@
+#include "closed.hpp"
+
+#include <algorithm>
+
+namespace nscd {
+
+int components(int n, std::span<const Index> first, std::span<const Index> second, Places& label) {
+    Places root(n);
+    for (int i = 0; i < n; ++i) root[i] = i;
+    const auto find = [&](Index i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
+    for (std::size_t c = 0; c < first.size(); ++c) {
+        if (second[c] < 0) continue;
+        const Index i = find(first[c]), j = find(second[c]);
+        root[std::max(i, j)] = std::min(i, j);
+    }
+    label.resize(n);
+    int count = 0;
+    for (int i = 0; i < n; ++i)  // a root comes before all that it leads
+        label[i] = root[i] == i ? count++ : label[find(root[i])];
+    return count;
+}
+
+Islands islands_of(const System& s) {
+    Islands of;
+    of.count = components(s.n, s.first, s.second, of.label);
+    of.contacts.assign(of.count, 0), of.disks.assign(of.count, 0);
+    of.pressed.assign(of.count, 0), of.forest.assign(of.count, 0);
+    Flags walled(of.count, 0);
+    Numbers v(s.k);
+    approach(s, s.free, v);
+    for (int i = 0; i < s.n; ++i) ++of.disks[of.label[i]];
+    for (int c = 0; c < s.k; ++c) {
+        const Index island = of.label[s.first[c]];
+        ++of.contacts[island];
+        if (s.second[c] < 0) walled[island] = 1;
+        if (v[c] > s.offset[c]) of.pressed[island] = 1;
+    }
+    for (int m = 0; m < of.count; ++m) of.forest[m] = of.contacts[m] < of.disks[m] + walled[m];
+    return of;
+}
+
+Rest close_single(const System& s, Numbers& reaction, Numbers& velocity) {
+    const Islands islands = islands_of(s);
+    const auto many = [&](Index island) {
+        return islands.pressed[island] && (islands.contacts[island] > 1 || s.dissipative());
+    };
+    reaction.assign(s.k, 0.0);
+    velocity = s.free;
+    Rest rest;
+    rest.place.assign(s.n, -1);
+    for (int c = 0; c < s.k; ++c) {
+        const Index i = s.first[c], j = s.second[c], island = islands.label[i];
+        if (many(island)) {
+            rest.contact.push_back(c);
+            rest.forest = rest.forest && islands.forest[island];
+        } else if (islands.pressed[island]) {
+            rest.single = true;
+            double closing = s.nx[c] * s.free[2 * i] + s.ny[c] * s.free[2 * i + 1] - s.offset[c];
+            if (j >= 0) closing -= s.nx[c] * s.free[2 * j] + s.ny[c] * s.free[2 * j + 1];
+            reaction[c] = std::max(closing / s.inverse_mass[c], 0.0);
+            const double normal[2] = {s.nx[c], s.ny[c]};
+            for (int a = 0; a < 2; ++a) {
+                velocity[2 * i + a] -= reaction[c] * normal[a] / s.mass[2 * i + a];
+                if (j >= 0) velocity[2 * j + a] += reaction[c] * normal[a] / s.mass[2 * j + a];
+            }
+        }
+    }
+    for (int i = 0; i < s.n; ++i)
+        if (many(islands.label[i])) {
+            rest.place[i] = Index(rest.disk.size());
+            rest.disk.push_back(i);
+        }
+    return rest;
+}
+
+Branches branches_of(const System& s) {
+    Starts start(s.n + 1, 0);
+    for (int c = 0; c < s.k; ++c)
+        if (s.second[c] >= 0) ++start[s.first[c] + 1], ++start[s.second[c] + 1];
+    for (int a = 0; a < s.n; ++a) start[a + 1] += start[a];
+    Places contact(start[s.n]);
+    Starts at(start.begin(), start.end() - 1);
+    Branches of{Places(s.n), Places(s.n, -1), Places(s.n, -1)};
+    for (int c = 0; c < s.k; ++c) {
+        if (s.second[c] >= 0)
+            contact[at[s.first[c]]++] = contact[at[s.second[c]]++] = c;
+        else
+            of.link[s.first[c]] = c;
+    }
+    Flags seen(s.n, 0);
+    int count = 0;
+    for (bool walled : {true, false})  // a tree with a wall contact grows from there
+        for (int root = 0; root < s.n; ++root) {
+            if (seen[root] || (walled && of.link[root] < 0)) continue;
+            seen[root] = 1;
+            int head = count;
+            of.order[count++] = root;
+            for (; head < count; ++head) {
+                const Index a = of.order[head];
+                for (auto e = start[a]; e < start[a + 1]; ++e) {
+                    const Index c = contact[e], b = s.first[c] == a ? s.second[c] : s.first[c];
+                    if (seen[b]) continue;
+                    seen[b] = 1;
+                    of.parent[b] = a, of.link[b] = c;
+                    of.order[count++] = b;
+                }
+            }
+        }
+    return of;
+}
+
+void close_tree(const System& s, const Branches& branches, Chosen closed, In free, In offset, Out reaction, Out u) {
+    struct Body {
+        double xx, xy, yy;  // kg, A
+        double px, py;      // kg m/s, A u of the disk and all behind it, left to itself
+        double ux, uy;      // m/s, that u
+        double bx, by;      // 1/kg, A⁻¹ n
+        double along;       // kg, 1/(n·A⁻¹n)
+    };
+    std::vector<Body> bodies(s.n);
+    for (int a = 0; a < s.n; ++a) {
+        const double m = s.mass[2 * a];
+        bodies[a] = {m, 0.0, m, m * free[2 * a], m * free[2 * a + 1], 0.0, 0.0, 0.0, 0.0, 0.0};
+    }
+    for (int q = s.n - 1; q >= 0; --q) {
+        const Index a = branches.order[q], c = branches.link[a], p = branches.parent[a];
+        Body& b = bodies[a];
+        const double determinant = b.xx * b.yy - b.xy * b.xy;
+        b.ux = (b.yy * b.px - b.xy * b.py) / determinant;
+        b.uy = (b.xx * b.py - b.xy * b.px) / determinant;
+        if (c < 0 || !closed[c]) continue;
+        const double x = s.nx[c], y = s.ny[c];
+        b.bx = (b.yy * x - b.xy * y) / determinant;
+        b.by = (b.xx * y - b.xy * x) / determinant;
+        b.along = 1.0 / (x * b.bx + y * b.by);
+        if (p < 0) continue;
+        const double sign = s.first[c] == a ? 1.0 : -1.0;
+        const double pull = b.along * (x * b.ux + y * b.uy - sign * offset[c]);
+        Body& on = bodies[p];
+        on.xx += b.along * x * x, on.xy += b.along * x * y, on.yy += b.along * y * y;
+        on.px += pull * x, on.py += pull * y;
+    }
+    std::fill(reaction.begin(), reaction.end(), 0.0);
+    for (int q = 0; q < s.n; ++q) {
+        const Index a = branches.order[q], c = branches.link[a], p = branches.parent[a];
+        const Body& b = bodies[a];
+        u[2 * a] = b.ux, u[2 * a + 1] = b.uy;
+        if (c < 0 || !closed[c]) continue;
+        const double x = s.nx[c], y = s.ny[c], sign = s.first[c] == a ? 1.0 : -1.0;
+        double wanted = sign * offset[c];
+        if (p >= 0) wanted += x * u[2 * p] + y * u[2 * p + 1];
+        reaction[c] = sign * b.along * (x * b.ux + y * b.uy - wanted);
+        u[2 * a] -= sign * reaction[c] * b.bx;
+        u[2 * a + 1] -= sign * reaction[c] * b.by;
+    }
+}
+
+int solve_tree(const System& s, const Branches& branches, Numbers& reaction, Numbers& velocity) {
+    constexpr int ROUNDS = 50;
+    Flags closed(s.k, 1);
+    Numbers v(s.k);
+    reaction.assign(s.k, 0.0);
+    velocity.resize(2 * std::size_t(s.n));
+    int done = 0;
+    for (bool changed = true; changed && done < ROUNDS;) {
+        ++done;
+        close_tree(s, branches, closed, s.free, s.offset, reaction, velocity);
+        approach(s, velocity, v);
+        changed = false;
+        for (int c = 0; c < s.k; ++c) {
+            // a closed contact stays so unless it pulls: its own velocity is rounding
+            const bool now = closed[c] ? reaction[c] >= 0.0 : s.inverse_mass[c] * reaction[c] > s.offset[c] - v[c];
+            changed = changed || now != bool(closed[c]);
+            closed[c] = now;
+        }
+    }
+    for (double& r : reaction) r = std::max(r, 0.0);
+    return done;
+}
+
+}  // namespace nscd

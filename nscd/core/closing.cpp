@@ -1,0 +1,150 @@
+#include "closing.hpp"
+
+#include <algorithm>
+
+namespace nscd {
+
+namespace {
+
+// Multiplier steps at most; the first shows which contacts pull, the others are for a set that is nearly right.
+constexpr int STEPS = 50, ALL_STEPS = 200;
+// So many contacts, and this share of all, may change without getting fewer from round to round.
+constexpr int HANDFUL = 4;
+constexpr double SHARE = 1e-5;
+// Reactions below the rounding of PENALTY · C u have no sign.
+constexpr double ROUNDING = 4.0 * PENALTY * EPSILON;
+// For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are redundant.
+constexpr double FIRM = 1e9;
+
+// Mark the closed contacts that pull, and the open ones without a gap that would be pressed, by more than rounding.
+int find_wrong(const System& s, Chosen closed, In reaction, In v, Flags& wrong) {
+    int count = 0;
+    for (int c = 0; c < s.k; ++c) {
+        const double least = ROUNDING * s.scale / s.inverse_mass[c];
+        wrong[c] = closed[c] ? reaction[c] <= -least : reaction[c] > least && s.offset[c] - v[c] <= EXACT * s.scale;
+        count += wrong[c];
+    }
+    return count;
+}
+
+// Wrong contacts change sides; of those that share a disk only the first one where `sparing`.
+void change(const System& s, Flags& closed, const Flags& wrong, bool sparing) {
+    Flags taken(s.n, 0);
+    for (int c = 0; c < s.k; ++c) {
+        if (!wrong[c]) continue;
+        const Index i = s.first[c], j = s.second[c];
+        if (sparing && (taken[i] || (j >= 0 && taken[j]))) continue;
+        taken[i] = 1;
+        if (j >= 0) taken[j] = 1;
+        closed[c] = !closed[c];
+    }
+}
+
+}  // namespace
+
+int close_contacts(Factor& factor, Chosen closed, In theta, Numbers& reaction, Numbers& u, Numbers& v, int most, double enough) {
+    const System& s = factor.system();
+    Numbers push(s.k), rest(u.size()), moved(u.size());
+    double before = INFINITE;
+    int steps = 0;
+    while (steps < most) {
+        ++steps;
+        for (int c = 0; c < s.k; ++c) {
+            reaction[c] += theta[c] * (v[c] - s.offset[c]);
+            push[c] = closed[c] ? reaction[c] : 0.0;
+        }
+        for (std::size_t i = 0; i < u.size(); ++i) moved[i] = s.free[i] - u[i];
+        inertia(s, moved, rest);
+        add_reactions(s, push, -1.0, rest);
+        factor.solve(rest);
+        for (std::size_t i = 0; i < u.size(); ++i) u[i] += rest[i];
+        approach(s, rest, push);
+        approach(s, u, v);
+        double open = 0.0;
+        for (int c = 0; c < s.k; ++c) {
+            reaction[c] += theta[c] * push[c];
+            if (closed[c]) open = std::max(open, std::abs(v[c] - s.offset[c]));
+        }
+        if (open <= enough * s.scale || (steps > 2 && open > 0.8 * before)) break;
+        before = open;
+    }
+    return steps;
+}
+
+Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int most) {
+    const System& s = factor.system();
+    Closed best{Numbers(s.k, 0.0), s.free, 0, INFINITE, false, {}};
+    Numbers theta = s.stiffness(), weight(s.k), reaction(s.k), v(s.k), u;
+    for (double& t : theta) t *= PENALTY;
+    Flags wrong(s.k);
+    const int few = HANDFUL + int(SHARE * s.k);
+    int before = s.k;
+    bool sparing = false;
+    while (best.rounds < most) {
+        ++best.rounds;
+        for (int c = 0; c < s.k; ++c) weight[c] = closed[c] ? theta[c] : 0.0;
+        if (!factor.factorise(weight)) break;
+        u = s.free;
+        std::fill(reaction.begin(), reaction.end(), 0.0);
+        approach(s, u, v);
+        close_contacts(factor, closed, theta, reaction, u, v, 1, enough);
+        int changed = find_wrong(s, closed, reaction, v, wrong);
+        if (thorough || changed <= few || best.rounds == most) {
+            close_contacts(factor, closed, theta, reaction, u, v, STEPS, enough);
+            changed = find_wrong(s, closed, reaction, v, wrong);
+            double error = 0.0;
+            Numbers pressed(s.k);
+            for (int c = 0; c < s.k; ++c) {
+                pressed[c] = closed[c] ? std::max(reaction[c], 0.0) : 0.0;
+                error = larger(error, std::abs(std::min(s.inverse_mass[c] * pressed[c], s.offset[c] - v[c])));
+                if (closed[c]) error = larger(error, -s.inverse_mass[c] * reaction[c]);
+            }
+            if (changed == 0) return {std::move(pressed), std::move(u), best.rounds, error / s.scale, true, {weight, closed}};
+            if (error / s.scale < best.error) {
+                best.error = error / s.scale;
+                best.reaction = std::move(pressed), best.velocity = u;
+            }
+        }
+        if (changed >= before && changed > few) break;
+        // a handful that does not shrink is a cycle between neighbours: one of them at a time breaks it
+        sparing = sparing || changed >= before;
+        before = changed;
+        change(s, closed, wrong, sparing);
+    }
+    return best;
+}
+
+Closed close_all(Factor& factor) {
+    const System& s = factor.system();
+    Closed found{Numbers(s.k, 0.0), s.free, 0, INFINITE, true, {}};
+    Numbers v(s.k);
+    for (double penalty : {PENALTY, FIRM}) {
+        Numbers theta = s.stiffness();
+        for (double& t : theta) t *= penalty;
+        if (!factor.factorise(theta)) break;
+        found.held = {theta, Flags(s.k, 1)};
+        std::fill(found.reaction.begin(), found.reaction.end(), 0.0);
+        found.velocity = s.free;
+        approach(s, found.velocity, v);
+        found.rounds += close_contacts(factor, found.held.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
+        double open = 0.0;
+        for (int c = 0; c < s.k; ++c) open = std::max(open, std::abs(v[c] - s.offset[c]));
+        if (open <= 100.0 * EXACT * s.scale) break;
+    }
+    return found;
+}
+
+double press(const System& s, In reaction, In u, In compliance, Flags& closed) {
+    Numbers v(s.k);
+    approach(s, u, v);
+    closed.resize(s.k);
+    double error = 0.0;
+    for (int c = 0; c < s.k; ++c) {
+        const double opening = s.offset[c] - v[c], push = s.inverse_mass[c] * reaction[c];
+        closed[c] = push > opening + (compliance.empty() ? 0.0 : compliance[c] * reaction[c]);
+        error = larger(error, std::abs(std::min(push, opening)));
+    }
+    return error / s.scale;
+}
+
+}  // namespace nscd

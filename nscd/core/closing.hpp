@@ -1,0 +1,48 @@
+// Contacts known to be closed, and the active set: from a guess of the closed contacts to the exact ones.
+#pragma once
+
+#include "factor.hpp"
+
+namespace nscd {
+
+// Weight of the equalities: large for speed, small enough to keep ten digits.
+inline constexpr double PENALTY = 1e7;
+// Gaps and openings are known to this share of ‖u⁻‖∞; to the other they are closed, where nothing less is enough.
+inline constexpr double EXACT = 1e-14, CLOSED = 1e-15;
+
+// What the factor in storage is of: Â + CᵀΘC, and the contacts that it holds closed. Empty where that is not known.
+struct Held {
+    Numbers theta;
+    Flags closed;
+};
+
+// Close contacts by the method of multipliers, λ ← λ + θ(Cu − b); the steps taken. λ is kept for the open contacts as
+// well (it presses nothing there). u is corrected by the momentum that is still out of balance, so that rounding does
+// not grow with θ. The factor is that of Â + CᵀΘC; v = C u; enough: to this share of ‖u⁻‖∞.
+int close_contacts(Factor& factor, Chosen closed, In theta, Numbers& reaction, Numbers& u, Numbers& v, int most, double enough);
+
+struct Closed {
+    Numbers reaction, velocity;  // in elimination order
+    int rounds = 0;
+    double error = INFINITE;     // max |min(wλ, b − Cu)| / ‖u⁻‖∞ with the pulls that had to be cut
+    bool settled = false;        // whether no contact changed sides in the end
+    Held held;
+};
+
+// A round closes the set from rest: λ is then the least-norm reaction on it (the first step is the penalty model of
+// stiffness θ, the others its stiff limit), and Σ θ(Cu − b) on the open ones says whether they would be pressed in that
+// limit. Contacts that pull open, those that would be pressed close: the primal–dual active set method on the penalty
+// model, one factorisation a round. Once it settles, the reactions are those of least energy if the stiffness is the
+// same for all contacts. It ends unsettled after `most` rounds, or when more contacts change than before.
+// thorough: go to the stiff limit in every round.
+Closed close_set(Factor& factor, Flags closed, bool thorough, double enough = CLOSED, int most = 12);
+
+// All contacts: C u⁺ = b with any sign of λ (paper eqs. (2) and (8)). λ is of least norm where contacts are redundant,
+// weighted by the masses where these differ much.
+Closed close_all(Factor& factor);
+
+// closed (k) ← the contacts that press more than they open, and than they yield by their compliance (k, or none); the
+// residual.
+double press(const System& s, In reaction, In u, In compliance, Flags& closed);
+
+}  // namespace nscd

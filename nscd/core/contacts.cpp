@@ -1,0 +1,122 @@
+#include "contacts.hpp"
+
+#include <algorithm>
+
+namespace nscd {
+
+namespace {
+
+// Which disks are in which square of a grid; the last row and column also have all that is farther.
+struct Cells {
+    int nx = 1, ny = 1;
+    Places head;   // (nx·ny) first disk in a cell, −1 where there is none
+    Places after;  // (n) the next disk in the same cell, −1 after the last
+    Places at;     // (n·2) cell of each disk
+};
+
+Cells cells_of(In position, double size) {
+    const std::size_t n = position.size() / 2;
+    double low[2] = {INFINITE, INFINITE}, high[2] = {-INFINITE, -INFINITE};
+    for (std::size_t i = 0; i < 2 * n; ++i) {
+        low[i & 1] = std::min(low[i & 1], position[i]);
+        high[i & 1] = std::max(high[i & 1], position[i]);
+    }
+    const double room = double(CELLS_PER_DISK) * double(n) + 64.0;
+    Cells cells;
+    cells.nx = int(std::min((high[0] - low[0]) / size + 1.0, room));
+    cells.ny = int(std::min((high[1] - low[1]) / size + 1.0, room / cells.nx + 1.0));
+    cells.head.assign(std::size_t(cells.nx) * cells.ny, -1);
+    cells.after.resize(n);
+    cells.at.resize(2 * n);
+    for (std::size_t a = n; a-- > 0;) {
+        const int i = std::min(int(std::min((position[2 * a] - low[0]) / size, room)), cells.nx - 1);
+        const int j = std::min(int(std::min((position[2 * a + 1] - low[1]) / size, room)), cells.ny - 1);
+        cells.at[2 * a] = i, cells.at[2 * a + 1] = j;
+        Index& head = cells.head[std::size_t(i) * cells.ny + j];
+        cells.after[a] = head;
+        head = Index(a);
+    }
+    return cells;
+}
+
+void push(Touching& found, std::size_t a, std::size_t b, double dx, double dy, double distance, double gap) {
+    found.first.push_back(std::int64_t(a)), found.second.push_back(std::int64_t(b));
+    found.vector.push_back(dx), found.vector.push_back(dy);
+    found.distance.push_back(distance), found.gap.push_back(gap);
+}
+
+// Put the last pair among those of its first disk, from `begin` on, by its second.
+void sort_in(Touching& found, std::size_t begin) {
+    for (std::size_t row = found.size() - 1; row > begin && found.second[row - 1] > found.second[row]; --row) {
+        std::swap(found.second[row - 1], found.second[row]);
+        std::swap(found.vector[2 * row - 2], found.vector[2 * row]);
+        std::swap(found.vector[2 * row - 1], found.vector[2 * row + 1]);
+        std::swap(found.distance[row - 1], found.distance[row]);
+        std::swap(found.gap[row - 1], found.gap[row]);
+    }
+}
+
+// Pairs; false where more than MOST_PAIRS are within reach.
+bool find_pairs(Touching& found, In position, In radius, double most) {
+    const std::size_t n = radius.size();
+    const double reach = (2.0 * *std::max_element(radius.begin(), radius.end()) + most) * MARGIN;
+    const Cells cells = cells_of(position, reach);
+    std::int64_t near = 0;
+    for (std::size_t a = 0; a < n; ++a) {
+        const std::size_t begin = found.size();
+        const int p0 = std::max(cells.at[2 * a] - 1, 0), p1 = std::min(cells.at[2 * a] + 2, cells.nx);
+        const int q0 = std::max(cells.at[2 * a + 1] - 1, 0), q1 = std::min(cells.at[2 * a + 1] + 2, cells.ny);
+        for (int p = p0; p < p1; ++p)
+            for (int q = q0; q < q1; ++q)
+                for (Index b = cells.head[std::size_t(p) * cells.ny + q]; b >= 0; b = cells.after[b]) {
+                    if (std::size_t(b) <= a) continue;
+                    const double dx = position[2 * b] - position[2 * a];
+                    const double dy = position[2 * b + 1] - position[2 * a + 1];
+                    if (dx * dx + dy * dy > reach * reach) continue;
+                    ++near;
+                    const double distance = std::hypot(dx, dy), gap = distance - radius[a] - radius[b];
+                    if (gap > most) continue;
+                    push(found, a, std::size_t(b), dx, dy, distance, gap);
+                    sort_in(found, begin);
+                }
+        if (near > MOST_PAIRS) return false;
+    }
+    return true;
+}
+
+void find_walls(Touching& found, In position, In radius, const Segments& walls, double most) {
+    for (std::size_t a = 0; a < radius.size(); ++a) {
+        const double x = position[2 * a], y = position[2 * a + 1];
+        // the box rounds too, by less than the tolerance, which is at least what rounding makes of a gap
+        const double reach = radius[a] + 2.0 * std::max(most, 0.0);
+        for (int w = 0; w < walls.w; ++w) {
+            const double x0 = walls.start[2 * w], y0 = walls.start[2 * w + 1];
+            const double ax = walls.along[2 * w], ay = walls.along[2 * w + 1];
+            if (x - reach > std::max(x0, x0 + ax) || x + reach < std::min(x0, x0 + ax)) continue;
+            if (y - reach > std::max(y0, y0 + ay) || y + reach < std::min(y0, y0 + ay)) continue;
+            const double share = std::clamp(((x - x0) * ax + (y - y0) * ay) / (ax * ax + ay * ay), 0.0, 1.0);
+            const double dx = x0 + share * ax - x, dy = y0 + share * ay - y;
+            const double distance = std::hypot(dx, dy), gap = distance - radius[a];
+            if (gap > most || is_of_another(walls, w, share_of(walls, w, x, y), x, y)) continue;
+            push(found, a, std::size_t(w), dx, dy, distance, gap);
+        }
+    }
+}
+
+}  // namespace
+
+Touching touching(In position, In radius, const Segments& walls, double most) {
+    Touching found;
+    const std::size_t room = 3 * radius.size() + 64;
+    found.first.reserve(room), found.second.reserve(room), found.vector.reserve(2 * room);
+    found.distance.reserve(room), found.gap.reserve(room);
+    if (radius.size() > 1 && !find_pairs(found, position, radius, most)) {
+        found.pairs = -1;
+        return found;
+    }
+    found.pairs = std::int64_t(found.size());
+    if (walls.w) find_walls(found, position, radius, walls, most);
+    return found;
+}
+
+}  // namespace nscd

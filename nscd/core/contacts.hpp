@@ -1,0 +1,33 @@
+// Who touches whom: one search for a snapshot, for the frames of a film and for the steps of a motion.
+#pragma once
+
+#include "geometry.hpp"
+
+namespace nscd {
+
+// A grid never has more cells than this times the number of disks: who has left the room may be far.
+inline constexpr int CELLS_PER_DISK = 8;
+// So many pairs take about 1 GB.
+inline constexpr std::int64_t MOST_PAIRS = 50'000'000;
+// The search goes this much farther than asked, since it rounds; the gap decides.
+inline constexpr double MARGIN = 1.0 + 1e-12;
+// Coordinates up to so many of the smallest radius: gaps are then known to 10⁻⁶ of it.
+inline constexpr double FARTHEST = 1e9;
+
+struct Touching {
+    std::vector<std::int64_t> first, second;  // (k) a disk, and another or, from `pairs` on, a wall
+    Numbers vector;                           // (k·2) m, from the centre to the other, or to the wall
+    Numbers distance, gap;                    // (k) m, its length; less what the radii fill
+    std::int64_t pairs = 0;                   // how many are of two disks; −1 where MOST_PAIRS are within reach
+    std::size_t size() const { return gap.size(); }
+};
+
+// All pairs i < j of disks with a gap |x_j − x_i| − r_i − r_j of at most `most` m, by (i, j); then all disks
+// whose nearest point of a wall is at most r + most away, and that wall itself answers for, by (disk, wall).
+// position (n·2) m, radius (n) m
+Touching touching(In position, In radius, const Segments& walls, double most);
+
+// What gaps of such coordinates may be wrong by (m).
+inline double rounding_of(double far) { return 4.0 * EPSILON * far; }
+
+}  // namespace nscd

@@ -1,0 +1,24 @@
+// Accelerated projected gradient on the dual, matrix-free: for well-conditioned crowds without dissipation.
+//
+// min ½ λᵀWλ − λᵀ(Cû − b), λ ≥ 0, in the variables λ√w (the Delassus operator then has unit diagonal), by Nesterov's
+// method with the gradient restart of O'Donoghue & Candès, Found. Comput. Math. 15 (2015) 715.
+#pragma once
+
+#include "order.hpp"
+
+namespace nscd {
+
+struct Descent {
+    double tolerance = 0.0;  // of the residual, a share of ‖u⁻‖∞
+    int most = 0;            // sweeps
+    int steady = -1;         // end once no more than so many contacts close or open between looks; negative: never
+    double redundant = INFINITE;  // end early where more contacts press than this times the number of unknowns: they
+                                  // then cannot all be told from the reactions, which are not unique
+};
+struct Descended {
+    Numbers reaction, velocity;  // λ ≥ 0 (k) N·s, (n·2) m/s
+    int sweeps = 0;
+};
+Descended descend(const System& s, const Parts& parts, Team& team, const Descent& limits);
+
+}  // namespace nscd

@@ -1,0 +1,46 @@
+// The Cholesky factor of Â + CᵀΘC: by rows for small crowds, by fronts for large ones.
+#pragma once
+
+#include <optional>
+
+#include "fronts.hpp"
+#include "rows.hpp"
+
+namespace nscd {
+
+// What may be set otherwise in tests.
+struct Sizes {
+    int many = 1500;      // from this many disks on the multifrontal factorisation is the faster one (see benchmarks)
+    int shared = SHARED;  // from this many disks on threads work on parts of a crowd
+    int leaf = 8;         // parts of up to so many disks are not cut further
+};
+
+class Factor {
+public:
+    // Order the disks of a problem, and plan its factors.
+    Factor(const System& given, Team& team, const Sizes& sizes);
+
+    const System& system() const { return system_; }  // the problem in elimination order
+    const Parts& parts() const { return parts_; }
+    Team& team() const { return team_; }
+    const Ordering& ordering() const { return ordering_; }
+
+    bool factorise(In theta, bool bare = false);  // Â + CᵀΘC, or M + CᵀΘC; false where rounding left it indefinite
+    void solve(Out b);                            // b ← (L Lᵀ)⁻¹ b, (n·d)
+
+    Numbers contacts_ordered(In given) const;     // (k) from the given order
+    Numbers disks_ordered(In given) const;        // (n·d) from the given order
+    Numbers contacts_given(In ordered) const;     // and back
+    Numbers disks_given(In ordered) const;
+
+private:
+    Team& team_;
+    Ordering ordering_;
+    Places contact_;  // (k) the contact at each row, neighbours in memory as in the crowd
+    Parts parts_;
+    System system_, bare_;
+    std::optional<Rows> rows_;
+    std::optional<Fronts> fronts_;
+};
+
+}  // namespace nscd

@@ -1,0 +1,35 @@
+// Straight walls: nearest points, and how walls that meet answer for one another.
+#pragma once
+
+#include "arrays.hpp"
+
+namespace nscd {
+
+// Ends of walls that are nearer to each other than this (m) are one point.
+inline constexpr double SAME_POINT_M = 1e-9;
+// A nearest point that is nearer to an end than this (m) is the end: over the joint of two walls in line,
+// rounding would put it into both.
+inline constexpr double ROUNDING_M = 1e-12;
+
+struct Segments {
+    int w = 0;
+    In start, along;                    // (w·2) m
+    std::span<const Index> vertex;      // (w·2) numbers of the two ends, the same where walls meet
+    std::span<const bool> inner;        // (w·2) whether an end lies within another wall
+    double far = 0.0;                   // m, the largest coordinate
+};
+
+// Where on a wall, 0 to 1, its nearest point to (x, y) is.
+double share_of(const Segments& walls, int wall, double x, double y);
+
+// Whether the nearest point of a wall, at `share` of it, is one that another wall answers for: one that it
+// ends in, one that comes nearer beyond their common end, or the first of those that all end there. So a
+// disk has one contact for each nearest point of connected walls: one along walls in line and at a corner
+// that points at it, two in a corner that it sits in.
+bool is_of_another(const Segments& walls, int wall, double share, double x, double y);
+
+// Velocities (n·2) m/s of who walks at a speed to the nearest point of a segment; along `outward` on it, and beyond the
+// line through `place` across `outward`. position (n·2) m, start, end, place (2) m, outward (2) unit vector
+void headed(In position, In start, In end, In outward, In place, double speed, Out velocity);
+
+}  // namespace nscd

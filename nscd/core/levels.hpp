@@ -1,0 +1,9 @@
+// One object for every processor: a hot function is compiled for each level of vector instructions, and
+// the loader takes the one that the machine has.
+#pragma once
+
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__)
+#define LEVELS [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
+#else
+#define LEVELS
+#endif

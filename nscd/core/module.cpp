@@ -1,0 +1,399 @@
+// The door to Python: arrays in, arrays out. What is no contiguous array of the right kind is refused.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/tuple.h>
+
+#include "answer.hpp"
+#include "contacts.hpp"
+#include "dense.hpp"
+#include "frames.hpp"
+#include "soft.hpp"
+#include "step.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using namespace nscd;
+
+template <class T, int D>
+using Given = nb::ndarray<const T, nb::numpy, nb::ndim<D>, nb::c_contig, nb::device::cpu>;
+template <class T, int D>
+using Made = nb::ndarray<T, nb::numpy, nb::ndim<D>, nb::c_contig>;
+using Vector = Given<double, 1>;
+using Matrix = Given<double, 2>;
+using Whole = Given<std::int64_t, 1>;
+using Marks = Given<bool, 1>;
+
+// Beyond this, squares of a number and their products with another leave double precision.
+constexpr double LARGEST = 1e100;
+
+template <class Array>
+auto span(const Array& given) { return std::span(given.data(), given.size()); }
+
+// Hand an array over to Python; `columns` 0 makes it one-dimensional.
+template <int D = 1, class T, class A>
+auto give(std::vector<T, A>&& values, std::size_t columns = 0) {
+    auto* kept = new std::vector<T, A>(std::move(values));
+    nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<std::vector<T, A>*>(at); });
+    std::size_t shape[2] = {D == 1 ? kept->size() : kept->size() / columns, columns};
+    return Made<T, D>(kept->data(), D, shape, owner);
+}
+
+void need(bool sound, const char* what) {
+    if (!sound) throw nb::value_error(what);
+}
+
+// Marks of bytes as NumPy's booleans.
+auto give_marks(Flags&& values) {
+    auto* kept = new Flags(std::move(values));
+    nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<Flags*>(at); });
+    return Made<bool, 1>(reinterpret_cast<bool*>(kept->data()), {kept->size()}, owner);
+}
+
+// Connected walls, as `nscd.segments.connect` finds them.
+class Walls {
+public:
+    Walls(const Matrix& start, const Matrix& along, const Given<Index, 2>& vertex, const Given<bool, 2>& inner)
+        : start_(start.data(), start.data() + start.size()), along_(along.data(), along.data() + along.size()),
+          vertex_(vertex.data(), vertex.data() + vertex.size()), inner_(inner.size()) {
+        need(start.shape(1) == 2 && along.size() == start.size() && vertex.size() == start.size() && inner.size() == start.size(), "walls: shapes differ");
+        std::copy(inner.data(), inner.data() + inner.size(), reinterpret_cast<bool*>(inner_.data()));
+        for (std::size_t i = 0; i < start_.size(); ++i)
+            far_ = std::max({far_, std::abs(start_[i]), std::abs(start_[i] + along_[i])});
+    }
+    Segments segments() const {
+        return {int(start_.size() / 2), start_, along_, vertex_, {reinterpret_cast<const bool*>(inner_.data()), inner_.size()}, far_};
+    }
+
+private:
+    Numbers start_, along_;
+    Places vertex_;
+    Flags inner_;
+    double far_ = 0.0;
+};
+
+void need_bodies(const Matrix& position, const Vector& radius) {
+    need(position.shape(1) == 2 && position.shape(0) == radius.size(), "position: (n, 2) is needed");
+}
+
+// How many are of two disks (−1: more pairs are within reach than memory should hold), first, second, vector, distance, gap.
+auto touching_of(const Matrix& position, const Vector& radius, const Walls& walls, double most) {
+    need_bodies(position, radius);
+    Touching found;
+    {
+        nb::gil_scoped_release others;
+        found = touching(span(position), span(radius), walls.segments(), most);
+    }
+    return std::make_tuple(found.pairs, give(std::move(found.first)), give(std::move(found.second)), give<2>(std::move(found.vector), 2),
+                           give(std::move(found.distance)), give(std::move(found.gap)));
+}
+
+// first, second, wall, normal, gap of `Neighbours`.
+auto give_neighbours(Neighbours&& near) {
+    return std::make_tuple(give(std::move(near.first)), give(std::move(near.second)), give(std::move(near.wall)),
+                           give<2>(std::move(near.normal), 2), give(std::move(near.gap)));
+}
+
+auto neighbours(const Matrix& position, const Vector& radius, const Walls& walls, double margin) {
+    need_bodies(position, radius);
+    return give_neighbours(neighbours_of(span(position), span(radius), walls.segments(), margin));
+}
+
+Bodies bodies_of(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Walls& walls) {
+    need_bodies(position, radius);
+    need(velocity.size() == position.size() && free.size() == position.size() && mass.size() == radius.size(), "bodies: shapes differ");
+    return {span(position), span(velocity), span(free), span(radius), span(mass), walls.segments()};
+}
+
+// Neighbours, reaction, velocity, error, iterations, rung, repeats of `Stepped`.
+auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Walls& walls,
+          double seconds, double restitution, double gained, double tolerance) {
+    const Bodies bodies = bodies_of(position, velocity, free, radius, mass, walls);
+    Stepped found;
+    {
+        nb::gil_scoped_release others;
+        found = make_step(bodies, seconds, restitution, gained, tolerance);
+    }
+    return std::make_tuple(give_neighbours(std::move(found.neighbours)), give(std::move(found.reaction)), give<2>(std::move(found.velocity), 2),
+                           found.error, found.iterations, found.rung, found.repeats);
+}
+
+bool missed_of(const Matrix& position, const Vector& radius, const Walls& walls, const Matrix& velocity, double seconds, double margin) {
+    need_bodies(position, radius);
+    need(velocity.size() == position.size(), "velocity: (n, 2) is needed");
+    return missed({span(position), {}, {}, span(radius), {}, walls.segments()}, span(velocity), seconds, margin);
+}
+
+auto freed_of(const Matrix& velocity, const Matrix& desired, double share, double x, double y) {
+    need(velocity.shape(1) == 2 && (desired.size() == 0 || desired.size() == velocity.size()), "desired: (n, 2) is needed");
+    Numbers free(velocity.size());
+    const double most = freed(span(velocity), span(desired), share, {x, y}, free);
+    return std::make_tuple(give<2>(std::move(free), 2), most);
+}
+
+auto headed_of(const Matrix& position, const Vector& start, const Vector& end, const Vector& outward, const Vector& place, double speed) {
+    need(position.shape(1) == 2 && start.size() == 2 && end.size() == 2 && outward.size() == 2 && place.size() == 2, "headed: shapes differ");
+    Numbers velocity(position.size());
+    headed(span(position), span(start), span(end), span(outward), span(place), speed, velocity);
+    return give<2>(std::move(velocity), 2);
+}
+
+// start, answered, first, second, is_wall, normal, gap, reaction, impulse, residual, velocity_error of `FilmAnswer`.
+auto film(const Whole& start, const Whole& ids, const Matrix& position, const Matrix& left, const Vector& radius, const Vector& mass,
+          const Walls& walls, double gap, double deepest, double tolerance, bool least) {
+    need_bodies(position, radius);
+    const auto n = std::int64_t(radius.size());
+    bool rising = start.size() > 0 && start(0) == 0 && start(start.size() - 1) == n;
+    for (std::size_t f = 1; f < start.size(); ++f) rising = rising && start(f) >= start(f - 1);
+    need(rising && ids.size() == radius.size() && left.size() == position.size() && mass.size() == radius.size(), "film: shapes differ");
+    const Film asked{span(start), span(ids), span(position), span(left), span(radius), span(mass), walls.segments()};
+    FilmAnswer found;
+    {
+        nb::gil_scoped_release others;
+        found = solve_film(asked, {gap, deepest, tolerance, least});
+    }
+    return std::make_tuple(give(std::move(found.start)), give_marks(std::move(found.answered)), give(std::move(found.first)),
+                           give(std::move(found.second)), give_marks(std::move(found.is_wall)), give<2>(std::move(found.normal), 2),
+                           give(std::move(found.gap)), give(std::move(found.reaction)), give<2>(std::move(found.impulse), 2),
+                           give(std::move(found.residual)), give(std::move(found.velocity_error)));
+}
+
+void add_to_window(WindowSums& sums, const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall,
+                   const Matrix& normal, const Vector& gap, const Vector& reaction, std::optional<Vector> friction) {
+    const std::size_t k = reaction.size();
+    need(first.size() == k && second.size() == k && wall.size() == k && normal.size() == 2 * k && gap.size() == k && (!friction || friction->size() == k), "window: shapes differ");
+    sums.add(span(first), span(second), span(wall), span(normal), span(gap), span(reaction), friction ? span(*friction) : In{});
+}
+
+using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+void soft_forces(Changed force, const Matrix& x, const Matrix& v, const Vector& radius, const Vector& mass, const Whole& first,
+                 const Whole& second, const Whole& wall, const Walls& walls, int law, const Vector& constants) {
+    need_bodies(x, radius);
+    const std::size_t k = first.size();
+    need(force.size() == x.size() && v.size() == x.size() && mass.size() == radius.size() && second.size() == k && wall.size() == k && constants.size() == 7, "soft: shapes differ");
+    const Soft soft{SoftLaw(law), constants(0), constants(1), constants(2), constants(3), constants(4), constants(5), constants(6)};
+    contact_forces({force.data(), force.size()}, span(x), span(v), span(radius), span(mass), span(first), span(second), span(wall), walls.segments(), soft);
+}
+
+void soft_drive(Changed acceleration, const Matrix& x, const Matrix& v, double speed, double tau, const Matrix& start, const Matrix& end,
+                const Matrix& door, const Matrix& outward) {
+    const std::size_t size = acceleration.size();
+    need(x.size() == size && v.size() == size && start.size() == size && end.size() == size && door.size() == size && outward.size() == size, "soft: shapes differ");
+    add_drive({acceleration.data(), size}, span(x), span(v), speed, tau, span(start), span(end), span(door), span(outward));
+}
+
+bool crosses_of(const Matrix& before, const Matrix& after, const Matrix& start, const Matrix& end) {
+    need(before.size() == after.size() && start.size() == end.size(), "crosses: shapes differ");
+    return crosses(span(before), span(after), span(start), span(end));
+}
+
+// first, second (n + wall for a wall), normal, gap, impulse, steps.
+auto close_window(WindowSums& sums) {
+    const auto closed = sums.close();
+    const std::size_t m = closed.size();
+    std::vector<std::int64_t> first(m), second(m), steps(m);
+    Numbers normal(2 * m), gap(m), impulse(2 * m);
+    for (std::size_t c = 0; c < m; ++c) {
+        const auto& [key, sum] = closed[c];
+        first[c] = key >> 31, second[c] = key & ((std::int64_t{1} << 31) - 1), steps[c] = sum.steps;
+        normal[2 * c] = sum.x, normal[2 * c + 1] = sum.y, gap[c] = sum.gap;
+        impulse[2 * c] = sum.px, impulse[2 * c + 1] = sum.py;
+    }
+    return std::make_tuple(give(std::move(first)), give(std::move(second)), give<2>(std::move(normal), 2), give(std::move(gap)),
+                           give<2>(std::move(impulse), 2), give(std::move(steps)));
+}
+
+auto components_of(int n, const Given<Index, 1>& first, const Given<Index, 1>& second) {
+    need(first.size() == second.size(), "components: shapes differ");
+    for (std::size_t c = 0; c < first.size(); ++c) need(first(c) >= 0 && first(c) < n && second(c) < n, "contacts: a disk that does not exist");
+    Places label;
+    components(n, span(first), span(second), label);
+    return give(std::move(label));
+}
+
+// label (n), contacts, disks, pressed (m) of `Islands`.
+auto islands(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Vector& mass, const Matrix& left) {
+    const std::size_t n = mass.size(), k = first.size();
+    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n, "islands: shapes differ");
+    System s;
+    s.n = int(n), s.k = int(k);
+    s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.offset.assign(k, 0.0);
+    for (std::size_t c = 0; c < k; ++c) {
+        need(first(c) >= 0 && first(c) < std::int64_t(n) && (is_wall(c) || second(c) < std::int64_t(n)), "contacts: a disk that does not exist");
+        s.first[c] = Index(first(c)), s.second[c] = is_wall(c) ? -1 : Index(second(c));
+        s.nx[c] = normal(c, 0), s.ny[c] = normal(c, 1);
+    }
+    s.free.assign(left.data(), left.data() + left.size());
+    Islands of = islands_of(s);
+    return std::make_tuple(give(std::move(of.label)), give(std::move(of.contacts)), give(std::move(of.disks)), give_marks(std::move(of.pressed)));
+}
+
+Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
+
+using Said = nb::typed<nb::dict, nb::str, nb::any>;
+
+std::optional<Said> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
+                  const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
+                  std::optional<Vector> across, bool maintained, std::optional<Vector> offset, std::optional<Matrix> free,
+                  double least_scale, double tolerance, bool least, bool bounded, int method, int threads,
+                  std::optional<Vector> guess, int many, int shared) {
+    const std::size_t n = mass.size(), k = first.size();
+    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n, "solve: shapes differ");
+    System s;
+    s.n = int(n), s.k = int(k), s.d = spin ? 3 : 2, s.maintained = maintained, s.least_scale = least_scale;
+    s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.inverse_mass.resize(k);
+    if (spin) s.lever_first.resize(k), s.lever_second.resize(k);
+    for (std::size_t c = 0; c < k; ++c) {
+        const std::int64_t i = first(c), j = is_wall(c) ? -1 : second(c);
+        if (i < 0 || i >= std::int64_t(n) || j >= std::int64_t(n)) return std::nullopt;
+        s.first[c] = Index(i), s.second[c] = Index(j);
+        s.nx[c] = normal(c, 0), s.ny[c] = normal(c, 1);
+        s.inverse_mass[c] = 1.0 / mass(i) + (j >= 0 ? 1.0 / mass(j) : 0.0);
+        if (spin) s.lever_first[c] = radius(i), s.lever_second[c] = j >= 0 ? radius(j) : 0.0;
+    }
+    s.offset = offset ? numbers(*offset) : Numbers(k, 0.0);
+    if (along) s.along = numbers(*along), s.across = numbers(*across);
+    s.x.resize(n), s.y.resize(n), s.mass.resize(n * s.d), s.left.resize(n * s.d);
+    for (std::size_t i = 0; i < n; ++i) {
+        s.x[i] = position(i, 0), s.y[i] = position(i, 1);
+        for (int a = 0; a < 2; ++a) s.mass[s.d * i + a] = mass(i), s.left[s.d * i + a] = left(i, a);
+        if (spin) s.mass[3 * i + 2] = 0.5 * mass(i) * radius(i) * radius(i), s.left[3 * i + 2] = (*spin)(i);
+    }
+    if (!(largest(s.left) <= LARGEST)) return std::nullopt;
+    s.free = free ? numbers(*free) : s.left;
+    s.measure();
+    Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {many, shared, 8}};
+    if (guess) asked.reaction = numbers(*guess);
+    Answer found;
+    Certificate of;
+    double mass_of_all = 0.0;
+    {
+        nb::gil_scoped_release others;
+        found = solve_one_sided(s, asked);
+        of = certified(s, found.reaction, found.velocity);
+    }
+    for (std::size_t i = 0; i < n; ++i) mass_of_all += mass(i);
+    Numbers turning(spin ? n : 0), moving(2 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+        for (int a = 0; a < 2; ++a) moving[2 * i + a] = found.velocity[s.d * i + a];
+        if (spin) turning[i] = found.velocity[3 * i + 2];
+    }
+    Said said;
+    said["reaction"] = give(std::move(found.reaction));
+    said["impulse"] = give<2>(std::move(of.impulse), 2);
+    said["right_velocity"] = give<2>(std::move(moving), 2);
+    if (spin) said["right_spin"] = give(std::move(turning));
+    said["residual"] = of.residual;
+    said["velocity_error"] = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
+    said["momentum_error"] = of.momentum_error;
+    said["energy"] = of.energy;
+    said["change"] = of.change;
+    said["work"] = of.work;
+    said["finite"] = of.finite;
+    said["rung"] = int(found.rung);
+    said["disks"] = found.disks;
+    said["iterations"] = found.iterations;
+    said["rounds"] = found.rounds;
+    said["threads"] = found.threads;
+    said["least"] = found.least;
+    return std::optional<Said>(std::move(said));
+}
+
+// Parts of the solver, for tests and measurements.
+
+// order (n), and first, end, parent (m) of the nodes of `Ordering`.
+auto dissect_of(const Matrix& position, const Given<Index, 1>& first, const Given<Index, 1>& second, int leaf) {
+    const std::size_t n = position.shape(0);
+    Numbers x(n), y(n);
+    for (std::size_t i = 0; i < n; ++i) x[i] = position(i, 0), y[i] = position(i, 1);
+    const Places one(first.data(), first.data() + first.size()), other(second.data(), second.data() + second.size());
+    need(one.size() == other.size(), "dissect: shapes differ");
+    for (std::size_t c = 0; c < one.size(); ++c) need(one[c] >= 0 && one[c] < int(n) && other[c] < int(n), "contacts: a disk that does not exist");
+    Team alone(1);
+    Ordering of = dissect(x, y, graph_of(int(n), one, other), leaf, alone, SHARED);
+    return std::make_tuple(give(std::move(of.order)), give(std::move(of.node_first)), give(std::move(of.node_end)), give(std::move(of.node_parent)));
+}
+
+bool eliminate_of(nb::ndarray<double, nb::numpy, nb::ndim<1>, nb::c_contig, nb::device::cpu> front, std::int64_t pivots, std::int64_t rest) {
+    const std::int64_t panel = 8 * height_of(pivots) * (chunks(pivots) + chunks(rest));
+    need(std::int64_t(front.size()) == panel + update_size(rest), "eliminate: the size of a front is needed");
+    return eliminate(front.data(), front.data() + panel, pivots, rest);
+}
+
+// (Â + CᵀΘC)⁻¹ b, (n,d), by rows or, where `fronts`, by fronts.
+auto factorised(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& levers, const Matrix& position,
+                const Matrix& mass, const Vector& along, const Vector& across, const Vector& theta, const Matrix& b, bool fronts, int threads, int shared) {
+    System s;
+    s.n = int(mass.shape(0)), s.d = int(mass.shape(1)), s.k = int(first.size());
+    const std::size_t k = s.k, n = s.n;
+    need(second.size() == k && normal.size() == 2 * k && levers.size() == 2 * k && along.size() == k && across.size() == k && theta.size() == k &&
+         b.size() == mass.size() && position.size() == 2 * n && (s.d == 2 || s.d == 3), "factorised: shapes differ");
+    s.first.assign(first.data(), first.data() + k), s.second.assign(second.data(), second.data() + k);
+    for (std::size_t c = 0; c < k; ++c) {
+        need(s.first[c] >= 0 && s.first[c] < s.n && s.second[c] < s.n, "contacts: a disk that does not exist");
+        s.nx.push_back(normal(c, 0)), s.ny.push_back(normal(c, 1));
+        s.lever_first.push_back(levers(c, 0)), s.lever_second.push_back(levers(c, 1));
+    }
+    for (std::size_t i = 0; i < n; ++i) s.x.push_back(position(i, 0)), s.y.push_back(position(i, 1));
+    s.along = numbers(along), s.across = numbers(across), s.mass = numbers(mass), s.left = s.free = numbers(b);
+    s.offset.assign(k, 0.0), s.inverse_mass.assign(k, 1.0);
+    Team team(threads);
+    Sizes sizes;
+    sizes.many = fronts ? 0 : s.n + 1, sizes.shared = shared;
+    Factor factor(s, team, sizes);
+    Numbers x = factor.disks_ordered(numbers(b));
+    need(factor.factorise(factor.contacts_ordered(numbers(theta))), "factorised: not positive definite");
+    factor.solve(x);
+    return give<2>(factor.disks_given(x), s.d);
+}
+
+}  // namespace
+
+NB_MODULE(_core, m) {
+    m.doc() = "The native core: see nscd/core/.";
+    nb::class_<Walls>(m, "Walls").def(nb::init<const Matrix&, const Matrix&, const Given<Index, 2>&, const Given<bool, 2>&>(),
+                                      "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
+        .def("__len__", [](const Walls& walls) { return walls.segments().w; });
+    nb::class_<WindowSums>(m, "WindowSums")
+        .def(nb::init<std::int64_t>(), "n"_a)
+        .def("add", &add_to_window, "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "normal"_a.noconvert(),
+             "gap"_a.noconvert(), "reaction"_a.noconvert(), "friction"_a.noconvert() = nb::none())
+        .def("close", &close_window);
+    m.def("touching", &touching_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "most"_a);
+    m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);
+    m.def("step", &step, "position"_a.noconvert(), "velocity"_a.noconvert(), "free"_a.noconvert(), "radius"_a.noconvert(),
+          "mass"_a.noconvert(), "walls"_a, "seconds"_a, "restitution"_a, "gained"_a, "tolerance"_a);
+    m.def("missed", &missed_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "velocity"_a.noconvert(), "seconds"_a, "margin"_a);
+    m.def("freed", &freed_of, "velocity"_a.noconvert(), "desired"_a.noconvert(), "share"_a, "x"_a, "y"_a);
+    m.def("headed", &headed_of, "position"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert(), "outward"_a.noconvert(),
+          "place"_a.noconvert(), "speed"_a);
+    m.def("film", &film, "start"_a.noconvert(), "ids"_a.noconvert(), "position"_a.noconvert(), "left"_a.noconvert(), "radius"_a.noconvert(),
+          "mass"_a.noconvert(), "walls"_a, "gap"_a, "deepest"_a, "tolerance"_a, "least"_a);
+    m.def("components", &components_of, "n"_a, "first"_a.noconvert(), "second"_a.noconvert());
+    m.def("islands", &islands, "first"_a.noconvert(), "second"_a.noconvert(), "is_wall"_a.noconvert(), "normal"_a.noconvert(),
+          "mass"_a.noconvert(), "left"_a.noconvert());
+    m.def("soft_forces", &soft_forces, "force"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "radius"_a.noconvert(),
+          "mass"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "walls"_a, "law"_a, "constants"_a.noconvert());
+    m.def("soft_drive", &soft_drive, "acceleration"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "speed"_a, "tau"_a,
+          "start"_a.noconvert(), "end"_a.noconvert(), "door"_a.noconvert(), "outward"_a.noconvert());
+    m.def("crosses", &crosses_of, "before"_a.noconvert(), "after"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert());
+    m.def("dissect", &dissect_of, "position"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "leaf"_a);
+    m.def("eliminate", &eliminate_of, "front"_a.noconvert(), "pivots"_a, "rest"_a);
+    m.def("factorised", &factorised, "first"_a.noconvert(), "second"_a.noconvert(), "normal"_a.noconvert(), "levers"_a.noconvert(),
+          "position"_a.noconvert(), "mass"_a.noconvert(), "along"_a.noconvert(), "across"_a.noconvert(), "theta"_a.noconvert(),
+          "b"_a.noconvert(), "fronts"_a, "threads"_a = 1, "shared"_a = SHARED);
+    m.attr("PANEL") = PANEL;
+    m.attr("MOST_SWEEPS") = MOST_SWEEPS;
+    m.attr("SHARED") = SHARED;
+    m.attr("MOST_PAIRS") = MOST_PAIRS;
+    m.attr("GRADIENT") = GRADIENT;
+    m.def("solve_impact", &solve_impact, "first"_a.noconvert(), "second"_a.noconvert(), "is_wall"_a.noconvert(), "normal"_a.noconvert(),
+          "position"_a.noconvert(), "radius"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(), "spin"_a = nb::none(),
+          "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
+          "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1,
+          "guess"_a = nb::none(), "many"_a = 1500, "shared"_a = SHARED);
+}

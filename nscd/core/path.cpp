@@ -1,0 +1,244 @@
+#include "path.hpp"
+
+#include <algorithm>
+
+#include "levels.hpp"
+
+namespace nscd {
+
+namespace {
+
+constexpr int MOST_ITERATIONS = 200;
+constexpr double LEAST = 1e-300;
+// Velocities (m/s) below this are taken as none: their squares are no numbers any more.
+constexpr double NOTHING = 1e-140;
+// It has stalled after so many iterations that take away less than a tenth of the error: near the end of the path, and
+// far from it.
+constexpr double NEAR_END = 1e-6;
+constexpr int STALLED = 4, LOST = 60;
+
+// Compliance of the contacts, relative to the Delassus diagonal: keeps redundant contacts definite and leads to the
+// reactions of least energy. The softer, the fewer iterations; but the closed contacts are those of rigid ones only where
+// the compliance is small beside the softest mode of the crowd, hence the fall with the size beyond MEDIUM disks. FIRMER
+// times softer where that fails.
+constexpr double SOFT = 1e-8, SOFTEST = 1e-5, MEDIUM = 5000.0, FIRMER = 1e-2;
+// For rigid contacts it is a proximal term of the iteration only; 1e-10 would stall jammed ones.
+constexpr double RIGID = 1e-14;
+// To this residual soft contacts are solved before their active set is closed.
+constexpr double NEARLY = 1e-7;
+constexpr double AFTER_DESCENT = 10.0;
+
+// Storage of an iteration.
+struct Work {
+    Numbers wanted;     // (k) m/s, C u − b − ελ/κ
+    Numbers theta;      // (k) kg
+    Numbers push, v;    // (k)
+    Numbers target;     // (k) m/s, what the corrector takes from the slack, (ΔsΔλ − σμ)/λ
+    Numbers dual;       // (n·d) N·s, Â(u − û) + Cᵀλ
+    Numbers size;       // (n) N·s
+};
+
+// The error at a point, the mean of sλ, and whether they are numbers; what the point misses goes into `work`.
+struct Missed {
+    double error, mean;
+    bool sound;
+};
+Missed missed(const System& s, In compliance, bool yields, const Point& at, Work& work) {
+    const int d = s.d;
+    const Numbers& u = at.velocity;
+    if (s.dissipative()) {
+        Numbers moved(u.size());
+        for (std::size_t i = 0; i < u.size(); ++i) moved[i] = u[i] - s.free[i];
+        inertia(s, moved, work.dual);
+    } else {
+        for (std::size_t i = 0; i < u.size(); ++i) work.dual[i] = s.mass[i] * (u[i] - s.free[i]);
+    }
+    for (int i = 0; i < s.n; ++i) work.size[i] = s.mass[d * i] * s.scale;
+    double error = 0.0, total = 0.0;
+    for (int c = 0; c < s.k; ++c) {
+        const int i = s.first[c], j = s.second[c];
+        const double push = at.reaction[c], px = s.nx[c] * push, py = s.ny[c] * push;
+        double x = u[d * i], y = u[d * i + 1];
+        work.dual[d * i] += px, work.dual[d * i + 1] += py, work.size[i] += push;
+        if (j >= 0) {
+            x -= u[d * j], y -= u[d * j + 1];
+            work.dual[d * j] -= px, work.dual[d * j + 1] -= py, work.size[j] += push;
+        }
+        work.wanted[c] = s.nx[c] * x + s.ny[c] * y - s.offset[c] - (yields ? compliance[c] * push : 0.0);
+        error = std::max(error, std::abs(std::min(s.inverse_mass[c] * push, -work.wanted[c])));
+        total += at.slack[c] * push;
+    }
+    error /= s.scale;
+    double sum = total;  // a maximum hides what is no number, a sum does not
+    for (int i = 0; i < s.n; ++i)
+        for (int a = 0; a < d; ++a) {
+            const double off = std::abs(work.dual[d * i + a]);
+            if (a < 2) error = std::max(error, off / work.size[i]);
+            sum += off;
+        }
+    return {error, total / s.k, std::isfinite(sum)};
+}
+
+LEVELS void weigh(const double* slack, const double* reaction, const double* compliance, double* theta, int k) {
+    for (int c = 0; c < k; ++c) theta[c] = reaction[c] / (slack[c] + compliance[c] * reaction[c]);
+}
+
+// The step that takes away what is missed, to first order; sλ goes to 0, or to what the corrector wants.
+void newton(Factor& factor, const Point& at, Point& step, Work& work) {
+    const System& s = factor.system();
+    for (int c = 0; c < s.k; ++c) work.push[c] = work.theta[c] * (work.wanted[c] - work.target[c]);
+    for (std::size_t i = 0; i < work.dual.size(); ++i) step.velocity[i] = -work.dual[i];
+    add_reactions(s, work.push, -1.0, step.velocity);
+    factor.solve(step.velocity);
+    approach(s, step.velocity, work.v);
+    for (int c = 0; c < s.k; ++c) {
+        const double change = work.theta[c] * work.v[c] + work.push[c];
+        step.reaction[c] = change;
+        step.slack[c] = -at.slack[c] - work.target[c] - at.slack[c] * change / at.reaction[c];
+    }
+}
+
+// How far a step goes until s or λ is 0, at most 1.
+LEVELS double to_boundary(const double* slack, const double* by, const double* reaction, const double* push, int k) {
+    double most = 1.0;
+    for (int c = 0; c < k; ++c) {
+        const double one = -by[c] / slack[c], other = -push[c] / reaction[c];
+        const double both = one > other ? one : other;
+        most = both > most ? both : most;
+    }
+    return 1.0 / most;
+}
+
+double to_boundary(const Point& at, const Point& step) {
+    return to_boundary(at.slack.data(), step.slack.data(), at.reaction.data(), step.reaction.data(), int(at.slack.size()));
+}
+
+// Mehrotra's corrector: (ΔsΔλ − σμ)/λ (k), σ from how far the predictor gets.
+void aim(const Point& at, const Point& step, double length, double mean, Numbers& target) {
+    const std::size_t k = target.size();
+    double after = 0.0;
+    for (std::size_t c = 0; c < k; ++c)
+        after += (at.slack[c] + length * step.slack[c]) * (at.reaction[c] + length * step.reaction[c]);
+    const double share = after / (double(k) * mean);
+    double centring = share * share * share;
+    if (length < 0.1) centring = std::max(centring, 0.3);
+    for (std::size_t c = 0; c < k; ++c) target[c] = (step.slack[c] * step.reaction[c] - centring * mean) / at.reaction[c];
+}
+
+Point start_of(const System& s, In reaction, In u, double tolerance, double away) {
+    return reaction.empty() ? cold_start(s) : away_from(s, reaction, u, tolerance, away);
+}
+
+}  // namespace
+
+Followed follow(Factor& factor, double tolerance, In compliance, bool yields, Point at) {
+    const System& s = factor.system();
+    Followed best{at.reaction, at.velocity, INFINITE, 0, {}, {}};
+    if (s.scale < NOTHING) return {Numbers(s.k, 0.0), s.free, INFINITE, 0, {}, {}};
+    const std::size_t k = s.k, size = s.mass.size();
+    Work work{Numbers(k), Numbers(k), Numbers(k), Numbers(k), Numbers(k), Numbers(size), Numbers(s.n)};
+    Point step{Numbers(k), Numbers(k), Numbers(size)};
+    int stalled = 0, iteration = 0;
+    bool made = false;
+    while (true) {
+        const Missed now = missed(s, compliance, yields, at, work);
+        if (!now.sound) break;
+        stalled = now.error < 0.9 * best.error ? 0 : stalled + 1;
+        if (now.error < best.error) {
+            best.error = now.error, best.iterations = iteration;
+            best.reaction = at.reaction, best.velocity = at.velocity;
+        }
+        const int enough = best.error < NEAR_END ? STALLED : LOST;
+        if (best.error <= tolerance || stalled > enough || iteration == MOST_ITERATIONS) break;
+        ++iteration;
+        weigh(at.slack.data(), at.reaction.data(), compliance.data(), work.theta.data(), s.k);
+        made = factor.factorise(work.theta);
+        if (!made) break;
+        std::fill(work.target.begin(), work.target.end(), 0.0);
+        newton(factor, at, step, work);
+        aim(at, step, to_boundary(at, step), now.mean, work.target);
+        newton(factor, at, step, work);
+        const double length = to_boundary(at, step) * std::min(std::max(0.995, 1.0 - 10.0 * now.error), 0.99999);
+        for (std::size_t i = 0; i < size; ++i) at.velocity[i] += length * step.velocity[i];
+        for (std::size_t c = 0; c < k; ++c) {
+            at.slack[c] = std::max(at.slack[c] + length * step.slack[c], LEAST);
+            at.reaction[c] = std::max(at.reaction[c] + length * step.reaction[c], LEAST);
+        }
+    }
+    if (made) best.theta = std::move(work.theta);
+    best.last = std::move(at);
+    return best;
+}
+
+Point cold_start(const System& s) {
+    Point at{Numbers(s.k), Numbers(s.k), s.free};
+    const double least = std::sqrt(*std::min_element(s.inverse_mass.begin(), s.inverse_mass.end()));
+    for (int c = 0; c < s.k; ++c) {
+        const double root = std::sqrt(s.inverse_mass[c]);
+        at.slack[c] = root * (s.scale / least), at.reaction[c] = s.scale / (root * least);
+    }
+    return at;
+}
+
+Point away_from(const System& s, In reaction, In u, double tolerance, double away) {
+    Point at{Numbers(s.k), Numbers(s.k), Numbers(u.begin(), u.end())};
+    approach(s, u, at.slack);
+    double error = tolerance * s.scale;
+    for (int c = 0; c < s.k; ++c) {
+        at.slack[c] = s.offset[c] - at.slack[c];
+        error = std::max(error, std::abs(std::min(s.inverse_mass[c] * reaction[c], at.slack[c])));
+    }
+    const double square = away * error * (away * error);
+    for (int c = 0; c < s.k; ++c) {
+        const double apart = s.inverse_mass[c] * reaction[c] - at.slack[c];
+        const double push = 0.5 * (apart + std::sqrt(apart * apart + 4.0 * square));
+        at.slack[c] = std::max(push - apart, square / push);
+        at.reaction[c] = square / at.slack[c] / s.inverse_mass[c];
+    }
+    return at;
+}
+
+Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least) {
+    const System& s = factor.system();
+    const Numbers kappa = s.stiffness();
+    const auto compliance_of = [&](double share) {
+        Numbers compliance(s.k);
+        for (int c = 0; c < s.k; ++c) compliance[c] = share / kappa[c];
+        return compliance;
+    };
+    Flags closed;
+    int spent = 0;
+    if (least && s.even()) {
+        double soft = std::max(SOFT, SOFTEST * std::min(1.0, std::pow(MEDIUM / s.n, 3.0)));
+        soft = std::min(soft, near.soft);
+        double away = near.away;
+        Numbers reaction = near.reaction, u = near.velocity;
+        while (true) {
+            const Numbers compliance = compliance_of(soft);
+            const Followed path = follow(factor, NEARLY, compliance, true, start_of(s, reaction, u, NEARLY, away));
+            if (!std::isfinite(path.error)) return {path.reaction, path.velocity, spent + path.iterations, false, {}};
+            press(s, path.reaction, path.velocity, compliance, closed);
+            Closed exact = close_set(factor, closed, true);
+            spent += path.iterations + exact.rounds;
+            if (exact.error <= tolerance && (exact.settled || soft <= SOFT))
+                return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled, std::move(exact.held)};
+            if (soft <= SOFT) break;
+            reaction = path.reaction, u = path.velocity;
+            soft = std::max(FIRMER * soft, SOFT), away = AFTER_DESCENT;
+        }
+    }
+    Followed path = follow(factor, 0.5 * tolerance, compliance_of(RIGID), false,
+                           start_of(s, near.reaction, near.velocity, 0.5 * tolerance, near.away));
+    spent += path.iterations;
+    const double off = press(s, path.reaction, path.velocity, {}, closed);
+    if (off > tolerance) {
+        Closed exact = close_set(factor, closed, true);
+        spent += exact.rounds;
+        if (exact.error < off)
+            return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled && s.even(), std::move(exact.held)};
+        path.theta.clear();
+    }
+    return {std::move(path.reaction), std::move(path.velocity), spent, false, {std::move(path.theta), {}}};
+}
+
+}  // namespace nscd

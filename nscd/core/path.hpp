@@ -1,0 +1,51 @@
+// The interior point: the central path of the percussions by Mehrotra's method, SIAM J. Optim. 2 (1992) 575. It lives
+// with redundant, jammed, dissipative and unequal crowds.
+#pragma once
+
+#include "closing.hpp"
+
+namespace nscd {
+
+// A point of the path: slack s and reaction λ > 0 (k), velocity u (n·d).
+struct Point {
+    Numbers slack, reaction, velocity;
+};
+
+struct Followed {
+    Numbers reaction, velocity;
+    double error = INFINITE;  // natural map max |min(wλ, b − Cu + cλ)| and imbalance of momentum, over ‖u⁻‖∞
+    int iterations = 0;
+    Numbers theta;            // Θ of the last factor; empty where it failed
+    Point last;               // where it ended, to go on from
+};
+
+// Follow the path of min ½(u−û)·Â(u−û) + ½ Σ cλ², C u + s = b + cλ, s ≥ 0, to the tolerance or where rounding stops it.
+// One factorisation of Â + CᵀΘC an iteration, Θ = 1/(s/λ + c), and two solutions.
+// compliance: (k) s/kg, c; yields: whether it belongs to the problem, else it is a proximal term of the matrix only,
+// which does not change the answer
+Followed follow(Factor& factor, double tolerance, In compliance, bool yields, Point start);
+
+// The start s = √w, λ = 1/√w (times one constant), which makes unequal masses harmless.
+Point cold_start(const System& s);
+
+// The point of the path that is as far from the end as λ and u are: wλ − s is kept, √(wλ·s) = away · error.
+Point away_from(const System& s, In reaction, In u, double tolerance, double away);
+
+struct Near {                     // an answer that is nearly right, in elimination order; empty where there is none
+    Numbers reaction, velocity;
+    double away = 10.0;           // the path begins so many times its error away from its end
+    double soft = 1e-5;           // the softest contacts that are tried, relative to the Delassus diagonal
+};
+struct Found {
+    Numbers reaction, velocity;
+    int iterations = 0;
+    bool least = false;           // whether these are known to be the reactions of least energy
+    Held held;
+};
+
+// Solve any problem. Where the reactions of least energy are wanted and one stiffness serves, contacts are slightly soft,
+// so that the closed ones are those of these reactions, and the active set follows; where it does not settle they are
+// firmer. Where any reactions will do, or that does not reach the tolerance, they are rigid.
+Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least);
+
+}  // namespace nscd

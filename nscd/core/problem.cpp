@@ -1,0 +1,179 @@
+#include "problem.hpp"
+
+#include <algorithm>
+
+#include "levels.hpp"
+
+namespace nscd {
+
+bool System::even() const {
+    const auto [least, most] = std::minmax_element(inverse_mass.begin(), inverse_mass.end());
+    return k == 0 || *most <= EVEN * *least;
+}
+
+// The same for all, 1/max w, so that the stiff limit has the least Σλ²; 1/w where masses differ too much.
+Numbers System::stiffness() const {
+    Numbers kappa(k);
+    if (k == 0) return kappa;
+    const double lightest = *std::max_element(inverse_mass.begin(), inverse_mass.end());
+    const bool same = even();
+    for (int c = 0; c < k; ++c) kappa[c] = 1.0 / (same ? lightest : inverse_mass[c]);
+    return kappa;
+}
+
+void System::measure() {
+    scale = std::max(least_scale, TINY);
+    for (int i = 0; i < n; ++i)
+        for (int a = 0; a < 2; ++a) scale = std::max(scale, std::abs(left[d * i + a]));
+}
+
+System chosen(const System& whole, std::span<const Index> contact, std::span<const Index> disk,
+              const Places& place) {
+    System s;
+    s.n = int(disk.size()), s.k = int(contact.size()), s.d = whole.d;
+    s.least_scale = whole.least_scale, s.maintained = whole.maintained;
+    const auto picked = [&](const Numbers& given) {
+        Numbers some(given.empty() ? 0 : contact.size());
+        for (std::size_t c = 0; c < some.size(); ++c) some[c] = given[contact[c]];
+        return some;
+    };
+    const auto moved = [&](const Numbers& given, int d) {
+        Numbers some(given.empty() ? 0 : disk.size() * d);
+        for (std::size_t i = 0; i < some.size(); ++i) some[i] = given[std::size_t(disk[i / d]) * d + i % d];
+        return some;
+    };
+    s.first.resize(s.k), s.second.resize(s.k);
+    for (int c = 0; c < s.k; ++c) {
+        s.first[c] = place[whole.first[contact[c]]];
+        s.second[c] = whole.second[contact[c]] < 0 ? -1 : place[whole.second[contact[c]]];
+    }
+    s.nx = picked(whole.nx), s.ny = picked(whole.ny);
+    s.lever_first = picked(whole.lever_first), s.lever_second = picked(whole.lever_second);
+    s.along = picked(whole.along), s.across = picked(whole.across);
+    s.offset = picked(whole.offset), s.inverse_mass = picked(whole.inverse_mass);
+    s.mass = moved(whole.mass, s.d), s.left = moved(whole.left, s.d), s.free = moved(whole.free, s.d);
+    s.x = moved(whole.x, 1), s.y = moved(whole.y, 1);
+    s.measure();
+    return s;
+}
+
+LEVELS void approach(const System& s, In u, Out v) {
+    const Index *first = s.first.data(), *second = s.second.data();
+    const double *nx = s.nx.data(), *ny = s.ny.data(), *at = u.data();
+    const int d = s.d;
+    for (int c = 0; c < s.k; ++c) {
+        const int i = d * first[c], j = d * second[c];
+        double x = at[i], y = at[i + 1];
+        if (j >= 0) x -= at[j], y -= at[j + 1];
+        v[c] = nx[c] * x + ny[c] * y;
+    }
+}
+
+void sliding(const System& s, In u, Out v) {
+    const int d = s.d;
+    for (int c = 0; c < s.k; ++c) {
+        const int i = d * s.first[c], j = d * s.second[c];
+        double x = u[i], y = u[i + 1], turn = d == 3 ? s.lever_first[c] * u[i + 2] : 0.0;
+        if (j >= 0) {
+            x -= u[j], y -= u[j + 1];
+            if (d == 3) turn += s.lever_second[c] * u[j + 2];
+        }
+        v[c] = s.nx[c] * y - s.ny[c] * x + turn;
+    }
+}
+
+void add_reactions(const System& s, In reaction, double factor, Out b) {
+    const int d = s.d;
+    for (int c = 0; c < s.k; ++c) {
+        const int i = d * s.first[c], j = d * s.second[c];
+        const double push = factor * reaction[c], x = s.nx[c] * push, y = s.ny[c] * push;
+        b[i] += x, b[i + 1] += y;
+        if (j >= 0) b[j] -= x, b[j + 1] -= y;
+    }
+}
+
+// b += Tᵀτ.
+static void add_tangential(const System& s, In across, Out b) {
+    const int d = s.d;
+    for (int c = 0; c < s.k; ++c) {
+        const int i = d * s.first[c], j = d * s.second[c];
+        const double x = -s.ny[c] * across[c], y = s.nx[c] * across[c];
+        b[i] += x, b[i + 1] += y;
+        if (d == 3) b[i + 2] += s.lever_first[c] * across[c];
+        if (j < 0) continue;
+        b[j] -= x, b[j + 1] -= y;
+        if (d == 3) b[j + 2] += s.lever_second[c] * across[c];
+    }
+}
+
+void inertia(const System& s, In u, Out b) {
+    for (std::size_t i = 0; i < s.mass.size(); ++i) b[i] = s.mass[i] * u[i];
+    if (!s.dissipative()) return;
+    Numbers v(s.k);
+    approach(s, u, v);
+    for (int c = 0; c < s.k; ++c) v[c] *= s.along[c];
+    add_reactions(s, v, 1.0, b);
+    sliding(s, u, v);
+    for (int c = 0; c < s.k; ++c) v[c] *= s.across[c];
+    add_tangential(s, v, b);
+}
+
+double largest(In values) {
+    double most = 0.0;
+    for (double value : values) most = larger(most, std::abs(value));
+    return most;
+}
+
+Certificate certified(const System& s, In reaction, In u) {
+    Certificate of;
+    const int d = s.d;
+    Numbers v(s.k), total(s.mass.size()), momentum(s.mass.size()), received(s.n);
+    Numbers push(reaction.begin(), reaction.end()), across(s.dissipative() ? s.k : 0);
+    approach(s, u, v);
+    double off = 0.0;
+    for (int c = 0; c < s.k; ++c) {
+        const double slack = s.offset[c] - v[c];
+        off = larger(off, std::abs(s.maintained ? slack : std::min(s.inverse_mass[c] * reaction[c], slack)));
+        of.finite = of.finite && std::isfinite(reaction[c]);
+    }
+    of.residual = off / s.scale;
+    for (std::size_t i = 0; i < total.size(); ++i) total[i] = u[i] + s.left[i];
+    approach(s, total, v);
+    if (s.dissipative()) {
+        sliding(s, total, across);
+        for (int c = 0; c < s.k; ++c) {
+            push[c] += s.along[c] * v[c];
+            of.work += s.across[c] * across[c] * across[c];
+            across[c] *= s.across[c];
+        }
+        add_tangential(s, across, momentum);
+    }
+    add_reactions(s, push, 1.0, momentum);
+    of.impulse.resize(2 * std::size_t(s.k));
+    for (int c = 0; c < s.k; ++c) {
+        const double other = s.dissipative() ? across[c] : 0.0, size = std::abs(push[c]) + std::abs(other);
+        of.impulse[2 * c] = push[c] * s.nx[c] - other * s.ny[c];
+        of.impulse[2 * c + 1] = push[c] * s.ny[c] + other * s.nx[c];
+        of.work += push[c] * v[c];
+        received[s.first[c]] += size;
+        if (s.second[c] >= 0) received[s.second[c]] += size;
+    }
+    for (int i = 0; i < s.n; ++i)
+        for (int a = 0; a < d; ++a) {
+            const double m = s.mass[d * i + a], before = s.left[d * i + a], after = u[d * i + a];
+            of.finite = of.finite && std::isfinite(after);
+            const double missed = std::abs(m * (after - before) + momentum[d * i + a]);
+            if (a < 2) of.momentum_error = larger(of.momentum_error, missed / (s.mass[d * i] * s.scale + received[i]));
+            of.energy += 0.5 * m * before * before;
+            of.change += 0.5 * m * (after - before) * (after + before);
+        }
+    of.finite = of.finite && std::isfinite(of.residual + of.momentum_error + of.energy + of.change + of.work);
+    return of;
+}
+
+double accuracy(const System& s, In reaction, In u) {
+    const Certificate of = certified(s, reaction, u);
+    return larger(of.residual, of.momentum_error);
+}
+
+}  // namespace nscd

@@ -1,0 +1,63 @@
+// One impact as a convex problem: min ½ (u − û)·Â (u − û) subject to C u ≤ b (C u = b where maintained).
+//
+// Â = M + DᵀKD and Â û = (M − DᵀKD) u⁻: eq. (1) of the paper with u = u⁺. λ is the multiplier,
+// Â (u − û) + Cᵀλ = 0, 0 ≤ λ ⟂ b − C u ≥ 0. A row of C is (n at the first disk, −n at the second), one
+// of the tangential part T of D the same with t = (−n_y, n_x) and the lever of the spin.
+#pragma once
+
+#include "arrays.hpp"
+
+namespace nscd {
+
+// Up to this ratio of w masses are even: contacts may then all have the same stiffness.
+inline constexpr double EVEN = 100.0;
+
+struct System {
+    int n = 0;                           // disks
+    int k = 0;                           // contacts
+    int d = 2;                           // unknowns of a disk: its velocity, and its spin where k_t acts
+    Places first, second;                // (k) disks, second −1 for a wall
+    Numbers nx, ny;                      // (k) unit normal, first → second
+    Numbers lever_first, lever_second;   // (k) m, from the centre to the contact; empty for d = 2
+    Numbers along, across;               // (k) kg, k_n and k_t; empty where nothing dissipates
+    Numbers mass;                        // (n·d) kg, kg m²
+    Numbers left, free;                  // (n·d) m/s and rad/s, u⁻ and û
+    Numbers offset;                      // (k) m/s, b
+    Numbers inverse_mass;                // (k) 1/kg, w = 1/m_i + 1/m_j
+    Numbers x, y;                        // (n) m, centres; empty where nobody asks
+    double scale = TINY;                 // m/s, ‖u⁻‖∞, in which residuals are measured
+    double least_scale = TINY;           // m/s, where u⁻ is 0 and the offset is not
+    bool maintained = false;             // every contact stays closed and may pull
+
+    bool dissipative() const { return !along.empty(); }
+    bool even() const;                   // whether masses are, see EVEN
+    Numbers stiffness() const;           // (k) kg, of contacts as a penalty model, up to one factor
+    void measure();                      // scale ← max |u⁻|
+};
+
+// The problem of some contacts, in this order, and of some disks, in this order; place (n) tells where a
+// disk comes to be.
+System chosen(const System& whole, std::span<const Index> contact, std::span<const Index> disk, const Places& place);
+
+void approach(const System& s, In u, Out v);                            // v = C u (k)
+void sliding(const System& s, In u, Out v);                             // v = T u (k)
+void add_reactions(const System& s, In reaction, double factor, Out b); // b += factor · Cᵀλ
+void inertia(const System& s, In u, Out b);                             // b = Â u
+double largest(In values);                                              // magnitude, or what is no number
+
+// What an answer says of itself, recomputed from it.
+struct Certificate {
+    Numbers impulse;             // (k·2) N·s, p = k D(u⁺ + u⁻) + λ n, first → second
+    double residual = 0.0;       // max |min(wλ, b − Cu)| / ‖u⁻‖∞, |b − Cu| where maintained
+    double momentum_error = 0.0; // max |M(u⁺ − u⁻) + Dᵀp| / (m ‖u⁻‖∞ + Σ|p|) over disks
+    double energy = 0.0;         // J, ½ u⁻·Mu⁻
+    double change = 0.0;         // J, ½ u⁺·Mu⁺ − ½ u⁻·Mu⁻
+    double work = 0.0;           // J, p·D(u⁺ + u⁻)
+    bool finite = true;          // whether every number is
+};
+Certificate certified(const System& s, In reaction, In u);
+
+// The larger of residual and momentum error.
+double accuracy(const System& s, In reaction, In u);
+
+}  // namespace nscd

@@ -1,0 +1,246 @@
+#include "rows.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "levels.hpp"
+
+namespace nscd {
+
+namespace {
+
+// Blocks of L: a row's columns are the paths in the elimination tree from its neighbours up to it.
+void structure_of(Rows& rows, const Graph& graph, const Ordering& ordering) {
+    const int n = int(ordering.order.size());
+    Places parent(n, -1), ancestor(n, -1), mark(n, -1), path;
+    const auto for_earlier = [&](int k, auto&& act) {
+        const Index disk = ordering.order[k];
+        for (auto e = graph.start[disk]; e < graph.start[disk + 1]; ++e) act(ordering.place[graph.neighbour[e]]);
+    };
+    for (int k = 0; k < n; ++k)
+        for_earlier(k, [&](Index i) {
+            while (i != -1 && i < k) {
+                const Index following = ancestor[i];
+                ancestor[i] = k;
+                if (following == -1) parent[i] = k;
+                i = following;
+            }
+        });
+    const auto walk = [&](int k, auto&& act) {
+        mark[k] = k;
+        for_earlier(k, [&](Index i) {
+            for (; i < k && mark[i] != k; i = parent[i]) {
+                mark[i] = k;
+                act(i);
+            }
+        });
+    };
+    rows.start.assign(n + 1, 0), rows.row_start.assign(n + 1, 0);
+    for (int k = 0; k < n; ++k) walk(k, [&](Index i) { ++rows.start[i + 1], ++rows.row_start[k + 1]; });
+    std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
+    std::partial_sum(rows.row_start.begin(), rows.row_start.end(), rows.row_start.begin());
+    rows.row.resize(rows.start[n]), rows.column.resize(rows.start[n]), rows.slot.resize(rows.start[n]);
+    Starts at(rows.start.begin(), rows.start.end() - 1);
+    std::fill(mark.begin(), mark.end(), -1);
+    for (int k = 0; k < n; ++k) {
+        path.clear();
+        walk(k, [&](Index i) { path.push_back(i); });
+        std::sort(path.begin(), path.end());
+        auto q = rows.row_start[k];
+        for (Index i : path) {
+            rows.column[q] = i;
+            rows.slot[q++] = at[i];
+            rows.row[at[i]++] = k;
+        }
+    }
+}
+
+// A += weight · row_iᵀ row_j in a d × d block.
+template <int D>
+[[gnu::always_inline]] inline void add_block(double* block, const double* one, const double* other, double weight) {
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) block[D * a + b] += weight * one[a] * other[b];
+}
+
+template <int D>
+[[gnu::always_inline]] inline void assemble(const System& s, Rows& rows, const double* theta) {
+    double *A = rows.matrix.data(), *B = rows.matrix_diagonal.data();
+    std::fill(rows.matrix.begin(), rows.matrix.end(), 0.0);
+    std::fill(rows.matrix_diagonal.begin(), rows.matrix_diagonal.end(), 0.0);
+    for (int i = 0; i < s.n; ++i)
+        for (int a = 0; a < D; ++a) B[D * D * i + (D + 1) * a] = s.mass[D * i + a];
+    const bool dissipative = s.dissipative();
+    for (int c = 0; c < s.k; ++c) {
+        const int i = s.first[c], j = s.second[c];
+        const double x = s.nx[c], y = s.ny[c], weight = theta[c] + (dissipative ? s.along[c] : 0.0);
+        const double xx = weight * x * x, xy = weight * x * y, yy = weight * y * y;
+        double* at = B + D * D * i;
+        at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
+        double* beside = j >= 0 ? A + D * D * rows.pair_block[c] : nullptr;
+        if (j >= 0) {
+            at = B + D * D * j;
+            at[0] += xx, at[1] += xy, at[D] += xy, at[D + 1] += yy;
+            beside[0] -= xx, beside[1] -= xy, beside[D] -= xy, beside[D + 1] -= yy;
+        }
+        if (D == 2 || s.across[c] == 0.0) continue;
+        const double one[3] = {-y, x, s.lever_first[c]}, other[3] = {y, -x, s.lever_second[c]};
+        add_block<D>(B + D * D * i, one, one, s.across[c]);
+        if (j < 0) continue;
+        add_block<D>(B + D * D * j, other, other, s.across[c]);
+        add_block<D>(beside, i > j ? one : other, i > j ? other : one, s.across[c]);
+    }
+}
+
+// l ← x L⁻ᵀ for a diagonal block L (by columns, diagonal inverted), x and l by rows.
+template <int D>
+[[gnu::always_inline]] inline void divide(const double* x, const double* L, double* l) {
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) {
+            double value = x[D * a + b];
+            for (int c = 0; c < b; ++c) value -= l[D * a + c] * L[b + D * c];
+            l[D * a + b] = value * L[b + D * b];
+        }
+}
+
+template <int D>
+[[gnu::always_inline]] inline bool factorise_all(const System& s, Rows& rows, const double* theta) {
+    assemble<D>(s, rows, theta);
+    constexpr int S = D * D;
+    double* __restrict x = rows.work.data();
+    double* __restrict L = rows.block.data();
+    double* __restrict diagonal = rows.diagonal.data();
+    const double *A = rows.matrix.data(), *B = rows.matrix_diagonal.data();
+    const Index* row = rows.row.data();
+    for (int k = 0; k < s.n; ++k) {
+        for (auto p = rows.a_start[k]; p < rows.a_start[k + 1]; ++p) {
+            double* to = x + S * rows.a_column[p];
+            for (int a = 0; a < S; ++a) to[a] += A[S * p + a];
+        }
+        double own[S];
+        for (int a = 0; a < S; ++a) own[a] = B[S * k + a];
+        for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
+            const Index i = rows.column[q];
+            double given[S], l[S];
+            for (int a = 0; a < S; ++a) given[a] = x[S * i + a], x[S * i + a] = 0.0;
+            divide<D>(given, diagonal + S * i, l);
+            const auto slot = rows.slot[q];
+            for (auto p = rows.start[i]; p < slot; ++p) {  // x_r −= l · L_riᵀ
+                double* __restrict to = x + S * row[p];
+                const double* m = L + S * p;
+                for (int a = 0; a < D; ++a)
+                    for (int b = 0; b < D; ++b) {
+                        double sum = l[D * a] * m[b];
+                        for (int c = 1; c < D; ++c) sum += l[D * a + c] * m[D * c + b];
+                        to[D * a + b] -= sum;
+                    }
+            }
+            double* to = L + S * slot;
+            for (int a = 0; a < D; ++a)
+                for (int c = 0; c < D; ++c) {
+                    to[D * c + a] = l[D * a + c];
+                    for (int b = 0; b <= a; ++b) own[D * a + b] -= l[D * a + c] * l[D * b + c];
+                }
+        }
+        double* to = diagonal + S * k;
+        for (int b = 0; b < D; ++b) {
+            double pivot = own[D * b + b];
+            for (int c = 0; c < b; ++c) pivot -= to[D * c + b] * to[D * c + b];
+            if (!(pivot > 0.0)) {
+                std::fill(rows.work.begin(), rows.work.end(), 0.0);
+                return false;
+            }
+            const double root = 1.0 / std::sqrt(pivot);
+            to[D * b + b] = root;
+            for (int a = b + 1; a < D; ++a) {
+                double value = own[D * a + b];
+                for (int c = 0; c < b; ++c) value -= to[D * c + a] * to[D * c + b];
+                to[D * b + a] = value * root;
+            }
+        }
+    }
+    return true;
+}
+
+template <int D>
+[[gnu::always_inline]] inline void solve_all(const Rows& rows, double* __restrict b) {
+    constexpr int S = D * D;
+    const int n = int(rows.start.size()) - 1;
+    const double *L = rows.block.data(), *diagonal = rows.diagonal.data();
+    const Index* row = rows.row.data();
+    for (int k = 0; k < n; ++k) {
+        const double* own = diagonal + S * k;
+        double y[D];
+        for (int a = 0; a < D; ++a) {
+            y[a] = b[D * k + a];
+            for (int c = 0; c < a; ++c) y[a] -= own[D * c + a] * y[c];
+            y[a] *= own[D * a + a];
+        }
+        for (int a = 0; a < D; ++a) b[D * k + a] = y[a];
+        for (auto p = rows.start[k]; p < rows.start[k + 1]; ++p) {
+            double* to = b + D * row[p];
+            for (int a = 0; a < D; ++a) {
+                double sum = L[S * p + a] * y[0];
+                for (int c = 1; c < D; ++c) sum += L[S * p + D * c + a] * y[c];
+                to[a] -= sum;
+            }
+        }
+    }
+    for (int k = n - 1; k >= 0; --k) {
+        const double* own = diagonal + S * k;
+        double sum[S] = {};
+        for (auto p = rows.start[k]; p < rows.start[k + 1]; ++p) {
+            const double* from = b + D * row[p];
+            for (int c = 0; c < D; ++c)
+                for (int a = 0; a < D; ++a) sum[D * c + a] += L[S * p + D * c + a] * from[a];
+        }
+        double y[D];
+        for (int c = D - 1; c >= 0; --c) {
+            y[c] = b[D * k + c];
+            for (int a = 0; a < D; ++a) y[c] -= sum[D * c + a];
+            for (int a = c + 1; a < D; ++a) y[c] -= own[D * c + a] * y[a];
+            y[c] *= own[D * c + c];
+        }
+        for (int a = 0; a < D; ++a) b[D * k + a] = y[a];
+    }
+}
+
+LEVELS bool factorise_two(const System& s, Rows& rows, const double* theta) { return factorise_all<2>(s, rows, theta); }
+LEVELS bool factorise_three(const System& s, Rows& rows, const double* theta) { return factorise_all<3>(s, rows, theta); }
+LEVELS void solve_two(const Rows& rows, double* b) { solve_all<2>(rows, b); }
+LEVELS void solve_three(const Rows& rows, double* b) { solve_all<3>(rows, b); }
+
+}  // namespace
+
+Rows rows_of(const Graph& graph, const Ordering& ordering, const Places& first, const Places& second, int d) {
+    Rows rows;
+    rows.d = d;
+    structure_of(rows, graph, ordering);
+    const int n = int(ordering.order.size()), k = int(first.size());
+    rows.a_start.assign(n + 1, 0);
+    for (int c = 0; c < k; ++c)
+        if (second[c] >= 0) ++rows.a_start[std::max(first[c], second[c]) + 1];
+    std::partial_sum(rows.a_start.begin(), rows.a_start.end(), rows.a_start.begin());
+    rows.a_column.resize(rows.a_start[n]);
+    rows.pair_block.assign(k, -1);
+    Starts at(rows.a_start.begin(), rows.a_start.end() - 1);
+    for (int c = 0; c < k; ++c)
+        if (second[c] >= 0) {
+            const auto p = at[std::max(first[c], second[c])]++;
+            rows.pair_block[c] = p;
+            rows.a_column[p] = std::min(first[c], second[c]);
+        }
+    const std::size_t size = std::size_t(d) * d;
+    rows.matrix.resize(size * rows.a_column.size()), rows.matrix_diagonal.resize(size * n);
+    rows.block.resize(size * rows.row.size()), rows.diagonal.resize(size * n);
+    rows.work.resize(size * n);
+    std::fill(rows.work.begin(), rows.work.end(), 0.0);
+    return rows;
+}
+
+bool factorise(const System& s, Rows& rows, In theta) {
+    return rows.d == 2 ? factorise_two(s, rows, theta.data()) : factorise_three(s, rows, theta.data());
+}
+
+void solve(const Rows& rows, Out b) { rows.d == 2 ? solve_two(rows, b.data()) : solve_three(rows, b.data()); }
+
+}  // namespace nscd

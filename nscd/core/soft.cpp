@@ -1,0 +1,75 @@
+#include "soft.hpp"
+
+#include <algorithm>
+
+namespace nscd {
+
+void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const std::int64_t> first,
+                    std::span<const std::int64_t> second, std::span<const std::int64_t> wall, const Segments& walls, const Soft& soft) {
+    std::fill(force.begin(), force.end(), 0.0);
+    for (std::size_t c = 0; c < first.size(); ++c) {
+        const std::int64_t i = first[c], j = second[c], w = wall[c];
+        double dx, dy, radii = radius[i], size = radius[i], m = mass[i];
+        if (w < 0) {
+            dx = x[2 * j] - x[2 * i], dy = x[2 * j + 1] - x[2 * i + 1];
+            radii = radius[i] + radius[j];
+            size = radius[i] * radius[j] / radii;
+            m = mass[i] * mass[j] / (mass[i] + mass[j]);
+        } else {
+            const double share = share_of(walls, int(w), x[2 * i], x[2 * i + 1]);
+            if (is_of_another(walls, int(w), share, x[2 * i], x[2 * i + 1])) continue;
+            dx = walls.start[2 * w] + share * walls.along[2 * w] - x[2 * i];
+            dy = walls.start[2 * w + 1] + share * walls.along[2 * w + 1] - x[2 * i + 1];
+        }
+        const double distance = std::sqrt(dx * dx + dy * dy), overlap = radii - distance;
+        if (overlap <= 0.0) continue;
+        const double nx = dx / distance, ny = dy / distance;
+        double vx = v[2 * i], vy = v[2 * i + 1];
+        if (w < 0) vx -= v[2 * j], vy -= v[2 * j + 1];
+        const double approach = vx * nx + vy * ny;
+        const double stiffness = w < 0 ? soft.pair_stiffness : soft.wall_stiffness;
+        const double dashpot = w < 0 ? soft.pair_dashpot : soft.wall_dashpot;
+        double push = stiffness * overlap + dashpot * approach;
+        if (soft.law == SoftLaw::HERTZ) {
+            const double tangent = stiffness * std::sqrt(size * overlap);
+            push = tangent * overlap + std::sqrt(5.0) * soft.ratio * std::sqrt(m * tangent) * approach;
+        } else if (soft.law == SoftLaw::BODY) {
+            const double depth = w < 0 ? 0.5 * overlap : overlap;
+            push = soft.chest_linear * depth + soft.chest_square * depth * depth + std::max(0.0, dashpot * approach);
+        }
+        if (push <= 0.0) continue;
+        force[2 * i] -= push * nx, force[2 * i + 1] -= push * ny;
+        if (w < 0) force[2 * j] += push * nx, force[2 * j + 1] += push * ny;
+    }
+}
+
+void add_drive(Out acceleration, In x, In v, double speed, double tau, In start, In end, In door, In outward) {
+    for (std::size_t i = 0; i < x.size(); i += 2) {
+        const double ax = end[i] - start[i], ay = end[i + 1] - start[i + 1], square = ax * ax + ay * ay;
+        const double px = x[i] - start[i], py = x[i + 1] - start[i + 1];
+        const double share = square > 0.0 ? std::clamp((px * ax + py * ay) / square, 0.0, 1.0) : 0.0;
+        double dx = start[i] + share * ax - x[i], dy = start[i + 1] + share * ay - x[i + 1];
+        double distance = std::sqrt(dx * dx + dy * dy);
+        const double beyond = (x[i] - door[i]) * outward[i] + (x[i + 1] - door[i + 1]) * outward[i + 1];
+        if (beyond >= 0.0 || distance == 0.0) dx = outward[i], dy = outward[i + 1], distance = 1.0;
+        acceleration[i] += (speed * dx / distance - v[i]) / tau;
+        acceleration[i + 1] += (speed * dy / distance - v[i + 1]) / tau;
+    }
+}
+
+bool crosses(In before, In after, In start, In end) {
+    for (std::size_t w = 0; w < start.size(); w += 2) {
+        const double x = end[w] - start[w], y = end[w + 1] - start[w + 1];
+        for (std::size_t i = 0; i < before.size(); i += 2) {
+            const double vx = after[i] - before[i], vy = after[i + 1] - before[i + 1];
+            const double sx = before[i] - start[w], sy = before[i + 1] - start[w + 1];
+            const double ex = before[i] - end[w], ey = before[i + 1] - end[w + 1];
+            // its ends are on both sides of the wall, and so are the wall's of the way
+            const double side = x * sy - y * sx, other = x * (sy + vy) - y * (sx + vx);
+            if (side * other < 0.0 && (vy * sx - vx * sy) * (vy * ex - vx * ey) <= 0.0) return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace nscd

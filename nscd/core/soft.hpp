@@ -1,0 +1,29 @@
+// The soft-contact model of the charts: contact forces of disks that overlap.
+#pragma once
+
+#include "geometry.hpp"
+
+namespace nscd {
+
+enum class SoftLaw { HOOKE, HERTZ, BODY };
+struct Soft {
+    SoftLaw law;
+    double pair_stiffness, wall_stiffness;  // N/m, or Pa for HERTZ
+    double ratio;                           // of damping, HERTZ
+    double pair_dashpot, wall_dashpot;      // kg/s
+    double chest_linear, chest_square;      // N/m, N/m², BODY
+};
+
+// Contact forces (n·2) N at positions x (n·2) m and velocities v (n·2) m/s; wall (k) is −1 for a pair. A contact pushes with
+// max(0, kδ + cδ′), max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′), or a chest's force + max(0, cδ′), while δ > 0.
+void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const std::int64_t> first,
+                    std::span<const std::int64_t> second, std::span<const std::int64_t> wall, const Segments& walls, const Soft& soft);
+
+// Add the drive (u_d − v)/τ (m/s²): of each disk towards the nearest point of start … end, outward on it and beyond the line
+// through `door` across `outward`, all (n·2).
+void add_drive(Out acceleration, In x, In v, double speed, double tau, In start, In end, In door, In outward);
+
+// Whether any way before → after (n·2) m crosses any wall start → end (w·2) m.
+bool crosses(In before, In after, In start, In end);
+
+}  // namespace nscd

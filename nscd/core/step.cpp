@@ -1,0 +1,167 @@
+#include "step.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "frames.hpp"
+
+namespace nscd {
+
+namespace {
+
+// Accelerated gradient serves from this tolerance on: the exact solvers are for tighter ones. It stops a little before.
+constexpr double LOOSE = 1e-6, BEFORE = 0.9;
+// A step is repeated so often, at most, with a larger margin.
+constexpr int REPEATS = 20;
+// Disks are taken to be faster than before by this share of the fastest one.
+constexpr double LIKELY = 0.01;
+
+// The contacts whose gap two disks close that go towards each other as fast as before, or as without contacts.
+Places likely(const System& s, In before) {
+    const double slack = LIKELY * s.scale;
+    Numbers speed(s.n);
+    for (int i = 0; i < s.n; ++i)
+        speed[i] = std::max(std::hypot(before[2 * i], before[2 * i + 1]), std::hypot(s.free[2 * i], s.free[2 * i + 1]));
+    Places some;
+    for (int c = 0; c < s.k; ++c)
+        if (s.offset[c] <= speed[s.first[c]] + (s.second[c] >= 0 ? speed[s.second[c]] : 0.0) + slack) some.push_back(c);
+    return some;
+}
+
+// First without the contacts that disks as fast as before could not close; with all where that is not the answer of all.
+void solve_step(const System& s, In before, double tolerance, Stepped& found) {
+    Places every(s.n), all(s.k);
+    std::iota(every.begin(), every.end(), 0);
+    std::iota(all.begin(), all.end(), 0);
+    found.reaction.assign(s.k, 0.0);
+    found.velocity = s.free;
+    found.rung = int(Rung::NOTHING);
+    for (bool whole : {false, true}) {
+        const Places some = whole ? all : likely(s, before);
+        if (some.empty()) continue;
+        System part = chosen(s, some, every, every);
+        Answer by;
+        if (tolerance >= LOOSE) {
+            Parts one{{0, part.n}, {0, part.k}};
+            Team alone(1);
+            Descended end = descend(part, one, alone, {BEFORE * tolerance, MOST_SWEEPS, -1, INFINITE});
+            by.reaction = std::move(end.reaction), by.velocity = std::move(end.velocity), by.iterations = end.sweeps;
+            found.rung = GRADIENT;
+        } else {
+            Asked asked;
+            asked.tolerance = tolerance, asked.least = asked.bounded = false;
+            by = climb(part, asked);
+            found.rung = int(by.rung);
+        }
+        found.iterations += by.iterations;
+        std::fill(found.reaction.begin(), found.reaction.end(), 0.0);
+        for (std::size_t c = 0; c < some.size(); ++c) found.reaction[some[c]] = by.reaction[c];
+        found.velocity = std::move(by.velocity);
+        const Certificate of = certified(s, found.reaction, found.velocity);
+        found.error = of.finite ? larger(of.residual, of.momentum_error) : INFINITE;
+        if (found.error <= tolerance) return;
+    }
+}
+
+}  // namespace
+
+double fastest(In velocity) {
+    double square = 0.0;
+    for (std::size_t i = 0; i < velocity.size(); i += 2)
+        square = larger(square, velocity[i] * velocity[i] + velocity[i + 1] * velocity[i + 1]);
+    return std::sqrt(square);
+}
+
+static Neighbours named(const Touching& at) {
+    const std::size_t k = at.size();
+    Neighbours near{Places(k), Places(k), Places(k), Numbers(2 * k), at.gap};
+    for (std::size_t c = 0; c < k; ++c) {
+        const bool wall = std::int64_t(c) >= at.pairs;
+        near.first[c] = Index(at.first[c]);
+        near.second[c] = wall ? -1 : Index(at.second[c]);
+        near.wall[c] = wall ? Index(at.second[c]) : -1;
+        near.normal[2 * c] = at.vector[2 * c] / at.distance[c];
+        near.normal[2 * c + 1] = at.vector[2 * c + 1] / at.distance[c];
+    }
+    return near;
+}
+
+Neighbours neighbours_of(In position, In radius, const Segments& walls, double margin) {
+    return named(touching(position, radius, walls, margin));
+}
+
+bool missed(const Bodies& bodies, In velocity, double step, double margin) {
+    const double needed = 2.0 * step * fastest(velocity);
+    if (needed <= margin) return false;
+    const Neighbours near = neighbours_of(bodies.position, bodies.radius, bodies.walls, needed);
+    for (std::size_t c = 0; c < near.gap.size(); ++c) {
+        const Index i = near.first[c], j = near.second[c];
+        double x = velocity[2 * i], y = velocity[2 * i + 1];
+        if (j >= 0) x -= velocity[2 * j], y -= velocity[2 * j + 1];
+        const double closing = step * (near.normal[2 * c] * x + near.normal[2 * c + 1] * y);
+        if (near.gap[c] > margin && closing > near.gap[c]) return true;
+    }
+    return false;
+}
+
+double freed(In velocity, In desired, double share, const double (&gain)[2], Out free) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+        free[i] = velocity[i] + gain[i & 1];
+        if (!desired.empty()) free[i] = (free[i] + share * desired[i]) / (1.0 + share);
+        most = larger(most, std::abs(free[i] - velocity[i]));
+    }
+    return most;
+}
+
+Stepped make_step(const Bodies& bodies, double step, double restitution, double gained, double tolerance) {
+    double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
+    for (int repeats = 0;; ++repeats) {
+        const Touching at = touching(bodies.position, bodies.radius, bodies.walls, margin);
+        Stepped found;
+        found.neighbours = named(at);
+        found.repeats = repeats;
+        if (at.size() == 0) {
+            found.velocity.assign(bodies.free.begin(), bodies.free.end());
+            found.rung = int(Rung::NO_CONTACTS);
+            return found;
+        }
+        System s = system_at(at, bodies.mass, bodies.free);
+        const std::size_t n = bodies.mass.size();
+        s.x.resize(n), s.y.resize(n);
+        for (std::size_t i = 0; i < n; ++i) s.x[i] = bodies.position[2 * i], s.y[i] = bodies.position[2 * i + 1];
+        Numbers before(s.k), closing(s.k);
+        approach(s, bodies.velocity, before);
+        approach(s, s.free, closing);
+        for (int c = 0; c < s.k; ++c) {
+            s.offset[c] = at.gap[c] / step;
+            if (restitution > 0.0 && closing[c] >= s.offset[c] && before[c] > std::max(2.0 * gained, 0.0))
+                s.offset[c] = std::min(s.offset[c], -restitution * before[c]);
+        }
+        solve_step(s, bodies.velocity, tolerance, found);
+        if (repeats == REPEATS || !missed(bodies, found.velocity, step, margin)) return found;
+        margin = 2.0 * step * fastest(found.velocity);
+    }
+}
+
+void WindowSums::add(std::span<const Index> first, std::span<const Index> second, std::span<const Index> wall, In normal, In gap, In reaction, In friction) {
+    for (std::size_t c = 0; c < reaction.size(); ++c) {
+        if (!(reaction[c] > 0.0)) continue;
+        const std::int64_t other = wall[c] >= 0 ? n_ + wall[c] : second[c];
+        Sum& sum = sums_[(std::int64_t(first[c]) << 31) | other];
+        const double x = normal[2 * c], y = normal[2 * c + 1], across = friction.empty() ? 0.0 : friction[c];
+        ++sum.steps;
+        sum.x = x, sum.y = y, sum.gap = gap[c];
+        sum.px += reaction[c] * x - across * y;
+        sum.py += reaction[c] * y + across * x;
+    }
+}
+
+std::vector<std::pair<std::int64_t, WindowSums::Sum>> WindowSums::close() {
+    std::vector<std::pair<std::int64_t, Sum>> sums(sums_.begin(), sums_.end());
+    std::sort(sums.begin(), sums.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    sums_.clear();
+    return sums;
+}
+
+}  // namespace nscd

@@ -1,0 +1,35 @@
+"""The nearest velocities, or displacements, that satisfy the constraints of contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nscd import _core
+from nscd.arrays import Floats
+from nscd.bodies import Snapshot
+from nscd.contacts import Contacts
+
+
+def project(
+    snapshot: Snapshot,
+    contacts: Contacts,
+    free: Floats,
+    offset: Floats,
+    *,
+    scale: float,
+    tolerance: float,
+) -> tuple[Floats, float]:
+    """Compute u (n,2) of min ½ Σ m |u − free|² subject to C u ≤ offset, and its recomputed error.
+
+    free: (n,2) m or m/s
+    offset: (k,) in the same unit
+    scale: in the same unit, at least what the error is measured in, as a share of it
+    tolerance: share, of that error"""
+    said = _core.solve_impact(
+        contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
+        snapshot.radius, snapshot.mass, np.ascontiguousarray(free), offset=offset,
+        least_scale=scale, tolerance=tolerance, least=False, bounded=False,
+    )  # fmt: skip
+    assert said is not None, "contacts of disks that there are, and finite numbers"
+    error = max(said["residual"], said["momentum_error"])
+    return said["right_velocity"], error if said["finite"] else np.inf

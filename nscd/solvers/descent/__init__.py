@@ -1,1 +1,0 @@
-"""Descent: its sweeps."""

@@ -1,1 +1,0 @@
-"""The interior point: its path, and how it is used."""
