@@ -10,13 +10,14 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install report paper docs test wheel-test lint bench clean system system-test
+.PHONY: help install core report paper docs test wheel-test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
 	@echo "make report    the report on the arch and on a real crowd, in report/"
 	@echo "make paper     the figures of the paper recomputed, discrete and continuum, and which of its statements hold, in paper/"
 	@echo "make docs      the docs as a site that opens offline, in site/"
+	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
 	@echo "make lint      ruff and mypy"
@@ -29,6 +30,8 @@ ready() {
     case $$1 in
         python3) $(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null ;;
         python3-venv) $(PYTHON3) -c 'import ensurepip, venv' 2>/dev/null ;;
+        g++) command -v g++ >/dev/null || command -v clang++ >/dev/null ;;
+        python3-dev) $(PYTHON3) -c 'import pathlib, sys, sysconfig; sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' 2>/dev/null ;;
         yade) command -v yade >/dev/null ;;
         chromium) command -v chromium >/dev/null || command -v google-chrome >/dev/null ;;
     esac
@@ -54,6 +57,11 @@ need() {
         echo "Python 3.11 or newer with its venv module is needed (Debian packages python3 and python3-venv)." >&2
         exit 1 ;;
     esac
+    case " $$absent " in *" python3-dev "*)
+        echo "The core is compiled at installation and needs Python.h (Debian package python3-dev)." >&2
+        exit 1 ;;
+    esac
+    case " $$absent " in *" g++ "*) echo "Without g++ or clang++: the core is compiled with the compiler of the Python package ziglang." ;; esac
     case " $$absent " in *" yade "*) echo "Without YADE: every run and report is made with LAMMPS only." ;; esac
     case " $$absent " in *" chromium "*) echo "Without Chromium: the test that opens the report in a browser is skipped." ;; esac
 }
@@ -61,17 +69,26 @@ endef
 
 system:
 	@$(NEEDED)
-	need python3 python3-venv yade
+	need python3 python3-venv python3-dev g++ yade
 
 system-test:
 	@$(NEEDED)
-	need python3 python3-venv yade chromium
+	need python3 python3-venv python3-dev g++ yade chromium
 
 $(VENV)/installed: pyproject.toml constraints.txt | system
 	@echo "Making the Python environment in $(VENV)"
 	# what an interrupted pip has half written it takes for installed
 	[ ! -e $(VENV)/unfinished ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
 	touch $(VENV)/unfinished
+	if ! command -v g++ >/dev/null && ! command -v clang++ >/dev/null; then
+	    $(PIP) ziglang || { echo "No C++ compiler: install g++ or clang++, or the Python package ziglang." >&2; exit 1; }
+	    for tool in c++ ar ranlib; do
+	        printf '#!/bin/sh\nexec "%s" -m ziglang %s "$$@"\n' "$(CURDIR)/$(PYTHON)" $$tool >$(VENV)/bin/zig-$$tool
+	        chmod +x $(VENV)/bin/zig-$$tool
+	    done
+	    export CXX="$(CURDIR)/$(VENV)/bin/zig-c++"
+	    export CMAKE_ARGS="-DCMAKE_AR=$(CURDIR)/$(VENV)/bin/zig-ar -DCMAKE_RANLIB=$(CURDIR)/$(VENV)/bin/zig-ranlib"
+	fi
 	$(PIP) --no-compile --editable '.[all]'
 	# pip compiles file by file, and our own not at all; this on all cores
 	$(PYTHON) -m compileall -qq -j 0 $(VENV)/lib nscd analysis crowd_percussions || true
@@ -104,6 +121,11 @@ $(VENV)/installed-docs: $(VENV)/installed
 docs: $(VENV)/installed-docs
 	@$(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going --conf-dir docs/site --doctree-dir site/.doctrees docs site
 	echo "site/index.html"
+
+# Only what has changed of nscd/core is compiled anew.
+core: $(VENV)/installed-test
+	@$(PIP) --no-build-isolation --no-deps --editable .
+	$(PYTHON) -m nanobind.stubgen -q -m nscd._core -o nscd/_core.pyi
 
 lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .

@@ -2,10 +2,9 @@
 CHOLMOD and PARDISO.
 
     OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 python -m benchmarks.factors.factorisation \\
-        [--before FILE] [CASE ...]
+        [CASE ...]
 
-Cases are files that `benchmarks/percussions.py --cases FOLDER` left. FILE is
-nscd/solvers/cholesky/elimination.py as of revision 501295b, to be timed as well."""
+Cases are files that `benchmarks/percussions.py --cases FOLDER` left."""
 
 from __future__ import annotations
 
@@ -25,17 +24,16 @@ def main() -> None:
     """Print both tables as Markdown."""
     parser = argparse.ArgumentParser(prog="factorisation", description=__doc__)
     parser.add_argument("cases", nargs="*", type=Path, metavar="CASE")
-    parser.add_argument("--before", type=Path, metavar="FILE")
     given = parser.parse_args()
     for name in ONE_THREAD:
         if os.environ.get(name) != "1":
             sys.exit(f"{name}: set it to 1, so that everyone has one thread")
-    for path in (*given.cases, *([given.before] if given.before else [])):
+    for path in given.cases:
         if not path.is_file():
             sys.exit(f"{path}: no such file")
     print(describe(), end="\n\n")
     print(fronts.HEADING)
-    print("\n".join(fronts.rows(given.before)), flush=True)
+    print("\n".join(fronts.rows()), flush=True)
     if given.cases:
         print(f"\n{libraries.HEADING}")
     for path in given.cases:

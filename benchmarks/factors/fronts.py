@@ -1,67 +1,54 @@
-"""How fast one front is eliminated: this product's kernel, its kernel before (see `--before`), and
-the matrix product of the BLAS at the same size."""
+"""How fast one front is eliminated, and the matrix product of the BLAS at the same size."""
 
 from __future__ import annotations
 
-import importlib.util
-import shutil
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.linalg import cholesky
 
-from nscd.solvers.cholesky.elimination import PANEL, eliminate
+from nscd._core import PANEL, eliminate
 
 # Pivots and other rows.
 FRONTS = (
     (4, 12), (8, 16), (10, 24), (16, 32), (24, 64), (40, 120), (80, 200), (120, 400), (250, 700), (500, 1000)
 )  # fmt: skip
 TIMES, FLOPS = 25, 1e7
+NOTHING = np.empty(0)
 
 
-def rows(before: Path | None) -> list[str]:
+def rows() -> list[str]:
     """A row of the table for each size of front."""
-    old = None if before is None else _older(before)
-    return [_row(pivots, rest, old) for pivots, rest in FRONTS]
+    return [_row(pivots, rest) for pivots, rest in FRONTS]
 
 
 HEADING = (
-    "| pivots + others | kernel before | kernel | dgemm of as many rows | share of dgemm"
-    " | LLᵀ against the matrix |\n|---|---|---|---|---|---|"
+    "| pivots + others | kernel | dgemm of as many rows | share of dgemm"
+    " | LLᵀ against the matrix |\n|---|---|---|---|---|"
 )
 
 
-def _row(pivots: int, rest: int, old: Any) -> str:
+def _row(pivots: int, rest: int) -> str:
     size = pivots + rest
     half = np.random.default_rng(size).normal(size=(size, size + 3))
     matrix = half @ half.T + np.eye(size)
     flops = float(sum((size - q) ** 2 for q in range(pivots)))
-    given, update = in_chunks(matrix, pivots)
+    given = in_chunks(matrix, pivots)
     front, count = np.empty_like(given), max(1, int(FLOPS / flops))
     calls = {
-        "new": lambda n: _eliminations(front, given, update, pivots, rest, n),
+        "new": lambda n: _eliminations(front, given, pivots, rest, n),
         "copies": lambda n: _copies(front, given, n),
         "dgemm": lambda n: _products(matrix, matrix, np.empty_like(matrix), n),
     }
-    if old is not None:
-        panel, others = matrix[:pivots].ravel(), matrix[pivots:, pivots:].ravel()
-        one, two = np.empty_like(panel), np.empty_like(others)
-        work = np.empty(old[1] * size)
-        calls["old"] = lambda n: old[0](one, panel, two, others, work, (size, pivots, n))
-        calls["old copies"] = lambda n: _copies(one, panel, n) + _copies(two, others, n)
     often = {name: count for name in calls} | {"dgemm": max(1, int(FLOPS / (2 * size**3)))}
     seconds = _fastest(calls, often)
     new = flops / (seconds["new"] - seconds["copies"])
     dgemm = 2 * size**3 / seconds["dgemm"]
-    error = _error(given, update, matrix, pivots)
-    said = f"{flops / (seconds['old'] - seconds['old copies']) / 1e9:.1f}" if old else "–"
+    error = _error(given, matrix, pivots)
     return (
-        f"| {pivots} + {rest} | {said} | {new / 1e9:.1f} | {dgemm / 1e9:.1f} | {new / dgemm:.2f}"
+        f"| {pivots} + {rest} | {new / 1e9:.1f} | {dgemm / 1e9:.1f} | {new / dgemm:.2f}"
         f" | {error:.0e} |"
     )
 
@@ -77,58 +64,26 @@ def _fastest(calls: dict[str, Callable[[int], Any]], often: dict[str, int]) -> d
     return least
 
 
-@njit
-def _eliminations(front, given, update, pivots, rest, times):  # type: ignore[no-untyped-def]
+def _eliminations(front: Any, given: Any, pivots: int, rest: int, times: int) -> None:
     for _ in range(times):
         front[:] = given
-        eliminate(front, 0, update, pivots, rest)
+        eliminate(front, pivots, rest)
 
 
-@njit
-def _copies(to, given, times):  # type: ignore[no-untyped-def]
+def _copies(to: Any, given: Any, times: int) -> None:
+    """The same without its arithmetic: a front of no pivots is a call and a copy."""
     for _ in range(times):
         to[:] = given
-    return 0
+        eliminate(NOTHING, 0, 0)
 
 
-@njit
-def _products(a, b, c, times):  # type: ignore[no-untyped-def]
+def _products(a: Any, b: Any, c: Any, times: int) -> None:
     for _ in range(times):
         np.dot(a, b, c)
 
 
-def _older(path: Path) -> Any:
-    """Eliminations by the kernel of an older revision, and the columns of its work space."""
-    # from a copy: kernels are kept beside the file, and these are no others' to find
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(shutil.copy(path, folder))
-        found = importlib.util.spec_from_file_location("older_elimination", copy)
-        assert found is not None
-        assert found.loader is not None
-        module = importlib.util.module_from_spec(found)
-        found.loader.exec_module(module)
-        return _older_eliminations(module), module.COLUMNS
-
-
-def _older_eliminations(module: Any) -> Any:
-    old = njit(module.eliminate.py_func, fastmath=True)
-
-    @njit
-    def run(one, panel, two, others, work, how):  # type: ignore[no-untyped-def]
-        size, pivots, times = how
-        for _ in range(times):
-            one[:] = panel
-            two[:] = others
-            old(one, two, work, size, pivots)
-
-    # compiled while its file is there
-    run(np.ones(1), np.ones(1), np.empty(0), np.empty(0), np.empty(module.COLUMNS), (1, 1, 1))
-    return run
-
-
-def in_chunks(matrix: Any, pivots: int) -> tuple[Any, int]:
-    """A front as `eliminate` takes it, at an address that is a multiple of 64 bytes, and where its
-    update begins."""
+def in_chunks(matrix: Any, pivots: int) -> Any:
+    """A front as `eliminate` takes it, at an address that is a multiple of 64 bytes."""
     rest = len(matrix) - pivots
     wide, more, height = -(-pivots // 8), -(-rest // 8), _height(pivots)
     panel = np.zeros((height, 8 * (wide + more)))
@@ -142,18 +97,19 @@ def in_chunks(matrix: Any, pivots: int) -> tuple[Any, int]:
     room = np.empty(len(numbers) + 7)
     front = room[-(room.ctypes.data // 8) % 8 :][: len(numbers)]
     front[:] = numbers
-    return front, panel.size
+    return front
 
 
 def _height(pivots: int) -> int:
     return -(-pivots // 4) * 4 if pivots <= PANEL else -(-pivots // 8) * 8
 
 
-def _error(given: Any, update: int, matrix: Any, pivots: int) -> float:
+def _error(given: Any, matrix: Any, pivots: int) -> float:
     """max|LLᵀ − A| / max|A| over the rows that are eliminated."""
     front, size = given.copy(), len(matrix)
-    assert eliminate(front, 0, update, pivots, size - pivots)
+    assert eliminate(front, pivots, size - pivots)
     wide, height = -(-pivots // 8), _height(pivots)
+    update = 8 * height * (wide + -((pivots - size) // 8))
     rows = front[:update].reshape(-1, height, 8).transpose(1, 0, 2).reshape(height, -1)
     upper = np.triu(rows[:pivots, :pivots])
     np.fill_diagonal(upper, 1 / np.diag(upper))

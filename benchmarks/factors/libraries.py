@@ -11,11 +11,10 @@ import numpy as np
 import scipy.sparse as sparse
 
 from benchmarks.cases import Case
-from nscd import ContactLaw
-from nscd.problem import impact_problem
-from nscd.solvers.cholesky.factor import factorise, solve_factorised
-from nscd.solvers.system import system_of
+from nscd import _core
 
+# From this many disks on the product factorises by fronts: see nscd/core/factor.hpp.
+MANY = 1500
 # Θ of contacts that press and of such that open, kg per kg of a disk.
 DECADES = 4.0
 # How often the fastest is looked for, by seconds that one takes.
@@ -53,23 +52,24 @@ class Run(NamedTuple):
 
 def own(matrix: Matrix) -> Run:
     """This product: from contacts, so the matrix is made within."""
-    case = matrix.case
-    problem = impact_problem(case.snapshot, case.contacts, case.left_velocity, ContactLaw())
+    crowd, contacts = matrix.case.snapshot, matrix.case.contacts
+    first, wall = contacts.first.astype(np.int32), contacts.is_wall
+    second = np.where(wall, -1, contacts.second).astype(np.int32)
+    mass, none = np.repeat(crowd.mass[:, None], 2, axis=1), np.zeros(len(contacts))
+    fronts = len(crowd) >= MANY
 
     def analyse() -> Any:
-        system, factor = system_of(problem)
-        return system, factor, matrix.theta[factor.contact]
+        return _core.Factor(
+            first, second, contacts.normal, np.zeros_like(contacts.normal), crowd.position, mass, none,
+            none, fronts,
+        )  # fmt: skip
 
-    def factorised(plan: Any) -> Any:
-        assert factorise(*plan)
-        return plan[1]
+    def factorised(factor: Any) -> Any:
+        assert factor.factorise(matrix.theta)
+        return factor
 
     def solve(factor: Any) -> Any:
-        x = matrix.right.reshape(-1, 2)[factor.order]
-        solve_factorised(factor, x)
-        found = np.empty_like(x)
-        found[factor.order] = x
-        return found.ravel()
+        return factor.solve(matrix.right.reshape(-1, 2)).ravel()
 
     return Run(analyse, factorised, solve)
 

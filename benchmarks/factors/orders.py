@@ -19,10 +19,11 @@ import numpy as np
 
 from benchmarks.cases import read_case
 from benchmarks.machine import describe
-from nscd.solvers.cholesky.dissection import contact_graph, dissect
-from nscd.solvers.cholesky.factor import LEAF, factor_by_rows
+from nscd import _core
 
 TIMES = 3
+# Parts of up to so many disks are not cut further: see nscd/core/factor.hpp.
+LEAF = 8
 HEADING = """| crowd | disks | order | found in | entries | longest column | arithmetic |
 |---|---|---|---|---|---|---|"""
 
@@ -34,10 +35,12 @@ def rows(path: Path) -> Iterator[str]:
     n = len(position)
     first = contacts.first.astype(np.int32)
     second = np.where(contacts.is_wall, -1, contacts.second).astype(np.int32)
-    start, neighbour = contact_graph(n, first, second)
+    start, neighbour = _graph(n, first[second >= 0], second[second >= 0])
+    mass, none = np.ones((n, 2)), np.zeros(len(first))
+    given = first, second, contacts.normal, np.zeros((len(first), 2)), position, mass, none, none
     orders: dict[str, Callable[[], Any]] = {
-        "dissection": lambda: dissect(position, first, second, LEAF).order,
-        "minimum degree, with structure": lambda: factor_by_rows(n, first, second).order,
+        "dissection": lambda: _core.dissect(position, first, second, LEAF)[0],
+        "minimum degree, with structure": lambda: _core.Factor(*given, False).order,
     }
     try:
         import pymetis
@@ -57,6 +60,13 @@ def rows(path: Path) -> Iterator[str]:
             f"| {path.name.partition('_')[0]} | {n:,} | {name} | {float(f'{1e3 * min(seconds):.2g}'):,g} ms "
             f"| {column.sum():,} | {column.max()} | {np.sum(column.astype(float) ** 2):.2g} |"
         )
+
+
+def _graph(n: int, first: Any, second: Any) -> tuple[Any, Any]:
+    """The neighbours of each disk a: neighbour[start[a] : start[a + 1]]."""
+    ends, other = np.concatenate([first, second]), np.concatenate([second, first])
+    start = np.concatenate([[0], np.cumsum(np.bincount(ends, minlength=n))])
+    return start, other[np.argsort(ends, kind="stable")]
 
 
 def _columns(order: Any, start: Any, neighbour: Any) -> Any:

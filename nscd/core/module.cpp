@@ -324,32 +324,53 @@ bool eliminate_of(nb::ndarray<double, nb::numpy, nb::ndim<1>, nb::c_contig, nb::
     return eliminate(front.data(), front.data() + panel, pivots, rest);
 }
 
-// (Â + CᵀΘC)⁻¹ b, (n,d), by rows or, where `fronts`, by fronts.
-auto factorised(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& levers, const Matrix& position,
-                const Matrix& mass, const Vector& along, const Vector& across, const Vector& theta, const Matrix& b, bool fronts, int threads, int shared) {
-    System s;
-    s.n = int(mass.shape(0)), s.d = int(mass.shape(1)), s.k = int(first.size());
-    const std::size_t k = s.k, n = s.n;
-    need(second.size() == k && normal.size() == 2 * k && levers.size() == 2 * k && along.size() == k && across.size() == k && theta.size() == k &&
-         b.size() == mass.size() && position.size() == 2 * n && (s.d == 2 || s.d == 3), "factorised: shapes differ");
-    s.first.assign(first.data(), first.data() + k), s.second.assign(second.data(), second.data() + k);
-    for (std::size_t c = 0; c < k; ++c) {
-        need(s.first[c] >= 0 && s.first[c] < s.n && s.second[c] < s.n, "contacts: a disk that does not exist");
-        s.nx.push_back(normal(c, 0)), s.ny.push_back(normal(c, 1));
-        s.lever_first.push_back(levers(c, 0)), s.lever_second.push_back(levers(c, 1));
+// Â + CᵀΘC of contacts, by rows or, where `fronts`, by fronts.
+class Factored {
+public:
+    Factored(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& levers, const Matrix& position,
+             const Matrix& mass, const Vector& along, const Vector& across, bool fronts, int threads, int shared)
+        : team_(threads), factor_(system_of(first, second, normal, levers, position, mass, along, across), team_, sizes_of(fronts, shared)) {}
+
+    bool factorise(const Vector& theta) {
+        need(int(theta.size()) == factor_.system().k, "theta: one for each contact is needed");
+        return factor_.factorise(factor_.contacts_ordered(span(theta)));
     }
-    for (std::size_t i = 0; i < n; ++i) s.x.push_back(position(i, 0)), s.y.push_back(position(i, 1));
-    s.along = numbers(along), s.across = numbers(across), s.mass = numbers(mass), s.left = s.free = numbers(b);
-    s.offset.assign(k, 0.0), s.inverse_mass.assign(k, 1.0);
-    Team team(threads);
-    Sizes sizes;
-    sizes.many = fronts ? 0 : s.n + 1, sizes.shared = shared;
-    Factor factor(s, team, sizes);
-    Numbers x = factor.disks_ordered(numbers(b));
-    need(factor.factorise(factor.contacts_ordered(numbers(theta))), "factorised: not positive definite");
-    factor.solve(x);
-    return give<2>(factor.disks_given(x), s.d);
-}
+    auto solve(const Matrix& b) {
+        need(b.size() == factor_.system().mass.size(), "b: (n, d) is needed");
+        Numbers x = factor_.disks_ordered(span(b));
+        factor_.solve(x);
+        return give<2>(factor_.disks_given(x), factor_.system().d);
+    }
+    auto order() const { return give(Places(factor_.ordering().order)); }
+
+private:
+    static Sizes sizes_of(bool fronts, int shared) {
+        Sizes sizes;
+        sizes.many = fronts ? 0 : std::numeric_limits<int>::max(), sizes.shared = shared;
+        return sizes;
+    }
+    static System system_of(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& levers,
+                            const Matrix& position, const Matrix& mass, const Vector& along, const Vector& across) {
+        System s;
+        s.n = int(mass.shape(0)), s.d = int(mass.shape(1)), s.k = int(first.size());
+        const std::size_t k = s.k, n = s.n;
+        need(second.size() == k && normal.size() == 2 * k && levers.size() == 2 * k && along.size() == k && across.size() == k &&
+             position.size() == 2 * n && (s.d == 2 || s.d == 3), "Factor: shapes differ");
+        s.first.assign(first.data(), first.data() + k), s.second.assign(second.data(), second.data() + k);
+        for (std::size_t c = 0; c < k; ++c) {
+            need(s.first[c] >= 0 && s.first[c] < s.n && s.second[c] < s.n, "contacts: a disk that does not exist");
+            s.nx.push_back(normal(c, 0)), s.ny.push_back(normal(c, 1));
+            s.lever_first.push_back(levers(c, 0)), s.lever_second.push_back(levers(c, 1));
+        }
+        for (std::size_t i = 0; i < n; ++i) s.x.push_back(position(i, 0)), s.y.push_back(position(i, 1));
+        s.along = numbers(along), s.across = numbers(across), s.mass = s.left = s.free = numbers(mass);
+        s.offset.assign(k, 0.0), s.inverse_mass.assign(k, 1.0);
+        return s;
+    }
+
+    Team team_;
+    Factor factor_;
+};
 
 }  // namespace
 
@@ -383,9 +404,14 @@ NB_MODULE(_core, m) {
     m.def("crosses", &crosses_of, "before"_a.noconvert(), "after"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert());
     m.def("dissect", &dissect_of, "position"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "leaf"_a);
     m.def("eliminate", &eliminate_of, "front"_a.noconvert(), "pivots"_a, "rest"_a);
-    m.def("factorised", &factorised, "first"_a.noconvert(), "second"_a.noconvert(), "normal"_a.noconvert(), "levers"_a.noconvert(),
-          "position"_a.noconvert(), "mass"_a.noconvert(), "along"_a.noconvert(), "across"_a.noconvert(), "theta"_a.noconvert(),
-          "b"_a.noconvert(), "fronts"_a, "threads"_a = 1, "shared"_a = SHARED);
+    nb::class_<Factored>(m, "Factor")
+        .def(nb::init<const Given<Index, 1>&, const Given<Index, 1>&, const Matrix&, const Matrix&, const Matrix&, const Matrix&, const Vector&,
+                      const Vector&, bool, int, int>(),
+             "first"_a.noconvert(), "second"_a.noconvert(), "normal"_a.noconvert(), "levers"_a.noconvert(), "position"_a.noconvert(),
+             "mass"_a.noconvert(), "along"_a.noconvert(), "across"_a.noconvert(), "fronts"_a, "threads"_a = 1, "shared"_a = SHARED)
+        .def("factorise", &Factored::factorise, "theta"_a.noconvert())
+        .def("solve", &Factored::solve, "b"_a.noconvert())
+        .def_prop_ro("order", &Factored::order);
     m.attr("PANEL") = PANEL;
     m.attr("MOST_SWEEPS") = MOST_SWEEPS;
     m.attr("SHARED") = SHARED;

@@ -26,7 +26,7 @@ FILES = list(own(ROOT))
 PAGES = [path for path in FILES if path.suffix == ".md" and ROOT / "analysis" not in path.parents]
 TEXTS = [path for path in FILES if path.suffix in (".md", ".py", ".in", ".toml", ".html")]
 # what a run writes, what a text names as an example, what a how-to page adds
-MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/|[A-Z]{4}|^nscd/solvers/jacobi")
+MADE = re.compile(r"^(paper|report|out|stability|chart|mine)/|[A-Z]{4}|^nscd/core/jacobi")
 
 
 def anchors(page):

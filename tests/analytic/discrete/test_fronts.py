@@ -50,11 +50,14 @@ def test_the_factor_solves(name, d, fronts, threads):
     right = draw.normal(size=mass.shape)
     matrix = matrix_of(first, second, rows, [theta + along, across], mass)
     expected = spsolve(matrix, right.ravel()).reshape(right.shape)
-    found = _core.factorised(
-        first, second, normal, levers, np.array(crowd.position), mass, along, across, theta, right,
-        fronts, threads, 100 if threads > 1 else 10**9,
+    factor = _core.Factor(
+        first, second, normal, levers, np.array(crowd.position), mass, along, across, fronts, threads,
+        100 if threads > 1 else 10**9,
     )  # fmt: skip
-    np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
+    for _ in range(2):
+        assert factor.factorise(theta)
+        found = factor.solve(right)
+        np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
 
 
 def test_separators_are_a_tree_that_holds_every_border():
