@@ -18,9 +18,8 @@ constexpr double ISOSTATIC = 1.0, REDUNDANT = 1.2;
 // A reaction above this share of the largest is one of a closed contact.
 constexpr double PRESSED = 1e-9;
 // From the answer of a crowd that was nearly the same, whose errors are few and large, the path begins this many times its
-// error away; contacts are this firm from the beginning: in films of marginal packings softer ones lead to wrong closed
-// contacts as often as not.
-constexpr double AFTER_ANOTHER = 1.0, FIRM = 1e-7;
+// error away.
+constexpr double AFTER_ANOTHER = 1.0;
 // To this share of the tolerance contacts are closed where no bound of the error is asked for.
 constexpr double SHARE_OF_TOLERANCE = 1e-3;
 // First-order solvers stop a little before the tolerance, so that rounding does not carry them beyond.
@@ -150,7 +149,7 @@ private:
     // they are looked at.
     bool correct_guess(Near& near) {
         near.reaction = factor_.contacts_ordered(asked_.reaction);
-        near.away = AFTER_ANOTHER, near.soft = FIRM;
+        near.away = AFTER_ANOTHER;
         const double least = PRESSED * *std::max_element(near.reaction.begin(), near.reaction.end());
         Flags closed(s_.k);
         for (int c = 0; c < s_.k; ++c) closed[c] = near.reaction[c] > least;

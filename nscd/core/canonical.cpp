@@ -9,8 +9,101 @@ namespace {
 // Weight of the contacts against the inertia that keeps the Newton matrix definite.
 constexpr double STIFF = 1e8;
 constexpr int STEPS = 60;
-// Differences of the dual value below this share of it are rounding.
-constexpr double ROUNDING = 1e-14;
+// Where no more contacts pull than so many and this share of all, if all that may press do, few steps tell which press.
+constexpr int FEW_PULLS = 4;
+constexpr double SHARE_OF_PULLS = 0.005;
+// A line search ends once the slope is this share of what it was, or after so many rounds.
+constexpr double LINE = 1e-3;
+constexpr int LINE_ROUNDS = 40;
+// To this share of the largest reaction it is told before which contacts press, in so many steps at most.
+constexpr double NEARLY_LEAST = 1e-5;
+constexpr int PATH_STEPS = 30;
+// It begins with no reaction below this share of their mean.
+constexpr double INSIDE = 0.3;
+
+// The t > 0 where ½ Σ max(0, v + t m)² − t · work is least: its slope grows, linear between the t = −v/m. Newton's method
+// within a bracket.
+double line_minimum(const Flags& may, In v, In moved, double work) {
+    double low = 0.0, high = INFINITE, t = 1.0;
+    for (int round = 0; round < LINE_ROUNDS; ++round) {
+        double slope = -work, rise = 0.0;
+        for (std::size_t c = 0; c < v.size(); ++c) {
+            const double overlap = v[c] + t * moved[c], push = may[c] && overlap > 0.0 ? moved[c] : 0.0;
+            slope += overlap * push, rise += push * push;
+        }
+        if (std::abs(slope) <= LINE * work) break;
+        (slope > 0.0 ? high : low) = t;
+        const double next = t - slope / rise;
+        t = next > low && next < high ? next : std::isfinite(high) ? 0.5 * (low + high) : 2.0 * t;
+    }
+    return t;
+}
+
+// How far λ and s > 0 may go along their changes until one of them is 0, at most 1.
+double to_boundary(const Flags& may, In one, In by, In other, In its) {
+    double most = 1.0;
+    for (std::size_t c = 0; c < one.size(); ++c)
+        if (may[c]) most = std::max({most, -by[c] / one[c], -its[c] / other[c]});
+    return 1.0 / most;
+}
+
+// y near the end of the central path of min ½ Σ λ², Cᵀλ = momentum, λ ≥ 0: λ − C y = s ≥ 0, λ s → 0, by Mehrotra's method
+// from λ₀ > 0 and y = 0 with s = λ₀. What presses is then nearly known, however many contacts are
+// redundant.
+Numbers nearly_least(Factor& factor, const Flags& may, Numbers reaction, In momentum, double stiff) {
+    const System& s = factor.system();
+    const std::size_t k = s.k;
+    Numbers y(momentum.size(), 0.0), rest(momentum.size()), theta(k), push(k), v(k), target(k), change(k), by(k);
+    double count = 0.0, mean = 0.0;
+    for (std::size_t c = 0; c < k; ++c)
+        if (may[c]) mean += reaction[c], count += 1.0;
+    for (std::size_t c = 0; c < k; ++c)
+        if (may[c]) reaction[c] = std::max(reaction[c], INSIDE * mean / count);
+    Numbers slack = reaction;
+    for (int step = 0; step < PATH_STEPS; ++step) {
+        approach(s, y, v);
+        mean = 0.0;
+        double most = 0.0;
+        for (std::size_t c = 0; c < k; ++c) {
+            if (!may[c]) continue;
+            mean += reaction[c] * slack[c] / count;
+            most = std::max(most, reaction[c]);
+        }
+        if (!(mean > NEARLY_LEAST * most * NEARLY_LEAST * most)) break;
+        for (std::size_t c = 0; c < k; ++c) theta[c] = may[c] ? stiff * reaction[c] / (reaction[c] + slack[c]) : 0.0;
+        if (!factor.factorise(theta, true)) break;
+        std::fill(target.begin(), target.end(), 0.0);
+        double length = 0.0;
+        for (bool corrector : {false, true}) {
+            // Δs = (target − λs − sΔλ)/λ, Δλ = θ (CΔy + C y + s − λ + (target − λs)/λ)
+            for (std::size_t c = 0; c < k; ++c)
+                push[c] = may[c] ? theta[c] / stiff * (v[c] - reaction[c] + target[c] / reaction[c]) : 0.0;
+            std::copy(momentum.begin(), momentum.end(), rest.begin());
+            for (std::size_t c = 0; c < k; ++c) change[c] = may[c] ? reaction[c] + push[c] : 0.0;
+            add_reactions(s, change, -1.0, rest);
+            for (double& r : rest) r *= stiff;
+            factor.solve(rest);
+            approach(s, rest, change);
+            for (std::size_t c = 0; c < k; ++c) {
+                if (!may[c]) continue;
+                change[c] = push[c] + theta[c] / stiff * change[c];
+                by[c] = (target[c] - slack[c] * change[c]) / reaction[c] - slack[c];
+            }
+            length = to_boundary(may, reaction, change, slack, by);
+            if (corrector) break;
+            double after = 0.0;
+            for (std::size_t c = 0; c < k; ++c)
+                if (may[c]) after += (reaction[c] + length * change[c]) * (slack[c] + length * by[c]) / count;
+            const double share = after / mean, centre = std::max(share * share * share, length < 0.1 ? 0.3 : 0.0) * mean;
+            for (std::size_t c = 0; c < k; ++c) target[c] = may[c] ? centre - change[c] * by[c] : 0.0;
+        }
+        length *= 0.995;
+        for (std::size_t i = 0; i < y.size(); ++i) y[i] += length * rest[i];
+        for (std::size_t c = 0; c < k; ++c)
+            if (may[c]) reaction[c] += length * change[c], slack[c] += length * by[c];
+    }
+    return y;
+}
 
 double dot(In a, In b) {
     double sum = 0.0;
@@ -23,7 +116,7 @@ double dot(In a, In b) {
 Numbers least_energy(Factor& factor, In given, In u, double tolerance) {
     const System& s = factor.system();
     const std::size_t k = s.k, size = u.size();
-    Numbers v(k), best(k, 0.0), momentum(size, 0.0), y(size, 0.0), rest(size), trial(size), reaction(k), theta(k), moved(k);
+    Numbers v(k), best(k, 0.0), momentum(size, 0.0), y(size, 0.0), rest(size), reaction(k), theta(k), moved(k);
     Flags may(k), pressed(k), before(k, 0);
     approach(s, u, v);
     for (std::size_t c = 0; c < k; ++c) {
@@ -32,24 +125,33 @@ Numbers least_energy(Factor& factor, In given, In u, double tolerance) {
     }
     add_reactions(s, best, 1.0, momentum);
     const double full = std::max(largest(momentum), 1e-300);
-    double heaviest = 0.0, value = 0.0, best_error = INFINITE;
+    double heaviest = 0.0, best_error = INFINITE;
     for (int i = 0; i < s.n; ++i) heaviest = std::max(heaviest, s.mass[s.d * i]);
     const double stiff = STIFF * heaviest;
-    std::fill(v.begin(), v.end(), 0.0);
-    for (int step = 0; step < STEPS; ++step) {
+    // all that may press at first: what is right where reactions are unique
+    for (std::size_t c = 0; c < k; ++c) theta[c] = may[c] ? stiff : 0.0;
+    if (!factor.factorise(theta, true)) return best;
+    for (std::size_t i = 0; i < size; ++i) y[i] = stiff * momentum[i];
+    factor.solve(y);
+    approach(s, y, v);
+    int pulls = 0;
+    for (std::size_t c = 0; c < k; ++c) pulls += may[c] && !(v[c] > 0.0);
+    if (pulls > FEW_PULLS + int(SHARE_OF_PULLS * double(k))) {
+        y = nearly_least(factor, may, best, momentum, stiff);
+        approach(s, y, v);
+    }
+    for (int step = 1; step < STEPS; ++step) {
         for (std::size_t c = 0; c < k; ++c) {
-            pressed[c] = may[c] && (step == 0 || v[c] > 0.0);
+            pressed[c] = may[c] && v[c] > 0.0;
             reaction[c] = pressed[c] ? v[c] : 0.0;
         }
         rest = momentum;
         add_reactions(s, reaction, -1.0, rest);
         const double error = largest(rest) / full;
         const bool same = pressed == before;
-        if (step) {
-            if (error < best_error) best = reaction, best_error = error;
-            if (error < 1e-13 || (error < 1e-10 && error > 0.5 * best_error && same)) return best;
-        }
-        if (step == 0 || !same) {
+        if (error < best_error) best = reaction, best_error = error;
+        if (error < 1e-13 || (error < 1e-10 && error > 0.5 * best_error && same)) return best;
+        if (step == 1 || !same) {
             for (std::size_t c = 0; c < k; ++c) theta[c] = pressed[c] ? stiff : 0.0;
             if (!factor.factorise(theta, true)) return best;
         }
@@ -57,22 +159,9 @@ Numbers least_energy(Factor& factor, In given, In u, double tolerance) {
         for (double& r : rest) r *= stiff;
         factor.solve(rest);
         approach(s, rest, moved);
-        double slope = dot(rest, momentum);
-        for (std::size_t c = 0; c < k; ++c)
-            if (may[c] && v[c] > 0.0) slope -= v[c] * moved[c];
-        for (double length = 1.0;; length *= 0.5) {
-            for (std::size_t i = 0; i < size; ++i) trial[i] = y[i] + length * rest[i];
-            approach(s, trial, moved);
-            double now = -dot(trial, momentum);
-            for (std::size_t c = 0; c < k; ++c)
-                if (may[c] && moved[c] > 0.0) now += 0.5 * moved[c] * moved[c];
-            if (now <= value - 1e-4 * length * slope + ROUNDING * std::abs(value) || length < 1e-6) {
-                value = now;
-                break;
-            }
-        }
-        std::swap(y, trial);
-        std::swap(v, moved);
+        const double length = line_minimum(may, v, moved, dot(rest, momentum));
+        for (std::size_t i = 0; i < size; ++i) y[i] += length * rest[i];
+        approach(s, y, v);
     }
     return best;
 }

@@ -11,7 +11,7 @@ inline constexpr double UNIQUE = 1e-8;
 // Reactions λ (k) N·s of least Σλ² with the same momentum Cᵀλ as given ones, λ ≥ 0, and λ = 0 where the contact opens by
 // more than tolerance · ‖u⁻‖∞; all in elimination order.
 //
-// The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth Newton method with line
+// The dual is smooth: λ = max(0, C y) with y from min ½ Σ max(0, C y)² − y·Cᵀλ₀, by a semismooth Newton method with exact line
 // search. It is the limit of a penalty packing of equal stiffness, loaded from rest, as the stiffness grows. Its check, by
 // another method, is nscd/indeterminacy/least_energy.py.
 Numbers least_energy(Factor& factor, In reaction, In u, double tolerance);

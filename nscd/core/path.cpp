@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "canonical.hpp"
 #include "levels.hpp"
 
 namespace nscd {
@@ -17,16 +18,15 @@ constexpr double NOTHING = 1e-140;
 constexpr double NEAR_END = 1e-6;
 constexpr int STALLED = 4, LOST = 60;
 
-// Compliance of the contacts, relative to the Delassus diagonal: keeps redundant contacts definite and leads to the
-// reactions of least energy. The softer, the fewer iterations; but the closed contacts are those of rigid ones only where
-// the compliance is small beside the softest mode of the crowd, hence the fall with the size beyond MEDIUM disks. FIRMER
-// times softer where that fails.
-constexpr double SOFT = 1e-8, SOFTEST = 1e-5, MEDIUM = 5000.0, FIRMER = 1e-2;
-// For rigid contacts it is a proximal term of the iteration only; 1e-10 would stall jammed ones.
+// Compliance of the contacts, relative to the Delassus diagonal: a proximal term of the iteration only; 1e-10 would stall
+// jammed ones.
 constexpr double RIGID = 1e-14;
-// To this residual soft contacts are solved before their active set is closed.
+// Where nearly all contacts press, and they are more than unknowns, a crowd is jammed: contacts this soft then have no soft
+// modes, and lead to the closed ones of the reactions of least energy.
+constexpr double JAMMED = 0.98, SOFT = 1e-5;
+// To this residual the path is followed before its closed contacts are tried, in so many rounds.
 constexpr double NEARLY = 1e-7;
-constexpr double AFTER_DESCENT = 10.0;
+constexpr int TRIES = 4;
 
 // Storage of an iteration.
 struct Work {
@@ -125,10 +125,6 @@ void aim(const Point& at, const Point& step, double length, double mean, Numbers
     for (std::size_t c = 0; c < k; ++c) target[c] = (step.slack[c] * step.reaction[c] - centring * mean) / at.reaction[c];
 }
 
-Point start_of(const System& s, In reaction, In u, double tolerance, double away) {
-    return reaction.empty() ? cold_start(s) : away_from(s, reaction, u, tolerance, away);
-}
-
 }  // namespace
 
 Followed follow(Factor& factor, double tolerance, In compliance, bool yields, Point at) {
@@ -200,37 +196,49 @@ Point away_from(const System& s, In reaction, In u, double tolerance, double awa
 
 Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least) {
     const System& s = factor.system();
-    const Numbers kappa = s.stiffness();
-    const auto compliance_of = [&](double share) {
-        Numbers compliance(s.k);
-        for (int c = 0; c < s.k; ++c) compliance[c] = share / kappa[c];
-        return compliance;
-    };
-    Flags closed;
+    Numbers compliance = s.stiffness();
+    for (double& c : compliance) c = RIGID / c;
+    const bool exactly = least && s.even();
     int spent = 0;
-    if (least && s.even()) {
-        double soft = std::max(SOFT, SOFTEST * std::min(1.0, std::pow(MEDIUM / s.n, 3.0)));
-        soft = std::min(soft, near.soft);
-        double away = near.away;
-        Numbers reaction = near.reaction, u = near.velocity;
-        while (true) {
-            const Numbers compliance = compliance_of(soft);
-            const Followed path = follow(factor, NEARLY, compliance, true, start_of(s, reaction, u, NEARLY, away));
-            if (!std::isfinite(path.error)) return {path.reaction, path.velocity, spent + path.iterations, false, {}};
-            press(s, path.reaction, path.velocity, compliance, closed);
-            Closed exact = close_set(factor, closed, true);
+    Flags closed;
+    if (exactly && !near.reaction.empty() && s.k > 2 * s.n) {
+        press(s, near.reaction, near.velocity, {}, closed);
+        if (double(std::count(closed.begin(), closed.end(), 1)) > JAMMED * s.k) {
+            Numbers soft = s.stiffness();
+            for (double& c : soft) c = SOFT / c;
+            const Followed path = follow(factor, NEARLY, soft, true, away_from(s, near.reaction, near.velocity, NEARLY, near.away));
+            press(s, path.reaction, path.velocity, soft, closed);
+            Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
             spent += path.iterations + exact.rounds;
-            if (exact.error <= tolerance && (exact.settled || soft <= SOFT))
-                return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled, std::move(exact.held)};
-            if (soft <= SOFT) break;
-            reaction = path.reaction, u = path.velocity;
-            soft = std::max(FIRMER * soft, SOFT), away = AFTER_DESCENT;
+            if (exact.settled && exact.error <= tolerance)
+                return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.held)};
         }
     }
-    Followed path = follow(factor, 0.5 * tolerance, compliance_of(RIGID), false,
-                           start_of(s, near.reaction, near.velocity, 0.5 * tolerance, near.away));
+    const double first = exactly ? std::max(NEARLY, 0.5 * tolerance) : 0.5 * tolerance;
+    Followed path = follow(factor, first, compliance, false,
+                           near.reaction.empty() ? cold_start(s) : away_from(s, near.reaction, near.velocity, first, near.away));
     spent += path.iterations;
-    const double off = press(s, path.reaction, path.velocity, {}, closed);
+    double off = press(s, path.reaction, path.velocity, {}, closed);
+    if (exactly && std::isfinite(path.error)) {
+        // no more closed contacts than unknowns: they tell the reactions; else, or where they do not, those of least energy
+        const bool few = std::count(closed.begin(), closed.end(), 1) <= 2 * s.n;
+        for (bool energy : {false, true}) {
+            if (!energy && !few) continue;
+            if (energy) {
+                const Numbers least_of = least_energy(factor, path.reaction, path.velocity, std::max(path.error, tolerance));
+                for (int c = 0; c < s.k; ++c) closed[c] = least_of[c] > 0.0;
+            }
+            Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
+            spent += exact.rounds;
+            if (exact.settled && exact.error <= tolerance)
+                return {std::move(exact.reaction), std::move(exact.velocity), spent, true, std::move(exact.held)};
+        }
+        if (path.error > 0.5 * tolerance) {
+            path = follow(factor, 0.5 * tolerance, compliance, false, std::move(path.last));
+            spent += path.iterations;
+            off = press(s, path.reaction, path.velocity, {}, closed);
+        }
+    }
     if (off > tolerance) {
         Closed exact = close_set(factor, closed, true);
         spent += exact.rounds;

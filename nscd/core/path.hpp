@@ -34,7 +34,6 @@ Point away_from(const System& s, In reaction, In u, double tolerance, double awa
 struct Near {                     // an answer that is nearly right, in elimination order; empty where there is none
     Numbers reaction, velocity;
     double away = 10.0;           // the path begins so many times its error away from its end
-    double soft = 1e-5;           // the softest contacts that are tried, relative to the Delassus diagonal
 };
 struct Found {
     Numbers reaction, velocity;
@@ -43,9 +42,8 @@ struct Found {
     Held held;
 };
 
-// Solve any problem. Where the reactions of least energy are wanted and one stiffness serves, contacts are slightly soft,
-// so that the closed ones are those of these reactions, and the active set follows; where it does not settle they are
-// firmer. Where any reactions will do, or that does not reach the tolerance, they are rigid.
+// Solve any problem: along the path of rigid contacts. Where the reactions of least energy are wanted and one stiffness
+// serves, the path is left as soon as the contacts that it closes, or those of least energy, close exactly.
 Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool least);
 
 }  // namespace nscd

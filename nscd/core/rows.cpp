@@ -1,6 +1,7 @@
 #include "rows.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "levels.hpp"
@@ -102,6 +103,24 @@ template <int D>
         }
 }
 
+// x −= l · mᵀ for 2 × 2 blocks, x and l by rows, m by columns: (x₀₀ x₀₁ x₁₀ x₁₁) at once.
+typedef double Four __attribute__((vector_size(32)));
+typedef std::int64_t FourPlaces __attribute__((vector_size(32)));
+
+struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l₁₁
+    Four one, other;
+};
+[[gnu::always_inline]] inline void subtract_product(double* x, const Pair& l, const double* m) {
+    Four column, both, now;
+    std::memcpy(&column, m, sizeof column);
+    both = __builtin_shuffle(column, FourPlaces{0, 1, 0, 1});
+    std::memcpy(&now, x, sizeof now);
+    now -= l.one * both;
+    both = __builtin_shuffle(column, FourPlaces{2, 3, 2, 3});
+    now -= l.other * both;
+    std::memcpy(x, &now, sizeof now);
+}
+
 template <int D>
 [[gnu::always_inline]] inline bool factorise_all(const System& s, Rows& rows, const double* theta) {
     assemble<D>(s, rows, theta);
@@ -124,7 +143,11 @@ template <int D>
             for (int a = 0; a < S; ++a) given[a] = x[S * i + a], x[S * i + a] = 0.0;
             divide<D>(given, diagonal + S * i, l);
             const auto slot = rows.slot[q];
-            for (auto p = rows.start[i]; p < slot; ++p) {  // x_r −= l · L_riᵀ
+            if constexpr (D == 2) {
+                const Pair both{{l[0], l[0], l[2], l[2]}, {l[1], l[1], l[3], l[3]}};
+                for (auto p = rows.start[i]; p < slot; ++p) subtract_product(x + S * row[p], both, L + S * p);
+            }
+            for (auto p = rows.start[i]; D != 2 && p < slot; ++p) {  // x_r −= l · L_riᵀ
                 double* __restrict to = x + S * row[p];
                 const double* m = L + S * p;
                 for (int a = 0; a < D; ++a)
