@@ -244,3 +244,26 @@ def _rounding(snapshot: Snapshot, walls: Walls | None) -> float:
 def connected(walls: Walls) -> _core.Walls:
     """Tell how walls meet, found once: the frames of a film have the same ones."""
     return _core.Walls(*connect(walls.start, walls.end))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Islands:
+    """Hold the m islands of a contact graph.
+
+    label: (n,) island of each disk
+    contacts, disks: (m,) how many it has
+    pressed: (m,) whether one of its contacts would close"""
+
+    label: Index32
+    contacts: Index32
+    disks: Index32
+    pressed: Flags
+
+
+def find_islands(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> Islands:
+    """Find the islands of n disks with left velocities (n,2) m/s."""
+    label, count, disks, pressed = _core.islands(
+        contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.mass,
+        np.ascontiguousarray(left_velocity),
+    )  # fmt: skip
+    return Islands(label=label, contacts=count, disks=disks, pressed=pressed)

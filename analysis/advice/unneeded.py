@@ -13,7 +13,7 @@ from analysis.scene.scene import Scene
 from analysis.work_precision.soft_runs import soft_engines
 from analysis.work_precision.window import Window
 from analysis.work_precision.window_start import prepare_window
-from nscd.islands import find_islands
+from nscd.contacts import find_islands
 from nscd.percussions import Status
 
 # An impulse below this share of the largest is none.

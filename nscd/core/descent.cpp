@@ -99,14 +99,17 @@ LEVELS double move(Scaled& s, std::int64_t begin, std::int64_t end, double step,
     const double *x = s.x.data(), *y = s.y.data(), *ux = s.ux.data(), *uy = s.uy.data(), *pull = s.pull.data();
     double *__restrict now = s.now.data(), *__restrict ahead = s.ahead.data();
     std::array<double, 8> uphill{};  // in one order on every machine
-    for (auto c = begin; c < end; ++c) {
+    const auto one = [&](std::int64_t c, double& sum) {
         const auto i = first[c], j = second[c];
         const double gradient = x[c] * (ux[i] - ux[j]) + y[c] * (uy[i] - uy[j]) - pull[c];
-        const double next = std::max(ahead[c] - step * gradient, 0.0), change = next - now[c];
-        uphill[(c - begin) & 7] += gradient * change;
+        const double down = ahead[c] - step * gradient, next = down > 0.0 ? down : 0.0, change = next - now[c];
+        sum += gradient * change;
         now[c] = next;
         ahead[c] = next + beta * change;
-    }
+    };
+    for (; begin + 8 <= end; begin += 8)
+        for (int lane = 0; lane < 8; ++lane) one(begin + lane, uphill[lane]);
+    for (int lane = 0; begin < end; ++begin, ++lane) one(begin, uphill[lane]);
     double sum = 0.0;
     for (double part : uphill) sum += part;
     return sum;

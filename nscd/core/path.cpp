@@ -23,7 +23,8 @@ constexpr int STALLED = 4, LOST = 60;
 constexpr double RIGID = 1e-14;
 // Where nearly all contacts press, and they are more than unknowns, a crowd is jammed: contacts this soft then have no soft
 // modes, and lead to the closed ones of the reactions of least energy.
-constexpr double JAMMED = 0.98, SOFT = 1e-5;
+// The compliance has to be small beside the softest mode, hence its fall with the size beyond MEDIUM disks.
+constexpr double JAMMED = 0.98, SOFT = 1e-5, FIRMEST = 1e-8, MEDIUM = 5000.0;
 // To this residual the path is followed before its closed contacts are tried, in so many rounds.
 constexpr double NEARLY = 1e-7;
 constexpr int TRIES = 4;
@@ -205,7 +206,8 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
         press(s, near.reaction, near.velocity, {}, closed);
         if (double(std::count(closed.begin(), closed.end(), 1)) > JAMMED * s.k) {
             Numbers soft = s.stiffness();
-            for (double& c : soft) c = SOFT / c;
+            const double share = std::max(SOFT * std::min(1.0, std::pow(MEDIUM / s.n, 3.0)), FIRMEST);
+            for (double& c : soft) c = share / c;
             const Followed path = follow(factor, NEARLY, soft, true, away_from(s, near.reaction, near.velocity, NEARLY, near.away));
             press(s, path.reaction, path.velocity, soft, closed);
             Closed exact = close_set(factor, closed, true, CLOSED, TRIES);
