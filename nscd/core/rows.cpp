@@ -105,7 +105,6 @@ template <int D>
 
 // x −= l · mᵀ for 2 × 2 blocks, x and l by rows, m by columns: (x₀₀ x₀₁ x₁₀ x₁₁) at once.
 typedef double Four __attribute__((vector_size(32)));
-typedef std::int64_t FourPlaces __attribute__((vector_size(32)));
 
 struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l₁₁
     Four one, other;
@@ -113,10 +112,10 @@ struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l�
 [[gnu::always_inline]] inline void subtract_product(double* x, const Pair& l, const double* m) {
     Four column, both, now;
     std::memcpy(&column, m, sizeof column);
-    both = __builtin_shuffle(column, FourPlaces{0, 1, 0, 1});
+    both = Four{column[0], column[1], column[0], column[1]};
     std::memcpy(&now, x, sizeof now);
     now -= l.one * both;
-    both = __builtin_shuffle(column, FourPlaces{2, 3, 2, 3});
+    both = Four{column[2], column[3], column[2], column[3]};
     now -= l.other * both;
     std::memcpy(x, &now, sizeof now);
 }
