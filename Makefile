@@ -10,7 +10,7 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core report paper docs test wheel-test lint bench clean system system-test
+.PHONY: help install core sanitize report paper docs test wheel-test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
@@ -20,6 +20,7 @@ help:
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
+	@echo "make sanitize  crowds through every way of the core, watched for errors of memory and threads"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
 	@echo "make clean     removes everything that the other targets made"
@@ -126,6 +127,16 @@ docs: $(VENV)/installed-docs
 core: $(VENV)/installed-test
 	@$(PIP) --no-build-isolation --no-deps --editable .
 	$(PYTHON) -m nanobind.stubgen -q -m nscd._core -o nscd/_core.pyi
+
+SANITIZED := $(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core tests/core/crowds.cpp $(filter-out %/module.cpp,$(wildcard nscd/core/*.cpp)) -lpthread
+
+sanitize:
+	@mkdir -p build/sanitize
+	$(SANITIZED) -fsanitize=address,undefined -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS -o build/sanitize/memory
+	$(SANITIZED) -fsanitize=thread -o build/sanitize/threads
+	build/sanitize/memory
+	build/sanitize/threads
+	echo "The core has no errors of memory, of arithmetic or of threads on these crowds"
 
 lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .
