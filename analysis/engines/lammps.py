@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import importlib.util
@@ -32,6 +33,7 @@ timing, setting = penalty_of, penalty_setting
 NEARLY = "law = body_hertz is within 8 % of it"
 # LAMMPS has 32 groups, `all` and `near_walls` among them.
 MOST_MEETING = 30
+SHARED = Path("/dev/shm")
 
 
 def find() -> Path | None:
@@ -90,12 +92,23 @@ def _has_lepton() -> bool:
 def write_input(scene: Scene, decks: Path) -> None:
     """Write copies of the decks, since a deck cannot name a folder with a space in it, and the
     numbers of the scene."""
+    _remove_shared_memory_of_the_dead()
     decks.mkdir()
     for deck in decks_folder().glob("*.in"):
         shutil.copyfile(deck, decks / deck.name)
     write_text(decks / "scene.in", scene_deck(scene))
     if scene.run.impulses:
         write_text(decks / WALLS, "".join(f"{wall.name}\n" for wall in scene.walls))
+
+
+def _remove_shared_memory_of_the_dead() -> None:
+    """A LAMMPS that is killed or stopped by its guard leaves 1 MB of its MPI in /dev/shm, of which
+    a container has 64 MB; when that is full, no LAMMPS starts."""
+    for left in SHARED.glob("mpich_shm_*_*"):
+        with contextlib.suppress(ValueError, PermissionError):  # another program's, another user's
+            process = Path("/proc") / str(int(left.name.split("_")[2], 16))
+            if not process.exists() or left.name not in (process / "maps").read_text():
+                left.unlink(missing_ok=True)
 
 
 def command(

@@ -15,6 +15,7 @@ from at_hand import ROOT, require
 
 from analysis.compare.study import study
 from analysis.engines import EngineError, RunRecord
+from analysis.engines import lammps as lammps_engine
 from analysis.engines.guard import died, garbage
 from analysis.engines.run import run_folder, simulate
 from analysis.engines.staging import staged
@@ -257,3 +258,34 @@ def test_an_engine_that_says_nonsense_and_leaves_a_process_behind(tmp_path, monk
         simulate(read_scene("pair"), "yade", tmp_path / "run")
     assert time.monotonic() - begin < 60
     assert not working_in(tmp_path)
+
+
+def test_a_killed_lammps_leaves_no_shared_memory_behind_the_next_run(tmp_path):
+    """A container has 64 MB of it, and each LAMMPS takes one."""
+    require("lammps")
+    shared = Path("/dev/shm")
+    lammps = subprocess.Popen(
+        [lammps_engine.find()], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, process_group=0
+    )
+
+    def segments():
+        found = []
+        for path in shared.glob("mpich_shm_*"):
+            try:
+                if os.getpgid(int(path.name.split("_")[2], 16)) == lammps.pid:
+                    found.append(path)
+            except ProcessLookupError:
+                pass
+        return found
+
+    left = wait(segments)
+    assert left
+    lammps_engine.write_input(make("pair"), tmp_path / "while it works")
+    assert segments() == left
+    os.killpg(lammps.pid, signal.SIGKILL)
+    lammps.communicate()
+    assert all(path.exists() for path in left)
+    kept = Path("/proc") / str(int(left[0].name.split("_")[2], 16)) / "maps"
+    assert wait(lambda: not kept.exists() or not kept.read_text())  # the killed one is dead
+    lammps_engine.write_input(make("pair"), tmp_path / "decks")
+    assert not any(path.exists() for path in left)

@@ -211,7 +211,7 @@ def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
     log = tmp_path / "log"
     with log.open("w") as said:
         process = subprocess.Popen(
-            [*words, "arch", "duration=0.3", "frames=6", f"out={tmp_path}"],
+            [*words, "arch", "duration=3", "frames=6", f"out={tmp_path}"],
             cwd=checkout,
             env=environment,
             stdout=said,
@@ -219,7 +219,7 @@ def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
         )
         try:
             looked = 0
-            while process.poll() is None:
+            while process.poll() is None and looked <= 5:
                 working = "contact: hooke" in log.read_text()
                 if working or started == "as documented":
                     assert listening(process.pid) == set()
@@ -228,5 +228,4 @@ def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
         finally:
             process.kill()
             process.wait()
-    assert process.returncode == 0, log.read_text()[-2000:]
-    assert looked > 5
+    assert looked > 5, log.read_text()[-2000:]
