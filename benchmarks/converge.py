@@ -17,12 +17,21 @@ from machine import describe
 
 from analysis.advice import motion as advice
 from analysis.advice.motion import stored_whole_runs
-from analysis.motion.precision.measured import Precision, measure
-from analysis.motion.precision.page import whole_runs_picture, whole_runs_rows
-from analysis.motion.precision.points import content_of, points_of, write_whole_runs
-from analysis.motion.precision.settings import RIGID, Setting, crowds_of, runs_of
 from analysis.scene.scene import read_scene
 from analysis.support.files import write_json
+from analysis.work_precision.whole_runs import (
+    RIGID,
+    Precision,
+    Setting,
+    content_of,
+    crowds_of,
+    measure,
+    points_of,
+    runs_of,
+    whole_runs_picture,
+    whole_runs_rows,
+    write_whole_runs,
+)
 
 MODELS = (
     "rigid:0.001", "rigid:0.005", "rigid:0.02", "lammps:1e6", "lammps:1e7", "lammps:1e8",

@@ -30,8 +30,8 @@ RANKS = [
     ["analysis/compare", "analysis/exchange"],
     ["analysis/pages"],
     ["analysis/exposure"],
+    ["analysis/motion"],
     [
-        "analysis/motion",
         "analysis/work_precision",
         "analysis/stability",
         "analysis/paper",

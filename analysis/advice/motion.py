@@ -14,13 +14,12 @@ import numpy as np
 from analysis.advice.likeness import likeness_of
 from analysis.advice.price import expected_seconds
 from analysis.engines import engine
-from analysis.motion.precision.points import WholeRunPoint, read_whole_runs
-from analysis.motion.precision.settings import RIGID, Setting
 from analysis.pages.numbers import percent, seconds
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.files import write_json
 from analysis.support.reading import read_text
+from analysis.work_precision.whole_runs import RIGID, Setting, WholeRunPoint, read_whole_runs
 
 FILE = "whole_runs.json"
 # Asked of the command, and the statistics that answer.
@@ -139,7 +138,7 @@ def _push(scene: Scene) -> float:
     """The mean push of a person (N)."""
     assert scene.drive is not None
     drive = scene.drive
-    return float(np.mean(scene.snapshot.mass)) * drive.speed_m_per_s / drive.relaxation_time_s
+    return drive.push(float(np.mean(scene.snapshot.mass)))
 
 
 def _candidates(

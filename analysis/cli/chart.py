@@ -23,8 +23,8 @@ from analysis.cli.app import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.motion.precision.settings import SettingRuns
     from analysis.scene.scene import Scene
+    from analysis.work_precision.whole_runs import SettingRuns
 
 # Crowds of whole runs: they about double what a chart costs.
 SEEDS = 3
@@ -57,13 +57,16 @@ def chart(
 
     Example: percussions chart arch --out chart/arch
     """
-    from analysis.motion.precision.measured import measure
-    from analysis.motion.precision.page import whole_runs_section
-    from analysis.motion.precision.points import points_of, write_whole_runs
-    from analysis.motion.precision.settings import whole_runs_of
     from analysis.scene.scene import read_scene
     from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart
+    from analysis.work_precision.whole_runs import (
+        measure,
+        points_of,
+        whole_runs_of,
+        whole_runs_section,
+        write_whole_runs,
+    )
     from analysis.work_precision.window_start import check_chart
 
     chosen = read_scene(scene)

@@ -109,7 +109,7 @@ def softness(scene: Scene, stiffness: float | None = None) -> float:
     if scene.drive is None:
         return 0.0
     disks, drive = scene.snapshot, scene.drive
-    total = float(disks.mass.sum()) * drive.speed_m_per_s / drive.relaxation_time_s
+    total = drive.push(float(disks.mass.sum()))
     k = scene.contact.stiffness_N_per_m if stiffness is None else stiffness
     return total / (k * float(disks.radius.mean()))
 

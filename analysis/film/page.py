@@ -138,7 +138,7 @@ def _what(
     if drive is None or not _forces(reels):
         return [*said, words.text("impact")] if RIGID in middle.models else said
     mass = np.concatenate([frame.found.snapshot.mass for frame in shown if frame.found is not None])
-    push = mass * drive.speed_m_per_s / drive.relaxation_time_s
+    push = drive.push(mass)
     ends = (float(push.min()), float(push.max()))
     return [*said, words.text("push", push=ends, drive=drive)]
 

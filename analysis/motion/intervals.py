@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import isfinite
 
-from analysis.motion.ensemble import Interval
 from analysis.motion.inference import Difference
+from analysis.motion.series import Measure
+from analysis.motion.study import Interval
 from analysis.pages.numbers import (
     NONE,
     decimals,
@@ -71,6 +72,25 @@ def least_words(found: Difference, unit: str) -> str:
     if not found.least:
         return "all equal"
     return percent(found.least, 2) if found.relative else with_unit(two(found.least), unit)
+
+
+def split(
+    found: Mapping[str, Difference], measures: Mapping[str, Measure]
+) -> tuple[list[tuple[str, str, str, str]], list[tuple[str, str]]]:
+    """Write the differences in these measures: those that are significant, with value and interval,
+    but for what stops; and the others, with the smallest that would have been seen."""
+    known = [(measures[key], one) for key, one in found.items() if key in measures]
+    differ = [
+        (measure.title, *difference_words(one, measure.unit))
+        for measure, one in known
+        if one.significant and not one.stops
+    ]
+    alike = [
+        (measure.title, least_words(one, measure.unit))
+        for measure, one in known
+        if not one.significant
+    ]
+    return differ, alike
 
 
 def difference_cell(found: Difference, unit: str) -> str:

@@ -1,11 +1,13 @@
-"""Two runs of one crowd, impulse by impulse over the same windows of time."""
+"""Two runs of one crowd compared window by window: impulses contact by contact, loads, and files of
+both."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +16,43 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
 from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
-from analysis.motion.same_crowd import check_same_crowd
 from analysis.motion.series import MEASURES, SHORTEST_S, passed, values_of
 from analysis.scene.scene import Scene, read_scene
+from analysis.support.files import write_json, write_rows
 from nscd.arrays import Floats, Indices
+
+# Of the crowds: the field of a snapshot, and how it is called.
+FIELDS = {
+    "ids": "id",
+    "mass": "mass (kg)",
+    "radius": "radius (m)",
+    "position": "place (m)",
+    "velocity": "velocity (m/s)",
+    "spin": "spin (1/s)",
+}
+ROOM = {"walls": "walls", "drive": "drive", "body_force": "body force"}
+
+
+def check_same_crowd(first: tuple[Path, Scene], second: tuple[Path, Scene]) -> None:
+    """Raise DumpError naming what is different, of two runs (folder, scene); contact laws, steps
+    and durations may be."""
+    (folder, one), (other_folder, other) = first, second
+    where = f"{other_folder}: not the crowd of {folder}: "
+    crowd, other_crowd = one.snapshot, other.snapshot
+    if len(crowd) != len(other_crowd):
+        raise DumpError(f"{where}{len(other_crowd)} people, not {len(crowd)}")
+    for field, name in FIELDS.items():
+        mine, theirs = getattr(crowd, field), getattr(other_crowd, field)
+        unlike = (mine != theirs).reshape(len(crowd), -1).any(1)
+        if unlike.any():
+            row = int(np.argmax(unlike))
+            raise DumpError(
+                f"{where}{name} of disk {crowd.ids[row]}: {theirs[row]}, not {mine[row]}"
+            )
+    for field, name in ROOM.items():
+        if getattr(one, field) != getattr(other, field):
+            raise DumpError(f"{where}other {name}")
+
 
 # Frames of two runs this near, over the shortest window, are at the same instant.
 SAME = 1e-3
@@ -204,3 +239,63 @@ def _paired(first: Floats, second: Floats) -> Paired:
 
 def _above(first: float, second: float) -> float:
     return second / first - 1 if first else float("nan")
+
+
+CONTACTS_HEAD = [
+    "start_s", "end_s", "first", "second", "is_wall", "in_first_run", "in_second_run",
+    "first_run_x_Ns", "first_run_y_Ns", "second_run_x_Ns", "second_run_y_Ns",
+]  # fmt: skip
+UNITS = {"N": "N", "N/m": "N_per_m", "m/s": "m_per_s", "1/m²": "per_m2", "1/s": "per_s"}
+
+
+def write_windows(folder: Path, compared: WindowComparison, runs: tuple[Path, Path]) -> list[Path]:
+    """Write a comparison into a folder, and return the files: measures and agreement window by
+    window, impulses contact by contact, and all of it over the windows; runs: the two folders."""
+    paths = [folder / name for name in ("windows.csv", "window_contacts.csv", "windows.json")]
+    measures = list(compared.windows[0].values[0])
+    columns = [
+        f"{run}_{key}_{UNITS[MEASURES[key].unit]}"
+        for key in measures
+        for run in ("first", "second")
+    ]
+    agreement = list(compared.windows[0].agreement())
+    rows: list[list[object]] = []
+    for window in compared.windows:
+        values = [run[key] for key in measures for run in window.values]
+        rows.append([window.start, window.end, *values, *window.agreement().values()])
+    write_rows(paths[0], ["start_s", "end_s", *columns, *agreement], rows)
+    write_rows(paths[1], CONTACTS_HEAD, _contacts(compared))
+    write_json(paths[2], _content(compared, runs))
+    return paths
+
+
+def _contacts(compared: WindowComparison) -> Iterator[list[object]]:
+    for window in compared.windows:
+        for row, key in enumerate(window.keys.tolist()):
+            has = window.has[:, row].astype(int).tolist()
+            yield [window.start, window.end, *key, *has, *window.impulses[:, row].ravel().tolist()]
+
+
+def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, Any]:
+    windows = compared.windows
+    measures = {
+        key: {
+            "unit": MEASURES[key].unit,
+            "first": found.first,
+            "second": found.second,
+            # a share, or in the unit where the first is next to zero
+            "second_above_first" if found.relative else "second_minus_first": found.more,
+            "autocorrelation": found.autocorrelation,
+            "independent_windows": found.independent,
+        }
+        for key, found in compared.paired().items()
+    }
+    return {
+        "first": str(runs[0]),
+        "second": str(runs[1]),
+        "window_s": windows[0].end - windows[0].start,
+        "windows": len(windows),
+        "from_s": windows[0].start,
+        "to_s": windows[-1].end,
+        "measures": measures,
+    }

@@ -9,7 +9,7 @@ from pathlib import Path
 from analysis.compare.study import soft_models
 from analysis.engines import PENALTY
 from analysis.engines.run import EngineRun
-from analysis.motion.headline.section import headline_numbers, headline_section
+from analysis.motion.headline import headline_numbers, headline_section
 from analysis.motion.section import motion_numbers, motion_section
 from analysis.motion.study import FEW, FRICTION, MANY, motion_runs, study_motion
 from analysis.pages.report import InMotion

@@ -1,19 +1,82 @@
-"""The section of a page about one scene in motion."""
+"""The section of a page about one scene in motion, with its picture and numbers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from analysis.engines.rigid import NAME as RIGID
-from analysis.motion.ensemble import Ensemble
-from analysis.motion.intervals import difference_words, interval_cell, least_words
-from analysis.motion.pictures import motion_picture
-from analysis.motion.series import MEASURES
-from analysis.motion.study import MotionStudy
+from analysis.motion.intervals import interval_cell, split
+from analysis.motion.series import MEASURES, Series
+from analysis.motion.study import Ensemble, MotionStudy
+from analysis.pages.drawing import COLOURS, GRID, LINES, NARROW_IN
 from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import significant
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
 from analysis.scene.variation import how_varied
+from nscd.arrays import Floats
+
+
+def motion_picture(ensembles: Sequence[Ensemble], *, narrow: bool = False) -> Figure:
+    """Draw people through the door and load on the walls against time, and how forces are spread:
+    the median of the crowds and, as a band, where nine in ten of them are; for a telephone below
+    each other."""
+    size = (NARROW_IN, 9.0) if narrow else (11.0, 3.6)
+    figure = Figure(figsize=size, layout="constrained")
+    people, walls, spread = figure.subplots(*((3, 1) if narrow else (1, 3)))
+    _bands(people, ensembles, lambda series: series.evacuated)
+    people.set(xlabel="time (s)", ylabel="people through the door", title="flow")
+    _bands(walls, ensembles, lambda series: 1e-3 * series.values["walls"])
+    walls.set(xlabel="time (s)", ylabel="load on all walls (kN)", title="load on walls")
+    for number, ensemble in enumerate(ensembles):
+        share, force = _exceedance(ensemble)
+        spread.semilogy(force, share, LINES[number % 4], color=COLOURS[number % 4])
+    spread.set(
+        xlabel="contact force / mean contact force",
+        ylabel="share of contacts above",
+        title="spread of forces",
+        ylim=(1e-4, 1.5),
+    )
+    for axes in (people, walls, spread):
+        axes.grid(color=GRID)
+    figure.legend(
+        *people.get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=1 if narrow else 3,
+        fontsize=8,
+    )
+    return figure
+
+
+def _bands(axes: Axes, ensembles: Sequence[Ensemble], of: Callable[[Series], Floats]) -> None:
+    for number, ensemble in enumerate(ensembles):
+        colour, line = COLOURS[number % 4], LINES[number % 4]
+        values = np.stack([of(series) for series in ensemble.series])
+        time = ensemble.series[0].time
+        low, middle, high = np.quantile(values, [0.05, 0.5, 0.95], axis=0)
+        axes.fill_between(time, low, high, color=colour, alpha=0.15, linewidth=0)
+        axes.plot(time, middle, line, color=colour, label=ensemble.title)
+    axes.set_ylim(bottom=0)
+
+
+def _exceedance(ensemble: Ensemble) -> tuple[Floats, Floats]:
+    """The share of contact forces of all windows that count above a multiple of their mean."""
+    forces = np.concatenate(
+        [
+            force
+            for series in ensemble.series
+            for force, counts in zip(series.forces, series.last(ensemble.last_s), strict=True)
+            if counts
+        ]
+        or [np.ones(1)]
+    )
+    share = np.geomspace(1.0, 1e-4, 60)
+    return share, np.quantile(forces / forces.mean(), 1 - share)
 
 
 def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Section:
@@ -69,7 +132,7 @@ def _push(scene: Scene) -> dict[str, float]:
     """The least and the largest force (N) with which a person pushes, and to how many doors."""
     drive = scene.drive
     assert drive is not None
-    push = scene.snapshot.mass * drive.speed_m_per_s / drive.relaxation_time_s
+    push = drive.push(scene.snapshot.mass)
     return {"least": float(push.min()), "most": float(push.max()), "ways": drive.ways}
 
 
@@ -125,18 +188,7 @@ def _told(
 ) -> list[str]:
     """In which measures a model differs from another, and in which no significant difference was
     found, with the smallest that would have been seen."""
-    found = one.differences(other)
-    known = {MEASURES[key]: of for key, of in found.items() if key in MEASURES}
-    apart = [
-        (measure.title, *difference_words(of, measure.unit))
-        for measure, of in known.items()
-        if of.significant and not of.stops
-    ]
-    same = [
-        (measure.title, least_words(of, measure.unit))
-        for measure, of in known.items()
-        if not of.significant
-    ]
+    apart, same = split(one.differences(other), MEASURES)
     model = in_a_sentence(one.title)
     return [
         words.text(block, model=model, found=rows, **values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field, Strict, TypeAdapter, ValidationInfo, model_validator
@@ -16,6 +16,7 @@ from nscd.arrays import Flags, Floats, Indices
 # The key that may stand for desired speed or relaxation time, and the latter where only it is
 # given: pushed people lose their speed in 0.1 to 1 s.
 PUSH, USUAL_RELAXATION_S = "push_N", 0.5
+Mass = TypeVar("Mass", float, Floats)
 
 
 class Wall(Part):
@@ -99,6 +100,10 @@ class Drive(Part, Exit):
     outward: Point
     aim: Literal["nearest", "centre"] = "nearest"
     goals: tuple[Goal, ...] = ()
+
+    def push(self, mass: Mass) -> Mass:
+        """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
+        return mass * self.speed_m_per_s / self.relaxation_time_s
 
     @model_validator(mode="before")
     @classmethod

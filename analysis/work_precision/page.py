@@ -102,7 +102,7 @@ def _push(scene: Scene) -> tuple[float, float]:
     """The least and the largest force (N) with which a person pushes; none in an impact."""
     if scene.drive is None:
         return 0.0, 0.0
-    push = scene.snapshot.mass * scene.drive.speed_m_per_s / scene.drive.relaxation_time_s
+    push = scene.drive.push(scene.snapshot.mass)
     return float(push.min()), float(push.max())
 
 

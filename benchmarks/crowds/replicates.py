@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.run import EngineRun
-from analysis.motion.ensemble import COMPARED, Ensemble
 from analysis.motion.inference import Sample, differences
 from analysis.motion.series import Series, read_series
+from analysis.motion.study import COMPARED, Ensemble
 from analysis.scene.shipped_scenes import make
 from nscd.arrays import Indices
 

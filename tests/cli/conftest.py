@@ -10,13 +10,13 @@ import pytest
 import analysis.advice.advised_run
 import analysis.compare.study
 import analysis.film.page
-import analysis.motion.precision.page
 import analysis.motion.report
 import analysis.paper.page
 import analysis.percussions.dump_to_csv
 import analysis.scene.real.import_crowd
 import analysis.stability.page
-import analysis.work_precision.page  # noqa: F401
+import analysis.work_precision.page
+import analysis.work_precision.whole_runs  # noqa: F401
 from tests.forked import PROGRAM, ROOT, as_program, in_fork
 
 

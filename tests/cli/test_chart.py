@@ -12,8 +12,6 @@ from typer.testing import CliRunner
 from analysis.cli import main
 from analysis.cli.commands import app
 from analysis.engines import lammps
-from analysis.motion.precision.points import read_whole_runs
-from analysis.motion.precision.settings import whole_runs_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.stability.atlas import build, choose
@@ -31,6 +29,7 @@ from analysis.work_precision.soft_runs import (
     scene_of,
     settings_of,
 )
+from analysis.work_precision.whole_runs import read_whole_runs, whole_runs_of
 from analysis.work_precision.window import driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
 
@@ -148,9 +147,9 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
     at_hand = Chart(scene=scene, measured=measured, scaling=(), warnings=())
     monkeypatch.setattr("analysis.work_precision.chart.build_chart", lambda *_, **__: at_hand)
-    monkeypatch.setattr("analysis.motion.precision.settings.ENGINES", (lammps,))
-    monkeypatch.setattr("analysis.motion.precision.settings.STIFFER", (1.0,))
-    monkeypatch.setattr("analysis.motion.precision.settings.LONGER_AT", 0)
+    monkeypatch.setattr("analysis.work_precision.whole_runs.ENGINES", (lammps,))
+    monkeypatch.setattr("analysis.work_precision.whole_runs.STIFFER", (1.0,))
+    monkeypatch.setattr("analysis.work_precision.whole_runs.LONGER_AT", 0)
     scene.write(tmp_path)
     monkeypatch.chdir(tmp_path)
     for runs in whole_runs_of(read_scene("four_disks.toml"), 1, Path("out")):

@@ -10,8 +10,8 @@ from analysis.exchange.solved import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
 from analysis.library import score as scores
-from analysis.motion.precision import points as whole_runs
 from analysis.percussions.table import COLUMNS
+from analysis.work_precision import whole_runs
 from analysis.work_precision.point import Point
 
 
@@ -44,7 +44,7 @@ def test_no_column_is_named_that_nobody_writes():
     pages += ["support/frames.py"]
     pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/scores.py"]
-    pages += ["motion/windows_files.py", "exchange/solved.py", "library/score.py"]
+    pages += ["exchange/solved.py", "library/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}

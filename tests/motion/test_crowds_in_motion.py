@@ -5,7 +5,6 @@ import pytest
 
 from analysis.dumps import DumpError
 from analysis.engines.run import simulate
-from analysis.motion.ensemble import Ensemble
 from analysis.motion.intervals import (
     count_cell,
     difference_cell,
@@ -15,6 +14,7 @@ from analysis.motion.intervals import (
 )
 from analysis.motion.section import stop
 from analysis.motion.series import MEASURES, Series, read_series
+from analysis.motion.study import Ensemble
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.scene.variation import variant

@@ -11,8 +11,7 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.motion.pairwise import _paired, compare_windows
-from analysis.motion.same_crowd import check_same_crowd
+from analysis.motion.pairwise import _paired, check_same_crowd, compare_windows
 from analysis.scene.shipped_scenes import make
 
 

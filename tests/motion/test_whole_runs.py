@@ -3,11 +3,22 @@
 import numpy as np
 import pytest
 
-from analysis.motion.precision.measured import Measured, Precision, measure, statistics_of
-from analysis.motion.precision.page import whole_runs_rows, whole_runs_section
-from analysis.motion.precision.points import points_of, read_whole_runs, write_whole_runs
-from analysis.motion.precision.settings import Setting, crowds_of, runs_of, settings_of
 from analysis.scene.shipped_scenes import make
+from analysis.work_precision.whole_runs import (
+    Measured,
+    Precision,
+    Setting,
+    crowds_of,
+    measure,
+    points_of,
+    read_whole_runs,
+    runs_of,
+    settings_of,
+    statistics_of,
+    whole_runs_rows,
+    whole_runs_section,
+    write_whole_runs,
+)
 
 SOFT = Setting(engine="lammps", stiffness_N_per_m=1e6)
 RIGID = Setting(engine="rigid", step_s=0.005)

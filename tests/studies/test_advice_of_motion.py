@@ -5,8 +5,8 @@ import dataclasses
 import pytest
 
 from analysis.advice.motion import advise_motion, motion_lines, stored_whole_runs
-from analysis.motion.precision.points import write_whole_runs
 from analysis.scene.shipped_scenes import make
+from analysis.work_precision.whole_runs import write_whole_runs
 
 METHODS = ("rigid", "lammps", "yade")
 

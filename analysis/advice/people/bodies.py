@@ -116,7 +116,7 @@ def soft_run(scene: Scene, body: Body) -> tuple[Scene, str]:
         return scene.with_contact(law=AS_HERTZ), f" --law {AS_HERTZ}"
     drive, disks = scene.drive, scene.snapshot
     assert drive is not None
-    push = float(disks.mass.sum()) * drive.speed_m_per_s / drive.relaxation_time_s
+    push = drive.push(float(disks.mass.sum()))
     k = float(f"{sqrt(body.low_N_per_m * body.high_N_per_m):.2g}")
     walls = float(f"{max(k, push / (WALLS * float(disks.radius.mean()))):.2g}")
     made = scene.with_contact(law="hooke", stiffness_N_per_m=k, wall_stiffness_N_per_m=walls)

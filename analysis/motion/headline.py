@@ -1,30 +1,96 @@
-"""The first screen about one scene in motion."""
+"""The first screen about one scene in motion: who bears how much, beside the limits of people."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
 
 from analysis.engines.softness import DOUBTFUL, NO_CROWD, known_bodies, softness
 from analysis.exposure.counts import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES, Limit, known_limits
-from analysis.motion.ensemble import Ensemble
-from analysis.motion.headline.picture import loads_picture
+from analysis.exposure.loads import loads_of
 from analysis.motion.intervals import (
     count_cell,
     difference_cell,
-    difference_words,
     interval_cell,
-    least_words,
+    split,
 )
 from analysis.motion.section import against_rigid, changed_by, stop
 from analysis.motion.series import MEASURES, Measure
-from analysis.motion.study import MotionStudy
+from analysis.motion.study import Ensemble, MotionStudy
 from analysis.pages.bodies import ladder_table
+from analysis.pages.drawing import NARROW_IN, SHADES, draw_disks, draw_walls, frame
 from analysis.pages.numbers import NONE, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
 from analysis.scene.variation import how_varied
+from nscd.arrays import Flags, Floats
+
+QUANTITY = "contact_largest"
+# Of the picture: it stands beside words.
+WIDE_IN = 6.5
+
+
+def loads_picture(
+    scene: Scene,
+    models: Sequence[Ensemble],
+    files: tuple[Path, ...] = (),
+    *,
+    narrow: bool = False,
+) -> Figure:
+    """Draw crowd 0 in its last window by the first and the last model, people shaded by their
+    largest contact force between the limits of that quantity; files: of further limits; narrow: for
+    a telephone."""
+    shown = [models[0], models[-1]] if len(models) > 1 else list(models)
+    ends = [model.series[0].final for model in shown]
+    windows = [window for window in ends if window is not None]
+    loads = [loads_of(scene, window).person[QUANTITY] for window in windows]
+    known = limits_of_people(files)
+    limits = sorted({one.number for one in known if one.quantity == QUANTITY})
+    top = max(max(float(load.max(initial=0.0)) for load in loads), 1.5 * limits[-1])
+    steps = [0.0, *limits, float(f"{top:.1g}")]
+    norm = BoundaryNorm(steps, 256)
+    inside = [_inside(scene, window.now.position) for window in windows]
+    places = np.concatenate([w.now.position[i] for w, i in zip(windows, inside, strict=True)])
+    margin = float(scene.snapshot.radius.max())
+    width, height = np.ptp(places, axis=0)
+    # below each other where that makes the better use of half a screen
+    rows = len(shown) if narrow or width > height else 1
+    wide = NARROW_IN if narrow else WIDE_IN
+    tall = np.clip(0.75 * wide * height / width * rows**2 / len(shown), 3.0, 7.0)
+    figure = Figure(figsize=(wide, float(tall) + 0.6 * rows), layout="constrained")
+    every = figure.subplots(rows, len(shown) // rows, squeeze=False).ravel()
+    for axes, model, window, load in zip(every, shown, windows, loads, strict=True):
+        draw_disks(axes, window.now, values=load, norm=norm)
+        draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
+        frame(axes, places, margin)
+        axes.set_title(model.title, fontsize=9)
+    bar = figure.colorbar(
+        ScalarMappable(norm, mpl.colormaps[SHADES]),
+        ax=list(every),
+        ticks=steps[:-1],
+        spacing="uniform",
+        shrink=0.8,
+        label="largest contact force of a person (N)",
+    )
+    bar.ax.set_yticklabels([f"{step:,.0f}".replace(",", "\u202f") for step in steps[:-1]])
+    return figure
+
+
+def _inside(scene: Scene, position: Floats) -> Flags:
+    """Who has not passed the line of the door."""
+    drive = scene.drive
+    assert drive is not None
+    inside: Flags = (position - np.array(drive.door_start_m)) @ np.array(drive.outward) < 0
+    return inside
+
 
 HEADLINES: Mapping[str, Measure] = {
     "flow": MEASURES["flow"],
@@ -46,7 +112,7 @@ def headline_section(
 ) -> Section | None:
     """Put a driven scene on one screen; None where no model ran. Without a study, of no replicates,
     it has no numbers. rough: the study of the same with the other friction."""
-    words = Words(__package__)
+    words = Words(__name__)
     values: dict[str, object] = {"people": len(scene.snapshot), "duration": scene.run.duration_s}
     name, title = f"{scene.name}-at-a-glance", scene.title
     said = [words.text("push", **_push(scene), green=GREEN_GUIDE_N)]
@@ -136,18 +202,7 @@ def _compared(words: Words, study: MotionStudy, models: Sequence[Ensemble]) -> l
     reference = study.reference
     if reference is None or models[0] is reference:
         return []
-    every = models[0].differences(reference)
-    found = {HEADLINES[key]: one for key, one in every.items() if key in HEADLINES}
-    differ = [
-        (measure.title, difference_words(one, measure.unit)[0])
-        for measure, one in found.items()
-        if one.significant and not one.stops
-    ]
-    alike = [
-        (measure.title, least_words(one, measure.unit))
-        for measure, one in found.items()
-        if not one.significant
-    ]
+    differ, alike = split(models[0].differences(reference), HEADLINES)
     if not (differ or alike):
         return []
     titles = {"model": models[0].title, "rigid": reference.title}
@@ -166,7 +221,7 @@ def _push(scene: Scene) -> dict[str, object]:
     """With how much each person pushes (N), and of what that is made."""
     drive = scene.drive
     assert drive is not None
-    push = scene.snapshot.mass * drive.speed_m_per_s / drive.relaxation_time_s
+    push = drive.push(scene.snapshot.mass)
     return {"push": (float(push.min()), float(push.max())), "drive": drive}
 
 

@@ -1,1 +1,0 @@
-"""Work against precision of whole runs: errors of what chaos does not spoil, over crowds."""
