@@ -129,3 +129,17 @@ def frame(axes: Axes, points: Floats, margin: float) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set(xlabel="x (m)", ylabel="y (m)")
     axes.tick_params(labelsize=8)
+
+
+def legend_below(figure: Figure, axes: Axes, columns: int, fontsize: int = 8) -> None:
+    """Name the lines of one of the axes below all of them."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=fontsize)
+
+
+def label_outer(panels: Any, x: str = "x (m)", y: str = "y (m)") -> None:
+    """Label the axes of a grid of panels (r,c) at its foot and at its left."""
+    for axes in panels[-1]:
+        axes.set_xlabel(x)
+    for axes in panels[:, 0]:
+        axes.set_ylabel(y)

@@ -52,6 +52,14 @@ def draw_room(axes: Axes, room: Room) -> None:
     axes.set_aspect("equal")
 
 
+def draw_map(axes: Axes, room: Room, mesh: MeshTri1, values: Floats, top: float, title: str) -> Any:
+    """Draw a field in its room, with a title; return what a colour bar takes."""
+    drawn = draw_field(axes, mesh, values, top)
+    draw_room(axes, room)
+    axes.set_title(title, fontsize=10)
+    return drawn
+
+
 def draw_arrows(axes: Axes, mesh: MeshTri1, vectors: Floats, spacing: float, scale: float) -> None:
     """Draw arrows of vectors at the vertices.
 

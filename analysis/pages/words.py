@@ -22,7 +22,7 @@ Slots and loops are Jinja's. A float in a slot needs a filter, so that its digit
 
 import importlib.util
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,7 @@ from matplotlib.figure import Figure
 from analysis.pages.numbers import FILTERS
 from analysis.pages.section import Cell, Claim, Drawn, Picture, Section, Table, Verdict
 
+Rows = Sequence[Sequence[Cell]]
 HEADING = re.compile(r"^## +(\S+) *$", re.MULTILINE)
 RAISED, LOWERED = re.compile(r"\^([^ \n^]+)\^"), re.compile(r"~([^ \n~]+)~")
 
@@ -88,7 +89,7 @@ class Words:
         """Give a figure its caption: the block with the picture's name."""
         return Picture(name=name, caption=self.text(name, **values), figure=figure)
 
-    def table(self, name: str, rows: Sequence[Sequence[Cell]], **values: Any) -> Table:
+    def table(self, name: str, rows: Rows, **values: Any) -> Table:
         """Give rows their caption and the heads of their columns: `| a (m) | b |` in the block."""
         lines = self._filled(name, values).splitlines()
         caption = "\n".join(line for line in lines if not line.startswith("| "))
@@ -101,13 +102,21 @@ class Words:
         number: str,
         /,
         *,
-        pictures: Sequence[Picture | Drawn],
-        tables: Sequence[Table],
-        claims: Sequence[Claim] = (),
+        pictures: Sequence[Picture | Drawn] | Mapping[str, Figure],
+        tables: Sequence[Table] | Mapping[str, Rows],
+        claims: Sequence[Claim] | Mapping[str, Verdict] = (),
         warnings: Sequence[str] = (),
         **values: Any,
     ) -> Section:
-        """Fill the blocks title, words and, where there is one, differs of a section."""
+        """Fill the blocks title, words and, where there is one, differs of a section.
+
+        pictures, tables, claims: as made above, or figures, rows and verdicts by their blocks."""
+        if isinstance(pictures, Mapping):
+            pictures = [self.picture(name, figure) for name, figure in pictures.items()]
+        if isinstance(tables, Mapping):
+            tables = [self.table(name, rows) for name, rows in tables.items()]
+        if isinstance(claims, Mapping):
+            claims = [self.claim(name, verdict) for name, verdict in claims.items()]
         return Section(
             number=number,
             title=self.text("title"),

@@ -1,1 +1,0 @@
-"""Fig. 10: density laws."""

@@ -1,0 +1,219 @@
+"""Fig. 11: right velocity and pressure by the collision (11) for two left velocities, uniform and
+random."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.pages.drawing import label_outer
+from analysis.pages.fields import draw_arrows, draw_map, rounded
+from analysis.pages.section import Section, Verdict
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import (
+    MESH,
+    ROOM,
+    body_mean,
+    body_pressure,
+    from_exit,
+    map_of,
+    slopes,
+    to_exit,
+)
+from analysis.support.progress import Progress
+from nscd.arrays import Floats
+from nscd.continuum.collision import CollisionAnswer, collide
+from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
+from nscd.continuum.medium import DENSITY, table_1_medium
+from nscd.continuum.mesh import mesh_of
+from nscd.continuum.space import Space
+
+MEAN, DEVIATION = 1.34, 0.26  # m/s
+SEEDS = (1, 2, 3)
+OUTFLOWS = (1.0, 2.0, 4.0, 6.0, 8.0, 9.0, 12.0)  # k_v for which the flow through the exit is asked
+NEAR = 1.0  # m
+ROUNDING = 1e-9  # m/s
+ARROWS, LENGTH = 0.6, 0.5  # m between arrows, m for each m/s
+STOPPED = 0.01  # of the desired speed: slower counts as cancelled
+ALIKE, SOMEHOW = 0.95, 0.5  # cosine between two fields that have the same form, or something of it
+RANDOM = 0.2  # of the random part that comes back
+
+
+class Run(NamedTuple):
+    """The answer of (11) for one left velocity, as a row of the table.
+
+    kept: share of the kinetic energy.
+    cosine: ∫u⁺·u⁻/(‖u⁺‖‖u⁻‖) of the means over a body: ±1 for fields of one form.
+    largest, normal, along: m/s, on walls the largest u⁺·n (n out of the room), and root mean
+        squares of u⁺·n and u⁺·t.
+    holding: share of the walls that hold somebody.
+    outflow: m/s, mean u⁺·n on the exit.
+    peak, from_exit: the largest p over a body (N·s/m), and its distance (m) from the exit.
+    near, far: N·s/m, mean p within NEAR of the exit and beyond.
+    """
+
+    name: str
+    kept: float
+    cosine: float
+    largest: float
+    normal: float
+    along: float
+    holding: float
+    outflow: float
+    peak: float
+    from_exit: float
+    near: float
+    far: float
+    residual: float
+    status: str
+
+
+class Fields(NamedTuple):
+    """Means over a body at the n points of the map: u⁺ (n,2) m/s and p (n,) N·s/m."""
+
+    right: Floats
+    pressure: Floats
+
+
+def measured(name: str, answer: CollisionAnswer, left: Field) -> tuple[Run, Fields]:
+    """Measure what people do at the walls, on the exit and in the room."""
+    before, right = (
+        body_mean(answer.space, np.moveaxis(field, 0, -1))
+        for field in (answer.left_field, answer.right_field)
+    )
+    pressure, area = body_pressure(answer), map_of().area
+    both, one, two = (
+        float(area @ (a * b).sum(1)) for a, b in ((before, right), (before, before), (right, right))
+    )
+    wall = answer.space.wall
+    u = answer.right_velocity[wall.node]
+    normal = (u * wall.normal).sum(1)
+    along = u[:, 1] * wall.normal[:, 0] - u[:, 0] * wall.normal[:, 1]
+    share = wall.weight / wall.weight.sum()
+    near = to_exit(map_of().points) <= NEAR
+    run = Run(
+        name=name,
+        kept=kept(answer),
+        cosine=both / float(np.sqrt(one * two)),
+        largest=float(normal.max()) if normal.max() > ROUNDING else 0.0,
+        normal=float(np.sqrt(share @ normal**2)),
+        along=float(np.sqrt(share @ along**2)),
+        holding=float(share[answer.active].sum()),
+        outflow=outflow(answer, left),
+        peak=float(pressure.max()),
+        from_exit=from_exit(pressure),
+        near=float(np.average(pressure[near], weights=area[near])),
+        far=float(np.average(pressure[~near], weights=area[~near])),
+        residual=answer.residual,
+        status=str(answer.status),
+    )
+    return run, Fields(right, pressure)
+
+
+def kept(answer: CollisionAnswer) -> float:
+    """Share of the kinetic energy that is left."""
+    return 1 + answer.energy.change / answer.energy.before
+
+
+def outflow(answer: CollisionAnswer, left: Field) -> float:
+    """Average u⁺·n on the exit, m/s, with u⁻ as it is just inside."""
+    edge = answer.space.border("exit")
+    assert edge is not None
+    w, normals = np.asarray(edge.interpolate(answer.unknowns)), np.asarray(edge.normals)
+    inside = np.asarray(edge.global_coordinates()) - 1e-9 * normals
+    before = left(inside.reshape(2, -1).T).T.reshape(inside.shape)
+    return float((((w - before) * normals).sum(0) * edge.dx).sum() / edge.dx.sum())
+
+
+def compressed(answer: CollisionAnswer, left: Field) -> float:
+    """Share of the room where div u⁺ = div w − div u⁻ < 0; for a u⁻ that is smooth away from the
+    exit."""
+    space, gradient = answer.space, np.asarray(answer.sum_field.grad)
+    along_x, along_y = slopes(left, space.points, 1e-5)
+    divergence = (gradient[0, 0] + gradient[1, 1]).ravel() - along_x[:, 0] - along_y[:, 1]
+    return float(space.weights[divergence < 0].sum() / space.weights.sum())
+
+
+def echo(even: CollisionAnswer, drawn: CollisionAnswer) -> tuple[float, float]:
+    """Say what becomes of the random part of a left velocity, δu⁻ = u⁻ − u⁻_uniform:
+    ∫δu⁺·δu⁻/∫|δu⁻|² and ∫δu⁺·δu⁻/(‖δu⁺‖‖δu⁻‖)."""
+    weight = drawn.space.basis.dx
+    before, after = drawn.left_field - even.left_field, drawn.right_field - even.right_field
+    both, one, two = (
+        float(((a * b).sum(0) * weight).sum())
+        for a, b in ((before, after), (before, before), (after, after))
+    )
+    return both / one, both / float(np.sqrt(one * two))
+
+
+def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
+    """Draw |u⁺| with arrows, and p, of each run."""
+    figure = Figure(figsize=(10.5, 4.6 * len(named)), layout="constrained")
+    rows = figure.subplots(len(named), 2, sharex=True, sharey=True, squeeze=False)
+    mesh = map_of().mesh
+    fastest = rounded(max(float(np.quantile(np.hypot(*f.right.T), 0.99)) for _, f in named))
+    most = rounded(max(float(np.quantile(f.pressure, 0.995)) for _, f in named))
+    for (speed, press), letters, (name, fields) in zip(rows, ("ab", "cd"), named, strict=True):
+        title = f"({letters[0]}) right velocity, {name} left velocity"
+        drawn = draw_map(speed, ROOM, mesh, np.hypot(*fields.right.T), fastest, title)
+        figure.colorbar(drawn, ax=speed, label="|u⁺| (m/s)", shrink=0.9)
+        draw_arrows(speed, mesh, fields.right, ARROWS, LENGTH)
+        title = f"({letters[1]}) pressure, {name} left velocity"
+        drawn = draw_map(press, ROOM, mesh, fields.pressure, most, title)
+        figure.colorbar(drawn, ax=press, label="pressure (N·s/m)", shrink=0.9)
+        for axes in (speed, press):
+            axes.set(xlim=(-10.3, 0.6), ylim=(-5.3, 5.3))
+    label_outer(rows)
+    return figure
+
+
+def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
+    """Build Fig. 11: right velocity and pressure for uniform and random left velocities."""
+    space, way, toward = Space(mesh_of(ROOM, mesh)), toward_exit(ROOM, 1.0), toward_exit(ROOM, MEAN)
+    lefts: dict[str, Field] = {"uniform": toward} | {
+        f"random, draw {seed}": random_speeds(
+            ROOM, way, mean=MEAN, deviation=DEVIATION, seed=seed, cell=DENSITY**-0.5
+        )
+        for seed in SEEDS
+    }
+    crowd = table_1_medium()
+    answers = {name: collide(space, crowd, left) for name, left in lefts.items()}
+    smooth = collide(space, table_1_medium(surface=0.0), toward)
+    flows = {k: collide(space, table_1_medium(volume=k), toward) for k in OUTFLOWS}
+    found = {name: measured(name, answers[name], left) for name, left in lefts.items()}
+    runs = [run for run, _ in found.values()]
+    even, slow = runs[0], STOPPED * MEAN
+    echoes = [echo(answers["uniform"], answers[run.name]) for run in runs[1:]]
+    share, correlation = np.mean(echoes, axis=0).tolist()
+    words = Words(
+        __name__,
+        **{"runs": runs, "even": even, "share": share, "correlation": correlation},
+        **{"mean": MEAN, "deviation": DEVIATION, "near": NEAR, "length": crowd.length},
+        compressed=compressed(answers["uniform"], toward),
+        smooth=outflow(smooth, toward),
+    )
+    named = {f"uniform, k_v = {k:g}": answer for k, answer in flows.items()}
+    shown = (("uniform", found["uniform"][1]), ("random", found[runs[1].name][1]))
+    return words.section(
+        "11",
+        pictures={"fig_11_left_velocities": maps(shown)},
+        tables={
+            "runs": runs,
+            "echoes": [[seed, *one] for seed, one in zip(SEEDS, echoes, strict=True)],
+            "outflows": [
+                [k, outflow(a, toward), kept(a), compressed(a, toward), str(a.status)]
+                for k, a in flows.items()
+            ],
+        },
+        claims={
+            "cancelled": Verdict.of(
+                even.normal < slow and even.along < slow, all(run.largest < slow for run in runs)
+            ),
+            "maximal": Verdict.of(*(run.from_exit < NEAR for run in runs)),
+            "same_form": Verdict.of(even.cosine > ALIKE, even.cosine > SOMEHOW),
+            "random": Verdict.of(abs(share) > RANDOM),
+        },
+        warnings=unsolved([*answers.items(), ("uniform", smooth), *named.items()]),
+    )

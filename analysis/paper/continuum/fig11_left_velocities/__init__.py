@@ -1,1 +1,0 @@
-"""Fig. 11: left velocities."""

@@ -1,1 +1,0 @@
-"""Fig. 7: the border of the crowd."""
