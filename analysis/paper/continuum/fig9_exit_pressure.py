@@ -1,0 +1,299 @@
+"""Fig. 9: pressure before the exit by the collision (11) and by the first-order model (20), and the
+largest pressure on ever finer meshes."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.optimize import curve_fit
+
+from analysis.pages.drawing import BLACK, BLUE, GREEN, GREY, ORANGE, label_outer, legend_below
+from analysis.pages.fields import draw_map, rounded
+from analysis.pages.numbers import decimals
+from analysis.pages.section import Cell, Section, Verdict
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import (
+    BODY,
+    EXIT,
+    MESH,
+    ROOM,
+    SIDE,
+    body_mean,
+    body_pressure,
+    from_exit,
+    map_of,
+    to_exit,
+)
+from analysis.support.progress import Progress
+from nscd.arrays import Flags, Floats
+from nscd.continuum.closed_forms.point_exit import point_sink
+from nscd.continuum.collision import CollisionAnswer, collide
+from nscd.continuum.left_velocity import toward_exit
+from nscd.continuum.medium import table_1_medium
+from nscd.continuum.mesh import mesh_of
+from nscd.continuum.pressure import LargestPressure, largest_pressures
+from nscd.continuum.rivals.cells import Cells
+from nscd.continuum.rivals.first_order import FirstOrderFlow, PlaceEquation, first_order_flow
+from nscd.continuum.space import Space
+
+SPEED = 1.7  # m/s
+CROWD = table_1_medium()
+NEAR, FAR, AT_EXIT = 1.0, 3.0, 0.3  # m from the exit
+HALVINGS = 3
+GAUSSIAN = 0.95  # R² below this: the shape is not called a Gaussian
+MINIMAL = 0.25  # a pressure below this share of the largest is called minimal
+SETTLED = 0.03  # change of a mean over a body at the last halving: more has not settled
+
+
+class Field(NamedTuple):
+    """A pressure (n,) N·s/m over a body at the map's points, and the answer that it is of."""
+
+    name: str
+    pressure: Floats
+    answer: CollisionAnswer | FirstOrderFlow
+
+    @property
+    def largest(self) -> float:
+        """N·s/m."""
+        return float(self.pressure.max())
+
+    @property
+    def from_exit(self) -> float:
+        """m, the distance of the largest from the exit."""
+        return from_exit(self.pressure)
+
+    def band(self, least: float, most: float = np.inf) -> float:
+        """Average over the points between these distances (m) from the exit, N·s/m."""
+        distance = to_exit(map_of().points)
+        inside = (distance >= least) & (distance <= most)
+        return float(np.average(self.pressure[inside], weights=map_of().area[inside]))
+
+    @property
+    def at_exit(self) -> float:
+        """Mean within AT_EXIT of the exit, as a share of the largest."""
+        return self.band(0.0, AT_EXIT) / self.largest
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """m/s, mean |u⁺| of (20) over the triangles within NEAR of the exit, and beyond FAR."""
+        assert isinstance(self.answer, FirstOrderFlow)
+        mesh, speed = self.answer.mesh, np.hypot(*self.answer.right_velocity.T)
+        far, area = to_exit(mesh.p[:, mesh.t].mean(1).T), Cells(mesh).measure
+        parts = (far <= NEAR, far >= FAR)
+        return tuple(float(np.average(speed[some], weights=area[some])) for some in parts)
+
+
+class Fit(NamedTuple):
+    """A Gaussian A exp(−r²/2s²) of the distance r from the exit's middle.
+
+    height, width: A, N·s/m, and s, m.
+    values: (n,) N·s/m at the map's points.
+    explained: R² at the points that it was fitted to.
+    """
+
+    height: float
+    width: float
+    values: Floats
+    explained: float
+
+
+def radius() -> Floats:
+    """Distance (n,) m of the map's points from the middle of the exit."""
+    return np.asarray(np.hypot(*map_of().points.T))
+
+
+def gaussian(pressure: Floats, within: float = np.inf) -> Fit:
+    """Fit a Gaussian to a pressure (n,) at the map's points with r ≤ `within` (m)."""
+    r = radius()
+    chosen = r <= within
+
+    def shape(r: Floats, a: float, s: float) -> Floats:
+        return np.asarray(a * np.exp(-(r**2) / (2 * s**2)))
+
+    weight, start = map_of().area[chosen] ** -0.5, (pressure.max(), 1.0)
+    best, _ = curve_fit(shape, r[chosen], pressure[chosen], p0=start, sigma=weight)
+    values = shape(r, *best)
+    return Fit(float(best[0]), float(best[1]), values, explained(pressure, values, chosen))
+
+
+def explained(pressure: Floats, values: Floats, chosen: Flags | None = None) -> float:
+    """R² = 1 − Σ(p − values)²/Σ(p − mean)², weighted by area, at the chosen points (n,)."""
+    inside = np.ones(len(values), dtype=bool) if chosen is None else chosen
+    p, area = pressure[inside], map_of().area[inside]
+    mean = area @ p / area.sum()
+    return float(1 - area @ (p - values[inside]) ** 2 / (area @ (p - mean) ** 2))
+
+
+def solve_room(mesh: float) -> tuple[Field, dict[PlaceEquation, Field]]:
+    """Solve (11), and (20) in its three forms, times ρ, on one mesh of side `mesh` (m)."""
+    space, left = Space(mesh_of(ROOM, mesh)), toward_exit(ROOM, SPEED)
+    answer = collide(space, CROWD, left)
+    first_order = {}
+    for equation in PlaceEquation:
+        flow = first_order_flow(space.mesh, left, equation=equation)
+        values = np.zeros(space.scalar.N)
+        values[space.scalar.nodal_dofs[0]] = CROWD.rho * flow.pressure
+        pressure = body_mean(space, np.asarray(space.scalar.interpolate(values)))
+        first_order[equation] = Field(f"ρ·(20), {equation}", pressure, flow)
+    return Field("(11)", body_pressure(answer), answer), first_order
+
+
+class RawMaxima(NamedTuple):
+    """Largest pressures, in any triangle and over a body, on ever finer meshes, of one side and
+    graded to the jambs."""
+
+    uniform: Sequence[LargestPressure]
+    graded: Sequence[LargestPressure]
+
+    @property
+    def growth(self) -> float:
+        """Mean factor of the raw maximum per halving of uniform meshes."""
+        return float((self.uniform[-1].raw / self.uniform[0].raw) ** (1 / HALVINGS))
+
+    @property
+    def unsettled(self) -> float:
+        """Relative change of the mean over a body at the last halving of graded meshes."""
+        return self.graded[-1].body / self.graded[-2].body - 1
+
+
+def raw_maxima(size: float) -> RawMaxima:
+    """Take largest pressures on meshes of the sides 2·size, size, … (m)."""
+    sizes = [2 * size / 2**k for k in range(HALVINGS + 1)]
+    left = toward_exit(ROOM, SPEED)
+    return RawMaxima(
+        largest_pressures(ROOM, CROWD, left, BODY, sizes, grading=1.0),
+        largest_pressures(ROOM, CROWD, left, BODY, sizes[:-1], grading=0.4),
+    )
+
+
+def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
+    """Draw (a) the proposed pressure, (b) (20) twice, (c) |p − ρp of (20)| over the largest p."""
+    figure = Figure(figsize=(10.5, 8.6), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    top = rounded(float(np.quantile(np.concatenate([proposed, other]), 0.995)))
+    own, unit = rounded(float(printed.max())), "pressure (N·s/m)"
+    error, of = np.abs(proposed - other) / proposed.max(), "|p − ρp₍₂₀₎| / largest p (–)"
+    for axes, (name, values, most, words) in zip(
+        panels.ravel(),
+        (
+            ("(a) proposed, (11)", proposed, top, unit),
+            ("(b) first order, complementarity", other, top, unit),
+            ("(b) first order, as printed (its own scale)", printed, own, unit),
+            ("(c) relative error", error, 1.2, of),
+        ),
+        strict=True,
+    ):
+        drawn = draw_map(axes, ROOM, map_of().mesh, values, most, name)
+        figure.colorbar(drawn, ax=axes, label=words, shrink=0.9)
+    label_outer(panels)
+    return figure
+
+
+def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats) -> Figure:
+    """Draw pressures against the distance from the middle of the exit, plain and logarithmic."""
+    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    plain, logarithmic = figure.subplots(1, 2)
+    r = radius()
+    order = np.argsort(r)
+    for axes in (plain, logarithmic):
+        axes.plot(r, first_order, ".", ms=2.5, color=GREY, label="(20), complementarity, times ρ")
+        axes.plot(r, proposed, "x", ms=3, mew=0.6, color=BLUE, label="(11)")
+        best = "best Gaussian of (11)"
+        axes.plot(r[order], fitted[order], "--", lw=2, color=ORANGE, label=best)
+        exact = "(11), point exit, closed form"
+        axes.plot(r[order], sink[order], "-", lw=1.4, color=BLACK, label=exact)
+        axes.set(xlabel="distance from the middle of the exit (m)", ylabel="pressure (N·s/m)")
+        axes.grid(alpha=0.3)
+    far = r[order][r[order] > 2]
+    logarithmic.plot(far, sink[order][-1] * far[-1] / far, ":", lw=1.8, color=GREEN, label="∝ 1/r")
+    logarithmic.set(xscale="log", yscale="log", xlim=(0.05, None), ylim=(30, None))
+    legend_below(figure, logarithmic, 3)
+    return figure
+
+
+def raw_maximum(raw: RawMaxima) -> Figure:
+    """Draw the largest pressure, in any triangle and over a body, against the side."""
+    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    for rows, kind, marker in ((raw.uniform, "uniform", "o"), (raw.graded, "graded", "s")):
+        side, _, largest, body = map(np.array, zip(*rows, strict=True))
+        axes.plot(side, largest, marker, ls=":", color=ORANGE, label=f"in any triangle, {kind}")
+        look = {"ls": "-", "color": BLUE, "mfc": "none"}
+        axes.plot(side, body, marker, **look, label=f"over a body, {kind}")
+    side = np.array([row.size for row in raw.uniform])
+    slope = raw.uniform[0].raw * (side / side[0]) ** -0.5
+    axes.plot(side, slope, "--", color=BLACK, lw=1, label="∝ side$^{-1/2}$")
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel="side of the triangles (m)", ylabel="largest pressure (N·s/m)")
+    axes.set_xticks(side, [f"{value:g}" for value in side], minor=False)
+    axes.set_xticks([], minor=True)
+    axes.invert_xaxis()
+    axes.grid(alpha=0.3)
+    figure.legend(loc="outside right center", fontsize=8)
+    return figure
+
+
+def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
+    """Build Fig. 9: maps and profiles of both pressures, the Gaussian tried, the raw maximum."""
+    proposed, first_order = solve_room(mesh)
+    complementarity = first_order[PlaceEquation.COMPLEMENTARITY]
+    printed, p = first_order[PlaceEquation.PRINTED], proposed.pressure
+    if progress:
+        progress("Fig. 9", 0.4)
+    raw, fit, r = raw_maxima(1.25 * mesh), gaussian(p), radius()
+    x, y = map_of().points[p.argmax()]
+    exact = point_sink(np.append(r, 0.0), SPEED, float(CROWD.rho), CROWD.k_v)
+    words = Words(
+        __name__,
+        **{"proposed": proposed, "complementarity": complementarity, "printed": printed},
+        **{"fit": fit, "close": gaussian(p, FAR), "raw": raw, "speed": SPEED, "side": SIDE},
+        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "body": 2 * BODY.width},
+        **{"density": CROWD.density, "sink": float(exact[-1]), "listed": _listed},
+        explained=explained(p, exact[:-1]),
+        from_jamb=float(np.hypot(x, abs(y) - 0.5 * EXIT)),
+        in_the_exit=float(p[r.argmin()]),
+    )
+    warnings = unsolved(
+        [("(11)", proposed.answer), *((f"(20), {e}", f.answer) for e, f in first_order.items())]
+    )
+    if abs(raw.unsettled) > SETTLED:
+        warnings.append(words.text("unsettled"))
+    kinds = (("uniform", raw.uniform), ("graded to the jambs", raw.graded))
+    return words.section(
+        "9",
+        pictures={
+            "fig_9_maps": maps(p, complementarity.pressure, printed.pressure),
+            "fig_9_profile": profiles(p, complementarity.pressure, fit.values, exact[:-1]),
+            "fig_9_raw_maximum": raw_maximum(raw),
+        },
+        tables={
+            "pressures": [_row(field) for field in (proposed, *first_order.values())],
+            "maxima": [[kind, *row] for kind, rows in kinds for row in rows],
+        },
+        claims=verdicts(proposed, complementarity, printed),
+        warnings=warnings,
+    )
+
+
+def verdicts(proposed: Field, *both: Field) -> dict[str, Verdict]:
+    """Judge what the paper says of Fig. 9; both: (20) as complementarity and as printed."""
+    concentrated = proposed.band(0.0, NEAR) > 2 * proposed.band(FAR) and proposed.from_exit < NEAR
+    fits = (gaussian(proposed.pressure, within).explained for within in (np.inf, FAR))
+    return {
+        "gaussian": Verdict.of(*(fit > GAUSSIAN for fit in fits)),
+        "concentrated": Verdict.of(concentrated),
+        "minimal": Verdict.of(*(f.at_exit < MINIMAL and f.from_exit > AT_EXIT for f in both)),
+        "fastest": Verdict.of(*(f.speeds[0] > f.speeds[1] for f in both)),
+    }
+
+
+def _row(field: Field) -> list[Cell]:
+    means = [float(field.pressure.min()), field.band(0.0, NEAR), field.band(FAR)]
+    status = [field.answer.residual, str(field.answer.status)]
+    return [field.name, field.largest, field.from_exit, *means, *status]
+
+
+def _listed(values: Iterable[float]) -> str:
+    return ", ".join(decimals(value, 0) for value in values)

@@ -1,1 +1,0 @@
-"""Fig. 9: pressure before an exit."""

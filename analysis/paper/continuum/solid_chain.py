@@ -1,0 +1,309 @@
+"""Section 3.2.1: chains as deformable rods against a wall, by P2 elements and in closed form
+((12)–(14), corrected). Percussions are in N·s per kg of a person."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.pages.drawing import COLOURS, LINES, MARKERS
+from analysis.pages.section import Cell, Section, Verdict
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
+from analysis.paper.continuum.exit_room import MESH
+from analysis.support.progress import Progress
+from nscd.arrays import Floats
+from nscd.continuum.closed_forms.chain import Chain, chain_mesh
+from nscd.continuum.collision import CollisionAnswer, collide
+from nscd.continuum.medium import DENSITY, TABLE_1, table_1_medium
+from nscd.continuum.pressure import pressure
+from nscd.continuum.space import Space
+
+LENGTH, SPEED = 10.0, 1.7  # m, m/s
+VOLUME = TABLE_1.volume_dissipation
+# where κ = k_s h/k_v = tanh(l/h)
+THRESHOLD = float(np.sqrt(DENSITY * VOLUME) * np.tanh(LENGTH * np.sqrt(DENSITY / VOLUME)))
+SURFACES = {
+    "sticks, k_s = 0": 0.0,
+    "sticks, Table 1": TABLE_1.surface_dissipation,
+    "at the threshold": THRESHOLD,
+    "rebounds, k_s = 20": 20.0,
+}
+DENSITIES = (1.0, 2.0, 4.0, 7.0, 14.0)
+# people/m at the free end and at the wall; of one mean
+PROFILES = ((1.5 * DENSITY, 0.5 * DENSITY), (DENSITY, DENSITY), (0.5 * DENSITY, 1.5 * DENSITY))
+AT = (0.0, 0.5, 1.0, 2.0, 4.0)  # m from the wall
+PER_METRE = 20  # cells, for a mesh of 0.2 m in the room
+STIFF = 1e3  # times the k_v of Table 1: a chain that is as good as rigid
+EQUAL = 0.01  # relative: numbers that agree
+ROUNDING = 1e-9  # of the speed, or N·s per kg
+STILL = 1e-6  # 1/s: people who do not close up
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rod:
+    """A chain by elements."""
+
+    name: str
+    answer: CollisionAnswer
+
+    @property
+    def x(self) -> Floats:
+        """(n,) m, the nodes."""
+        return np.sort(self.answer.space.nodes[:, 0])
+
+    @cached_property
+    def right(self) -> Floats:
+        """(n,) m/s, u⁺."""
+        order = np.argsort(self.answer.space.nodes[:, 0])
+        return np.asarray(self.answer.right_velocity[order, 0])
+
+    @property
+    def at_wall(self) -> float:
+        """m/s, u⁺ at the wall, 0 where the chain stays."""
+        return 0.0 if abs(self.right[-1]) < 1e-9 * SPEED else float(self.right[-1])
+
+    @property
+    def inner(self) -> list[float]:
+        """−σ = −k_v ∂w/∂x at AT from the wall."""
+        slope = np.gradient(self.right + SPEED, self.x, edge_order=2)
+        return [float(np.interp(LENGTH - at, self.x, -VOLUME * slope)) for at in AT]
+
+    @property
+    def closing(self) -> float:
+        """1/s, how fast people still close up at most."""
+        return float(-np.gradient(self.right, self.x, edge_order=2).min())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial(Rod):
+    """A chain of uniform density, also in closed form."""
+
+    chain: Chain
+
+    @property
+    def error(self) -> float:
+        """Largest |u⁺ − closed form| over U."""
+        return float(np.abs(self.right - self.chain.right_velocity(self.x)).max() / SPEED)
+
+    def formula_error(self, h: float) -> float:
+        """Largest |u⁺ − U(1 − cosh(x/h)/cosh(l/h))| over U, for a length h (m)."""
+        formula = SPEED * (1 - np.cosh(self.x / h) / np.cosh(LENGTH / h))
+        return float(np.abs(self.right - formula).max() / SPEED)
+
+    @property
+    def printed_length(self) -> float:
+        """m, the h that is printed beside the solution, √((k_s/k_v)/ρ)."""
+        medium = self.chain.medium
+        return float(np.sqrt(medium.k_s / medium.k_v / np.mean(medium.rho)))
+
+    @property
+    def printed(self) -> bool:
+        """(13) as it stands: k_s/k_v ≥ (e^(−2l/h) − 1)/(e^(−2l/h) + 1)."""
+        medium = self.chain.medium
+        decay = float(np.exp(-2 * self.chain.length / medium.length))
+        return medium.k_s / medium.k_v >= (decay - 1) / (decay + 1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Varied(Rod):
+    """A chain whose density changes linearly between its ends (people/m): free end, wall."""
+
+    ends: tuple[float, float]
+
+    @property
+    def rigid(self) -> list[float]:
+        """At AT from the wall for rigid disks of the same masses: the momentum of all who stand
+        behind."""
+        first, last = self.ends
+        behind = [LENGTH - at for at in AT]
+        return [SPEED * (first * x + 0.5 * (last - first) * x**2 / LENGTH) for x in behind]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FreeChain(Rod):
+    """A chain that nothing holds: its wall is behind the last one, who walks away from it."""
+
+    @cached_property
+    def mean(self) -> float:
+        """ū, m/s: the velocity of the rigid chain."""
+        weights = self.answer.space.weights
+        return float(self.answer.left_field.ravel() @ weights / weights.sum())
+
+    @property
+    def from_rigid(self) -> float:
+        """How far u⁺ is from ū, over U."""
+        return float(np.abs(self.answer.right_velocity - self.mean).max() / SPEED)
+
+    @property
+    def from_elastic(self) -> float:
+        """How far u⁺ is from the elastic exchange 2ū − u⁻, over U."""
+        exchanged = 2 * self.mean - self.answer.left_velocity
+        return float(np.abs(self.answer.right_velocity - exchanged).max() / SPEED)
+
+    @property
+    def pressure(self) -> float:
+        """The largest |σ|."""
+        return float(np.abs(pressure(self.answer)).max())
+
+
+def space_of(mesh: float) -> Space:
+    """Divide the chain into cells in proportion to a mesh (m)."""
+    return Space(chain_mesh(LENGTH, round(LENGTH * PER_METRE * 0.2 / mesh)), 2)
+
+
+def trial(name: str, surface: float, density: float, mesh: float) -> Trial:
+    """Solve a chain with k_s and ρ (people/m)."""
+    medium = table_1_medium(density, surface=surface, person=1.0)
+    chain = Chain(medium=medium, length=LENGTH, left_velocity=SPEED)
+    return Trial(name=name, chain=chain, answer=collide(space_of(mesh), medium, [SPEED]))
+
+
+def varied(first: float, last: float, mesh: float) -> Varied:
+    """Solve a chain with k_s of Table 1 whose density goes from `first` to `last` (people/m)."""
+    space = space_of(mesh)
+    density = first + (last - first) * space.mesh.p[0] / LENGTH
+    answer = collide(space, table_1_medium(density, person=1.0), [SPEED])
+    name = f"{first:g}" if first == last else f"{first:g} to {last:g}"
+    return Varied(name=name, answer=answer, ends=(first, last))
+
+
+def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float) -> FreeChain:
+    """Solve a free chain whose left velocity goes from one end of `ends` (m/s) to the other."""
+    space = space_of(mesh)
+    left = ends[0] + (ends[1] - ends[0]) * space.mesh.p[0] / LENGTH
+    medium = table_1_medium(volume=volume, surface=0.0, person=1.0)
+    return FreeChain(name=name, answer=collide(space, medium, left[:, None]))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chains:
+    """All chains of the section.
+
+    trials: one per name of SURFACES.
+    dense: one per density of DENSITIES, with k_s of Table 1.
+    varied: one per profile of PROFILES: falling, uniform and rising toward the wall.
+    free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one.
+    """
+
+    trials: Sequence[Trial]
+    dense: Sequence[Trial]
+    varied: Sequence[Varied]
+    free: FreeChain
+    constant: FreeChain
+
+    @property
+    def table_1(self) -> Trial:
+        """The chain with k_s of Table 1."""
+        return self.trials[1]
+
+    @property
+    def factor(self) -> float:
+        """The internal percussion by elements 0.5 m from the wall, over (14) as printed."""
+        corrected = self.table_1.chain.internal_percussion(LENGTH - 0.5)
+        return self.table_1.inner[1] / (float(corrected) / VOLUME)
+
+    @property
+    def rigid_factor(self) -> float:
+        """How many times as large the percussion of rigid disks is, 0.5 m from the wall, at
+        most."""
+        return max(rod.rigid[1] / rod.inner[1] for rod in self.varied)
+
+    @property
+    def growing(self) -> list[float]:
+        """m, the distances of AT from the wall at which it grows with every density."""
+        steps = np.diff([trial.inner for trial in self.dense], axis=0)
+        return [at for at, least in zip(AT, steps.min(0), strict=True) if least > 0]
+
+
+def chains(mesh: float) -> Chains:
+    """Solve all chains."""
+    return Chains(
+        trials=[trial(name, surface, DENSITY, mesh) for name, surface in SURFACES.items()],
+        dense=[trial(f"ρ = {rho:g}", TABLE_1.surface_dissipation, rho, mesh) for rho in DENSITIES],
+        varied=[varied(*ends, mesh) for ends in PROFILES],
+        free=free_chain("free, falling", (0.0, -SPEED), STIFF * VOLUME, mesh),
+        constant=free_chain("free, constant", (-SPEED, -SPEED), VOLUME, mesh),
+    )
+
+
+def velocities(found: Chains) -> Figure:
+    """Draw u⁺ along the chains by elements and in closed form, and r_int for several densities."""
+    figure = Figure(figsize=(10.5, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for number, one in enumerate(found.trials):
+        colour, some = COLOURS[number], slice(number * 5, None, 20)
+        left.plot(one.x, one.chain.right_velocity(one.x), LINES[number], color=colour, lw=1.2)
+        look = {"ls": "none", "ms": 5, "mfc": "none", "color": colour}
+        label = one.name.replace("k_s", "$k_s$")
+        left.plot(one.x[some], one.right[some], MARKERS[number], **look, label=label)
+    left.set(ylabel="right velocity u⁺ (m/s)")
+    left.legend(fontsize=8, loc="lower left")
+    shades = np.linspace(0.7, 0.0, len(found.dense))
+    for one, style, shade in zip(found.dense, (*LINES, (0, (6, 1))), shades, strict=True):
+        inner, label = one.chain.internal_percussion(one.x), f"{one.name} people/m"
+        right.plot(one.x, inner, ls=style, color=str(shade), lw=1.8, label=label)
+    right.set(ylabel="internal percussion (N·s per kg of a person)")
+    right.set(yscale="log", ylim=(1e-2, None))
+    right.legend(fontsize=8, loc="upper left")
+    for axes in (left, right):
+        axes.set(xlabel="x (m); the wall is at the right", xlim=(LENGTH - 6, LENGTH + 0.1))
+        axes.grid(alpha=0.3)
+    return figure
+
+
+def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
+    """Build 3.2.1: right velocities of chains that stick and rebound, the statements tried."""
+    found = chains(mesh)
+    words = Words(
+        __name__,
+        **{"found": found, "error": max(trial.error for trial in found.trials)},
+        **{"length": LENGTH, "density": DENSITY, "volume": VOLUME, "speed": SPEED},
+        **{"threshold": THRESHOLD, "densities": DENSITIES, "at": AT},
+        printed=sum(trial.printed for trial in found.trials),
+        rebound=sum(trial.printed != (trial.at_wall == 0) for trial in found.trials),
+        right=sum(trial.chain.sticks == (trial.at_wall == 0) for trial in found.trials),
+    )
+    pairs = [(rod, (("(11)", rod.inner), ("rigid disks", rod.rigid))) for rod in found.varied]
+    every = (*found.trials, *found.dense, *found.varied, found.free, found.constant)
+    return words.section(
+        "3.2.1",
+        pictures={"fig_3_2_1_chain": velocities(found)},
+        tables={
+            "chains": [_row(trial) for trial in found.trials],
+            "densities": [[rho, *t.inner] for rho, t in zip(DENSITIES, found.dense, strict=True)],
+            "profiles": [[rod.name, model, *inner] for rod, two in pairs for model, inner in two],
+        },
+        claims=verdicts(found),
+        warnings=unsolved((f"chain, {rod.name}", rod.answer) for rod in every),
+    )
+
+
+def verdicts(found: Chains) -> dict[str, Verdict]:
+    """Judge what the paper says in 3.2.1."""
+    table_1, rising = found.table_1, np.diff([rod.inner[1] for rod in found.varied])
+    lengths = (table_1.chain.medium.length, table_1.printed_length)
+    falls = bool(np.all(np.diff(table_1.inner) < 0))
+    free, constant = found.free, found.constant
+    return {
+        # (13) as printed says what the elements say
+        "condition": Verdict.of(all(t.printed == (t.at_wall == 0) for t in found.trials)),
+        "solution": Verdict.of(*(table_1.formula_error(h) < EQUAL for h in lengths)),
+        "percussion": Verdict.of(abs(found.factor - 1) < EQUAL, falls),
+        "increasing": Verdict.of(*(at in found.growing for at in AT)),
+        "glued": Verdict.of(table_1.closing < STILL),
+        "variable": Verdict.of(bool(np.all(rising > 0)), found.rigid_factor < 1 + EQUAL),
+        "constant": Verdict.of(constant.from_rigid < ROUNDING, constant.pressure < ROUNDING),
+        "free": Verdict.of(free.from_rigid < EQUAL),
+    }
+
+
+def _row(trial: Trial) -> list[Cell]:
+    chain, answer = trial.chain, trial.answer
+    walls = [float(answer.wall_force.sum()), chain.wall_percussion]
+    speeds = [trial.at_wall, 0.0 - chain.restitution * SPEED]
+    errors = [trial.error, answer.energy.error, answer.residual]
+    surface = float(answer.medium.surface_dissipation)
+    return [trial.name, surface, *speeds, *walls, *errors, str(answer.status)]

@@ -1,1 +1,0 @@
-"""Section 3.2.1: the chain."""
