@@ -1,0 +1,385 @@
+"""What a mesh buys: errors of the collision (11) against CPU seconds, with P1 and P2 elements on
+uniform and graded meshes, in a room against a fine solution and in the half-annulus."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from matplotlib.tri import Triangulation
+from skfem import Mesh
+
+from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK
+from analysis.pages.numbers import decimals, percent
+from analysis.pages.section import Cell, Section
+from analysis.pages.words import Words
+from analysis.support.machine import machine
+from analysis.support.progress import Progress
+from nscd.arrays import Floats
+from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
+from nscd.continuum.collision import CollisionAnswer, collide
+from nscd.continuum.left_velocity import toward_exit
+from nscd.continuum.medium import Medium, table_1_medium
+from nscd.continuum.mesh import mesh_of
+from nscd.continuum.pressure import pressure
+from nscd.continuum.room import square_room
+from nscd.continuum.space import Space
+from nscd.percussions import Status
+from nscd.stress import Kernel, smear
+
+SIDE, SPEED = 18.0, 1.7  # m, m/s
+TABLE = table_1_medium()
+ROOM = square_room(SIDE, 1.0)
+TOWARD = toward_exit(ROOM, SPEED)
+BODY = Kernel(width=0.2)
+NEAR, APART = 4.0, 0.25  # m: where pressures over a body are compared
+GRADING = {1: 0.4, 2: 0.3}
+REFERENCE_GRADING = 0.25
+ANNULUS = HalfAnnulus(medium=table_1_medium(surface=0.0), inner=1.0, outer=9.0, speed=SPEED)
+QUICK = 0.5  # s: what is faster is timed twice
+GOAL = 0.01
+CLEAR = 1.5  # times the distance of the references: an error nearer to it says nothing
+QUANTITIES = {
+    "energy": "Room: velocity sum, energy norm",
+    "pressure": "Room: pressure over a body",
+    "load": "Room: load of all walls",
+}
+STYLES = {
+    "P1 uniform": (BLUE, "o", "--", "white"),
+    "P1 graded": (BLUE, "o", "-", BLUE),
+    "P2 uniform": (ORANGE, "s", "--", "white"),
+    "P2 graded": (ORANGE, "s", "-", ORANGE),
+    "P1": (GREEN, "^", "-", GREEN),
+    "P2": (PINK, "D", "-.", PINK),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """Sides of the triangles (m) of P1 and P2 in the room and of the two references, and cells
+    along the annulus' radius."""
+
+    room: tuple[tuple[float, ...], tuple[float, ...]] = (
+        (2.0, 1.0, 0.5, 0.25, 0.16),
+        (2.0, 1.0, 0.5, 0.3),
+    )
+    references: tuple[float, float] = (0.4, 0.26)
+    annulus: tuple[tuple[int, ...], tuple[int, ...]] = ((8, 16, 32, 64), (4, 8, 16, 32))
+
+
+class Errors(NamedTuple):
+    """Relative errors: energy, √a(w − w̃, w − w̃)/√a(w,w) without the walls' part of a; pressure;
+    load, the walls' whole ∫μ.
+
+    pressure: in the room the largest difference over a body over the largest pressure over a body,
+    within 4 m of the exit; in the half-annulus ‖p − p̃‖/‖p‖ in L²."""
+
+    energy: float
+    pressure: float
+    load: float
+
+
+class Point(NamedTuple):
+    """One solved mesh: its family ("P1 uniform"), side (m) or cells along the radius, unknowns, CPU
+    seconds of the mesh and of the collision, errors, status."""
+
+    family: str
+    size: float
+    unknowns: int
+    mesh_s: float
+    solve_s: float
+    errors: Errors
+    status: Status
+
+    @property
+    def cpu_s(self) -> float:
+        """Mesh and collision."""
+        return self.mesh_s + self.solve_s
+
+
+class Study(NamedTuple):
+    """The points of the room and of the half-annulus; the reference's unknowns, how far the next
+    coarser reference is from it, and whether both are solved."""
+
+    room: list[Point]
+    annulus: list[Point]
+    reference_unknowns: int
+    uncertainty: Errors
+    reference_solved: bool
+
+
+def study(plan: Plan, progress: Progress | None = None) -> Study:
+    """Solve all meshes of the plan. CPU seconds are those of this process, all its threads."""
+    tell: Progress = progress or (lambda label, share: None)
+
+    def in_room(mesh: Mesh, order: int) -> CollisionAnswer:
+        return collide(Space(mesh, order), TABLE, TOWARD)
+
+    def in_annulus(mesh: Mesh, order: int) -> CollisionAnswer:
+        return collide(Space(mesh, order), ANNULUS.medium, ANNULUS.left_velocity)
+
+    in_room(mesh_of(ROOM, 4.0), 1)  # what the first call loads and compiles is not counted
+    coarse, fine = (
+        Reference(in_room(mesh_of(ROOM, size, grading=REFERENCE_GRADING), 2))
+        for size in plan.references
+    )
+    tell("meshes", 0.2)
+    room, annulus = list[Point](), list[Point]()
+    for order, sizes in zip((1, 2), plan.room, strict=True):
+        for name, grading in (("uniform", 1.0), ("graded", GRADING[order])):
+            for size in sizes:
+                make = partial(mesh_of, ROOM, size, grading=grading)
+                solve = partial(in_room, order=order)
+                room.append(point(f"P{order} {name}", size, make, solve, fine.errors))
+            tell("meshes", 0.2 + 0.6 * len(room) / (2 * sum(map(len, plan.room))))
+    for order, counts in zip((1, 2), plan.annulus, strict=True):
+        for cells in counts:
+            make = partial(ANNULUS.mesh, cells, curved=order == 2)
+            solve = partial(in_annulus, order=order)
+            annulus.append(point(f"P{order}", cells, make, solve, annulus_errors))
+    tell("meshes", 1.0)
+    return Study(
+        room=room,
+        annulus=annulus,
+        reference_unknowns=int(fine.answer.space.basis.N),
+        uncertainty=fine.errors(coarse.answer),
+        reference_solved=all(r.answer.status is Status.SOLVED for r in (coarse, fine)),
+    )
+
+
+def point(
+    family: str,
+    size: float,
+    make: Callable[[], Mesh],
+    solve: Callable[[Mesh], CollisionAnswer],
+    errors: Callable[[CollisionAnswer], Errors],
+) -> Point:
+    """Time a mesh and its collision, the best of two where they are quick, and take its errors."""
+    times = list[tuple[float, float]]()
+    while len(times) < 2 and sum(map(sum, times)) <= QUICK:
+        begin = time.process_time()
+        mesh = make()
+        middle = time.process_time()
+        answer = solve(mesh)
+        times.append((middle - begin, time.process_time() - middle))
+    mesh_s, solve_s = map(min, zip(*times, strict=True))
+    unknowns = int(answer.space.basis.N)
+    return Point(family, size, unknowns, mesh_s, solve_s, errors(answer), answer.status)
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A fine solution; others are compared at its quadrature points."""
+
+    answer: CollisionAnswer
+
+    @cached_property
+    def points(self) -> Floats:
+        """Quadrature points (2,q) m."""
+        return np.asarray(self.answer.space.basis.global_coordinates()).reshape(2, -1)
+
+    @cached_property
+    def fields(self) -> tuple[Floats, Floats]:
+        """w (2,q) and D(w) (2,2,q) there."""
+        return evaluated(self.answer, self.points)
+
+    def errors(self, other: CollisionAnswer) -> Errors:
+        """Compare another answer in the same room."""
+        (w, strain), (exact, exact_strain) = evaluated(other, self.points), self.fields
+        p, exact_p = self._over_bodies(strain), self._over_bodies(exact_strain)
+        load = float(self.answer.wall_force.sum())
+        area = np.asarray(self.answer.space.basis.dx).ravel()
+        difference, of = (w - exact, strain - exact_strain), (exact, exact_strain)
+        return Errors(
+            energy=_share(difference, of, area, TABLE),
+            pressure=float(np.abs(p - exact_p).max() / exact_p.max()),
+            load=abs(float(other.wall_force.sum()) - load) / load,
+        )
+
+    def _over_bodies(self, strain: Floats) -> Floats:
+        """−½k_v tr D averaged with BODY, at places APART near the exit."""
+        steps = np.arange(-NEAR, NEAR + APART / 2, APART)
+        x, y = np.meshgrid(steps[: len(steps) // 2 + 1], steps)
+        at = np.column_stack([x[np.hypot(x, y) <= NEAR], y[np.hypot(x, y) <= NEAR]])
+        area = np.asarray(self.answer.space.basis.dx).reshape(-1, 1)
+        p = -0.5 * TABLE.k_v * (strain[0, 0] + strain[1, 1])[:, None]
+        sums, _ = smear(np.ascontiguousarray(self.points.T), np.hstack([area, area * p]), BODY, at)
+        return np.asarray(sums[:, 1] / sums[:, 0])
+
+
+def annulus_errors(answer: CollisionAnswer) -> Errors:
+    """Compare an answer in the half-annulus with the closed form."""
+    basis = answer.space.basis
+    x, area = np.asarray(basis.global_coordinates()), np.asarray(basis.dx)
+    w, strain = np.asarray(answer.sum_field), _symmetric(answer.sum_field.grad)
+    exact, exact_strain, p = ANNULUS.velocity_sum(x), ANNULUS.strain(x), ANNULUS.pressure(x)
+    difference, of = (w - exact, strain - exact_strain), (exact, exact_strain)
+    return Errors(
+        energy=_share(difference, of, area, ANNULUS.medium),
+        pressure=float(np.sqrt(((pressure(answer) - p) ** 2 * area).sum() / (p**2 * area).sum())),
+        load=abs(float(answer.wall_force.sum()) - ANNULUS.wall_force) / ANNULUS.wall_force,
+    )
+
+
+def _share(
+    field: tuple[Floats, Floats], of: tuple[Floats, Floats], area: Floats, medium: Medium
+) -> float:
+    """√(∫ρ|w|² + k_v|D|²) of a field (w, D) over that of another."""
+    rho = float(np.mean(medium.rho))
+    one, two = (
+        float(((rho * (w**2).sum(0) + medium.k_v * (d**2).sum((0, 1))) * area).sum())
+        for w, d in (field, of)
+    )
+    return float(np.sqrt(one / two))
+
+
+def _symmetric(gradient: Any) -> Floats:
+    array = np.asarray(gradient)
+    return np.asarray(0.5 * (array + array.swapaxes(0, 1)))
+
+
+def evaluated(answer: CollisionAnswer, points: Floats) -> tuple[Floats, Floats]:
+    """w (2,q) and D(w) (2,2,q) of an answer on straight triangles at points (2,q) within its
+    room."""
+    basis = answer.space.scalar
+    mesh = basis.mesh
+    # skfem's own finder tries every triangle for a point that is not in one of the next few
+    cells = Triangulation(mesh.p[0], mesh.p[1], mesh.t.T).get_trifinder()(*points)
+    local = basis.mapping.invF(points[:, :, None], tind=cells)
+    w, gradient = np.zeros_like(points), np.zeros((2, *points.shape))
+    for k in range(basis.Nbfun):
+        share = answer.velocity_sum[basis.element_dofs[k, cells]].T
+        shape = basis.elem.gbasis(basis.mapping, local, k, tind=cells)[0]
+        w += share * np.asarray(shape)[:, 0]
+        gradient += share[:, None] * np.asarray(shape.grad)[None, :, :, 0]
+    return w, _symmetric(gradient)
+
+
+def picture(study: Study) -> Figure:
+    """Three errors in the room and that of the energy in the half-annulus, each against CPU
+    seconds."""
+    figure = Figure(figsize=(9, 7), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
+    for axes, (name, title) in zip(panels, QUANTITIES.items(), strict=False):
+        _curves(axes, study.room, name)
+        limit = getattr(study.uncertainty, name)
+        axes.axhspan(axes.get_ylim()[0], limit, color=GREY, alpha=0.5, lw=0, zorder=0)
+        axes.set_title(title, fontsize=10)
+    _curves(panels[3], study.annulus, "energy")
+    panels[3].set_title("Half-annulus: velocity sum, energy norm", fontsize=10)
+    handles = {
+        label: h for p in panels for h, label in zip(*p.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=6, fontsize=8)
+    return figure
+
+
+def _curves(axes: Axes, points: Sequence[Point], name: str) -> None:
+    for family, of in families(points).items():
+        colour, marker, line, face = STYLES[family]
+        label = family if " " in family else f"{family}, half-annulus"
+        seconds, errors = zip(*((p.cpu_s, getattr(p.errors, name)) for p in of), strict=True)
+        axes.plot(seconds, errors, color=colour, ls=line, marker=marker, mfc=face, label=label)
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel="CPU seconds, mesh and collision", ylabel="relative error")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(alpha=0.3, which="major")
+    axes.set_ylim(*axes.get_ylim())
+
+
+def build(progress: Progress | None = None, plan: Plan | None = None) -> Section:
+    """Build the chart of errors against CPU seconds in the room and in the half-annulus."""
+    found = study(plan or Plan(), progress)
+    words = Words(
+        __name__,
+        **{"found": found, "far": found.uncertainty, "machine": machine()},
+        **{"goal": GOAL, "clear": CLEAR, "side": SIDE, "orders": _orders(found)},
+        **{"table": TABLE, "speed": SPEED, "grading": GRADING, "body": BODY, "annulus": ANNULUS},
+        **{"near": NEAR, "apart": APART, "reference_grading": REFERENCE_GRADING},
+        reached=[_reached(found.room, name) for name in QUANTITIES],
+    )
+    unsolved = [p for p in (*found.room, *found.annulus) if p.status is not Status.SOLVED]
+    warnings = [f"{p.family}, {p.size:g}: {p.status}" for p in unsolved]
+    return words.section(
+        "mesh",
+        pictures={"mesh_precision": picture(found)},
+        tables={
+            "meshes": [_row("room", f"{p.size:g} m", p) for p in found.room]
+            + [_row("half-annulus", f"{p.size:g} cells", p) for p in found.annulus]
+        },
+        warnings=warnings if found.reference_solved else [*warnings, "a reference is not solved"],
+    )
+
+
+class Reached(NamedTuple):
+    """What each family of meshes needs to come to the goal in one quantity.
+
+    seconds: s, CPU time, of the families that get there.
+    best: the least error of each family.
+    """
+
+    seconds: dict[str, float]
+    best: dict[str, float]
+
+    @property
+    def cheapest(self) -> str | None:
+        """The family that needs least."""
+        return min(self.seconds, key=self.seconds.__getitem__, default=None)
+
+
+def _reached(points: Sequence[Point], name: str) -> Reached:
+    of = families(points)
+    needed = {family: seconds_to(some, name, GOAL) for family, some in of.items()}
+    return Reached(
+        {family: s for family, s in needed.items() if s is not None},
+        {family: min(getattr(p.errors, name) for p in some) for family, some in of.items()},
+    )
+
+
+def seconds_to(points: Sequence[Point], name: str, goal: float) -> float | None:
+    """Read the CPU seconds at which the error falls to the goal, a power law between points.
+
+    None where it does not.
+    """
+    for i, point in enumerate(points):
+        error = getattr(point.errors, name)
+        if error <= goal:
+            if i == 0:
+                return point.cpu_s
+            before = points[i - 1]
+            start = getattr(before.errors, name)
+            share = np.log(start / goal) / np.log(start / error)
+            return float(before.cpu_s * (point.cpu_s / before.cpu_s) ** share)
+    return None
+
+
+def _orders(found: Study) -> list[tuple[str, str, float]]:
+    """Family, case and the order in energy between the two finest meshes that are clear of the
+    reference."""
+    clear = [p for p in found.room if p.errors.energy > CLEAR * found.uncertainty.energy]
+    orders = []
+    for points, where in ((clear, "room"), (found.annulus, "half-annulus")):
+        for family, some in families(points).items():
+            if len(some) > 1:
+                coarse, fine = some[-2:]
+                gain = np.log(coarse.errors.energy / fine.errors.energy)
+                rate = 2 * float(gain / np.log(fine.unknowns / coarse.unknowns))
+                orders.append((family, where, rate))
+    return orders
+
+
+def families(points: Sequence[Point]) -> dict[str, list[Point]]:
+    """The points of each family."""
+    names = dict.fromkeys(p.family for p in points)
+    return {name: [p for p in points if p.family == name] for name in names}
+
+
+def _row(where: str, size: str, p: Point) -> list[Cell]:
+    seconds = [decimals(s, 3) for s in (p.mesh_s, p.solve_s)]
+    errors = [percent(error, 2) for error in p.errors]
+    return [where, p.family, size, p.unknowns, *seconds, *errors, str(p.status)]
