@@ -14,14 +14,13 @@ import nscd
 from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import drawn
 from analysis.pages.section import Claim, Drawn, Section, Table, Verdict
+from analysis.paper.continuum import bridge, solid_chain
 from analysis.paper.continuum import fig7_border as fig7
 from analysis.paper.continuum import fig8_turbulence as fig8
 from analysis.paper.continuum import fig9_exit_pressure as fig9
 from analysis.paper.continuum import fig10_density as fig10
 from analysis.paper.continuum import fig11_left_velocities as fig11
 from analysis.paper.continuum import mesh_precision as mesh
-from analysis.paper.continuum import solid_chain
-from analysis.paper.continuum.bridge import section as bridge
 from analysis.paper.discrete.fig1_four_disks import section as fig1
 from analysis.paper.discrete.fig2_corridor import section as fig2
 from analysis.paper.discrete.fig3_chains import section as fig3

@@ -1,0 +1,654 @@
+"""The bridge from contacts to stress: percussions of ever more disks in the same room before a 1 m
+exit that opens, and the continuum models that they approach, under the same kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from skfem import MeshTri1
+
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LINES,
+    MARKERS,
+    ORANGE,
+    PINK,
+    SHADES,
+    label_outer,
+    legend_below,
+)
+from analysis.pages.numbers import NONE, decimals
+from analysis.pages.section import Cell, Section
+from analysis.pages.words import Words
+from analysis.paper.answers import Answer, unsolved
+from analysis.paper.continuum.exit_room import EXIT, to_exit
+from analysis.scene.packing import heap, press
+from analysis.support.progress import Progress
+from nscd import Percussions, Snapshot, Walls, find_contacts, solve
+from nscd.arrays import Floats
+from nscd.continuum.collision import collide
+from nscd.continuum.medium import PERSON, TABLE_1, Medium
+from nscd.continuum.mesh import mesh_of
+from nscd.continuum.pressure import pressure
+from nscd.continuum.rivals.first_order import first_order_flow
+from nscd.continuum.rivals.frictional import frictional_flow
+from nscd.continuum.room import Border, Room
+from nscd.continuum.space import Space
+from nscd.stress import FlowField, Kernel, StressField, flow_field, smear, stress_field
+
+HALF_DOOR = 0.5 * EXIT  # m
+SPEED = 2.0  # m/s, toward the nearest point of the exit
+PEOPLE, RADIUS = 600, 0.215  # how many of which mean radius (m) make up the crowd's mass and size
+MASS = PERSON * PEOPLE
+KERNEL = Kernel(width=0.4, compact=True)
+SPACING = 0.25  # m, of the points where fields are compared
+WITHIN = 7.25  # m of the exit, where these points lie; crowds end at 7.8 to 8 m
+SOFTNESS = 0.02
+NEAR = 0.2  # of the mean radius
+MESH = 0.3  # m
+ARC = 90  # edges of each quarter of the crowd's round border
+VOLUMES = 10.0 ** np.arange(2.0, 4.51, 0.25)  # kg, among which k_v is fitted
+FRICTIONS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4)
+BAND = 0.5  # m, of the profiles
+
+
+class Packing(StrEnum):
+    """Which disks count as touching, and how they came to stand."""
+
+    TOUCHING = "touching"
+    NEAR = "near"
+    PRESSED = "pressed"
+
+
+COLOURS = {Packing.TOUCHING: ORANGE, Packing.NEAR: GREEN, Packing.PRESSED: BLUE}
+
+Plan = Mapping[Packing, Mapping[int, int]]
+"""How many crowds (seeds 1, 2, …) of each packing and N."""
+
+# a large crowd averages over its own disorder, so that few of them say as much as many small ones
+PLAN: Plan = {
+    Packing.TOUCHING: {600: 8, 2400: 6, 10_000: 4, 40_000: 2},
+    Packing.NEAR: {600: 8, 2400: 4, 10_000: 3, 40_000: 1},
+    Packing.PRESSED: {600: 8, 2400: 4, 10_000: 3, 40_000: 1},
+}
+
+
+def points() -> Floats:
+    """Where fields are compared, (m,2) m: a square grid within 7.25 m of the exit."""
+    axis = np.arange(0.5 * SPACING, WITHIN + 2 * HALF_DOOR, SPACING)
+    grid = np.stack(
+        np.meshgrid(-axis, np.concatenate([-axis[::-1], axis]), indexing="ij"), -1
+    ).reshape(-1, 2)
+    return grid[to_exit(grid) <= WITHIN]
+
+
+def toward_exit(position: Floats) -> Floats:
+    """2 m/s toward the nearest point of the exit, 0 on it: (n,2) m → (n,2) m/s."""
+    way = -position
+    way[:, 1] += np.clip(position[:, 1], -HALF_DOOR, HALF_DOOR)
+    distance = np.hypot(*way.T)[:, None]
+    velocity: Floats = SPEED * np.divide(way, distance, out=np.zeros_like(way), where=distance > 0)
+    return velocity
+
+
+def area(size: float) -> float:
+    """Of x < 0 within `size` (m) of the exit, m²."""
+    return 0.5 * np.pi * size**2 + 2 * HALF_DOOR * size
+
+
+def crowd_size(position: Floats) -> float:
+    """R (m) of a crowd of even density: half of it stands on half the area, within the median
+    distance of the exit."""
+    whole = 2 * area(float(np.median(to_exit(position))))
+    return float((np.sqrt((2 * HALF_DOOR) ** 2 + 2 * np.pi * whole) - 2 * HALF_DOOR) / np.pi)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sample:
+    """One crowd: its answer and its fields at `points`.
+
+    size: m, R: the crowd fills x < 0 within R of the exit.
+    coordination: contacts per disk, 2k/n on average.
+    stress, flow, left: the fields of percussions, u⁺ and u⁻ by KERNEL.
+    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|².
+    wall_load: N·s, Σ of the walls' percussions along x.
+    """
+
+    seed: int
+    size: float
+    coordination: float
+    answer: Percussions
+    stress: StressField
+    flow: FlowField
+    left: FlowField
+    kept: float
+    wall_load: float
+
+
+def sample(packing: Packing, n: int, seed: int) -> Sample:
+    """Pack n disks of mean radius 0.215 m·√(600/n) and 45 t in all, masses ∝ r², and solve their
+    percussions with k = 0.
+
+    The door is shut while the crowd packs, and open when it walks. touching: a heap just as it was
+    grown, contacts where disks touch; near: the same heap, gaps up to 0.2 mean radii count as
+    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap.
+    """
+    mean = RADIUS * np.sqrt(PEOPLE / n)
+    position, radius = heap(n, seed, mean, HALF_DOOR)
+    if packing is Packing.PRESSED:
+        position, rested = press(position, radius, HALF_DOOR, SOFTNESS)
+        if not rested:
+            raise RuntimeError(f"{n} pressed disks did not come to rest (seed {seed})")
+    tolerance = {Packing.TOUCHING: 1e-9, Packing.NEAR: NEAR * mean, Packing.PRESSED: 0.0}[packing]
+    mass = MASS * radius**2 / (radius**2).sum()
+    left = toward_exit(position)
+    snapshot = Snapshot(position=position, velocity=left, radius=radius, mass=mass)
+    far = 2.0 * float(np.abs(position).max())
+    walls = Walls(start=[[0, -far], [0, HALF_DOOR]], end=[[0, -HALF_DOOR], [0, far]])
+    contacts = find_contacts(snapshot, walls, tolerance=tolerance)
+    # where λ is not unique its choice moves the pressure by less than a thousandth: the cheapest
+    # will do
+    answer = solve(snapshot, contacts, canonical=False)
+    at, right = points(), answer.right_velocity
+    before, after = (float((snapshot.mass[:, None] * u**2).sum()) for u in (left, right))
+    return Sample(
+        seed=seed,
+        size=crowd_size(position),
+        coordination=2 * len(contacts) / n,
+        answer=answer,
+        stress=stress_field(snapshot, contacts, answer.impulse, KERNEL, at),
+        flow=flow_field(snapshot, right, KERNEL, at),
+        left=flow_field(snapshot, snapshot.velocity, KERNEL, at),
+        kept=after / before,
+        wall_load=float(answer.impulse[contacts.is_wall, 0].sum()),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Model:
+    """A continuum answer.
+
+    name: the law and its parameter.
+    friction, volume: the parameter s or k_v (kg), of a law that has one.
+    pressure, velocity: (m,) N·s/m and u⁺ (m,2) m/s at `points()` under KERNEL.
+    kept: share of the kinetic energy.
+    wall_load: N·s.
+    answer: of the solver; None for what is known without one.
+    """
+
+    name: str
+    friction: float | None = None
+    volume: float | None = None
+    pressure: Floats
+    velocity: Floats
+    kept: float
+    wall_load: float
+    answer: Answer | None
+
+
+@dataclass(frozen=True, eq=False)
+class Crowd:
+    """The continuum that a crowd of disks stands for: x < 0 within `size` (m, R) of the exit, 45
+    t, and its models."""
+
+    size: float
+
+    @property
+    def density(self) -> float:
+        """kg/m²."""
+        return MASS / area(self.size)
+
+    @cached_property
+    def mesh(self) -> MeshTri1:
+        """Walls on x = 0, the exit in their middle, a free border at R."""
+        angle = np.linspace(0.0, 0.5 * np.pi, ARC + 1)
+        upper = np.column_stack([-np.sin(angle), np.cos(angle)]) * self.size + [0.0, HALF_DOOR]
+        lower = np.column_stack([-np.cos(angle), -np.sin(angle)]) * self.size - [0.0, HALF_DOOR]
+        outline = np.vstack([upper, lower, [[0.0, -HALF_DOOR], [0.0, HALF_DOOR]]])
+        border: list[Border] = ["free"] * (len(outline) - 3)
+        return mesh_of(Room(outline=outline, border=(*border, "wall", "exit", "wall")), MESH)
+
+    @cached_property
+    def space(self) -> Space:
+        """P1 vector elements."""
+        return Space(self.mesh)
+
+    @cached_property
+    def _spread(self) -> Floats:
+        """(m,), ∫φ over the crowd at `points()`."""
+        return smear(self.space.points, self.space.weights[:, None], KERNEL, points())[0][:, 0]
+
+    def _model(self, name: str, pressure: Floats, right: Floats, load: float, **more: Any) -> Model:
+        """A model of pressure (q,) N·s/m and right velocity (q,2) m/s at the quadrature points."""
+        weight = self.space.weights
+        columns = weight[:, None] * np.column_stack([pressure, right])
+        values, _ = smear(self.space.points, columns, KERNEL, points())
+        return Model(
+            name=name,
+            pressure=values[:, 0],
+            velocity=values[:, 1:] / self._spread[:, None],
+            kept=float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2)),
+            wall_load=load,
+            **{"answer": None} | more,
+        )
+
+    @cached_property
+    def blocked(self) -> Model:
+        """Nobody moves: p = ρU(R − d) with the distance d from the exit, the solution of (20) for a
+        shut door: u_d = −U∇d."""
+        where, push = self.space.points, self.density * SPEED
+        p = push * (self.size - to_exit(where))
+        return self._model("nobody moves", p, np.zeros_like(where), push * self.size**2)
+
+    @cached_property
+    def unhindered(self) -> Model:
+        """Everybody walks as they want: u⁺ = u⁻, no pressure."""
+        where = self.space.points
+        return self._model("u⁺ = u⁻", np.zeros(len(where)), toward_exit(where), 0.0)
+
+    @cached_property
+    def first_order(self) -> Model:
+        """(20) in its complementarity form, for a given mass: ρu⁺ = ρu_d − ∇p, div u⁺ ≥ 0 ⟂ p ≥
+        0."""
+        flow = first_order_flow(self.mesh, toward_exit)
+        p = self.density * flow.pressure
+        return self._of_cells("(20)", p, p, flow.right_velocity, answer=flow)
+
+    @cached_property
+    def frictional(self) -> list[Model]:
+        """(20) with each internal friction s of FRICTIONS."""
+        where, weight = self.space.points, self.space.weights
+        share = weight.reshape(self.mesh.nelements, -1, 1)
+        desired = (share * toward_exit(where).reshape(*share.shape[:2], 2)).sum(1) / share.sum(1)
+        found = []
+        for s in FRICTIONS:
+            flow = frictional_flow(self.mesh, self.density, desired, s)
+            p, a, _ = flow.stress.T
+            own = {"answer": flow, "friction": s}
+            name = f"(20), friction {s:g}"
+            found.append(self._of_cells(name, p, p - a, flow.right_velocity, **own))
+        return found
+
+    def _of_cells(
+        self, name: str, pressure: Floats, across: Floats, right: Floats, **more: Any
+    ) -> Model:
+        """A model of P1 pressure and stress −Σ_xx across the walls (n,) N·s/m, and a right velocity
+        (m,2) in the cells."""
+        basis = self.space.scalar
+        values = np.zeros(basis.N)
+        values[basis.nodal_dofs[0]] = pressure
+        ends = self.mesh.facets[:, (self.mesh.boundaries or {})["wall"]]
+        length = np.hypot(*(self.mesh.p[:, ends[1]] - self.mesh.p[:, ends[0]]))
+        load = float((length * across[ends].mean(0)).sum())
+        p = np.asarray(basis.interpolate(values)).ravel()
+        return self._model(name, p, np.repeat(right, basis.dx.shape[1], axis=0), load, **more)
+
+    def _collided(self, volume: float, surface: float = 0.0) -> Model:
+        """(11) with k_v (kg) and k_s (kg/m)."""
+        medium = Medium(
+            density=self.density, volume_dissipation=volume, surface_dissipation=surface
+        )
+        answer = collide(self.space, medium, toward_exit)
+        # along +x: what the crowd gives to the walls
+        load = float(answer.wall_force @ self.space.wall.normal[:, 0])
+        right, p = answer.right_field.reshape(2, -1).T, pressure(answer).ravel()
+        name = f"(11), k_v = {volume:,.0f} kg"
+        return self._model(name, p, right, load, answer=answer, volume=volume)
+
+    @cached_property
+    def table(self) -> Model:
+        """(11) with the paper's Table 1, per person of 75 kg."""
+        return self._collided(
+            TABLE_1.volume_dissipation * PERSON, TABLE_1.surface_dissipation * PERSON
+        )
+
+    @cached_property
+    def deformable(self) -> list[Model]:
+        """(11) with each k_v of VOLUMES."""
+        return [self._collided(float(volume)) for volume in VOLUMES]
+
+    @property
+    def answers(self) -> list[tuple[str, Answer]]:
+        """All answers, named."""
+        every = (self.first_order, self.table, *self.deformable, *self.frictional)
+        return [(m.name, m.answer) for m in every if m.answer is not None]
+
+
+@dataclass(frozen=True, eq=False)
+class Size:
+    """All crowds of one packing and one N, against the continuum models of that packing's crowd:
+    shares and distances, one number per crowd, (s,)."""
+
+    packing: Packing
+    n: int
+    samples: Sequence[Sample]
+    models: Crowd
+
+    def pressure_distance(self, model: Model) -> Floats:
+        """‖p − p_model‖/‖p_(20)‖ of each crowd, L² over the points."""
+        scale = np.linalg.norm(self.models.first_order.pressure)
+        away = [np.linalg.norm(s.stress.pressure - model.pressure) for s in self.samples]
+        return np.asarray(away / scale)
+
+    def velocity_distance(self, model: Model) -> Floats:
+        """‖u⁺ − u⁺_model‖/‖u⁻‖ of each crowd, L² over the points."""
+        scale = np.linalg.norm(self.models.unhindered.velocity)
+        away = [np.linalg.norm(s.flow.velocity - model.velocity) for s in self.samples]
+        return np.asarray(away / scale)
+
+    def pressure_gap(self, model: Model) -> float:
+        """‖p_model − p_(20)‖/‖p_(20)‖: how far a model is from (20)."""
+        reference = self.models.first_order.pressure
+        return float(np.linalg.norm(model.pressure - reference) / np.linalg.norm(reference))
+
+    def _nearest_pressure(self, models: Sequence[Model]) -> Model:
+        return min(models, key=lambda model: float(self.pressure_distance(model).mean()))
+
+    @cached_property
+    def best(self) -> Model:
+        """(11) with the k_v, among VOLUMES, whose pressure is nearest to the crowds'."""
+        return self._nearest_pressure(self.models.deformable)
+
+    @cached_property
+    def rough(self) -> Model:
+        """(20) with the friction, 0 or among FRICTIONS, whose pressure is nearest to the
+        crowds'."""
+        return self._nearest_pressure([self.models.first_order, *self.models.frictional])
+
+    @property
+    def shown(self) -> list[Model]:
+        """The models of the table, with what is fitted among them."""
+        m = self.models
+        return [m.first_order, m.blocked, m.unhindered, m.table, self.best, self.rough]
+
+    @property
+    def nearest(self) -> Model:
+        """The one of the models shown to which pressure and velocity together are nearest."""
+        distances = (self.pressure_distance, self.velocity_distance)
+        return min(self.shown, key=lambda model: sum(float(far(model).mean()) for far in distances))
+
+    @property
+    def deviator(self) -> Floats:
+        """‖Σ + p1‖/‖Σ‖ of each crowd: what is not pressure."""
+        shares = []
+        for s in self.samples:
+            rest = s.stress.stress + s.stress.pressure[:, None, None] * np.eye(2)
+            shares.append(np.linalg.norm(rest) / np.linalg.norm(s.stress.stress))
+        return np.array(shares)
+
+    @property
+    def dissipative(self) -> Floats:
+        """R² of Σ = k D(w), w = u⁺ + u⁻, through the origin, of each crowd: 1 − ‖Σ −
+        kD(w)‖²/‖Σ‖² with the best k ≥ 0."""
+        shares = []
+        for s in self.samples:
+            total = s.flow.gradient + s.left.gradient
+            rate = 0.5 * (total + total.transpose(0, 2, 1))
+            sigma = s.stress.stress
+            along = max(float((sigma * rate).sum()), 0.0)
+            shares.append(along**2 / ((sigma**2).sum() * (rate**2).sum()))
+        return np.array(shares)
+
+    @property
+    def compression(self) -> Floats:
+        """How much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋."""
+
+        def negative(flow: FlowField) -> float:
+            return float(np.maximum(-np.trace(flow.gradient, axis1=1, axis2=2), 0.0).sum())
+
+        return np.array([negative(s.flow) / negative(s.left) for s in self.samples])
+
+    @property
+    def kept(self) -> Floats:
+        """Share of the kinetic energy that each crowd keeps."""
+        return np.array([s.kept for s in self.samples])
+
+    @property
+    def wall_load(self) -> Floats:
+        """Load of the walls in each crowd, kN·s."""
+        return np.array([s.wall_load for s in self.samples]) / 1e3
+
+    @property
+    def spread(self) -> float | None:
+        """Root mean square distance of a crowd's pressure from their mean, over ‖p_(20)‖; None for
+        a single crowd."""
+        if len(self.samples) < 2:
+            return None
+        every = np.array([s.stress.pressure for s in self.samples])
+        variance = every.var(axis=0, ddof=1).sum()
+        return float(np.sqrt(variance) / np.linalg.norm(self.models.first_order.pressure))
+
+    @property
+    def warnings(self) -> list[str]:
+        """The crowds that are not solved."""
+        name = f"{self.packing}, N = {self.n}, seed"
+        return unsolved((f"{name} {s.seed}", s.answer) for s in self.samples)
+
+
+def study(plan: Plan = PLAN, progress: Progress | None = None) -> list[Size]:
+    """Solve all crowds of the plan, by packing and N, and the continuum of each packing's mean
+    size R."""
+    total = sum(n * count for sizes in plan.values() for n, count in sizes.items())
+    done, crowds = 0, dict[tuple[Packing, int], list[Sample]]()
+    for packing, n in ((packing, n) for packing, sizes in plan.items() for n in sizes):
+        crowds[packing, n] = []
+        for seed in range(1, plan[packing][n] + 1):
+            crowds[packing, n].append(sample(packing, n, seed))
+            done += n
+            if progress:
+                progress("crowds", done / total)
+    models: dict[float, Crowd] = {}
+    found = []
+    for packing, n in crowds:
+        same = [s for (kind, _), some in crowds.items() if kind is packing for s in some]
+        # to the centimetre: `touching` and `near` are the same heaps
+        size = round(float(np.mean([s.size for s in same])), 2)
+        crowd = models.setdefault(size, Crowd(size))
+        found.append(Size(packing, n, crowds[packing, n], crowd))
+    return found
+
+
+def by_packing(sizes: Sequence[Size]) -> dict[Packing, list[Size]]:
+    """The sizes of each packing."""
+    kinds = dict.fromkeys(size.packing for size in sizes)
+    return {kind: [size for size in sizes if size.packing == kind] for kind in kinds}
+
+
+def trends(sizes: Sequence[Size]) -> Figure:
+    """Against N: kinetic energy kept; distance of the pressure from (20), without and with
+    friction; the part of Σ that is no pressure."""
+    figure = Figure(figsize=(10.0, 7.4), layout="constrained")
+    (kept, deviator), (smooth, rough) = figure.subplots(2, 2)
+    last = sizes[-1]
+    models = last.models
+    _trend(kept, sizes, lambda size: size.kept)
+    _trend(deviator, sizes, lambda size: size.deviator)
+    _trend(smooth, sizes, lambda size: size.pressure_distance(size.models.first_order))
+    _trend(rough, sizes, lambda size: size.pressure_distance(size.rough))
+    free, flow, blocked = models.unhindered, models.first_order, models.blocked
+    levels = [(m.name, m.kept) for m in (free, flow, last.rough, blocked)]
+    _across(kept, [*levels, ("(11), Table 1", models.table.kept)])
+    _across(smooth, [(m.name, last.pressure_gap(m)) for m in (free, blocked, last.rough)])
+    kept.set(ylim=(-0.05, 1.06), ylabel="kinetic energy kept")
+    deviator.set(ylim=(0, None), ylabel="no pressure: ‖Σ + p1‖ / ‖Σ‖")
+    smooth.set(ylim=(0, 1.06), ylabel="distance of p from (20)")
+    rough.set(ylim=(0, 1.06), ylabel="distance of p from (20), best friction")
+    legend_below(figure, kept, 3, 9)
+    return figure
+
+
+def _across(axes: Axes, levels: Sequence[tuple[str, float]]) -> None:
+    """Lines across the axes, named beside them, where no data can be."""
+    place = ("axes fraction", "data")
+    for words, value in levels:
+        axes.axhline(value, color=BLACK, lw=0.8, ls=LINES[3])
+        axes.annotate(words, (1.01, value), xycoords=place, fontsize=8, va="center")
+
+
+def _trend(axes: Axes, sizes: Sequence[Size], number: Callable[[Size], Floats]) -> None:
+    for place, (packing, same) in enumerate(by_packing(sizes).items()):
+        values = [number(size) for size in same]
+        axes.errorbar(
+            [size.n for size in same],
+            [v.mean() for v in values],
+            yerr=[v.std(ddof=1) / np.sqrt(len(v)) if len(v) > 1 else 0.0 for v in values],
+            color=COLOURS[packing],
+            marker=MARKERS[place],
+            ls=LINES[place],
+            capsize=3,
+            label=str(packing),
+        )
+    axes.set(xscale="log", xlabel="disks N in the same room")
+    axes.margins(x=0.08)
+
+
+def profiles(sizes: Sequence[Size]) -> Figure:
+    """Mean pressure in bands of the distance from the exit, one panel a packing, with the continuum
+    models."""
+    kinds = by_packing(sizes)
+    figure = Figure(figsize=(11.0, 4.5), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(kinds), sharey=True))
+    for axes, (packing, same) in zip(panels, kinds.items(), strict=True):
+        shades = np.linspace(0.65, 0.0, len(same))
+        for number, size in enumerate(same):
+            mean = np.mean([s.stress.pressure for s in size.samples], axis=0)
+            look = {"marker": MARKERS[number % len(MARKERS)], "ms": 4, "lw": 1}
+            label = f"{size.n:,} disks"
+            axes.plot(*_banded(mean), **look, color=str(shades[number]), label=label)
+        models, last = same[-1].models, same[-1]
+        for model, style, colour, words in (
+            (models.first_order, "--", BLUE, "(20)"),
+            (models.blocked, "-.", BLACK, "nobody moves"),
+            (last.rough, (0, (8, 2)), PINK, "(20), friction fitted to the largest N"),
+            (models.table, ":", ORANGE, "(11), Table 1"),
+            (last.best, (0, (4, 1, 1, 1, 1, 1)), GREEN, "(11), $k_v$ fitted to the largest N"),
+        ):
+            axes.plot(*_banded(model.pressure), ls=style, lw=2, color=colour, label=words)
+        axes.set(xlabel="distance from the exit (m)", title=str(packing), xlim=(0, WITHIN))
+        axes.set_ylim(bottom=0)
+    panels[0].set_ylabel("coarse-grained pressure (N·s/m)")
+    legend_below(figure, panels[0], 3)
+    return figure
+
+
+def _banded(values: Floats) -> tuple[Floats, Floats]:
+    """Middles of the bands (m) and the mean in each."""
+    band = (to_exit(points()) / BAND).astype(np.int64)
+    count = np.bincount(band)
+    return (np.arange(len(count)) + 0.5) * BAND, np.bincount(band, values) / count
+
+
+def pressure_maps(sizes: Sequence[Size]) -> Figure:
+    """Pressure of one crowd of the smallest and of the largest N of each packing, and of continuum
+    models."""
+    kinds, last = by_packing(sizes), sizes[-1]
+    shown: list[tuple[str, Floats]] = []
+    for pick in (0, -1):
+        for packing, same in kinds.items():
+            title = f"{packing}, N = {same[pick].n:,}"
+            shown.append((title, same[pick].samples[0].stress.pressure))
+    models = (last.models.first_order, last.rough, last.best)
+    shown += [(model.name, model.pressure) for model in models[: len(kinds)]]
+    figure = Figure(figsize=(9.5, 12.0), layout="constrained")
+    panels = figure.subplots(3, len(kinds), squeeze=False, sharex=True, sharey=True)
+    top = float(last.models.blocked.pressure.max())
+    levels = np.linspace(0.0, np.ceil(top / 500) * 500, 13)
+    x, y = np.unique(points()[:, 0]), np.unique(points()[:, 1])
+    rows, columns = np.searchsorted(y, points()[:, 1]), np.searchsorted(x, points()[:, 0])
+    for axes, (words, values) in zip(panels.ravel(), shown, strict=True):
+        grid = np.full((len(y), len(x)), np.nan)
+        grid[rows, columns] = np.maximum(values, 0.0)
+        drawn = axes.contourf(x, y, grid, levels=levels, cmap=SHADES, extend="max")
+        axes.contour(x, y, grid, levels=levels[::2], colors="white", linewidths=0.4)
+        for side in (-1, 1):
+            axes.plot([0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=BLACK, lw=2)
+        axes.set_title(words.replace("k_v", "$k_v$"), fontsize=9)
+        axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=GREY)
+    label_outer(panels)
+    bar = {"label": "pressure (N·s/m)", "shrink": 0.5}
+    figure.colorbar(drawn, ax=panels.ravel().tolist(), **bar)
+    return figure
+
+
+def build(progress: Progress | None = None, plan: Plan = PLAN) -> Section:
+    """Build the study: crowds of every packing and size, and the continuum models."""
+    sizes = study(plan, progress)
+    last = sizes[-1]
+    every = {id(size.models): size.models for size in sizes}.values()
+    ordered = [sorted(same, key=lambda size: size.n) for same in by_packing(sizes).values()]
+    words = Words(
+        __name__,
+        **{"models": last.models, "kernel": KERNEL, "both": both},
+        **{"near": NEAR, "softness": SOFTNESS, "within": WITHIN},
+        counts=[size.n for size in sizes],
+        crowds=sum(len(size.samples) for size in sizes),
+        ends=[(same[0], same[-1]) for same in ordered],
+    )
+    return words.section(
+        "bridge",
+        pictures={
+            "bridge_trends": trends(sizes),
+            "bridge_profiles": profiles(sizes),
+            "bridge_maps": pressure_maps(sizes),
+        },
+        tables={
+            "fields": [*map(_crowds, sizes), *map(_model, last.shown)],
+            "distances": [_distances(size) for size in sizes],
+        },
+        warnings=[warning for size in sizes for warning in size.warnings]
+        + sorted({warning for models in every for warning in unsolved(models.answers)}),
+    )
+
+
+def both(values: Floats, places: int = 2) -> str:
+    """Write mean ± standard error; the value alone of a single crowd."""
+    mean = decimals(float(values.mean()), places)
+    if len(values) < 2:
+        return mean
+    return f"{mean} ± {decimals(float(values.std(ddof=1) / np.sqrt(len(values))), places)}"
+
+
+def _crowds(size: Size) -> list[Cell]:
+    shares = [both(share, 3) for share in (size.deviator, size.dissipative, size.compression)]
+    return [
+        str(size.packing),
+        size.n,
+        len(size.samples),
+        float(np.mean([s.coordination for s in size.samples])),
+        both(size.kept, 3),
+        both(size.wall_load, 1),
+        NONE if size.spread is None else size.spread,
+        *shares,
+        "not all solved" if size.warnings else "solved",
+    ]
+
+
+def _model(model: Model) -> list[Cell]:
+    shares = [decimals(model.kept, 3), decimals(model.wall_load / 1e3, 1)]
+    solved = model.answer is None or model.answer.status == "solved"
+    status = "solved" if solved else "not solved"
+    return [model.name, NONE, NONE, NONE, *shares, *[NONE] * 4, status]
+
+
+def _distances(size: Size) -> list[Cell]:
+    m = size.models
+    pressing = [m.first_order, size.rough, m.blocked, m.table, size.best]
+    moving = [m.first_order, size.rough, m.blocked, m.unhindered, m.table, size.best]
+    return [
+        str(size.packing),
+        size.n,
+        *(both(size.pressure_distance(model)) for model in pressing),
+        size.rough.friction or 0.0,
+        size.best.volume or 0.0,
+        *(both(size.velocity_distance(model)) for model in moving),
+    ]

@@ -1,1 +1,0 @@
-"""From contacts to stress: what percussions of ever more disks converge to."""
