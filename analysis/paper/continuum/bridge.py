@@ -154,7 +154,8 @@ def sample(packing: Packing, n: int, seed: int) -> Sample:
     left = toward_exit(position)
     snapshot = Snapshot(position=position, velocity=left, radius=radius, mass=mass)
     far = 2.0 * float(np.abs(position).max())
-    walls = Walls(start=[[0, -far], [0, HALF_DOOR]], end=[[0, -HALF_DOOR], [0, far]])
+    ends = np.array([[[0, -far], [0, HALF_DOOR]], [[0, -HALF_DOOR], [0, far]]])
+    walls = Walls(start=ends[0], end=ends[1])
     contacts = find_contacts(snapshot, walls, tolerance=tolerance)
     # where λ is not unique its choice moves the pressure by less than a thousandth: the cheapest
     # will do
@@ -338,13 +339,13 @@ class Size:
         """‖p − p_model‖/‖p_(20)‖ of each crowd, L² over the points."""
         scale = np.linalg.norm(self.models.first_order.pressure)
         away = [np.linalg.norm(s.stress.pressure - model.pressure) for s in self.samples]
-        return np.asarray(away / scale)
+        return np.asarray(np.array(away) / scale)
 
     def velocity_distance(self, model: Model) -> Floats:
         """‖u⁺ − u⁺_model‖/‖u⁻‖ of each crowd, L² over the points."""
         scale = np.linalg.norm(self.models.unhindered.velocity)
         away = [np.linalg.norm(s.flow.velocity - model.velocity) for s in self.samples]
-        return np.asarray(away / scale)
+        return np.asarray(np.array(away) / scale)
 
     def pressure_gap(self, model: Model) -> float:
         """‖p_model − p_(20)‖/‖p_(20)‖: how far a model is from (20)."""
@@ -545,7 +546,8 @@ def _banded(values: Floats) -> tuple[Floats, Floats]:
     """Middles of the bands (m) and the mean in each."""
     band = (to_exit(points()) / BAND).astype(np.int64)
     count = np.bincount(band)
-    return (np.arange(len(count)) + 0.5) * BAND, np.bincount(band, values) / count
+    middle: Floats = (np.arange(len(count), dtype=np.float64) + 0.5) * BAND
+    return middle, np.bincount(band, values) / count
 
 
 def pressure_maps(sizes: Sequence[Size]) -> Figure:
@@ -575,8 +577,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
         axes.set_title(words.replace("k_v", "$k_v$"), fontsize=9)
         axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=GREY)
     label_outer(panels)
-    bar = {"label": "pressure (N·s/m)", "shrink": 0.5}
-    figure.colorbar(drawn, ax=panels.ravel().tolist(), **bar)
+    figure.colorbar(drawn, ax=panels.ravel().tolist(), label="pressure (N·s/m)", shrink=0.5)
     return figure
 
 

@@ -162,5 +162,6 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
 def _row(s: Solved, adapted: dict[float, float]) -> list[Cell]:
     pressures = [s.largest / STEP, s.mean / STEP, s.measured, PERSON * s.printed]
     speeds = [s.mean_speed, adapted.get(s.density, 0.0), *s.laws]
-    status = [s.answer.residual, str(s.answer.status)]
-    return [s.density, *pressures, s.power, s.turbulence, *speeds, *status]
+    laws = [s.power, s.turbulence]
+    a = s.answer
+    return [s.density, *pressures, *laws, *speeds, a.residual, str(a.status)]

@@ -220,8 +220,8 @@ def raw_maximum(raw: RawMaxima) -> Figure:
     for rows, kind, marker in ((raw.uniform, "uniform", "o"), (raw.graded, "graded", "s")):
         side, _, largest, body = map(np.array, zip(*rows, strict=True))
         axes.plot(side, largest, marker, ls=":", color=ORANGE, label=f"in any triangle, {kind}")
-        look = {"ls": "-", "color": BLUE, "mfc": "none"}
-        axes.plot(side, body, marker, **look, label=f"over a body, {kind}")
+        label = f"over a body, {kind}"
+        axes.plot(side, body, marker, ls="-", color=BLUE, mfc="none", label=label)
     side = np.array([row.size for row in raw.uniform])
     slope = raw.uniform[0].raw * (side / side[0]) ** -0.5
     axes.plot(side, slope, "--", color=BLACK, lw=1, label="∝ side$^{-1/2}$")
@@ -291,8 +291,8 @@ def verdicts(proposed: Field, *both: Field) -> dict[str, Verdict]:
 
 def _row(field: Field) -> list[Cell]:
     means = [float(field.pressure.min()), field.band(0.0, NEAR), field.band(FAR)]
-    status = [field.answer.residual, str(field.answer.status)]
-    return [field.name, field.largest, field.from_exit, *means, *status]
+    a = field.answer
+    return [field.name, field.largest, field.from_exit, *means, a.residual, str(a.status)]
 
 
 def _listed(values: Iterable[float]) -> str:

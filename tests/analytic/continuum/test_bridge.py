@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 
-from analysis.paper.continuum.bridge import models as bridge_continuum
-from analysis.paper.continuum.bridge import section as bridge
-from analysis.paper.continuum.bridge.crowd import (
+from analysis.paper.continuum import bridge
+from analysis.paper.continuum.bridge import (
     HALF_DOOR,
+    Crowd,
     Packing,
     area,
     crowd_size,
@@ -16,7 +16,6 @@ from analysis.paper.continuum.bridge.crowd import (
     to_exit,
     toward_exit,
 )
-from analysis.paper.continuum.bridge.models import Crowd
 from analysis.scene.packing import heap, press
 from nscd import Snapshot, Walls, find_contacts, solve
 from nscd.continuum.rivals.cells import Cells
@@ -82,10 +81,10 @@ def test_the_size_of_an_even_crowd_is_found():
 
 @pytest.fixture(scope="module")
 def crowd():
-    previous, bridge_continuum.MESH = bridge_continuum.MESH, 0.6
+    previous, bridge.MESH = bridge.MESH, 0.6
     made = Crowd(6.0)
     _ = made.mesh
-    bridge_continuum.MESH = previous
+    bridge.MESH = previous
     return made
 
 
@@ -176,9 +175,9 @@ def test_energy_kept_is_the_projection_of_what_people_want():
 
 
 def test_the_section_of_a_small_plan(monkeypatch):
-    monkeypatch.setattr(bridge_continuum, "VOLUMES", (1e3, 1e4))
-    monkeypatch.setattr(bridge_continuum, "FRICTIONS", (0.2,))
-    monkeypatch.setattr(bridge_continuum, "MESH", 0.8)
+    monkeypatch.setattr(bridge, "VOLUMES", (1e3, 1e4))
+    monkeypatch.setattr(bridge, "FRICTIONS", (0.2,))
+    monkeypatch.setattr(bridge, "MESH", 0.8)
     seen = []
     plan = {Packing.TOUCHING: {150: 2, 300: 1}, Packing.PRESSED: {150: 2, 300: 1}}
     section = bridge.build(lambda what, share: seen.append((what, share)), plan)

@@ -4,15 +4,16 @@ numbers."""
 import numpy as np
 import pytest
 
-from analysis.paper.continuum.mesh.section import build, seconds_to
-from analysis.paper.continuum.mesh.study import (
+from analysis.paper.continuum.mesh_precision import (
     ANNULUS,
     ROOM,
     TABLE,
     Errors,
     Plan,
     Point,
-    _evaluated,
+    build,
+    evaluated,
+    seconds_to,
     study,
 )
 from nscd.continuum.collision import collide
@@ -51,7 +52,7 @@ def test_fields_are_evaluated_anywhere(order):
     x, y = answer.space.nodes.T
     answer.velocity_sum[:] = np.column_stack([x + 2 * y + q * x**2, 3 * y - x])
     x, y = np.random.default_rng(0).uniform([[-17.9], [-8.9]], [[-0.1], [8.9]], (2, 500))
-    w, strain = _evaluated(answer, np.stack([x, y]))
+    w, strain = evaluated(answer, np.stack([x, y]))
     assert w == pytest.approx(np.stack([x + 2 * y + q * x**2, 3 * y - x]), abs=1e-9)
     assert strain[0, 0] == pytest.approx(1 + 2 * q * x, abs=1e-9)
     assert strain[0, 1] == pytest.approx(0.5, abs=1e-9)

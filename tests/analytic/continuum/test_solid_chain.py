@@ -6,8 +6,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from analysis.pages.section import Verdict
-from analysis.paper.continuum.solid_chain import section
-from analysis.paper.continuum.solid_chain.study import AT, LENGTH, SPEED, chains, varied
+from analysis.paper.continuum.solid_chain import AT, LENGTH, SPEED, chains, varied, verdicts
 
 
 @pytest.fixture(scope="module")
@@ -45,12 +44,12 @@ def test_rigid_disks_press_with_the_momentum_of_all_behind(found):
 
 def test_verdicts_on_the_chain(found):
     """What the paper says of free chains and of densities, judged by the numbers above."""
-    verdicts = section.verdicts(found)
-    assert verdicts["constant"] is Verdict.HOLDS
-    assert verdicts["free"] is Verdict.FAILS
+    judged = verdicts(found)
+    assert judged["constant"] is Verdict.HOLDS
+    assert judged["free"] is Verdict.FAILS
     # denser at the wall presses more, but not as rigid disks do
-    assert verdicts["variable"] is Verdict.PARTLY
+    assert judged["variable"] is Verdict.PARTLY
     # the formula is right with the h of (13), not with the one beside it
-    assert verdicts["solution"] is Verdict.PARTLY
+    assert judged["solution"] is Verdict.PARTLY
     assert found.constant.answer.right_velocity == pytest.approx(-SPEED)
     assert found.table_1.formula_error(found.table_1.printed_length) > 0.5

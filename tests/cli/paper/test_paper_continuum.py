@@ -16,18 +16,11 @@ from analysis.pages.html import drawn
 from analysis.pages.section import Claim, Picture, Section, Table, Verdict
 from analysis.paper import build as building
 from analysis.paper.build import CONTINUUM, Built, build, edition, keep, kept, label
+from analysis.paper.continuum import fig7_border, fig10_density, fig11_left_velocities, solid_chain
+from analysis.paper.continuum import fig8_turbulence as turbulence
+from analysis.paper.continuum import fig9_exit_pressure as exit_pressure
 from analysis.paper.continuum.exit_room import map_of
-from analysis.paper.continuum.fig7_border import section as crowd_border
-from analysis.paper.continuum.fig8_turbulence import section as turbulence
-from analysis.paper.continuum.fig8_turbulence import study as turbulence_study
-from analysis.paper.continuum.fig8_turbulence.forces import Case, Forces, Setting
-from analysis.paper.continuum.fig8_turbulence.readings import CHECKED, Tried, readings
-from analysis.paper.continuum.fig8_turbulence.section import error_verdict
-from analysis.paper.continuum.fig9_exit_pressure import section as exit_pressure
-from analysis.paper.continuum.fig9_exit_pressure.study import Field, solve_room
-from analysis.paper.continuum.fig10_density import section as density_laws
-from analysis.paper.continuum.fig11_left_velocities import section as left_velocities
-from analysis.paper.continuum.solid_chain import section as solid_chain
+from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
 from analysis.paper.page import write_pages
 from nscd.continuum.closed_forms.point_exit import point_sink
 
@@ -109,11 +102,11 @@ def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
 @pytest.mark.parametrize(
     ("module", "number", "unsettled"),
     [
-        (crowd_border, "7", False),
+        (fig7_border, "7", False),
         (solid_chain, "3.2.1", False),
         (exit_pressure, "9", True),
-        (density_laws, "10", False),
-        (left_velocities, "11", False),
+        (fig10_density, "10", False),
+        (fig11_left_velocities, "11", False),
     ],
 )
 def test_sections_on_a_coarse_mesh(module, number, unsettled):
@@ -160,13 +153,14 @@ def test_pressure_of_a_point_exit():
 
 
 def test_a_gaussian_pressure_would_be_called_one():
-    room = solve_room(COARSE)
-    assert exit_pressure.verdicts(room)["gaussian"] == Verdict.FAILS
+    proposed, first_order = exit_pressure.solve_room(COARSE)
+    others = list(first_order.values())
+    assert exit_pressure.verdicts(proposed, *others)["gaussian"] == Verdict.FAILS
     r = np.hypot(*map_of().points.T)
-    room.__dict__["proposed"] = Field("", 900 * np.exp(-(r**2) / (2 * 1.5**2)), room.answer)
-    fit = room.gaussian()
+    bell = proposed._replace(pressure=900 * np.exp(-(r**2) / (2 * 1.5**2)))
+    fit = exit_pressure.gaussian(bell.pressure)
     assert (fit.height, abs(fit.width), fit.explained) == pytest.approx((900, 1.5, 1.0))
-    assert exit_pressure.verdicts(room)["gaussian"] == Verdict.HOLDS
+    assert exit_pressure.verdicts(bell, *others)["gaussian"] == Verdict.HOLDS
 
 
 def test_readings_of_the_forces():
@@ -192,19 +186,19 @@ def test_the_verdict_on_the_error_follows_the_errors():
 
     def tried(at, half):
         errors = np.broadcast_to(np.asarray(at, dtype=float), (2, len(CHECKED)))
-        return [Tried(reading=r, errors=errors, finer=np.full(2, half)) for r in every]
+        return [Tried(r, errors, np.full(2, half)) for r in every]
 
-    assert error_verdict(tried(0.5, 0.5)) == Verdict.FAILS
-    assert error_verdict(tried(0.01, 0.01)) == Verdict.HOLDS
+    assert turbulence.error_verdict(tried(0.5, 0.5)) == Verdict.FAILS
+    assert turbulence.error_verdict(tried(0.01, 0.01)) == Verdict.HOLDS
     # small, but the mesh's
     unsound = tried(0.01, 0.005)
-    assert error_verdict([*tried(0.5, 0.5), *unsound[1:]]) == Verdict.FAILS
-    assert error_verdict(tried([0.5, 0.01, 0.5, 0.5], 0.01)) == Verdict.PARTLY
+    assert turbulence.error_verdict([*tried(0.5, 0.5), *unsound[1:]]) == Verdict.FAILS
+    assert turbulence.error_verdict(tried([0.5, 0.01, 0.5, 0.5], 0.01)) == Verdict.PARTLY
 
 
 def test_figure_8_with_few_readings(monkeypatch):
-    monkeypatch.setattr(turbulence_study, "readings", lambda mesh: readings(mesh)[:6])
-    monkeypatch.setattr(turbulence_study, "VOLUMES", (4.0, 25.0, 100.0))
+    monkeypatch.setattr(turbulence, "readings", lambda mesh: readings(mesh)[:6])
+    monkeypatch.setattr(turbulence, "VOLUMES", (4.0, 25.0, 100.0))
     section = turbulence.build(mesh=COARSE)
     assert [claim.verdict for claim in section.claims] == [
         "does not hold",
