@@ -5,17 +5,17 @@ from analysis.cli.app import app
 from analysis.cli.chart import chart
 from analysis.cli.compare import compare
 from analysis.cli.doctor import doctor
+from analysis.cli.export import export
 from analysis.cli.exposure import exposure
+from analysis.cli.film import film
+from analysis.cli.import_crowd import import_
+from analysis.cli.library import benchmark_library, benchmark_score
 from analysis.cli.paper import paper
-from analysis.cli.problems.export import export
-from analysis.cli.problems.library import benchmark_library, benchmark_score
-from analysis.cli.problems.solve import solve
-from analysis.cli.real.film import film
-from analysis.cli.real.import_crowd import import_
-from analysis.cli.real.push import push
+from analysis.cli.push import push
 from analysis.cli.report import report
 from analysis.cli.run import run
 from analysis.cli.scenes import new, scenes
+from analysis.cli.solve import solve
 from analysis.cli.stability import stability
 
 __all__ = ["app"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.app import positive, show, warn
-from analysis.cli.rigid_law import RigidLaw, law_words
+from analysis.cli.options import RigidLaw, law_words
 
 if TYPE_CHECKING:
     from analysis.motion.pairwise import WindowComparison

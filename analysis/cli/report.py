@@ -20,7 +20,7 @@ from analysis.cli.app import (
     say_runs,
     warn,
 )
-from analysis.cli.rigid_law import RigidLaw
+from analysis.cli.options import RigidLaw
 
 if TYPE_CHECKING:
     from analysis.compare.study import Study

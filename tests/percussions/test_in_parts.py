@@ -6,7 +6,7 @@ import os
 import pandas as pd
 import pytest
 
-from analysis.cli.problems.solve import solve
+from analysis.cli.solve import solve
 from analysis.dumps import DumpError
 from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
 from analysis.percussions.in_parts import JOB, solve_in_parts

@@ -12,20 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.app import Scheduler, count, given, path, processes, progress, say_expected, show
-from analysis.cli.problems.options import (
-    ContactTolerance,
-    Friction,
-    LargestOverlap,
-    LeftVelocity,
-    Openness,
-    Restitution,
-    RoomFile,
-    TimeStep,
-    Tolerance,
-    Unit,
-    WallFriction,
-    Window,
-)
+from analysis.cli.options import Openness, Restitution, Taken, flat
 
 if TYPE_CHECKING:
     from analysis.percussions.dump_to_csv import DumpToSolve, SolvedDump
@@ -54,19 +41,11 @@ PartFrames = Annotated[
 ]
 
 
+@flat
 def solve(
     dump: Dump,
-    room: RoomFile = None,
-    left_velocity: LeftVelocity = None,
-    friction: Friction = None,
-    wall_friction: WallFriction = None,
-    window: Window = None,
-    time_step: TimeStep = None,
-    unit: Unit = None,
-    contact_tolerance: ContactTolerance = None,
-    largest_overlap: LargestOverlap = None,
+    taken: Taken,
     restitution: Restitution = None,
-    tolerance: Tolerance = 1e-8,
     openness: Openness = "determined",
     workers: Annotated[int, typer.Option(parser=processes, help="Cores that work on it.")] = 1,
     threads: Annotated[
@@ -86,30 +65,24 @@ def solve(
     from analysis.percussions.dump_to_csv import DumpToSolve
     from analysis.percussions.setting import setting_beside
 
-    if out.is_file() and any(out.samefile(file) for file in (dump, room) if file and file.exists()):
+    if out.is_file() and any(
+        out.samefile(file) for file in (dump, taken.room) if file and file.exists()
+    ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
-    options = given(
-        left_velocity=left_velocity,
-        window=window,
-        largest_overlap=largest_overlap,
-        friction=friction,
-        wall_friction=wall_friction,
-        contact_tolerance=contact_tolerance,
-    )
-    others = given(room=room, time_step=time_step, restitution=restitution, scheduler=scheduler)
-    others |= given(unit=unit)
+    options = taken.setting()
+    others = given(room=taken.room, restitution=restitution, scheduler=scheduler) | taken.of_dump()
     if is_hdf5(dump):
         others |= given(part_frames=part_frames)
-        _solve_problem(dump, out, tolerance, openness, [*options, *others])
+        _solve_problem(dump, out, taken.tolerance, openness, [*options, *others])
         return
-    setting = setting_beside(dump, room, **options)
+    setting = setting_beside(dump, taken.room, **options)
     job = DumpToSolve(
         path=dump,
-        time_step=time_step,
-        unit=unit,
+        time_step=taken.time_step,
+        unit=taken.unit,
         setting=setting,
         law=None if restitution is None else replace(setting.law, restitution=restitution),
-        tolerance=tolerance,
+        tolerance=taken.tolerance,
         openness=openness,
         threads=threads,
     )

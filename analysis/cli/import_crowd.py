@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.app import Out, input_file, positive, refuse_beside, share, warn
-from analysis.cli.real.options import FrameRate, Mass, Unit
+from analysis.cli.options import FrameRate, Mass, Unit
 
 if TYPE_CHECKING:
     from analysis.scene.real.import_crowd import ImportedCrowd

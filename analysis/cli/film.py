@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.app import Out, Scheduler, command_line, input_file, processes, progress, show
-from analysis.cli.real.options import Exports, FrameRate, Mass, Radii, Room, Unit
+from analysis.cli.options import Exports, FrameRate, Mass, Radii, Room, Unit
 from analysis.support.parts import load
 
 if TYPE_CHECKING:

@@ -4,35 +4,25 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from analysis.cli.app import command_line, given, path, warn
-from analysis.cli.problems.options import (
-    ContactTolerance,
-    Friction,
-    LargestOverlap,
-    LeftVelocity,
-    Openness,
-    RoomFile,
-    TimeStep,
-    Tolerance,
-    Unit,
-    WallFriction,
-    Window,
-)
+from analysis.cli.options import Openness, Taken, flat
 
 if TYPE_CHECKING:
     from analysis.percussions import SnapshotPercussions
 
 
+@flat
 def export(
     target: Annotated[
         Path,
         typer.Argument(help="Folder of a run, a LAMMPS dump, or a scene (its name or .toml file)."),
     ],
     fclib: Annotated[Path, typer.Option(parser=path, help="HDF5 file to write.")],
+    taken: Taken,
     frame: Annotated[
         int | None,
         typer.Option(help="Of a run or dump: its number from 0, or from the end: -1. The last one"),
@@ -40,16 +30,6 @@ def export(
     local: Annotated[
         bool, typer.Option("--local", help="Write FCLIB's local form W r + q too.")
     ] = False,
-    room: RoomFile = None,
-    left_velocity: LeftVelocity = None,
-    friction: Friction = None,
-    wall_friction: WallFriction = None,
-    window: Window = None,
-    time_step: TimeStep = None,
-    unit: Unit = None,
-    contact_tolerance: ContactTolerance = None,
-    largest_overlap: LargestOverlap = None,
-    tolerance: Tolerance = 1e-8,
     openness: Openness = "ranges",
 ) -> None:
     """Write the contact problem of one instant as an FCLIB file, with its answer.
@@ -64,28 +44,19 @@ def export(
     """
     from analysis.exchange.fclib import write_problem
 
-    options = given(
-        left_velocity=left_velocity,
-        friction=friction,
-        wall_friction=wall_friction,
-        window=window,
-        contact_tolerance=contact_tolerance,
-        largest_overlap=largest_overlap,
-    )
     dump = target / "bodies.dump" if target.is_dir() else target
     if dump.is_file() and dump.suffix != ".toml":
         if fclib.exists() and fclib.samefile(dump):
             raise ValueError(f"--fclib: {fclib}: it would replace what it is made of")
-        said = given(time_step=time_step, unit=unit)
-        found, origin = _of_dump(dump, frame, room, tolerance, options, **said)
+        found, origin = _of_dump(dump, frame, taken)
     elif target.is_dir():
         raise ValueError(f"{dump}: no such file; {target} is no folder of a run")
     else:
-        named = given(frame=frame, room=room, time_step=time_step, unit=unit)
+        named = given(frame=frame, room=taken.room) | taken.of_dump()
         if named:
             name = next(iter(named)).replace("_", "-")
             raise ValueError(f"--{name}: only of a run or a dump, and {target} is a scene")
-        found, origin = _of_scene(target, tolerance, options)
+        found, origin = _of_scene(target, taken)
     write_problem(
         fclib, found, origin | {"command": command_line()}, local=local, openness=openness
     )
@@ -97,20 +68,15 @@ def export(
 
 
 def _of_dump(
-    dump: Path,
-    frame: int | None,
-    room: Path | None,
-    tolerance: float,
-    options: dict[str, Any],
-    **said: Any,
+    dump: Path, frame: int | None, taken: Taken
 ) -> tuple[SnapshotPercussions, dict[str, str]]:
-    """The percussions of a frame, and where it is from; what is said of it is for `open_bodies`."""
+    """The percussions of a frame, and where it is from."""
     from analysis.dumps import open_bodies, snapshot_of
     from analysis.percussions import percussions_of
     from analysis.percussions.setting import setting_beside
 
-    setting = setting_beside(dump, room, **options)
-    trajectory = open_bodies(dump, **said).trajectory
+    setting = setting_beside(dump, taken.room, **taken.setting())
+    trajectory = open_bodies(dump, **taken.of_dump()).trajectory
     number, count = -1 if frame is None else frame, len(trajectory)
     if not -count <= number < count:
         raise ValueError(f"--frame: {number}; {dump} has {count}, from 0")
@@ -118,15 +84,13 @@ def _of_dump(
     snapshot = snapshot_of(ts, dump, needs_velocity=setting.moves)
     step = str(int(ts.data["step"]))
     try:
-        found = percussions_of(setting, snapshot, tolerance=tolerance)
+        found = percussions_of(setting, snapshot, tolerance=taken.tolerance)
     except ValueError as error:
         raise ValueError(f"{dump}, step {step}: {error}") from None
     return found, {"source": str(dump), "step": step}
 
 
-def _of_scene(
-    target: Path, tolerance: float, options: dict[str, Any]
-) -> tuple[SnapshotPercussions, dict[str, str]]:
+def _of_scene(target: Path, taken: Taken) -> tuple[SnapshotPercussions, dict[str, str]]:
     """The percussions of a scene's initial state, and where it is from."""
     import dataclasses
 
@@ -134,10 +98,10 @@ def _of_scene(
     from analysis.scene import read_scene
 
     scene = read_scene(target)
-    setting = dataclasses.replace(Setting.of(scene), **options)
+    setting = dataclasses.replace(Setting.of(scene), **taken.setting())
     if scene.analysis.kind == "impact" and scene.contact.restitution:
         said = f"contact.restitution: {scene.contact.restitution:g}"
         warn(f"{target}: {said}; FCLIB has inelastic contacts, and those are written")
-    found = percussions_of(setting, scene.snapshot, tolerance=tolerance)
+    found = percussions_of(setting, scene.snapshot, tolerance=taken.tolerance)
     origin = {"source": scene.title, "scene": scene.name, "scene_sha256": scene.digest()}
     return found, origin

@@ -1,1 +1,0 @@
-"""Commands on contact problems: solved, exchanged, and the library of them."""
