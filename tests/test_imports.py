@@ -18,7 +18,7 @@ RANKS = [
     ["nscd/__main__.py"],
     ["nscd/indeterminacy"],
     ["nscd/continuum"],
-    ["nscd/continuum/closed_forms", "nscd/continuum/rivals"],
+    ["nscd/continuum/rivals"],
     ["analysis/__init__.py"],
     ["analysis/support"],
     ["analysis/lammps_process"],

@@ -1,4 +1,5 @@
-"""Bound-constrained quadratic problems by a primal-dual active set."""
+"""Bound-constrained quadratic problems by a primal-dual active set, and what a residual allows to
+say of an answer."""
 
 from __future__ import annotations
 
@@ -9,10 +10,25 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
 from nscd.arrays import Flags, Floats, Indices
+from nscd.percussions import Status
 
 # Up to this many changed bounds, solving with the last factorisation is cheaper than a new one
 # (measured from 25,000 unknowns).
 MOST_CHANGES = 20
+
+
+def judged(residual: float, tolerance: float, what: str, unsettled: str) -> tuple[Status, str]:
+    """Judge an answer by its residual.
+
+    residual, tolerance: dimensionless; solved where the residual is within the tolerance.
+    what: what is computed, for the reason of a failure ("the pressure").
+    unsettled: what to add to the reason of an inaccurate answer, empty if there is nothing.
+    """
+    if not np.isfinite(residual):
+        return Status.FAILED, f"{what}: not a finite number"
+    if residual > tolerance:
+        return Status.INACCURATE, f"residual {residual:.1e} above {tolerance:.1e}{unsettled}"
+    return Status.SOLVED, ""
 
 
 class Bounded(NamedTuple):
@@ -87,12 +103,8 @@ def bounded_minimum(
 def factorised(matrix: sparse.csc_array) -> Any:
     """Factorise a symmetric positive definite matrix, with minimum degree on its own pattern: the
     fill of that on AᵀA (COLAMD) is twice as large."""
-    return splu(
-        matrix,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
+    symmetric = {"SymmetricMode": True}
+    return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=symmetric)
 
 
 class _Factored:

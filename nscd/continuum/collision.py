@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from nscd.arrays import Flags, Floats
 from nscd.continuum import forms
-from nscd.continuum.active_set import bounded_minimum
-from nscd.continuum.certificate import judged
+from nscd.continuum.active_set import bounded_minimum, judged
 from nscd.continuum.forms import density_at, nodal_values, values_at
 from nscd.continuum.left_velocity import Field, checked
 from nscd.continuum.medium import Medium

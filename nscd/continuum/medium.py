@@ -13,6 +13,13 @@ PERSON = 75.0  # kg, section 2.2 of the paper
 DENSITY = 7.0  # people/m², section 3.2.2 of the paper
 
 
+def positive(**values: float) -> None:
+    """Refuse, by its name, a value that is not a positive number: ValueError."""
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{name}: {value:g}; a positive number is needed")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table1:
     """The paper's Table 1. What it prints in kilograms is per person: times `PERSON`.
@@ -79,14 +86,10 @@ class Medium:
             least = "none" if values.size == 0 else f"{values.min():g}"
             raise ValueError(f"density: {least}; a crowd needs a positive density everywhere")
         object.__setattr__(self, "density", values if values.ndim else float(values))
-        for name, least_allowed in (("volume_dissipation", 0.0), ("mass_per_person", 0.0)):
-            value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > least_allowed):
-                raise ValueError(f"{name}: {value:g}; a positive number is needed")
-        if not (np.isfinite(self.surface_dissipation) and self.surface_dissipation >= 0):
-            raise ValueError(
-                f"surface_dissipation: {self.surface_dissipation:g}; it cannot be negative"
-            )
+        positive(volume_dissipation=self.volume_dissipation, mass_per_person=self.unit_mass)
+        k_s = self.surface_dissipation
+        if not (np.isfinite(k_s) and k_s >= 0):
+            raise ValueError(f"surface_dissipation: {k_s:g}; it cannot be negative")
 
     @property
     def unit_mass(self) -> float:

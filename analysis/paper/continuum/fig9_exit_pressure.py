@@ -28,7 +28,7 @@ from analysis.paper.continuum.exit_room import (
 )
 from analysis.support.progress import Progress
 from nscd.arrays import Flags, Floats
-from nscd.continuum.closed_forms.point_exit import point_sink
+from nscd.continuum.closed_forms import point_sink
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.medium import table_1_medium

@@ -21,7 +21,7 @@ from analysis.pages.words import Words
 from analysis.support.machine import machine
 from analysis.support.progress import Progress
 from nscd.arrays import Floats
-from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
+from nscd.continuum.closed_forms import HalfAnnulus
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.medium import Medium, table_1_medium

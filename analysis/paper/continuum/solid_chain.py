@@ -15,7 +15,7 @@ from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import MESH
 from analysis.support.progress import Progress
 from nscd.arrays import Floats
-from nscd.continuum.closed_forms.chain import Chain, chain_mesh
+from nscd.continuum.closed_forms import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.medium import DENSITY, TABLE_1, table_1_medium
 from nscd.continuum.pressure import pressure

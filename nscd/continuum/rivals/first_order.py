@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from skfem import Mesh
 
 from nscd.arrays import Flags, Floats
-from nscd.continuum.active_set import bounded_minimum, factorised
-from nscd.continuum.certificate import judged
+from nscd.continuum.active_set import bounded_minimum, factorised, judged
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.rivals.cells import Cells
 from nscd.percussions import Status

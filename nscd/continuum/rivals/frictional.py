@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 from skfem import MeshTri1
 
 from nscd.arrays import Flags, Floats
-from nscd.continuum.certificate import judged
+from nscd.continuum.active_set import judged
 from nscd.continuum.rivals.cells import Cells
 from nscd.percussions import Status
 

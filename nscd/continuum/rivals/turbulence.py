@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from skfem import Mesh
 
 from nscd.arrays import Flags, Floats, read_only
-from nscd.continuum.certificate import judged
+from nscd.continuum.active_set import judged
 from nscd.continuum.left_velocity import Field
 from nscd.continuum.medium import PERSON, TABLE_1
 from nscd.continuum.rivals.bounded_friction import Friction, friction_problem

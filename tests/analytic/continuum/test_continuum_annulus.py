@@ -4,7 +4,7 @@ functions."""
 import numpy as np
 import pytest
 
-from nscd.continuum.closed_forms.half_annulus import HalfAnnulus
+from nscd.continuum.closed_forms import HalfAnnulus
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import Medium, table_1_medium
 from nscd.continuum.pressure import pressure

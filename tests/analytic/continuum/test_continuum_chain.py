@@ -4,7 +4,7 @@ a wall that is left."""
 import numpy as np
 import pytest
 
-from nscd.continuum.closed_forms.chain import Chain, chain_mesh
+from nscd.continuum.closed_forms import Chain, chain_mesh
 from nscd.continuum.collision import collide
 from nscd.continuum.medium import table_1_medium
 from nscd.continuum.space import Space

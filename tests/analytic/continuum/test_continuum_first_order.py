@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import isotonic_regression, nnls
 from skfem import MeshTri, MeshTri2
 
-from nscd.continuum.closed_forms.chain import chain_mesh
+from nscd.continuum.closed_forms import chain_mesh
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.cells import Cells

@@ -9,7 +9,7 @@ import scipy.sparse as sparse
 from scipy.optimize import minimize
 from skfem import MeshTri
 
-from nscd.continuum.closed_forms.chain import chain_mesh
+from nscd.continuum.closed_forms import chain_mesh
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.bounded_friction import friction_problem

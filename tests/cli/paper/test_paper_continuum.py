@@ -22,7 +22,7 @@ from analysis.paper.continuum import fig9_exit_pressure as exit_pressure
 from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
 from analysis.paper.page import write_pages
-from nscd.continuum.closed_forms.point_exit import point_sink
+from nscd.continuum.closed_forms import point_sink
 
 COARSE = 0.8  # m
 CHOSEN = ("3.2.1", "11")

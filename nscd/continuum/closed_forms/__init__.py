@@ -1,1 +1,0 @@
-"""Answers in closed form: chain, half-annulus, point exit."""
