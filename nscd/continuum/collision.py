@@ -12,15 +12,52 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import ArrayLike
+from skfem import BilinearForm, Functional, LinearForm
+from skfem.helpers import ddot, dot, sym_grad
 
 from nscd.arrays import Flags, Floats
-from nscd.continuum import forms
 from nscd.continuum.active_set import bounded_minimum, judged
-from nscd.continuum.forms import density_at, nodal_values, values_at
 from nscd.continuum.left_velocity import Field, checked
-from nscd.continuum.medium import Medium
-from nscd.continuum.space import Space
+from nscd.continuum.medium import Medium, positive
+from nscd.continuum.space import Space, density_at, nodal_values, values_at
 from nscd.percussions import Status
+
+
+@BilinearForm  # type: ignore[untyped-decorator]
+def volume(u: Any, v: Any, x: Any) -> Any:
+    """∫ρ u·v + k_v D(u):D(v)."""
+    return x.rho * dot(u, v) + x.k_v * ddot(sym_grad(u), sym_grad(v))
+
+
+@BilinearForm  # type: ignore[untyped-decorator]
+def surface(u: Any, v: Any, x: Any) -> Any:
+    """∫k_s u·v on a boundary."""
+    return x.k_s * dot(u, v)
+
+
+@LinearForm  # type: ignore[untyped-decorator]
+def momentum(v: Any, x: Any) -> Any:
+    """∫ρ u·v."""
+    return x.rho * dot(x.u, v)
+
+
+@LinearForm  # type: ignore[untyped-decorator]
+def traction(v: Any, x: Any) -> Any:
+    """∫r·v on a boundary."""
+    return dot(x.r, v)
+
+
+@Functional  # type: ignore[untyped-decorator]
+def dissipated(x: Any) -> Any:
+    """∫k_v |D(w)|²."""
+    return x.k_v * ddot(sym_grad(x.w), sym_grad(x.w))
+
+
+@Functional  # type: ignore[untyped-decorator]
+def gain(x: Any) -> Any:
+    """½∫ρ(|w − u|² − |u|²), the change of kinetic energy from u⁻ = u to u⁺ = w − u."""
+    right = np.asarray(x.w) - x.u
+    return 0.5 * x.rho * (dot(right, right) - dot(x.u, x.u))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,8 +133,7 @@ class CollisionAnswer:
         Where μ is smooth its nodal values are of order about 3/2 (P1) and 2 (P2); the total force
         is of order 2 and 4.
         """
-        percussion: Floats = self.wall_force / self.space.wall.weight
-        return percussion
+        return np.asarray(self.wall_force / self.space.wall.weight)
 
     @cached_property
     def unknowns(self) -> Floats:
@@ -114,8 +150,7 @@ class CollisionAnswer:
     @property
     def right_field(self) -> Floats:
         """(d,elements,q) m/s, u⁺ at the quadrature points: right also where u⁻ is only in L²."""
-        field: Floats = np.asarray(self.sum_field) - self.left_field
-        return field
+        return np.asarray(np.asarray(self.sum_field) - self.left_field)
 
 
 class _Problem(NamedTuple):
@@ -157,8 +192,7 @@ def collide(
     Raises ValueError naming the field for a wrong shape or value.
     """
     begin = time.perf_counter()
-    if not tolerance > 0:
-        raise ValueError(f"tolerance: {tolerance}; a positive number is needed")
+    positive(tolerance=tolerance)
     problem = _problem(space, medium, left_velocity, external, surface_everywhere)
     left, nodes, bound = problem.left, problem.left_nodes, problem.bound
     frame, place = space.local
@@ -198,30 +232,30 @@ def _problem(
     mesh, basis = space.mesh, space.basis
     left, rho = checked(left_velocity, mesh), density_at(space, medium.rho)
     u = values_at(space, basis, left, "left_velocity")
-    matrix = forms.volume.assemble(basis, rho=rho, k_v=medium.k_v)
-    surface: Any = None
+    matrix = volume.assemble(basis, rho=rho, k_v=medium.k_v)
+    on_walls: Any = None
     if medium.k_s > 0:
         edge: Any = space.border("wall")
-        on_wall = values_at(space, edge, left, "left_velocity")
-        approach = (on_wall * np.asarray(edge.normals)).sum(0)
+        normals = np.asarray(edge.normals)
+        approach = (values_at(space, edge, left, "left_velocity") * normals).sum(0)
         # a crowd that walks along the wall presses it with rounding of either sign
         pressed = surface_everywhere | (approach >= -1e-12 * np.abs(u).max())
-        surface = forms.surface.assemble(edge, k_s=medium.k_s * pressed)
-        matrix = matrix + surface
+        on_walls = surface.assemble(edge, k_s=medium.k_s * pressed)
+        matrix = matrix + on_walls
     push = np.zeros(basis.N)
     if external is not None:
         free = space.border("free")
         if free is None:
             raise ValueError("external: the mesh has no boundary named free to push on")
         pushed = checked(external, mesh, "external")
-        push = forms.traction.assemble(free, r=values_at(space, free, pushed, "external"))
+        push = traction.assemble(free, r=values_at(space, free, pushed, "external"))
     nodes = nodal_values(space, left, "left_velocity")
     return _Problem(
         space=space,
         matrix=sparse.csr_array(matrix),
-        surface=surface,
+        surface=on_walls,
         push=push,
-        load=2 * forms.momentum.assemble(basis, rho=rho, u=u) + push,
+        load=2 * momentum.assemble(basis, rho=rho, u=u) + push,
         bound=(nodes[space.wall.node] * space.wall.normal).sum(1),
         rho=rho,
         left=u,
@@ -232,10 +266,10 @@ def _problem(
 def _energy(problem: _Problem, medium: Medium, w: Floats, force: Floats) -> EnergyBalance:
     basis, rho, u = problem.space.basis, problem.rho, problem.left
     field = basis.interpolate(w)
-    lost = float(forms.dissipated.assemble(basis, w=field, k_v=medium.k_v))
+    lost = float(dissipated.assemble(basis, w=field, k_v=medium.k_v))
     return EnergyBalance(
         before=0.5 * float((rho * (u**2).sum(0) * basis.dx).sum()),
-        change=float(forms.gain.assemble(basis, rho=rho, u=u, w=field)),
+        change=float(gain.assemble(basis, rho=rho, u=u, w=field)),
         volume=-0.5 * lost,
         surface=-0.5 * float(w @ (problem.surface @ w)) if problem.surface is not None else 0.0,
         wall=-0.5 * float(force @ (problem.space.constraints @ w)),

@@ -10,6 +10,7 @@ from skfem import Basis, ElementTriP1, Mesh
 
 from nscd.arrays import Floats, read_only
 from nscd.bodies import Snapshot
+from nscd.continuum.medium import positive
 from nscd.continuum.room import Room
 from nscd.segments import nearest_on_segment
 from nscd.stress import Kernel, smear
@@ -42,8 +43,7 @@ def toward_exit(room: Room, speed: float) -> Field:
             away[closer], nearest[closer] = distance[closer], way[closer]
         at_exit = away <= 1e-12 * extent
         direction = nearest / np.where(at_exit, 1.0, away)[:, None]
-        directed: Floats = speed * np.where(at_exit[:, None], 0.0, direction)
-        return directed
+        return np.asarray(speed * np.where(at_exit[:, None], 0.0, direction))
 
     return velocity
 
@@ -61,12 +61,9 @@ def random_speeds(
     Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not
     positive.
     """
-    for name, value, ok in (
-        ("mean", mean, True),
-        ("deviation", deviation, deviation >= 0),
-        ("cell", cell, cell > 0),
-    ):
-        if not (ok and np.isfinite(value)):
+    positive(cell=cell)
+    for name, value in (("mean", abs(mean)), ("deviation", deviation)):
+        if not (np.isfinite(value) and value >= 0):
             raise ValueError(f"{name}: {value:g}")
     low = room.outline.min(0)
     count = np.ceil(np.ptp(room.outline, axis=0) / cell).astype(int) + 1
@@ -75,8 +72,7 @@ def random_speeds(
     def velocity(points: Floats) -> Floats:
         # a point of the border may lie outside by rounding
         column, row = np.clip(((points - low) / cell).astype(int), 0, count - 1).T
-        drawn: Floats = speed[column, row][:, None] * direction(points)
-        return drawn
+        return np.asarray(speed[column, row][:, None] * direction(points))
 
     return velocity
 
@@ -93,9 +89,8 @@ def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Flo
     empty = sums[:, 0] <= 1e-12 * sums[:, 0].max()
     if empty.any():
         x, y = points[int(np.argmax(empty))]
-        raise ValueError(
-            f"kernel: no disk within {kernel.reach:g} m of ({x:g}, {y:g}) m; take a wider kernel"
-        )
+        where = f"no disk within {kernel.reach:g} m of ({x:g}, {y:g}) m"
+        raise ValueError(f"kernel: {where}; take a wider kernel")
     room = Basis(mesh, ElementTriP1(), intorder=6)
     places = np.ascontiguousarray(np.asarray(room.global_coordinates()).reshape(2, -1).T)
     inside, _ = smear(places, np.asarray(room.dx).reshape(-1, 1), kernel, points)
@@ -116,8 +111,6 @@ def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floa
     if shape == (d,):
         return np.tile(read_only(value, (d,), name), (n, 1))
     if shape != (n, d):
-        raise ValueError(
-            f"{name}: shape {shape} where ({d},), ({n}, {d}) (one per vertex) or a function is "
-            "needed"
-        )
+        wanted = f"({d},), ({n}, {d}) (one per vertex) or a function"
+        raise ValueError(f"{name}: shape {shape} where {wanted} is needed")
     return read_only(value, (n, d), name)

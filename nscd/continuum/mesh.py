@@ -47,17 +47,15 @@ def mesh_of(
         ("grading", grading, 1.0),
         ("reach", radius, math.inf),
     ):
-        if not (value > 0 and value <= most and np.isfinite(value)):
-            raise ValueError(
-                f"{name}: {value:g}; a number above 0{' and up to 1' * (most == 1.0)} is needed"
-            )
+        if not (0 < value <= most and np.isfinite(value)):
+            up_to = " and up to 1" if most == 1.0 else ""
+            raise ValueError(f"{name}: {value:g}; a number above 0{up_to} is needed")
     triangles = room.area / (math.sqrt(3) / 4 * size**2)
     sides = _sides(room, size, grading, radius) if triangles <= MOST_TRIANGLES else None
     if sides is None:
-        raise ValueError(
-            f"size: {size:g} m with grading {grading:g} asks for more than {MOST_TRIANGLES} "
-            f"triangles in {room.area:g} m²"
-        )
+        fine = f"{size:g} m with grading {grading:g}"
+        many = f"more than {MOST_TRIANGLES} triangles in {room.area:g} m²"
+        raise ValueError(f"size: {fine} asks for {many}")
     wanted = MeshingParameters(maxh=size, grading=STEEPEST)
     for x, y, side in sides.tolist():
         wanted.RestrictH(x, y, 0.0, side)
@@ -75,16 +73,11 @@ def mesh_of(
         np.ascontiguousarray(corners.T.astype(np.int64) - 1),
     )
     # where two edges are a few rounding errors apart, the generator fills the gap without a word
-    if abs(_area(mesh) - room.area) > 1e-9 * room.area:
+    (ax, ay), (bx, by) = (mesh.p[:, mesh.t[k]] - mesh.p[:, mesh.t[0]] for k in (1, 2))
+    if abs(0.5 * float(np.abs(ax * by - ay * bx).sum()) - room.area) > 1e-9 * room.area:
         raise ValueError(failed)
     kinds = np.array([KINDS.index(kind) for kind in room.kinds])
     return _named(mesh, facets["nodes"][:, :2].T.astype(np.int64) - 1, kinds[facets["index"] - 1])
-
-
-def _area(mesh: MeshTri1) -> float:
-    """m² of all triangles."""
-    (ax, ay), (bx, by) = (mesh.p[:, mesh.t[k]] - mesh.p[:, mesh.t[0]] for k in (1, 2))
-    return 0.5 * float(np.abs(ax * by - ay * bx).sum())
 
 
 def _border_of(room: Room) -> Any:
@@ -116,9 +109,8 @@ def _sides(room: Room, size: float, grading: float, reach: float) -> Floats | No
         if count > MOST_TRIANGLES:
             return None
         turn = 2 * np.pi * np.arange(n) / n
-        ring.append(
-            np.column_stack([distance * np.cos(turn), distance * np.sin(turn), np.full(n, side)])
-        )
+        x, y = distance * np.cos(turn), distance * np.sin(turn)
+        ring.append(np.column_stack([x, y, np.full(n, side)]))
         distance += SPACING * side
     around = np.vstack(ring)
     return np.vstack([around + np.array([x, y, 0.0]) for x, y in room.jambs])

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from nscd.arrays import Floats, read_only
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field
-from nscd.continuum.medium import Medium
+from nscd.continuum.medium import Medium, positive
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.room import Room
 from nscd.continuum.space import Space
@@ -28,8 +28,7 @@ def stress(answer: CollisionAnswer) -> Floats:
     Returns (d,d,elements,q) N·s/m at the quadrature points.
     """
     gradient = np.asarray(answer.sum_field.grad)
-    sigma: Floats = 0.5 * answer.medium.k_v * (gradient + gradient.swapaxes(0, 1))
-    return sigma
+    return np.asarray(0.5 * answer.medium.k_v * (gradient + gradient.swapaxes(0, 1)))
 
 
 def pressure(answer: CollisionAnswer) -> Floats:
@@ -37,8 +36,7 @@ def pressure(answer: CollisionAnswer) -> Floats:
 
     Its maximum is the mesh's, not the crowd's.
     """
-    p: Floats = -np.trace(stress(answer)) / answer.space.dimension
-    return p
+    return np.asarray(-np.trace(stress(answer)) / answer.space.dimension)
 
 
 def percussion_density(answer: CollisionAnswer) -> Floats:
@@ -46,8 +44,7 @@ def percussion_density(answer: CollisionAnswer) -> Floats:
 
     Returns (d,elements,q) N·s/m² at the quadrature points.
     """
-    density: Floats = answer.density_field * (answer.right_field - answer.left_field)
-    return density
+    return np.asarray(answer.density_field * (answer.right_field - answer.left_field))
 
 
 class BodyFields(NamedTuple):
@@ -82,10 +79,8 @@ def body_fields(answer: CollisionAnswer, kernel: Kernel, at: ArrayLike) -> BodyF
     sums, _ = smear(places, area * np.hstack([np.ones_like(area), sigma, density]), kernel, points)
     if (sums[:, 0] <= 0).any():
         x, y = points[int(np.argmin(sums[:, 0]))]
-        raise ValueError(
-            f"at: ({x:g}, {y:g}) m is out of reach of the room, or the mesh is coarser than the "
-            "kernel"
-        )
+        why = "is out of reach of the room, or the mesh is coarser than the kernel"
+        raise ValueError(f"at: ({x:g}, {y:g}) m {why}")
     mean = sums[:, 1:] / sums[:, :1]
     return BodyFields(-0.5 * (mean[:, 0] + mean[:, 3]), mean[:, :4].reshape(-1, 2, 2), mean[:, 4:])
 
@@ -97,8 +92,7 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
 
     The nodal μ grows at the jambs as the pressure does. Raises ValueError for a width that is not
     positive."""
-    if not (np.isfinite(width) and width > 0):
-        raise ValueError(f"width: {width} m; a positive number is needed")
+    positive(width=width)
     wall = answer.space.wall
     force, mean = answer.wall_force, np.empty_like(wall.weight)
     offset = (wall.point * wall.normal).sum(1)
@@ -106,9 +100,8 @@ def body_wall_percussion(answer: CollisionAnswer, width: float) -> Floats:
     todo = np.ones(len(force), dtype=bool)
     while todo.any():
         i = int(np.argmax(todo))
-        same = (wall.normal @ wall.normal[i] > 1 - 1e-9) & (
-            np.abs(offset - offset[i]) <= 1e-9 * extent
-        )
+        same = wall.normal @ wall.normal[i] > 1 - 1e-9
+        same &= np.abs(offset - offset[i]) <= 1e-9 * extent
         place = wall.point[same] @ np.array([-wall.normal[i, 1], wall.normal[i, 0]])
         share = np.exp(-0.5 * ((place[:, None] - place[None, :]) / width) ** 2)
         mean[same] = (share @ force[same]) / (share @ wall.weight[same])
@@ -151,7 +144,6 @@ def largest_pressures(
     for size in sizes:
         answer = collide(Space(mesh_of(room, size, grading=grading), order), medium, left_velocity)
         body = float(body_fields(answer, kernel, at).pressure.max())
-        rows.append(
-            LargestPressure(size, int(answer.space.basis.N), float(pressure(answer).max()), body)
-        )
+        unknowns, raw = int(answer.space.basis.N), float(pressure(answer).max())
+        rows.append(LargestPressure(size, unknowns, raw, body))
     return rows

@@ -80,12 +80,10 @@ class Room:
             loop, ccw = _loop(pillar, name, "pillar")
             # a pillar that is cut out of the space must leave it in one piece, with one more hole
             rest = shapely.difference(space, shapely.Polygon(loop))
-            if not (
-                rest.geom_type == "Polygon" and len(rest.interiors) == len(space.interiors) + 1
-            ):
-                raise ValueError(
-                    f"{name} is not inside the room, or touches its border or another pillar"
-                )
+            one_more = len(space.interiors) + 1
+            if rest.geom_type != "Polygon" or len(rest.interiors) != one_more:
+                beside = "touches its border or another pillar"
+                raise ValueError(f"{name} is not inside the room, or {beside}")
             space = rest
             turned.append(read_only(loop[::-1] if ccw else loop, (-1, 2), name))
         return tuple(turned)
@@ -138,47 +136,36 @@ def room_of_outline(
     Raises ValueError for an exit that is wider than its wall, lies beyond it, overlaps another exit
     or is in no wall.
     """
-    vertices = read_only(outline, (-1, 2), "outline")
-    if len(vertices) > 1 and np.array_equal(vertices[0], vertices[-1]):
-        vertices = vertices[:-1]
+    vertices = _open(outline, "outline")
     kinds: Sequence[Border] = ["wall"] * len(vertices) if border is None else border
     Room(outline=vertices, border=tuple(kinds))
     cuts: dict[int, list[tuple[float, float]]] = {}
     for number, (edge, start, end) in enumerate(exits):
+        name = f"exits: exit {number}"
         if not 0 <= edge < len(vertices) or kinds[edge] != "wall":
-            raise ValueError(f"exits: exit {number} is in edge {edge}, which is no wall")
+            raise ValueError(f"{name} is in edge {edge}, which is no wall")
         length = float(np.hypot(*(vertices[(edge + 1) % len(vertices)] - vertices[edge])))
+        span, wide = f"from {start:g} to {end:g} m", f"{end - start:g} m wide"
         if not start < end:
-            raise ValueError(
-                f"exits: exit {number} runs from {start:g} to {end:g} m; it needs a width"
-            )
+            raise ValueError(f"{name} runs {span}; it needs a width")
         if end - start > length * (1 + ROUNDING):
-            raise ValueError(
-                f"exits: exit {number} is {end - start:g} m wide, its wall only {length:g} m long"
-            )
+            raise ValueError(f"{name} is {wide}, its wall only {length:g} m long")
         if start < -ROUNDING * length or end > length * (1 + ROUNDING):
-            raise ValueError(
-                f"exits: exit {number} from {start:g} to {end:g} m ends beyond its wall of "
-                f"{length:g} m"
-            )
+            raise ValueError(f"{name} {span} ends beyond its wall of {length:g} m")
         cuts.setdefault(edge, []).append((max(start, 0.0), min(end, length)))
     points: list[Floats] = []
     pieces: list[Border] = []
     for edge, kind in enumerate(kinds):
-        start_point, end_point = vertices[edge], vertices[(edge + 1) % len(vertices)]
-        length = float(np.hypot(*(end_point - start_point)))
-        at = 0.0
-        for start, end in sorted(cuts.get(edge, [])):
+        first, way = vertices[edge], vertices[(edge + 1) % len(vertices)] - vertices[edge]
+        length, at = float(np.hypot(*way)), 0.0
+        for start, end in (*sorted(cuts.get(edge, [])), (length, length)):
             if start < at - ROUNDING * length:
                 raise ValueError(f"exits: two exits overlap in edge {edge}")
             for begin, finish, piece in ((at, start, kind), (start, end, "exit")):
                 if finish - begin > ROUNDING * length:
-                    points.append(start_point + (end_point - start_point) * (begin / length))
-                    pieces.append(piece)
+                    points.append(first + way * (begin / length))
+                    pieces.append("exit" if piece == "exit" else kind)
             at = end
-        if length - at > ROUNDING * length:
-            points.append(start_point + (end_point - start_point) * (at / length))
-            pieces.append(kind)
     standing = tuple(np.asarray(pillar, dtype=np.float64) for pillar in pillars)
     return Room(outline=np.array(points), border=tuple(pieces), pillars=standing)
 
@@ -192,30 +179,29 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) 
     ValueError where they leave a gap, enclose more than one room, or an exit or free border reaches
     over a wall, that is, an exit wider than its space.
     """
-    openings = {"exits": _pieces(exits, "exits"), "free": _pieces(free, "free")}
+    openings: tuple[tuple[str, Border, ArrayLike], ...]
+    openings = (("exits", "exit", exits), ("free", "free", free))
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
     kinds: list[Border] = ["wall"] * len(lines)
     extent = max(float(np.ptp(np.vstack([walls.start, walls.end]), axis=0).max()), 1e-300)
-    for field, kind in (("exits", "exit"), ("free", "free")):
-        for number, ends in enumerate(openings[field]):
+    for field, kind, given in openings:
+        pairs = np.asarray(given, dtype=np.float64)
+        pairs = pairs.reshape(0, 2, 2) if pairs.size == 0 else pairs
+        for number, ends in enumerate(read_only(pairs, (-1, 2, 2), field)):
             opening = shapely.LineString(ends)
             for wall, line in enumerate(lines[: len(walls)]):
                 if opening.intersection(line.buffer(ROUNDING * extent)).length > 1e-6 * extent:
-                    raise ValueError(
-                        f"{field}: number {number} ({opening.length:g} m wide) reaches over wall "
-                        f"{wall + 1}"
-                    )
+                    wide = f"number {number} ({opening.length:g} m wide)"
+                    raise ValueError(f"{field}: {wide} reaches over wall {wall + 1}")
             lines.append(opening)
-            kinds.append("exit" if kind == "exit" else "free")
+            kinds.append(kind)
     rooms, cuts, dangles, _ = shapely.polygonize_full(lines)
     faces = shapely.get_parts(rooms)
     loose = [*shapely.get_parts(cuts), *shapely.get_parts(dangles)]
     if len(faces) == 0 or loose:
         x, y = _loose_end(lines)
-        raise ValueError(
-            f"walls: the room is not closed at ({x:g}, {y:g}) m; add a wall, an exit or a free "
-            "border there"
-        )
+        add = "add a wall, an exit or a free border there"
+        raise ValueError(f"walls: the room is not closed at ({x:g}, {y:g}) m; {add}")
     largest = max(faces, key=lambda face: shapely.Polygon(face.exterior).area)
     if len(faces) != 1 + len(largest.interiors):
         raise ValueError(f"walls: they enclose {len(faces)} rooms; one is needed")
@@ -241,33 +227,26 @@ def square_room(side: float, exit_width: float) -> Room:
     """
     half = 0.5 * side
     corners = [[0.0, -half], [0.0, half], [-side, half], [-side, -half]]
-    return room_of_outline(
-        corners, exits=[Exit(0, half - 0.5 * exit_width, half + 0.5 * exit_width)]
-    )
+    door = Exit(0, half - 0.5 * exit_width, half + 0.5 * exit_width)
+    return room_of_outline(corners, exits=[door])
+
+
+def _open(value: ArrayLike, name: str) -> Floats:
+    """The vertices (v,2) of a loop, without a last one that repeats the first."""
+    loop = read_only(value, (-1, 2), name)
+    return loop[:-1] if len(loop) > 1 and np.array_equal(loop[0], loop[-1]) else loop
 
 
 def _loop(value: ArrayLike, name: str, what: str) -> tuple[Floats, bool]:
-    """The vertices (v,2) of a simple polygon, without a last one that repeats the first, and
-    whether they turn left."""
-    loop = read_only(value, (-1, 2), name)
-    if len(loop) > 1 and np.array_equal(loop[0], loop[-1]):
-        loop = loop[:-1]
+    """The vertices (v,2) of a simple polygon, and whether they turn left."""
+    loop = _open(value, name)
     if len(loop) < 3:
-        raise ValueError(
-            f"{name}: {len(loop)} vertices do not close a {what}; at least 3 are needed"
-        )
-    ring = shapely.LinearRing(loop)
-    if (
-        not ring.is_simple
-        or shapely.Polygon(ring).area <= (ROUNDING * np.ptp(loop, axis=0).max()) ** 2
-    ):
+        few = f"{len(loop)} vertices do not close a {what}"
+        raise ValueError(f"{name}: {few}; at least 3 are needed")
+    ring, least = shapely.LinearRing(loop), (ROUNDING * np.ptp(loop, axis=0).max()) ** 2
+    if not ring.is_simple or shapely.Polygon(ring).area <= least:
         raise ValueError(f"{name}: the edges touch or cross each other, or enclose no area")
     return loop, bool(ring.is_ccw)
-
-
-def _pieces(value: ArrayLike, name: str) -> Floats:
-    array = np.asarray(value, dtype=np.float64)
-    return read_only(array.reshape(0, 2, 2) if array.size == 0 else array, (-1, 2, 2), name)
 
 
 def _loose_end(lines: list[shapely.LineString]) -> tuple[float, float]:

@@ -1,4 +1,5 @@
-"""Where w = u⁺ + u⁻ lives: P1 or P2 vector elements, and the walls' normal constraints on it."""
+"""Where w = u⁺ + u⁻ lives: P1 or P2 vector elements, the walls' normal constraints on it, and data
+at its points."""
 
 from __future__ import annotations
 
@@ -20,6 +21,7 @@ from skfem import (
 )
 
 from nscd.arrays import Floats, Indices
+from nscd.continuum.left_velocity import Field
 
 # Two walls at a point count as one straight wall when their normals differ by less than this
 # (squared sine).
@@ -61,9 +63,7 @@ class Space:
             raise ValueError(f"order: {self.order}; 1 (P1) or 2 (P2) is needed")
         walls = (self.mesh.boundaries or {}).get("wall")
         if walls is None or len(walls) == 0:
-            raise ValueError(
-                "mesh: no facet is named wall; the crowd needs a wall to be pressed to"
-            )
+            raise ValueError("mesh: no facet is named wall to press the crowd to")
 
     @property
     def dimension(self) -> int:
@@ -125,8 +125,7 @@ class Space:
     @cached_property
     def nodes(self) -> Floats:
         """(nodes, d) m, the places of the scalar nodes."""
-        places: Floats = np.ascontiguousarray(self.scalar.doflocs.T)
-        return places
+        return np.ascontiguousarray(self.scalar.doflocs.T)
 
     @cached_property
     def wall(self) -> WallPoints:
@@ -167,10 +166,8 @@ class Space:
         wall = self.wall
         columns = self.components[:, wall.node]
         rows = np.tile(np.arange(len(wall.node)), (self.dimension, 1))
-        shape = (len(wall.node), self.basis.N)
-        return sparse.csr_array(
-            (wall.normal.T.ravel(), (rows.ravel(), columns.ravel())), shape=shape
-        )
+        entries = (wall.normal.T.ravel(), (rows.ravel(), columns.ravel()))
+        return sparse.csr_array(entries, shape=(len(wall.node), self.basis.N))
 
     @cached_property
     def local(self) -> tuple[sparse.csc_array, Indices]:
@@ -200,3 +197,66 @@ class Space:
         rows = np.concatenate([row.ravel(), rest])
         matrix = sparse.csc_array((entries, (rows, np.concatenate([column.ravel(), rest]))))
         return matrix, place
+
+
+def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
+    """Values at vertices (n,), linear in between, at the quadrature points (elements, q) of a
+    basis."""
+    linear = basis.with_element(ElementLineP1() if space.dimension == 1 else ElementTriP1())
+    vector = np.empty(linear.N)
+    vector[linear.nodal_dofs[0, : len(values)]] = values
+    field: Floats = np.asarray(linear.interpolate(vector))
+    return field
+
+
+def values_at(space: Space, basis: Any, field: Field | Floats, name: str) -> Floats:
+    """Take a vector field, or vectors (n,d) at the vertices, at the quadrature points of a basis.
+
+    Returns (d, elements, q). Raises ValueError where a function gives another shape than (m,d) or a
+    value that is not finite.
+    """
+    if not callable(field):
+        return np.stack([_nodal(space, basis, component) for component in field.T])
+    points = np.asarray(basis.global_coordinates())
+    values = checked_values(field, points.reshape(len(points), -1).T, name)
+    return np.ascontiguousarray(values.T.reshape(points.shape))
+
+
+def nodal_values(space: Space, field: Field | Floats, name: str) -> Floats:
+    """Take a vector field, or vectors (n,d) at the vertices, at the nodes of a space, (nodes,d)."""
+    if callable(field):
+        return checked_values(field, space.nodes, name)
+    if space.order == 1:
+        return field.copy()
+    one, mesh = space.scalar, space.mesh
+    values = np.empty((one.N, space.dimension))
+    values[one.nodal_dofs[0]] = field
+    if space.dimension == 1:
+        values[one.interior_dofs[0]] = field[mesh.t].mean(0)
+    else:
+        values[one.facet_dofs[0]] = field[mesh.facets].mean(0)
+    return values
+
+
+def density_at(space: Space, rho: float | Floats) -> Floats:
+    """Take a density, one number or (n,) one per vertex, at the quadrature points (elements, q).
+
+    Raises ValueError for another number of values than vertices.
+    """
+    if np.ndim(rho) == 0:
+        return np.full(space.basis.dx.shape, rho)
+    if np.shape(rho) != (space.mesh.nvertices,):
+        wanted = f"({space.mesh.nvertices},), one per vertex,"
+        raise ValueError(f"density: shape {np.shape(rho)} where {wanted} is needed")
+    return _nodal(space, space.basis, np.asarray(rho))
+
+
+def checked_values(field: Field, points: Floats, name: str) -> Floats:
+    """Evaluate a field at points (m,d); ValueError for another shape or a value not finite."""
+    values = np.asarray(field(np.ascontiguousarray(points)), dtype=np.float64)
+    if values.shape != points.shape:
+        shapes = f"{values.shape} where {points.shape} is needed"
+        raise ValueError(f"{name}: the function gives shape {shapes}")
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name}: the function gives a value that is not finite")
+    return values

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from skfem import LinearForm, Mesh
 
 from nscd.arrays import Flags, Floats, read_only
-from nscd.continuum.forms import values_at
 from nscd.continuum.left_velocity import Field
-from nscd.continuum.space import Space
+from nscd.continuum.space import Space, values_at
 
 
 @LinearForm  # type: ignore[untyped-decorator]

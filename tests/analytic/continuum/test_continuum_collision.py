@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 
-from nscd.continuum import forms
+from nscd.continuum import collision as forms
 from nscd.continuum.active_set import bounded_minimum
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import random_speeds, toward_exit
