@@ -40,8 +40,7 @@ from nscd.continuum.collision import collide
 from nscd.continuum.medium import PERSON, TABLE_1, Medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import pressure
-from nscd.continuum.rivals.first_order import first_order_flow
-from nscd.continuum.rivals.frictional import frictional_flow
+from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 from nscd.continuum.room import Border, Room
 from nscd.continuum.space import Space
 from nscd.stress import FlowField, Kernel, StressField, flow_field, smear, stress_field

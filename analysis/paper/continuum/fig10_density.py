@@ -18,12 +18,12 @@ from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.medium import DENSITY, PERSON, TABLE_1, table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.density_laws import (
-    ExponentialSpeed,
-    KladekSpeed,
-    PowerPressure,
     TurbulencePressure,
     crowd_pressure,
+    exponential_speed,
+    kladek_speed,
     measured_speed,
+    power_pressure,
 )
 from nscd.continuum.space import Space
 
@@ -78,10 +78,10 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
         mean=float(np.average(pressure, weights=map_of().area)),
         measured=PERSON * measured,
         printed=printed,
-        power=PERSON * float(PowerPressure().pressure(density)),
+        power=PERSON * float(power_pressure(density)),
         turbulence=PERSON * float(TurbulencePressure().pressure(density)),
         mean_speed=mean_speed(answer),
-        laws=(float(ExponentialSpeed().speed(density)), float(KladekSpeed().speed(density))),
+        laws=(float(exponential_speed(density)), float(kladek_speed(density))),
         answer=answer,
     )
 
@@ -92,24 +92,23 @@ def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
     forces, numbers, speeds = figure.subplots(1, 3)
     density, largest, mean, measured, printed = map(np.array, list(zip(*free, strict=True))[:5])
     fine = np.linspace(density[0], density[-1], 200)
-    power = PowerPressure().pressure
     hollow = {"mfc": "none", "color": BLUE}
     forces.plot(density, largest / STEP, "o-", color=BLUE, label="(11) over δt, largest")
     forces.plot(density, mean / STEP, "o--", **hollow, label="(11) over δt, mean")
     forces.plot(density, measured, "s-.", color=ORANGE, label="(M1)")
-    forces.plot(fine, PERSON * power(fine), "-", color=BLACK, label="(M2)")
+    forces.plot(fine, PERSON * power_pressure(fine), "-", color=BLACK, label="(M2)")
     forces.set(yscale="log", ylabel="pressure (N/m)", title="(a) in one unit")
     numbers.plot(density, largest / PERSON, "o-", color=BLUE, label="(11), largest, not divided")
     numbers.plot(density, mean / PERSON, "o--", **hollow, label="(11), mean, not divided")
     numbers.plot(density, printed, "D:", color=PINK, label="(M1) as printed")
-    numbers.plot(fine, power(fine), "-", color=BLACK, label="(M2)")
+    numbers.plot(fine, power_pressure(fine), "-", color=BLACK, label="(M2)")
     numbers.set(ylabel="number per person, units mixed", title="(a) as plain numbers")
     speed = [s.mean_speed for s in free]
     speeds.plot(density, speed, "o-", color=BLUE, label="(11), 2 m/s wanted")
     walking = list(adapted), list(adapted.values())
     speeds.plot(*walking, "^--", mfc="none", color=GREEN, label="(11), speed of (L2) wanted")
-    speeds.plot(fine, ExponentialSpeed().speed(fine), "-.", color=ORANGE, lw=2, label="(L1)")
-    speeds.plot(fine, KladekSpeed().speed(fine), "-", color=BLACK, label="(L2)")
+    speeds.plot(fine, exponential_speed(fine), "-.", color=ORANGE, lw=2, label="(L1)")
+    speeds.plot(fine, kladek_speed(fine), "-", color=BLACK, label="(L2)")
     speeds.set(ylabel="speed (m/s)", title="(b) mean speed", ylim=(-0.05, None))
     for axes in (forces, numbers, speeds):
         axes.set_xlabel("density (people/m²)")
@@ -131,7 +130,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     free = [solved(density, collided(density, FREE_SPEED)) for density in DENSITIES]
     if progress:
         progress("Fig. 10", 0.5)
-    wanted = {density: float(KladekSpeed().speed(density)) for density in DENSITIES}
+    wanted = {density: float(kladek_speed(density)) for density in DENSITIES}
     adapted = {d: mean_speed(collided(d, speed)) for d, speed in wanted.items() if speed > 0}
     first, last = free[0], free[-1]
     here = next(s for s in free if s.density == DENSITY)

@@ -8,22 +8,14 @@ per length (N·s/m) only after that is divided by the time it took.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nscd.arrays import Floats, read_only
-from nscd.continuum.medium import TABLE_1
+from nscd.continuum.medium import TABLE_1, positive
 from nscd.stress import Kernel, smear
-
-
-def _positive(law: Any) -> None:
-    for field in fields(law):
-        value = getattr(law, field.name)
-        if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{field.name}: {value:g}; a positive number is needed")
 
 
 def _density(density: ArrayLike) -> Floats:
@@ -57,12 +49,10 @@ class TurbulencePressure:
     epsilon: float = TABLE_1.epsilon
 
     def __post_init__(self) -> None:
-        _positive(self)
+        positive(**asdict(self))
         if self.critical_density >= self.yield_density:
-            raise ValueError(
-                f"critical_density: {self.critical_density:g} is not below the yield density "
-                f"{self.yield_density:g} people/m²"
-            )
+            order = f"{self.critical_density:g} is not below the yield density"
+            raise ValueError(f"critical_density: {order} {self.yield_density:g} people/m²")
 
     @property
     def c3(self) -> float:
@@ -85,79 +75,63 @@ class TurbulencePressure:
         return np.where(rho <= self.critical_density, 0.0, high * rho - self.c2)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PowerPressure:
-    """Give the pressure of (M2), p = p₀ρ^γ.
+def power_pressure(
+    density: ArrayLike,
+    *,
+    coefficient: float = TABLE_1.pressure_coefficient,
+    exponent: float = TABLE_1.pressure_exponent,
+) -> Floats:
+    """Compute (M2), p = p₀ρ^γ, people/s².
 
-    coefficient: people^(1−γ) m^(2γ)/s², p₀.
+    density: ρ > 0, people/m², of any shape.
+    coefficient: people^(1−γ) m^(2γ)/s², p₀ > 0.
     exponent: γ > 1.
 
-    Raises ValueError for a coefficient that is not positive or an exponent that is not above 1.
+    Raises ValueError for another density or constant.
     """
-
-    coefficient: float = TABLE_1.pressure_coefficient
-    exponent: float = TABLE_1.pressure_exponent
-
-    def __post_init__(self) -> None:
-        _positive(self)
-        if self.exponent <= 1:
-            raise ValueError(f"exponent: {self.exponent:g}; more than 1 is needed")
-
-    def pressure(self, density: ArrayLike) -> Floats:
-        """Compute p₀ρ^γ, people/s², of ρ > 0, people/m².
-
-        Raises ValueError for another density.
-        """
-        return np.asarray(self.coefficient * _density(density) ** self.exponent)
+    positive(coefficient=coefficient, exponent=exponent)
+    if exponent <= 1:
+        raise ValueError(f"exponent: {exponent:g}; more than 1 is needed")
+    return np.asarray(coefficient * _density(density) ** exponent)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ExponentialSpeed:
-    """Give the speed of (L1), u = u_max exp(−α(ρ/ρ_max)²), printed as ρ(u).
+def exponential_speed(
+    density: ArrayLike,
+    *,
+    free_speed: float = TABLE_1.free_speed,
+    greatest_density: float = TABLE_1.greatest_density,
+    steepness: float = TABLE_1.speed_decay,
+) -> Floats:
+    """Compute (L1), u = u_max exp(−α(ρ/ρ_max)²), m/s, printed as ρ(u).
 
+    density, greatest_density: ρ > 0 and ρ_max, people/m²; the speed at ρ_max is not 0.
     free_speed: m/s, u_max.
-    greatest_density: people/m², ρ_max; the speed there is not 0.
     steepness: α.
 
-    Raises ValueError for a constant that is not positive.
+    Raises ValueError for another density or a constant that is not positive.
     """
-
-    free_speed: float = TABLE_1.free_speed
-    greatest_density: float = TABLE_1.greatest_density
-    steepness: float = TABLE_1.speed_decay
-
-    def __post_init__(self) -> None:
-        _positive(self)
-
-    def speed(self, density: ArrayLike) -> Floats:
-        """Compute u(ρ), m/s, of ρ > 0, people/m². Raises ValueError for another density."""
-        ratio = _density(density) / self.greatest_density
-        return np.asarray(self.free_speed * np.exp(-self.steepness * ratio**2))
+    positive(free_speed=free_speed, greatest_density=greatest_density, steepness=steepness)
+    return np.asarray(free_speed * np.exp(-steepness * (_density(density) / greatest_density) ** 2))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KladekSpeed:
-    """Give the speed of (L2), u = u_max(1 − exp(−γ(1/ρ − 1/ρ_max))), printed as ρ(u); 0 above
-    ρ_max.
+def kladek_speed(
+    density: ArrayLike,
+    *,
+    free_speed: float = TABLE_1.free_speed,
+    greatest_density: float = TABLE_1.greatest_density,
+    decay: float = 1.913,
+) -> Floats:
+    """Compute (L2), u = u_max(1 − exp(−γ(1/ρ − 1/ρ_max))), m/s, printed as ρ(u); 0 above ρ_max.
 
+    density, greatest_density: ρ > 0 and ρ_max, people/m²; Weidmann's own ρ_max is 5.4.
     free_speed: m/s, u_max; Weidmann's own is 1.34.
-    greatest_density: people/m², ρ_max; Weidmann's own is 5.4.
     decay: people/m², Weidmann's γ; Table 1's γ = 2 is the exponent of (M2).
 
-    Raises ValueError for a constant that is not positive.
+    Raises ValueError for another density or a constant that is not positive.
     """
-
-    free_speed: float = TABLE_1.free_speed
-    greatest_density: float = TABLE_1.greatest_density
-    decay: float = 1.913
-
-    def __post_init__(self) -> None:
-        _positive(self)
-
-    def speed(self, density: ArrayLike) -> Floats:
-        """Compute u(ρ), m/s, of ρ > 0, people/m². Raises ValueError for another density."""
-        gap = np.maximum(1 / _density(density) - 1 / self.greatest_density, 0.0)
-        return np.asarray(-self.free_speed * np.expm1(-self.decay * gap))
+    positive(free_speed=free_speed, greatest_density=greatest_density, decay=decay)
+    gap = np.maximum(1 / _density(density) - 1 / greatest_density, 0.0)
+    return np.asarray(-free_speed * np.expm1(-decay * gap))
 
 
 def measured_speed(
@@ -186,11 +160,9 @@ def measured_speed(
     count = read_only(np.ones(len(where)) if people is None else people, (len(where),), "people")
     if count.size and count.min() < 0:
         raise ValueError(f"people: {count.min():g}; a number of people cannot be negative")
-    if not (np.isfinite(reach) and reach > 0):
-        raise ValueError(f"reach: {reach:g} m; a positive number is needed")
-    sums, _ = smear(
-        where, np.column_stack([count * values, count]), Kernel(width=reach / math.sqrt(2)), points
-    )
+    positive(reach=reach)
+    kernel = Kernel(width=reach / math.sqrt(2))
+    sums, _ = smear(where, np.column_stack([count * values, count]), kernel, points)
     if printed:
         return np.ascontiguousarray(sums[:, 0])
     if len(points) and sums[:, 1].min() <= 0:

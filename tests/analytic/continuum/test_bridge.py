@@ -19,8 +19,7 @@ from analysis.paper.continuum.bridge import (
 from analysis.scene.packing import heap, press
 from nscd import Snapshot, Walls, find_contacts, solve
 from nscd.continuum.rivals.cells import Cells
-from nscd.continuum.rivals.first_order import first_order_flow
-from nscd.continuum.rivals.frictional import frictional_flow
+from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 
 N, MEAN = 300, 0.2
 SHUT = Walls(start=[[0, -50]], end=[[0, 50]])

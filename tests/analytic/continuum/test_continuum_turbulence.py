@@ -12,13 +12,13 @@ from skfem import MeshTri
 from nscd.continuum.closed_forms import chain_mesh
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of
-from nscd.continuum.rivals.bounded_friction import friction_problem
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.density_laws import TurbulencePressure
 from nscd.continuum.rivals.first_order import first_order_flow
 from nscd.continuum.rivals.turbulence import (
     Congestion,
     TurbulenceLaw,
+    friction_problem,
     time_step_dependence,
     turbulence_step,
 )
