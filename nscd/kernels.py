@@ -14,9 +14,6 @@ from nscd.arrays import Floats
 from nscd.bodies import Snapshot
 from nscd.contacts import find_contacts
 from nscd.frames import Asked, Disks, solve_frames
-from nscd.friction.ladder import part_of
-from nscd.friction.pivots.island import Search
-from nscd.friction.problem import friction_problem
 from nscd.laws import ContactLaw
 from nscd.solve import SOLVERS, solve
 from nscd.stepping import Motion
@@ -51,7 +48,6 @@ def _by_others() -> list[str]:
     contacts = find_contacts(ring, tolerance=1e-9)
     found = solve(ring, contacts, law=ContactLaw(friction=0.3), tolerance=1e-10).right_velocity
     lines = [*_judged("friction", [found], 0.0), *_judged("a step", _steps(0.3), 0.0)]
-    lines += _judged("friction, when crowds slide", _searched(), 0.0)
     for solver in SOLVERS:
         found = solve(ring, contacts, tolerance=1e-10, solver=solver).right_velocity
         lines += _judged(solver, [found], 0.0)
@@ -88,24 +84,6 @@ def _filmed() -> Iterator[Floats]:
     for sign, disk in ((-1.0, found.first), (1.0, found.second)):
         np.add.at(left, disk, sign * found.impulse / mass[0])
     yield left
-
-
-def _searched() -> Iterator[Floats]:
-    """Right velocities of the ring by the methods for crowds that slide."""
-    ring = _ring()
-    contacts, law = find_contacts(ring, tolerance=1e-9), ContactLaw(friction=0.3)
-    whole = friction_problem(ring, contacts, ring.velocity, law)
-    part = part_of(whole, ring.position, np.arange(len(ring)), np.arange(len(contacts)))
-    none = np.zeros((2, len(contacts)))
-    search = Search(part.problem, part.factor, 1e-10)
-    search.by_proximal(none[0].copy(), none[1].copy(), part.problem.left.copy())
-    yield search.velocity
-    search = Search(part.problem, part.factor, 1e-10)
-    search.by_point(search.points_from(none[0], none[1], part.problem.left), 1000)
-    yield search.velocity
-    search = Search(part.problem, part.factor, 1e-10)
-    search.run_from(1)
-    yield search.velocity
 
 
 def _ring() -> Snapshot:

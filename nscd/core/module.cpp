@@ -1,57 +1,18 @@
 // The door to Python: arrays in, arrays out. What is no contiguous array of the right kind is refused.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/tuple.h>
-
 #include "answer.hpp"
+#include "binding.hpp"
 #include "contacts.hpp"
 #include "dense.hpp"
 #include "frames.hpp"
 #include "soft.hpp"
 #include "step.hpp"
 
-namespace nb = nanobind;
-using namespace nb::literals;
-
 namespace {
 
 using namespace nscd;
 
-template <class T, int D>
-using Given = nb::ndarray<const T, nb::numpy, nb::ndim<D>, nb::c_contig, nb::device::cpu>;
-template <class T, int D>
-using Made = nb::ndarray<T, nb::numpy, nb::ndim<D>, nb::c_contig>;
-using Vector = Given<double, 1>;
-using Matrix = Given<double, 2>;
-using Whole = Given<std::int64_t, 1>;
-using Marks = Given<bool, 1>;
-
 // Beyond this, squares of a number and their products with another leave double precision.
 constexpr double LARGEST = 1e100;
-
-template <class Array>
-auto span(const Array& given) { return std::span(given.data(), given.size()); }
-
-// Hand an array over to Python; `columns` 0 makes it one-dimensional.
-template <int D = 1, class T, class A>
-auto give(std::vector<T, A>&& values, std::size_t columns = 0) {
-    auto* kept = new std::vector<T, A>(std::move(values));
-    nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<std::vector<T, A>*>(at); });
-    std::size_t shape[2] = {D == 1 ? kept->size() : kept->size() / columns, columns};
-    return Made<T, D>(kept->data(), D, shape, owner);
-}
-
-void need(bool sound, const char* what) {
-    if (!sound) throw nb::value_error(what);
-}
-
-// Marks of bytes as NumPy's booleans.
-auto give_marks(Flags&& values) {
-    auto* kept = new Flags(std::move(values));
-    nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<Flags*>(at); });
-    return Made<bool, 1>(reinterpret_cast<bool*>(kept->data()), {kept->size()}, owner);
-}
 
 // Connected walls, as `nscd.segments.connect` finds them.
 class Walls {
@@ -376,6 +337,7 @@ private:
 
 NB_MODULE(_core, m) {
     m.doc() = "The native core: see nscd/core/.";
+    nscd::bind_friction(m);
     nb::class_<Walls>(m, "Walls").def(nb::init<const Matrix&, const Matrix&, const Given<Index, 2>&, const Given<bool, 2>&>(),
                                       "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
         .def("__len__", [](const Walls& walls) { return walls.segments().w; });

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
+from nscd import _core
 from nscd.arrays import Floats
-from nscd.compiling import inner, kernel
 
 # Gauss–Seidel sweeps between two looks at the residual, and at most.
 SWEEPS, MOST_SWEEPS = 50, 100_000
@@ -41,7 +41,7 @@ def solve_planar(
     matrix: W (2k,2k), positive semi-definite, rows in the order normal, tangent of each contact
     free: q (2k,); friction: μ (k,)
 
-    Gauss–Seidel over contacts, each solved exactly; in between the linear system of the contacts'
+    Gauss–Seidel over contacts in the native core, each solved exactly; in between the linear system of the contacts'
     states (open, stuck, sliding) is tried. Raises ValueError for a contact without a diagonal entry
     of its normal. Source: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235.
 
@@ -55,10 +55,12 @@ def solve_planar(
         row = int(np.argmin(diagonal[::2]))
         raise ValueError(f"W: contact {row + 1}: its diagonal entry is not positive")
     scale = float(np.abs(free).max(initial=0.0)) or 1.0
+    rows = w.indptr.astype(np.int32), w.indices.astype(np.int32), w.data
+    free, friction = (np.ascontiguousarray(one, dtype=float) for one in (free, friction))
     r = np.zeros(len(free))
     best, least, sweeps = r, _residual(w, free, friction, diagonal, r) / scale, 0
     while least > tolerance and sweeps < MOST_SWEEPS:
-        _sweep(w.indptr, w.indices, w.data, free, friction, r, SWEEPS)
+        _core.planar_sweeps(*rows, free, friction, r, SWEEPS)
         sweeps += SWEEPS
         tries = [r.copy()]
         if len(free) <= MOST_ROWS and (sweeps // SWEEPS) & (sweeps // SWEEPS - 1) == 0:
@@ -119,48 +121,3 @@ def _by_states(w: Any, q: Floats, friction: Floats, diagonal: Floats, r: Floats)
     step = np.linalg.lstsq(system[np.ix_(kept, kept)], right[kept], rcond=1e-12)[0]
     best[kept] += step
     return best
-
-
-@kernel
-def _sweep(
-    starts: Any, columns: Any, values: Any, q: Any, friction: Any, r: Any, sweeps: int
-) -> None:
-    """Gauss–Seidel sweeps over the contacts of W (its rows), r in place."""
-    for _ in range(sweeps):
-        for c in range(len(friction)):
-            own = np.zeros((2, 2))
-            free = np.empty(2)
-            for a in range(2):
-                row = 2 * c + a
-                total = q[row]
-                for place in range(starts[row], starts[row + 1]):
-                    column = columns[place]
-                    if column // 2 == c:
-                        own[a, column % 2] = values[place]
-                    else:
-                        total += values[place] * r[column]
-                free[a] = total
-            r[2 * c], r[2 * c + 1] = _alone(own, free, friction[c])
-
-
-@inner
-def _alone(own: Any, free: Any, mu: float) -> Any:
-    """The reaction of one contact with W (2,2) and q (2,)."""
-    if free[0] >= 0.0:
-        return 0.0, 0.0
-    if mu == 0.0:
-        return -free[0] / own[0, 0], 0.0
-    det = own[0, 0] * own[1, 1] - own[0, 1] * own[1, 0]
-    if det > 1e-14 * own[0, 0] * own[1, 1]:
-        along = (own[0, 1] * free[1] - own[1, 1] * free[0]) / det
-        across = (own[1, 0] * free[0] - own[0, 0] * free[1]) / det
-        if along >= 0.0 and abs(across) <= mu * along:
-            return along, across
-    for sign in (-1.0, 1.0):
-        pressed = own[0, 0] + sign * mu * own[0, 1]
-        if pressed > 0.0:
-            along = -free[0] / pressed
-            slides = free[1] + (own[1, 0] + sign * mu * own[1, 1]) * along
-            if sign * slides <= 0.0:
-                return along, sign * mu * along
-    return -free[0] / own[0, 0], 0.0

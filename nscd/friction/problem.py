@@ -1,4 +1,4 @@
-"""An impact with Coulomb friction as arrays, and the maps between disks and contacts."""
+"""An impact with Coulomb friction as arrays."""
 
 from __future__ import annotations
 
@@ -9,12 +9,9 @@ import numpy as np
 from nscd import _core
 from nscd.arrays import Floats
 from nscd.bodies import Snapshot
-from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
 
-# Units in the last place that approach velocities are known to.
-ROUNDING = 16 * float(np.finfo(float).eps)
 # Velocities are measured in no less, m/s: squares of what is far below are no numbers.
 SLOWEST = 1e-100
 
@@ -35,7 +32,7 @@ class FrictionProblem(NamedTuple):
     island: (n,) number of the group of touching disks that each belongs to
     scale: m/s, the largest |u⁻|, spins times their radius included, which residuals are measured in
 
-    M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ (see `acting`), p_t = k_t T(u + u⁻) +
+    M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n max(C(u + u⁻), 0) + λ, p_t = k_t T(u + u⁻) +
     τ, where 0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0), and τ T u = μ max(p_n, 0) |T u|
     (Coulomb: maximum dissipation). C u: approach; T u: sliding of the first body along
     t = (−n_y, n_x) relative to the second, spins included.
@@ -56,19 +53,12 @@ class FrictionProblem(NamedTuple):
     island: Any
     scale: float
 
-    @property
-    def dissipative(self) -> bool:
-        """Whether any contact has k_n or k_t."""
-        return bool(self.normal_weight.any() or self.tangent_weight.any())
-
-    def acting(self, velocity: Any) -> FrictionProblem:
-        """Return the problem in which k_n acts where it pushes for right velocities (n,3), not
-        where it would
-        pull: p_n = k_n max(C(u + u⁻), 0) + λ."""
-        v, s = np.empty((2, len(self.first)))
-        contact_velocities(self, velocity + self.left, v, s)
-        pushes = v >= -ROUNDING * self.scale
-        return self._replace(normal_weight=np.where(pushes, self.normal_weight, 0.0))
+    def in_core(self, position: Floats) -> _core.FrictionProblem:
+        """Hand the problem of disks at position (n,2) m over to the native core."""
+        return _core.FrictionProblem(
+            self.first, self.second, self.normal, self.lever, self.friction, self.normal_weight,
+            self.tangent_weight, self.offset, self.mass, self.left, position, self.scale,
+        )  # fmt: skip
 
 
 def problem_of(
@@ -138,56 +128,3 @@ def friction_problem(
         left=np.column_stack([left_velocity, snapshot.spin]),
         weights=law.acting(contacts, snapshot.mass, left_velocity),
     )
-
-
-def chosen(problem: FrictionProblem, disks: Any, contacts: Any) -> FrictionProblem:
-    """The problem of some disks and contacts (indices), in these orders; islands numbered
-    afresh."""
-    place = np.full(len(problem.mass), -1, dtype=np.int32)
-    place[disks] = np.arange(len(disks), dtype=np.int32)
-    second = problem.second[contacts]
-    by_contact = (
-        "normal", "lever", "friction", "normal_weight", "tangent_weight", "offset",
-        "normal_inverse", "tangent_inverse",
-    )  # fmt: skip
-    return problem._replace(
-        first=place[problem.first[contacts]],
-        second=np.where(second >= 0, place[second], np.int32(-1)),
-        mass=problem.mass[disks],
-        left=problem.left[disks],
-        island=np.unique(problem.island[disks], return_inverse=True)[1].astype(np.int32),
-        **{name: getattr(problem, name)[contacts] for name in by_contact},
-    )
-
-
-@kernel(fastmath=True)
-def contact_velocities(problem: Any, u: Any, v: Any, s: Any) -> None:
-    """v = C u and s = T u, (k,) m/s, of velocities u (n,3)."""
-    for c in range(len(v)):
-        i, j = problem.first[c], problem.second[c]
-        x, y = u[i, 0], u[i, 1]
-        turn = problem.lever[c, 0] * u[i, 2]
-        if j >= 0:
-            x -= u[j, 0]
-            y -= u[j, 1]
-            turn += problem.lever[c, 1] * u[j, 2]
-        nx, ny = problem.normal[c, 0], problem.normal[c, 1]
-        v[c] = nx * x + ny * y
-        s[c] = nx * y - ny * x + turn
-
-
-@inner(fastmath=True)
-def add_impulses(problem: Any, along: Any, across: Any, factor: float, out: Any) -> None:
-    """out += factor · (Cᵀ along + Tᵀ across), (n,3)."""
-    for c in range(len(along)):
-        i, j = problem.first[c], problem.second[c]
-        a, b = factor * along[c], factor * across[c]
-        nx, ny = problem.normal[c, 0], problem.normal[c, 1]
-        x, y = nx * a - ny * b, ny * a + nx * b
-        out[i, 0] += x
-        out[i, 1] += y
-        out[i, 2] += problem.lever[c, 0] * b
-        if j >= 0:
-            out[j, 0] -= x
-            out[j, 1] -= y
-            out[j, 2] += problem.lever[c, 1] * b

@@ -1,0 +1,69 @@
+// One impact with Coulomb friction in the plane, and what an answer to it is worth.
+//
+// M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n C(u + u⁻) + λ, p_t = k_t T(u + u⁻) + τ, where
+// 0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0) and τ T u = μ max(p_n, 0) |T u| (Coulomb: maximum dissipation).
+#pragma once
+
+#include "problem.hpp"
+
+namespace nscd {
+
+// Units in the last place that approach velocities are known to.
+inline constexpr double FRICTION_ROUNDING = 16.0 * EPSILON;
+
+struct Rubbing : System {      // three unknowns a disk; along and across always have k numbers; û = u⁻
+    Numbers friction;          // (k) μ
+    Numbers tangent_inverse;   // (k) 1/kg, w_t, what a unit percussion across does there; `inverse_mass` is w
+    Numbers left_v, left_s;    // (k) m/s, C u⁻ and T u⁻
+    Places island;             // (n) number of the group of touching disks
+    int islands = 0;
+    bool dissipates = false;   // whether any k_n or k_t is not 0
+
+    void prepare();            // what follows from the rest, but the scale, which counts spins times radius
+};
+
+// Percussions λ, τ (k) N·s and velocities (n·3).
+struct Rubbed {
+    Numbers lam, tau, u;
+};
+
+Rubbing chosen(const Rubbing& whole, std::span<const Index> contact, std::span<const Index> disk);
+
+void contact_velocities(const Rubbing& p, In u, Out v, Out s);  // v = C u, s = T u
+void add_impulses(const Rubbing& p, In along, In across, double factor, Out b);  // b += factor (Cᵀ along + Tᵀ across)
+void balance(const Rubbing& p, In pn, In pt, Out u);            // u = u⁻ − M⁻¹(Cᵀp_n + Tᵀp_t)
+// out = M(u − u⁻) + Cᵀp_n + Tᵀp_t for v, s = C u, T u.
+void imbalance(const Rubbing& p, In u, In v, In s, In lam, In tau, Out out);
+
+inline double normal_push(const Rubbing& p, int c, double v, double lam) { return p.along[c] * (v + p.left_v[c]) + lam; }
+
+// min(wλ, b − v) and w_t (τ − Π(τ + s/w_t)) of contact c, m/s; Π: onto |τ| ≤ μ max(p_n, 0).
+struct Off {
+    double normal, tangential;
+};
+inline Off natural_map(const Rubbing& p, int c, double pn, double lam, double tau, double v, double s) {
+    const double most = p.friction[c] * std::max(pn, 0.0), wt = p.tangent_inverse[c];
+    const double wanted = std::min(std::max(tau + s / wt, -most), most);
+    return {std::min(p.inverse_mass[c] * lam, p.offset[c] - v), wt * (tau - wanted)};
+}
+
+// The larger of natural map over the scale and momentum error of each island: the largest |M(u − u⁻) + Dᵀp| of a disk over
+// m · scale + Σ|p|, spins by inertia over lever. No number counts as infinite.
+Numbers measure(const Rubbing& p, const Rubbed& at);
+
+enum class Contact : std::int8_t { OPEN, STICK, FORWARD, BACKWARD };  // as nscd.percussions.ContactState
+
+struct FrictionCertificate {     // all recomputed from λ, τ and u
+    Numbers impulse;             // (k·2) N·s, whole percussions
+    std::vector<std::int8_t> state;  // (k)
+    double signorini = 0.0, cone = 0.0, natural_map = 0.0;  // over the scale of velocities
+    double dissipation = 0.0;    // Σ |μ p_n |T u| − τ T u| over the energy before
+    double momentum_error = 0.0;
+    double energy = 0.0, change = 0.0, work = 0.0;  // J, before, gained, and p·D(u⁺ + u⁻)
+};
+FrictionCertificate certified(const Rubbing& p, const Rubbed& at);
+
+// The problem in which k_n acts where it pushes at right velocities u, not where it would pull.
+bool act(Rubbing& p, const Numbers& along, In u);
+
+}  // namespace nscd

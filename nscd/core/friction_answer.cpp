@@ -1,0 +1,475 @@
+#include "friction_answer.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace nscd {
+
+namespace {
+
+// Accuracy of the convex programme and Newton's steps after it: a first look at the sets, which is enough where all contacts
+// hold, and an answer that paths begin from.
+struct Look {
+    double accuracy;
+    int rounds;
+};
+constexpr Look LOOKS[] = {{3e-2, 2}, {1e-9, 8}};
+// An approach of no more than this, of the scale of velocities, presses nothing: what underflows.
+constexpr double NOTHING = 1e-20;
+// Choices of the contacts at which k_n acts; most crowds need one to three.
+constexpr int ROUNDS = 12;
+// Factorisations of Newton's method on the sets, and with other weights where it ends a path.
+constexpr int NEWTON = 6;
+struct Finish {
+    double weight;
+    int rounds;
+};
+constexpr Finish FINISH[] = {{FRICTION_PENALTY, 2}, {1e6, 2}};
+// The end of a path is the reference of the next so often, with contacts that get firmer by a tenth, down to FIRMEST, where
+// the error falls to no less than SLOW of itself.
+constexpr int REPEATS = 4;
+constexpr double FIRMEST = 1e-8, SLOW = 0.5;
+// Pairs of sweeps at first; they double so often. Blocks of them between Anderson's combinations, and pairs in each; the
+// same in a step.
+constexpr int PAIRS = 200, DOUBLINGS = 6, BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;
+// Rounds of proximal steps, and pivots allowed for a path from where they stand; the noise of these paths, and of those about
+// the percussions at the end of one.
+struct Effort {
+    int rounds, pivots;
+};
+constexpr Effort PROXIMAL[] = {{8, 100}, {16, 150}};
+constexpr double PROXIMAL_NOISE = 1e-2, BRINK = 1e-9;
+constexpr int LOCAL_PIVOTS = 300;
+// The cost of steps of the proximal point method, in pivots: at most, in a step of a moving crowd, from random percussions.
+// They bound the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
+// than NEAR.
+constexpr int POINT = 7500, STEP_POINT = 1500, RANDOM = 1500;
+constexpr double NEAR_POINT = 1e-5;
+constexpr int SOME = 4;
+// States of an island's contacts that are tried in one search from random ones. Velocities farther apart than this share of
+// their scale are two answers.
+constexpr int STATES = 256;
+constexpr double APART = 1e-6;
+
+Places every(int count) {
+    Places all(count);
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
+
+// The answer whose parts were solved in the order of a part, put into the whole.
+void put(const Part& part, const Rubbed& at, Rubbed& whole) {
+    for (std::size_t c = 0; c < part.contact.size(); ++c) whole.lam[part.contact[c]] = at.lam[c], whole.tau[part.contact[c]] = at.tau[c];
+    for (std::size_t i = 0; i < part.disk.size(); ++i) std::copy_n(at.u.begin() + 3 * i, 3, whole.u.begin() + 3 * part.disk[i]);
+}
+Rubbed taken(const Part& part, const Rubbed& whole) {
+    Rubbed at{Numbers(part.contact.size()), Numbers(part.contact.size()), Numbers(3 * part.disk.size())};
+    for (std::size_t c = 0; c < part.contact.size(); ++c) at.lam[c] = whole.lam[part.contact[c]], at.tau[c] = whole.tau[part.contact[c]];
+    for (std::size_t i = 0; i < part.disk.size(); ++i) std::copy_n(whole.u.begin() + 3 * part.disk[i], 3, at.u.begin() + 3 * i);
+    return at;
+}
+
+// The best answer so far for an island, and the methods that better it.
+class Search {
+public:
+    Search(Part& part, double tolerance)
+        : p_(part.problem), factor_(part.factor), tolerance_(tolerance), sweeps_(p_), path_(p_, factor_),
+          best_{Numbers(p_.k, 0.0), Numbers(p_.k, 0.0), p_.left} {}
+
+    const Rubbed& best() const { return best_; }
+    Route route() const { return solved() ? route_ : Route::NONE; }
+    bool solved() const { return error_ <= tolerance_; }
+    int pairs() const { return pairs_ + newton_.pairs; }
+    int pivots() const { return path_.pivots; }
+
+    // Keep an answer if it is the best so far; whether one within the tolerance is known.
+    bool offer(const Rubbed& at, Route route) {
+        const double error = error_of(at);
+        if (error < error_) error_ = error, route_ = route, best_ = at;
+        return solved();
+    }
+
+    // From an answer that is near.
+    void run(Rubbed at, int effort) {
+        if (by_proximal(at)) return;
+        if (p_.dissipates) by_sweeps(whole_of(at));
+        else by_point(at, effort);
+    }
+
+    // From random states and percussions, for an answer that is not among the known ones.
+    void run_from(std::uint64_t seed, const std::vector<Numbers>& known) {
+        Random random(seed);
+        Rubbed at{Numbers(p_.k), Numbers(p_.k), p_.left};
+        for (int c = 0; c < p_.k; ++c) {
+            at.lam[c] = -std::log1p(-random.number()) * p_.scale / p_.inverse_mass[c];
+            at.tau[c] = p_.friction[c] * at.lam[c] * (2.0 * random.number() - 1.0);
+        }
+        if (by_random_states(random, at, known)) return;
+        if (p_.dissipates) return by_sweeps(at);
+        sweeps_.accelerated(at.lam, at.tau, at.u, BLOCKS, BLOCK, 0.5 * tolerance_, pairs_);
+        if (!offer(at, Route::SWEEPS)) by_point(at, RANDOM);
+    }
+
+    // Proximal steps, and paths from where they stand; `at` is left there.
+    bool by_proximal(Rubbed& at) {
+        for (const Effort& effort : PROXIMAL) {
+            newton_.run(p_, sweeps_, factor_, at, effort.rounds, 0.5 * tolerance_);
+            if (offer(at, Route::PROXIMAL)) return true;
+            if (p_.dissipates ? by_newton(states_of(p_, at), at, 3, FRICTION_PENALTY, Route::PROXIMAL) : locally(at, effort.pivots, effort.rounds))
+                return true;
+        }
+        return false;
+    }
+
+    // Steps of the proximal point method, at the cost of `effort` pivots.
+    bool by_point(const Rubbed& from, int effort) {
+        ProximalPoints points(p_, path_, from);
+        for (int step = 0; effort > 0; effort -= points.cost) {
+            if (!points.step()) continue;
+            if (offer(points.at(), Route::POINT)) return true;
+            ++step;
+            const bool settled = error_ < NEAR_POINT && step % SOME == 0;
+            if ((settled || points.pivots == 0) && finish_by_sets(points.at(), 1, Route::POINT)) return true;
+        }
+        return false;
+    }
+
+private:
+    double error_of(const Rubbed& at) const {
+        const Numbers error = measure(p_, at);
+        return *std::max_element(error.begin(), error.end());
+    }
+
+    bool by_newton(const States& states, Rubbed at, int rounds, double weight, Route route) {
+        newton(p_, factor_, states, at, tolerance_, rounds, weight);
+        return offer(at, route);
+    }
+    bool finish_by_sets(const Rubbed& at, int rounds, Route route) {
+        for (const Finish& finish : FINISH)
+            if (by_newton(States(path_.hold()), at, std::min(rounds, finish.rounds), finish.weight, route)) return true;
+        return false;
+    }
+
+    bool locally(const Rubbed& near, int pivots, int seed) {
+        path_.compliance = PATH_SOFT;
+        Rubbed at = near;
+        Path::clean(p_, at);
+        for (double way : {-1.0, 1.0}) {
+            path_.begin(at.lam, at.tau, PROXIMAL_NOISE * p_.scale, seed);
+            const Path::End end = path_.follow(way, pivots);
+            if (end == Path::End::ARRIVED) return finish();
+            if (end != Path::End::AWAY) break;
+        }
+        return false;
+    }
+
+    // From the end of a path, whose contacts are slightly soft, to the rigid answer: Newton's method on its sets, further paths
+    // about its percussions, and firmer contacts.
+    bool finish() {
+        double before = INFINITE;
+        for (int repeat = 0; repeat < REPEATS; ++repeat) {
+            Rubbed at = path_.answer();
+            const double error = error_of(at);
+            if (offer(at, Route::PATH) || finish_by_sets(at, NEWTON, Route::PATH)) return true;
+            // percussions that drift at a constant rate get to the next change of a state sooner
+            if (error > SLOW * before && path_.compliance > FIRMEST) path_.compliance *= 0.1;
+            before = error;
+            for (int c = 0; c < p_.k; ++c) {
+                at.lam[c] = std::max(at.lam[c], 0.0);
+                const double most = p_.friction[c] * at.lam[c];
+                at.tau[c] = std::min(std::max(at.tau[c], -most), most);
+            }
+            path_.begin(at.lam, at.tau, BRINK * p_.scale, repeat);
+            if (path_.follow(-1.0, LOCAL_PIVOTS) != Path::End::ARRIVED) break;
+        }
+        return false;
+    }
+
+    // Long plain blocks of sweeps, short accelerated ones on a copy, and Newton's method: of a problem with dissipation.
+    void by_sweeps(Rubbed whole) {
+        for (int pairs = PAIRS, doubling = 0; doubling <= DOUBLINGS; ++doubling, pairs *= 2) {
+            sweeps_.plain(whole.lam, whole.tau, whole.u, pairs, 0.5 * tolerance_, pairs_);
+            if (offer(parts_of(whole), Route::SWEEPS)) return;
+            Rubbed fast = whole;
+            sweeps_.accelerated(fast.lam, fast.tau, fast.u, pairs / 2 / BLOCK, BLOCK, 0.5 * tolerance_, pairs_);
+            const Rubbed at = parts_of(fast);
+            if (offer(at, Route::SWEEPS) || by_newton(states_of(p_, at), at, 3, FRICTION_PENALTY, Route::SWEEPS)) return;
+        }
+    }
+    // λ and τ of whole percussions p_n, p_t; and these of λ and τ.
+    Rubbed parts_of(Rubbed whole) const {
+        add_dissipation(whole, -1.0);
+        return whole;
+    }
+    Rubbed whole_of(Rubbed at) const {
+        add_dissipation(at, 1.0);
+        return at;
+    }
+    void add_dissipation(Rubbed& at, double sign) const {
+        Numbers v(p_.k), s(p_.k);
+        contact_velocities(p_, at.u, v, s);
+        for (int c = 0; c < p_.k; ++c) {
+            at.lam[c] += sign * p_.along[c] * (v[c] + p_.left_v[c]);
+            at.tau[c] += sign * p_.across[c] * (s[c] + p_.left_s[c]);
+        }
+    }
+
+    // One step of Newton's method from each state of a small island, in random order, or all of its steps from some, until an
+    // answer is not one of the known.
+    bool by_random_states(Random& random, const Rubbed& start, const std::vector<Numbers>& known) {
+        const bool small = p_.k <= 4 && (1 << 2 * p_.k) <= STATES;
+        const int count = small ? 1 << 2 * p_.k : STATES / p_.k / NEWTON;
+        Places code = every(small ? count : 0);
+        for (int a = int(code.size()) - 1; a > 0; --a) std::swap(code[a], code[std::size_t(random.number() * (a + 1))]);
+        Rubbed again;
+        for (int a = 0; a < count; ++a) {
+            Flags hold(p_.k);
+            for (int c = 0; c < p_.k; ++c) hold[c] = small ? code[a] >> 2 * c & 3 : random.word() >> 62;
+            error_ = INFINITE;
+            if (!by_newton(States(std::move(hold)), start, small ? 1 : NEWTON, FRICTION_PENALTY, Route::SETS)) continue;
+            if (std::all_of(known.begin(), known.end(), [&](const Numbers& other) { return apart(best_.u, other); })) return true;
+            again = best_;
+        }
+        error_ = INFINITE;
+        return !again.lam.empty() && offer(again, Route::SETS);
+    }
+    // Whether velocities are two answers: by the energy of their difference.
+    bool apart(const Numbers& u, const Numbers& other) const {
+        double square = 0.0, mass = 0.0;
+        for (std::size_t i = 0; i < u.size(); ++i) square += p_.mass[i] * (u[i] - other[i]) * (u[i] - other[i]);
+        for (int i = 0; i < p_.n; ++i) mass += p_.mass[3 * i];
+        return square > APART * APART * p_.scale * p_.scale * mass;
+    }
+
+    const Rubbing& p_;
+    FrictionFactor& factor_;
+    double tolerance_;
+    Sweeps sweeps_;
+    Path path_;
+    ProximalNewton newton_;
+    Rubbed best_;
+    double error_ = INFINITE;
+    Route route_ = Route::NONE;
+    int pairs_ = 0;
+};
+
+// Disks and contacts of the islands that something presses, some C u⁻ > b or dissipation, or of all that have contacts.
+struct Pressed {
+    Places disk, contact;
+};
+Pressed pressed(const Rubbing& p, bool everything) {
+    Flags is(p.islands, 0);
+    for (int c = 0; c < p.k; ++c)
+        if (everything || p.left_v[c] > p.offset[c] + NOTHING * p.scale || p.along[c] > 0.0 || p.across[c] > 0.0) is[p.island[p.first[c]]] = 1;
+    Pressed some;
+    for (int i = 0; i < p.n; ++i)
+        if (is[p.island[i]]) some.disk.push_back(i);
+    for (int c = 0; c < p.k; ++c)
+        if (is[p.island[p.first[c]]]) some.contact.push_back(c);
+    return some;
+}
+
+// The islands of a part whose errors are too large, each with its disks and contacts, in their numbers there.
+template <class Act>
+void for_islands(const Rubbing& p, const Numbers& errors, double tolerance, Act&& act) {
+    for (int island = 0; island < p.islands; ++island) {
+        if (errors[island] <= tolerance) continue;
+        Places disk, contact;
+        for (int i = 0; i < p.n; ++i)
+            if (p.island[i] == island) disk.push_back(i);
+        for (int c = 0; c < p.k; ++c)
+            if (p.island[p.first[c]] == island) contact.push_back(c);
+        act(disk, contact);
+    }
+}
+
+// Answers of all islands by the convex programme and Newton's method, in `at`; their errors. `near`: the programme's.
+Numbers together(Part& part, double tolerance, Rubbed& at, Rubbed& near) {
+    const Rubbing& p = part.problem;
+    Edges edges(p);
+    Numbers errors(p.islands, INFINITE);
+    for (const Look& look : LOOKS) {
+        Rubbed now = near = edges.follow(p, part.factor, look.accuracy);
+        const Numbers found = newton(p, part.factor, states_of(p, now), now, tolerance, look.rounds, FRICTION_PENALTY);
+        for (int c = 0; c < p.k; ++c) {
+            const Index place = p.island[p.first[c]];
+            if (found[place] <= errors[place]) at.lam[c] = now.lam[c], at.tau[c] = now.tau[c];
+        }
+        for (int i = 0; i < p.n; ++i)
+            if (found[p.island[i]] <= errors[p.island[i]]) std::copy_n(now.u.begin() + 3 * i, 3, at.u.begin() + 3 * i);
+        errors = measure(p, at);
+        if (*std::max_element(errors.begin(), errors.end()) <= tolerance) break;
+    }
+    return errors;
+}
+
+// With a seed ≥ 1 every island is searched for an answer other than the known ones, also where nothing presses: u⁻ need not
+// be the only one there.
+FrictionAnswer climb(const Rubbing& p, double tolerance, int effort, int seed, const std::vector<Numbers>& known) {
+    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}};
+    const Pressed some = pressed(p, seed > 0);
+    if (some.contact.empty()) return answer;
+    Part part(p, some.disk, some.contact);
+    Rubbed at{Numbers(part.problem.k, 0.0), Numbers(part.problem.k, 0.0), part.problem.left}, near = at;
+    const Numbers errors = seed > 0 ? Numbers(part.problem.islands, INFINITE) : together(part, tolerance, at, near);
+    answer.route = Route::SETS, answer.seed = seed;
+    for_islands(part.problem, errors, tolerance, [&](const Places& disk, const Places& contact) {
+        Part one(part.problem, disk, contact);
+        Search search(one, tolerance);
+        if (seed > 0) {
+            std::vector<Numbers> there;
+            for (const Numbers& velocity : known) {
+                Numbers u(3 * disk.size());
+                for (std::size_t i = 0; i < one.disk.size(); ++i) std::copy_n(velocity.begin() + 3 * part.disk[one.disk[i]], 3, u.begin() + 3 * i);
+                there.push_back(std::move(u));
+            }
+            search.run_from(seed, there);
+        } else {
+            search.offer(taken(one, at), Route::NONE);
+            search.run(taken(one, near), effort);
+        }
+        put(one, search.best(), at);
+        answer.pairs += search.pairs(), answer.pivots += search.pivots();
+        answer.route = std::max(answer.route, search.route());
+    });
+    put(part, at, answer.at);
+    return answer;
+}
+
+// The answer with the k_n that push: found in rounds, the best met. `p` has these k_n only where this is the last round.
+FrictionAnswer one_sided(const Rubbing& p, double tolerance, int seed, const std::vector<Numbers>& known) {
+    Rubbing linear = p;
+    FrictionAnswer best;
+    double least = INFINITE;
+    const bool several = std::any_of(p.along.begin(), p.along.end(), [](double k) { return k != 0.0; });
+    for (int round = 0; round < (several ? ROUNDS : 1); ++round) {
+        FrictionAnswer found = climb(linear, tolerance, POINT, seed, known);
+        Rubbing acting = p;
+        act(acting, p.along, found.at.u);
+        const Numbers errors = measure(acting, found.at);
+        const double error = errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end());
+        const bool same = acting.along == linear.along;
+        if (round == 0 || error < least) best = std::move(found), least = error;
+        if (error <= tolerance || same) break;
+        linear = std::move(acting);
+    }
+    return best;
+}
+
+// An answer of islands that are not solved gains no energy: their whole percussions are taken θ times, by which the energy
+// changes by ½θ² p·DM⁻¹Dᵀp − θ p·Du⁻.
+void gain_nothing(const Rubbing& p, double tolerance, Rubbed& at) {
+    const Numbers errors = measure(p, at);
+    if (std::all_of(errors.begin(), errors.end(), [&](double error) { return error <= tolerance; })) return;
+    Numbers gained(p.islands, 0.0), square(p.islands, 0.0), pn(p.k), pt(p.k), v(p.k), s(p.k), u(p.mass.size());
+    contact_velocities(p, at.u, v, s);
+    for (int c = 0; c < p.k; ++c) {
+        pn[c] = normal_push(p, c, v[c], at.lam[c]);
+        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + at.tau[c];
+    }
+    balance(p, pn, pt, u);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        const double change = u[i] - p.left[i];
+        square[p.island[i / 3]] += p.mass[i] * change * change;
+        gained[p.island[i / 3]] += p.mass[i] * change * (u[i] + p.left[i]);
+    }
+    Numbers share(p.islands, 1.0);
+    for (int m = 0; m < p.islands; ++m)
+        if (!(errors[m] <= tolerance) && !(gained[m] <= 0.0)) share[m] = std::max(1.0 - gained[m] / square[m], 0.0);
+    for (double& each : share)
+        if (!(each <= 1.0)) each = 0.0;
+    if (std::all_of(share.begin(), share.end(), [](double each) { return each == 1.0; })) return;
+    for (int c = 0; c < p.k; ++c) pn[c] *= share[p.island[p.first[c]]], pt[c] *= share[p.island[p.first[c]]];
+    balance(p, pn, pt, u);
+    contact_velocities(p, u, v, s);
+    for (int c = 0; c < p.k; ++c) {
+        if (share[p.island[p.first[c]]] == 1.0) continue;
+        at.lam[c] = pn[c] - p.along[c] * (v[c] + p.left_v[c]);
+        at.tau[c] = pt[c] - p.across[c] * (s[c] + p.left_s[c]);
+    }
+    for (std::size_t i = 0; i < u.size(); ++i)
+        if (share[p.island[i / 3]] != 1.0) at.u[i] = u[i];
+}
+
+}  // namespace
+
+FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radius) {
+    const Numbers along = p.along;
+    const double aim = 0.9 * tolerance;
+    FrictionAnswer best = one_sided(p, aim, 0, {});
+    std::vector<Numbers> velocities{best.at.u};
+    for (int seed = 1; seed < starts; ++seed) {
+        const FrictionAnswer other = one_sided(p, aim, seed, velocities);
+        Rubbing acting = p;
+        act(acting, along, other.at.u);
+        const Numbers errors = measure(acting, other.at);
+        Numbers u = best.at.u;
+        bool any = false;
+        Flags touched(p.islands, 0);
+        for (int c = 0; c < p.k; ++c) touched[p.island[p.first[c]]] = 1;
+        for (int i = 0; i < p.n; ++i) {
+            if (!(errors[p.island[i]] <= tolerance)) continue;
+            any = any || touched[p.island[i]];
+            std::copy_n(other.at.u.begin() + 3 * i, 3, u.begin() + 3 * i);
+        }
+        if (any) velocities.push_back(std::move(u));
+    }
+    if (velocities.size() > 1) {
+        best.spread = 0.0;
+        for (std::size_t i = 0; i < p.left.size(); ++i) {
+            double least = INFINITE, most = -INFINITE;
+            for (const Numbers& u : velocities) least = std::min(least, u[i]), most = std::max(most, u[i]);
+            best.spread = std::max(best.spread, (most - least) * (i % 3 == 2 ? radius[i / 3] : 1.0));
+        }
+    }
+    act(p, along, best.at.u);
+    gain_nothing(p, tolerance, best.at);
+    return best;
+}
+
+FrictionAnswer step_friction(const Rubbing& p, In lam, In tau, double tolerance) {
+    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}};
+    const Pressed pushed = pressed(p, false);
+    if (pushed.contact.empty()) return answer;
+    const Rubbing some = chosen(p, pushed.contact, pushed.disk);
+    Rubbed at{Numbers(some.k, 0.0), Numbers(some.k, 0.0), some.left};
+    if (!lam.empty())
+        for (int c = 0; c < some.k; ++c) at.lam[c] = lam[pushed.contact[c]], at.tau[c] = tau[pushed.contact[c]];
+    answer.route = Route::SWEEPS;
+    Sweeps(some).accelerated(at.lam, at.tau, at.u, STEP_BLOCKS, BLOCK, 0.5 * tolerance, answer.pairs);
+    bool solved = true;
+    for_islands(some, measure(some, at), tolerance, [&](const Places& disk, const Places& contact) {
+        Part one(some, disk, contact);
+        Search search(one, tolerance);
+        Rubbed near = taken(one, at);
+        search.offer(near, Route::SWEEPS);
+        search.by_proximal(near);
+        put(one, search.best(), at);
+        answer.pairs += search.pairs(), answer.pivots += search.pivots();
+        answer.route = search.solved() && search.route() == Route::SWEEPS ? answer.route : std::max(answer.route == Route::SWEEPS ? Route::PROXIMAL : answer.route, search.route());
+        solved = solved && search.solved();
+    });
+    for (int c = 0; c < some.k; ++c) answer.at.lam[pushed.contact[c]] = at.lam[c], answer.at.tau[pushed.contact[c]] = at.tau[c];
+    for (int i = 0; i < some.n; ++i) std::copy_n(at.u.begin() + 3 * i, 3, answer.at.u.begin() + 3 * pushed.disk[i]);
+    if (solved) return answer;
+    FrictionAnswer other = climb(p, tolerance, STEP_POINT, 0, {});
+    const Numbers one = measure(p, answer.at), two = measure(p, other.at);
+    other.pairs += answer.pairs, other.pivots += answer.pivots;
+    if (*std::max_element(two.begin(), two.end()) < *std::max_element(one.begin(), one.end())) return other;
+    answer.pairs = other.pairs, answer.pivots = other.pivots;
+    return answer;
+}
+
+FrictionAnswer solve_friction_by(const Rubbing& p, FrictionMethod method, double tolerance, int effort) {
+    Part part(p, every(p.n), every(p.k));
+    Search search(part, tolerance);
+    Rubbed at{Numbers(p.k, 0.0), Numbers(p.k, 0.0), part.problem.left};
+    if (method == FrictionMethod::PROXIMAL) search.by_proximal(at);
+    else if (method == FrictionMethod::POINT) search.by_point(at, effort);
+    else search.run_from(3, {});
+    FrictionAnswer answer{{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left}, search.route(), 0, search.pairs(), search.pivots()};
+    put(part, search.best(), answer.at);
+    return answer;
+}
+
+}  // namespace nscd

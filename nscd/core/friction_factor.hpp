@@ -1,0 +1,44 @@
+// Block LU factorisation row by row of the matrix of contacts that stick and slide: three unknowns a disk.
+//
+// A sliding contact presses along n ± μt but resists only along n, so that the matrix is not symmetric; its structure is,
+// and is that of `Rows`. Pivots are taken within the block of a disk. Davis, Direct Methods for Sparse Linear Systems (SIAM
+// 2006), ch. 6.
+#pragma once
+
+#include "friction.hpp"
+#include "rows.hpp"
+
+namespace nscd {
+
+// α n nᵀ + β t tᵀ + γ t nᵀ + δ n tᵀ of each contact, (k) kg; n and t: rows of C and T.
+struct Weights {
+    Numbers along, across, turned, mixed;
+    explicit Weights(int k) : along(k, 0.0), across(k, 0.0), turned(k, 0.0), mixed(k, 0.0) {}
+};
+
+class FrictionFactor {
+public:
+    FrictionFactor() = default;
+    FrictionFactor(const Graph& graph, const Ordering& ordering, const Places& first, const Places& second);
+
+    bool factorise(const Rubbing& p, const Weights& weights);  // M + Σ …; false where rounding left it singular
+    void solve(Out b);                                         // b ← A⁻¹ b, (n·3)
+    void solve(Out one, Out two);                              // both: what is read of the factor is read once
+
+private:
+    void assemble(const Rubbing& p, const Weights& weights);
+    Rows rows_;                                // the structure
+    Room lower_, upper_, middle_;              // A: blocks below, above and on the diagonal, by columns
+    Room l_, u_, pivot_, x_, y_, b_;           // L and U by columns of L; LU of the diagonal blocks; a row and a column at work
+    std::vector<std::uint8_t> order_;          // (n·3) rows of the diagonal blocks in the order of their pivots
+};
+
+// Some disks and contacts of a problem (their numbers there, in elimination order), and storage for their factors.
+struct Part {
+    Places disk, contact;
+    Rubbing problem;
+    FrictionFactor factor;
+    Part(const Rubbing& whole, std::span<const Index> disks, std::span<const Index> contacts);
+};
+
+}  // namespace nscd

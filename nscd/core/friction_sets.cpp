@@ -1,0 +1,231 @@
+#include "friction_sets.hpp"
+
+#include <algorithm>
+
+namespace nscd {
+
+namespace {
+
+// Of the central path: iterations at most, and without progress (ten times as many far from the answer).
+constexpr int ITERATIONS = 100, PATIENCE = 5;
+constexpr double NEAR_ANSWER = 1e-6;
+// Compliance of the edges relative to their Delassus diagonal: a proximal term of the iteration only.
+constexpr double EDGE_RIGID = 1e-14, LEAST_EDGE = 1e-300;
+// Equalities are met to this share of the scale, or until a step no longer halves what is missed.
+constexpr double MET = 1e-15, SLOWER = 0.5;
+
+void set_sliding(const Rubbing& p, const States& states, In v, Rubbed& at) {
+    for (int c = 0; c < p.k; ++c)
+        if (states.hold[c] != STICK) at.tau[c] = slope(states.hold[c], p.friction[c]) * normal_push(p, c, v[c], at.lam[c]);
+}
+
+}  // namespace
+
+States::States(Flags given) : closed(given.size()), hold(std::move(given)) {
+    for (std::size_t c = 0; c < hold.size(); ++c) closed[c] = hold[c] != FREE;
+}
+
+std::uint64_t States::key() const {
+    std::uint64_t key = 1469598103934665603u;
+    for (std::size_t c = 0; c < hold.size(); ++c) {
+        key ^= 4u * closed[c] + hold[c] + 1u;
+        key *= 1099511628211u;
+        key ^= key >> 29;
+    }
+    return key;
+}
+
+void find_states(const Rubbing& p, In v, In s, In lam, In tau, States& states) {
+    for (int c = 0; c < p.k; ++c) {
+        const double pressed = lam[c] + (v[c] - p.offset[c]) / p.inverse_mass[c];
+        const double along = p.along[c] * (v[c] + p.left_v[c]) + std::max(pressed, 0.0);
+        const double most = p.friction[c] * std::max(along, 0.0), wanted = tau[c] + s[c] / p.tangent_inverse[c];
+        states.closed[c] = pressed > 0.0;
+        states.hold[c] = !(along > 0.0) ? FREE : wanted > most ? FORWARD : wanted < -most ? BACKWARD : most == 0.0 ? FORWARD : STICK;
+    }
+}
+
+States states_of(const Rubbing& p, const Rubbed& at) {
+    States states(p.k);
+    Numbers v(p.k), s(p.k);
+    contact_velocities(p, at.u, v, s);
+    find_states(p, v, s, at.lam, at.tau, states);
+    return states;
+}
+
+bool settle(const Rubbing& p, FrictionFactor& factor, const States& states, double penalty, int steps, Rubbed& at) {
+    const int k = p.k;
+    Weights weights(k);
+    Numbers v(k), s(k), dv(k), ds(k), along(k), across(k), rest(p.mass.size());
+    for (int c = 0; c < k; ++c) {
+        weights.along[c] = p.along[c], weights.across[c] = p.across[c];
+        if (states.closed[c]) weights.along[c] += penalty / p.inverse_mass[c];
+        else at.lam[c] = 0.0;
+        if (states.hold[c] == STICK) weights.across[c] += penalty / p.tangent_inverse[c];
+        weights.turned[c] = slope(states.hold[c], p.friction[c]) * weights.along[c];
+    }
+    if (!factor.factorise(p, weights)) return false;
+    double before = INFINITE;
+    contact_velocities(p, at.u, v, s);
+    for (int step = 0; step < steps; ++step) {
+        double off = 0.0;
+        set_sliding(p, states, v, at);
+        for (int c = 0; c < k; ++c) {
+            along[c] = across[c] = 0.0;
+            if (states.closed[c]) {
+                off = larger(off, std::abs(v[c] - p.offset[c]));
+                along[c] = penalty / p.inverse_mass[c] * (v[c] - p.offset[c]);
+                across[c] = slope(states.hold[c], p.friction[c]) * along[c];
+            }
+            if (states.hold[c] == STICK) {
+                off = larger(off, std::abs(s[c]));
+                across[c] = penalty / p.tangent_inverse[c] * s[c];
+            }
+        }
+        imbalance(p, at.u, v, s, at.lam, at.tau, rest);
+        for (int i = 0; i < p.n; ++i)
+            for (int a = 0; a < 2; ++a) off = larger(off, std::abs(rest[3 * i + a]) / p.mass[3 * i + a]);
+        if (off <= MET * p.scale || !(off <= SLOWER * before)) break;
+        before = off;
+        for (double& value : rest) value = -value;
+        add_impulses(p, along, across, -1.0, rest);
+        factor.solve(rest);
+        contact_velocities(p, rest, dv, ds);
+        for (int c = 0; c < k; ++c) {
+            if (states.closed[c]) at.lam[c] += along[c] + penalty / p.inverse_mass[c] * dv[c];
+            if (states.hold[c] == STICK) at.tau[c] += across[c] + penalty / p.tangent_inverse[c] * ds[c];
+        }
+        for (std::size_t i = 0; i < rest.size(); ++i) at.u[i] += rest[i];
+        contact_velocities(p, at.u, v, s);
+    }
+    set_sliding(p, states, v, at);
+    return true;
+}
+
+Numbers newton(const Rubbing& p, FrictionFactor& factor, States states, Rubbed& at, double tolerance, int rounds, double penalty) {
+    Numbers best = measure(p, at);
+    Rubbed kept = at;
+    std::vector<std::uint64_t> seen;
+    for (int round = 0; round < rounds; ++round) {
+        const std::uint64_t key = states.key();
+        if (std::find(seen.begin(), seen.end(), key) != seen.end()) break;
+        seen.push_back(key);
+        if (!settle(p, factor, states, penalty, FRICTION_STEPS, at)) break;
+        const Numbers error = measure(p, at);
+        for (int c = 0; c < p.k; ++c) {
+            const Index place = p.island[p.first[c]];
+            if (error[place] < best[place]) kept.lam[c] = at.lam[c], kept.tau[c] = at.tau[c];
+        }
+        for (int i = 0; i < p.n; ++i)
+            if (error[p.island[i]] < best[p.island[i]]) std::copy_n(at.u.begin() + 3 * i, 3, kept.u.begin() + 3 * i);
+        double worst = 0.0;
+        bool wild = false;
+        for (std::size_t m = 0; m < best.size(); ++m) {
+            best[m] = std::min(best[m], error[m]);
+            worst = std::max(worst, best[m]);
+            wild = wild || !(error[m] < INFINITE);
+        }
+        if (worst <= tolerance || wild) break;
+        states = states_of(p, at);
+    }
+    at = std::move(kept);
+    return best;
+}
+
+Edges::Edges(const Rubbing& p) : slack_(2 * p.k), multiplier_(2 * p.k), u_(p.left), best_{Numbers(p.k, 0.0), Numbers(p.k, 0.0), p.left} {
+    Numbers weight(p.k);
+    for (int c = 0; c < p.k; ++c) weight[c] = p.inverse_mass[c] + p.friction[c] * p.friction[c] * p.tangent_inverse[c];
+    const double least = *std::min_element(weight.begin(), weight.end());
+    for (int e = 0; e < 2 * p.k; ++e) {
+        slack_[e] = p.scale * std::sqrt(weight[e / 2] / least);
+        multiplier_[e] = p.scale / std::sqrt(weight[e / 2] * least);
+    }
+}
+
+const Rubbed& Edges::follow(const Rubbing& p, FrictionFactor& factor, double accuracy) {
+    const int k = p.k;
+    const std::size_t size = p.mass.size();
+    Weights weights(k);
+    Numbers v(k), s(k), along(k), across(k), theta(2 * k), wanted(2 * k), primal(2 * k), moved(2 * k), product(2 * k), slack_step(2 * k),
+        edge_step(2 * k), weight(k), dual(size), step(size);
+    Numbers &slack = slack_, &edge = multiplier_;
+    for (int c = 0; c < k; ++c) weight[c] = p.inverse_mass[c] + p.friction[c] * p.friction[c] * p.tangent_inverse[c];
+    const auto edge_velocities = [&](In u) {
+        contact_velocities(p, u, v, s);
+        for (int c = 0; c < k; ++c) moved[2 * c] = v[c] + p.friction[c] * s[c], moved[2 * c + 1] = v[c] - p.friction[c] * s[c];
+    };
+    const auto percussions = [&](In edges) {
+        for (int c = 0; c < k; ++c) {
+            along[c] = edges[2 * c] + edges[2 * c + 1];
+            across[c] = p.friction[c] * (edges[2 * c] - edges[2 * c + 1]);
+        }
+    };
+    int iteration = 0, stalled = 0;
+    while (true) {
+        edge_velocities(u_);
+        percussions(edge);
+        imbalance(p, u_, v, s, along, across, dual);
+        double mean = 0.0, error = 0.0;
+        for (int e = 0; e < 2 * k; ++e) {
+            const double gap = p.offset[e / 2] - moved[e];
+            primal[e] = slack[e] - gap;
+            mean += slack[e] * edge[e] / (2 * k);
+            error = larger(error, std::abs(std::min(weight[e / 2] * edge[e], gap)));
+        }
+        for (int i = 0; i < p.n; ++i)
+            for (int a = 0; a < 2; ++a) error = larger(error, std::abs(dual[3 * i + a]) / p.mass[3 * i + a]);
+        error /= p.scale;
+        stalled = error < 0.9 * error_ ? 0 : stalled + 1;
+        if (error < error_) {
+            error_ = error;
+            best_ = {along, across, u_};
+        }
+        if (error <= accuracy || !(error < INFINITE) || iteration == ITERATIONS) break;
+        if (stalled > (error_ < NEAR_ANSWER ? PATIENCE : 10 * PATIENCE)) break;
+        ++iteration;
+        for (int c = 0; c < k; ++c) {
+            const double one = theta[2 * c] = 1.0 / (slack[2 * c] / edge[2 * c] + EDGE_RIGID * weight[c]);
+            const double two = theta[2 * c + 1] = 1.0 / (slack[2 * c + 1] / edge[2 * c + 1] + EDGE_RIGID * weight[c]);
+            const double mu = p.friction[c];
+            weights.along[c] = one + two + p.along[c];
+            weights.across[c] = mu * mu * (one + two) + p.across[c];
+            weights.turned[c] = weights.mixed[c] = mu * (one - two);
+        }
+        for (int e = 0; e < 2 * k; ++e) product[e] = slack[e] * edge[e];
+        if (!factor.factorise(p, weights)) break;
+        double length = 0.0;
+        for (int stage = 0; stage < 2; ++stage) {  // predictor, corrector
+            for (int e = 0; e < 2 * k; ++e) {
+                wanted[e] = primal[e] - product[e] / edge[e];
+                moved[e] = theta[e] * wanted[e];
+            }
+            for (std::size_t i = 0; i < size; ++i) step[i] = -dual[i];
+            percussions(moved);
+            add_impulses(p, along, across, -1.0, step);
+            factor.solve(step);
+            edge_velocities(step);
+            double fastest = 1.0;
+            for (int e = 0; e < 2 * k; ++e) {
+                edge_step[e] = theta[e] * (moved[e] + wanted[e]);
+                slack_step[e] = -(product[e] + slack[e] * edge_step[e]) / edge[e];
+                fastest = std::max({fastest, -slack_step[e] / slack[e], -edge_step[e] / edge[e]});
+            }
+            length = 1.0 / fastest;
+            if (stage == 1) continue;
+            double after = 0.0;
+            for (int e = 0; e < 2 * k; ++e) after += (slack[e] + length * slack_step[e]) * (edge[e] + length * edge_step[e]) / (2 * k);
+            double centring = std::pow(after / mean, 3.0);
+            if (length < 0.1) centring = std::max(centring, 0.3);
+            for (int e = 0; e < 2 * k; ++e) product[e] += slack_step[e] * edge_step[e] - centring * mean;
+        }
+        length *= std::min(std::max(0.995, 1.0 - 10.0 * error), 0.99999);
+        for (std::size_t i = 0; i < size; ++i) u_[i] += length * step[i];
+        for (int e = 0; e < 2 * k; ++e) {
+            slack[e] = std::max(slack[e] + length * slack_step[e], LEAST_EDGE);
+            edge[e] = std::max(edge[e] + length * edge_step[e], LEAST_EDGE);
+        }
+    }
+    return best_;
+}
+
+}  // namespace nscd

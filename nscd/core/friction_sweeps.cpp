@@ -1,0 +1,290 @@
+#include "friction_sweeps.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace nscd {
+
+namespace {
+
+// Answers that Anderson's method combines; a step that grows by more than this is rejected.
+constexpr int MEMORY = 10;
+constexpr double GROWTH = 2.0;
+// Pairs of sweeps between two looks at the natural map.
+constexpr int CHECK = 50;
+// Of proximal steps: bounds of the weight, steps with one factor, pairs of sweeps after a step, lengths that are tried, and
+// growth of the natural map that is allowed.
+constexpr double SOFTEST = 1e1, FIRMEST = 1e8, SHORTER = 0.3, ALLOWED = 1.5;
+constexpr int PROXIMAL_STEPS = 2, PAIRS = 20, LENGTHS = 3;
+
+double product(const double* one, const double* two, std::size_t size) {
+    double part[8] = {};
+    std::size_t a = 0;
+    for (; a + 8 <= size; a += 8)
+        for (int b = 0; b < 8; ++b) part[b] += one[a + b] * two[a + b];
+    double sum = ((part[0] + part[4]) + (part[1] + part[5])) + ((part[2] + part[6]) + (part[3] + part[7]));
+    for (; a < size; ++a) sum += one[a] * two[a];
+    return sum;
+}
+
+}  // namespace
+
+bool solve_dense(Numbers& a, Numbers& x) {
+    const int n = int(x.size());
+    for (int q = 0; q < n; ++q) {
+        int best = q;
+        for (int r = q + 1; r < n; ++r)
+            if (std::abs(a[r * n + q]) > std::abs(a[best * n + q])) best = r;
+        if (!(std::abs(a[best * n + q]) > 0.0)) return false;
+        if (best != q) {
+            std::swap_ranges(a.begin() + q * n, a.begin() + (q + 1) * n, a.begin() + best * n);
+            std::swap(x[q], x[best]);
+        }
+        const double by = 1.0 / a[q * n + q];
+        for (int r = q + 1; r < n; ++r) {
+            const double share = a[r * n + q] * by;
+            if (share == 0.0) continue;
+            for (int c = q + 1; c < n; ++c) a[r * n + c] -= share * a[q * n + c];
+            x[r] -= share * x[q];
+        }
+    }
+    for (int q = n - 1; q >= 0; --q) {
+        for (int c = q + 1; c < n; ++c) x[q] -= a[q * n + c] * x[c];
+        x[q] /= a[q * n + q];
+    }
+    return true;
+}
+
+Sweeps::Sweeps(const Rubbing& p) : p_(p), touch_(p.k) {
+    for (int c = 0; c < p.k; ++c) {
+        const int i = 3 * p.first[c], j = 3 * p.second[c];
+        const double w = p.inverse_mass[c], wt = p.tangent_inverse[c];
+        touch_[c] = {i, j, p.nx[c], p.ny[c], p.lever_first[c], p.lever_second[c], w, wt, 1.0 / w, 1.0 / wt, p.friction[c], p.offset[c],
+                     p.along[c], p.across[c], p.left_v[c], p.left_s[c], 1.0 / p.mass[i], 1.0 / p.mass[i + 2],
+                     j >= 0 ? 1.0 / p.mass[j] : 0.0, j >= 0 ? 1.0 / p.mass[j + 2] : 0.0};
+    }
+}
+
+template <bool Dissipates>
+[[gnu::always_inline]] inline void Sweeps::sweep(const Touch& c, double& pn, double& pt, double* u) const {
+    double *a = u + c.i, *b = u + c.j;
+    double x = a[0], y = a[1], turn = c.li * a[2];
+    if (c.j >= 0) x -= b[0], y -= b[1], turn += c.lj * b[2];
+    double v = c.nx * x + c.ny * y + c.w * pn;  // without this contact's percussion
+    double s = c.nx * y - c.ny * x + turn + c.wt * pt;
+    double along, across;
+    if (!Dissipates || (c.along == 0.0 && c.across == 0.0)) {
+        along = std::max((v - c.offset) * c.by_w, 0.0);
+        const double most = c.friction * along;
+        across = std::min(std::max(s * c.by_wt, -most), most);
+    } else {
+        const double kn = c.along, kt = c.across;
+        v = (v - c.w * kn * c.left_v) / (1.0 + c.w * kn);
+        s = (s - c.wt * kt * c.left_s) / (1.0 + c.wt * kt);
+        const double lam = std::max((v - c.offset) * (1.0 + c.w * kn) / c.w, 0.0);
+        along = kn * (std::min(v, c.offset) + c.left_v) + lam;
+        const double most = c.friction * std::max(along, 0.0);
+        const double tau = std::min(std::max(s * (1.0 + c.wt * kt) / c.wt, -most), most);
+        across = kt * (s - c.wt * tau / (1.0 + c.wt * kt) + c.left_s) + tau;
+    }
+    const double one = along - pn, two = across - pt;
+    pn = along, pt = across;
+    const double dx = c.nx * one - c.ny * two, dy = c.ny * one + c.nx * two;
+    a[0] -= dx * c.mi, a[1] -= dy * c.mi, a[2] -= c.li * two * c.si;
+    if (c.j >= 0) b[0] += dx * c.mj, b[1] += dy * c.mj, b[2] -= c.lj * two * c.sj;
+}
+
+void Sweeps::pair(Out pn, Out pt, Out u) const {
+    const int k = p_.k;
+    if (p_.dissipates) {
+        for (int c = 0; c < k; ++c) sweep<true>(touch_[c], pn[c], pt[c], u.data());
+        for (int c = k - 1; c >= 0; --c) sweep<true>(touch_[c], pn[c], pt[c], u.data());
+    } else {
+        for (int c = 0; c < k; ++c) sweep<false>(touch_[c], pn[c], pt[c], u.data());
+        for (int c = k - 1; c >= 0; --c) sweep<false>(touch_[c], pn[c], pt[c], u.data());
+    }
+}
+
+double Sweeps::off_by(In pn, In pt, In u) const {
+    Numbers v(p_.k), s(p_.k);
+    contact_velocities(p_, u, v, s);
+    double worst = 0.0;
+    for (int c = 0; c < p_.k; ++c) {
+        const double lam = pn[c] - p_.along[c] * (v[c] + p_.left_v[c]), tau = pt[c] - p_.across[c] * (s[c] + p_.left_s[c]);
+        const Off off = natural_map(p_, c, pn[c], lam, tau, v[c], s[c]);
+        worst = larger(worst, larger(std::abs(off.normal), std::abs(off.tangential)));
+    }
+    return worst < INFINITE ? worst / p_.scale : INFINITE;
+}
+
+double Sweeps::plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& done) const {
+    double error = INFINITE;
+    for (int made = 0; made < pairs && !(error <= tolerance);) {
+        balance(p_, pn, pt, u);
+        for (int now = std::min(CHECK, pairs - made); now > 0; --now, ++made, ++done) pair(pn, pt, u);
+        balance(p_, pn, pt, u);
+        error = off_by(pn, pt, u);
+    }
+    return error;
+}
+
+double Sweeps::accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int pairs, double tolerance, int& done) const {
+    const std::size_t k = p_.k;
+    Numbers root(2 * k), x(2 * k), step(2 * k), old_end(2 * k), old_step(2 * k), best_n = pn, best_t = pt;
+    for (std::size_t c = 0; c < k; ++c) {
+        root[c] = std::sqrt(p_.inverse_mass[c]), root[k + c] = std::sqrt(p_.tangent_inverse[c]);
+        x[c] = pn[c] * root[c], x[k + c] = pt[c] * root[k + c];
+    }
+    std::vector<Numbers> ends(MEMORY, Numbers(2 * k)), steps(MEMORY, Numbers(2 * k));
+    double best = INFINITE, before = INFINITE;
+    int held = 0;
+    for (int block = 0; block < blocks; ++block) {
+        for (std::size_t c = 0; c < k; ++c) pn[c] = x[c] / root[c], pt[c] = x[k + c] / root[k + c];
+        balance(p_, pn, pt, u);
+        for (int q = 0; q < pairs; ++q) pair(pn, pt, u);
+        done += pairs;
+        balance(p_, pn, pt, u);
+        const double error = off_by(pn, pt, u);
+        if (error < best) best = error, best_n = pn, best_t = pt;
+        if (best <= tolerance || !(error < INFINITE)) break;
+        for (std::size_t c = 0; c < k; ++c) {
+            step[c] = pn[c] * root[c] - x[c];
+            step[k + c] = pt[c] * root[k + c] - x[k + c];
+        }
+        const double size = product(step.data(), step.data(), 2 * k);
+        if (size > GROWTH * GROWTH * before && held > 0) {  // the combination did harm
+            held = 0, before = INFINITE;
+            x = old_end;
+            continue;
+        }
+        if (before < INFINITE) {
+            Numbers &ds = steps[held % MEMORY], &de = ends[held % MEMORY];
+            for (std::size_t c = 0; c < 2 * k; ++c) ds[c] = step[c] - old_step[c], de[c] = x[c] + step[c] - old_end[c];
+            ++held;
+        }
+        before = size;
+        old_step = step;
+        for (std::size_t c = 0; c < 2 * k; ++c) x[c] = old_end[c] = x[c] + step[c];
+        const int m = std::min(held, MEMORY);
+        if (m == 0) continue;
+        Numbers gram(m * m), share(m);
+        double trace = 0.0;
+        for (int a = 0; a < m; ++a) {
+            for (int b = a; b < m; ++b) gram[a * m + b] = gram[b * m + a] = product(steps[a].data(), steps[b].data(), 2 * k);
+            share[a] = product(steps[a].data(), step.data(), 2 * k);
+            trace += gram[a * m + a];
+        }
+        for (int a = 0; a < m; ++a) gram[a * m + a] += 1e-14 * trace + 1e-300;
+        if (!solve_dense(gram, share)) continue;
+        for (int a = 0; a < m; ++a)
+            for (std::size_t c = 0; c < 2 * k; ++c) x[c] -= share[a] * ends[a][c];
+    }
+    pn = std::move(best_n), pt = std::move(best_t);
+    balance(p_, pn, pt, u);
+    return best;
+}
+
+double ProximalNewton::run(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance) {
+    Numbers v(p.k), s(p.k);
+    // λ and τ of whole percussions, and these again
+    const auto whole = [&](Rubbed& some, double sign) {
+        if (!p.dissipates) return;
+        contact_velocities(p, some.u, v, s);
+        for (int c = 0; c < p.k; ++c) {
+            some.lam[c] += sign * p.along[c] * (v[c] + p.left_v[c]);
+            some.tau[c] += sign * p.across[c] * (s[c] + p.left_s[c]);
+        }
+    };
+    const auto smooth = [&](Rubbed& some, int count) {
+        balance(p, some.lam, some.tau, some.u);
+        for (int q = 0; q < count; ++q) sweeps.pair(some.lam, some.tau, some.u);
+        balance(p, some.lam, some.tau, some.u);
+        whole(some, -1.0);
+        pairs += count;
+    };
+    // the natural map over the scale: its largest entry and its Euclidean norm
+    const auto error_of = [&](const Rubbed& some) {
+        contact_velocities(p, some.u, v, s);
+        double worst = 0.0, square = 0.0;
+        for (int c = 0; c < p.k; ++c) {
+            const Off off = natural_map(p, c, normal_push(p, c, v[c], some.lam[c]), some.lam[c], some.tau[c], v[c], s[c]);
+            worst = std::max({worst, std::abs(off.normal), std::abs(off.tangential)});
+            square += off.normal * off.normal + off.tangential * off.tangential;
+        }
+        if (!(square < INFINITE)) return std::pair(INFINITE, INFINITE);
+        return std::pair(worst / p.scale, std::sqrt(square) / p.scale);
+    };
+    whole(at, 1.0);
+    smooth(at, 0);
+    auto error = error_of(at);
+    States states(p.k);
+    Rubbed aim, tried = at;
+    for (int round = 0; round < rounds; ++round) {
+        if (error.first <= tolerance || !(error.first < INFINITE)) break;
+        contact_velocities(p, at.u, v, s);
+        find_states(p, v, s, at.lam, at.tau, states);
+        aim = at;
+        bool taken = false;
+        double length = 1.0;
+        auto now = error;
+        const bool settled = settle(p, factor, states, weight, PROXIMAL_STEPS, aim);
+        whole(at, 1.0), whole(aim, 1.0);
+        for (int attempt = 0; settled && attempt < LENGTHS && !taken; ++attempt) {
+            if (attempt > 0) length *= SHORTER;
+            for (int c = 0; c < p.k; ++c) {  // back into the cones
+                const double along = std::max(at.lam[c] + length * (aim.lam[c] - at.lam[c]), 0.0), most = p.friction[c] * along;
+                const double across = at.tau[c] + length * (aim.tau[c] - at.tau[c]);
+                tried.lam[c] = along;
+                tried.tau[c] = p.across[c] != 0.0 ? across : std::min(std::max(across, -most), most);
+            }
+            smooth(tried, PAIRS);
+            now = error_of(tried);
+            taken = now.second < ALLOWED * error.second;
+        }
+        if (taken) {
+            std::swap(at, tried);
+            error = now;
+        } else {
+            smooth(at, 2 * PAIRS);
+            error = error_of(at);
+        }
+        weight = std::min(std::max((taken && length == 1.0 ? 2.0 : 0.5) * weight, SOFTEST), FIRMEST);
+    }
+    return error.first;
+}
+
+// The reaction of one contact with W (2 × 2) and q.
+static std::array<double, 2> alone(const double (&own)[2][2], const double (&free)[2], double mu) {
+    if (free[0] >= 0.0) return {0.0, 0.0};
+    if (mu == 0.0) return {-free[0] / own[0][0], 0.0};
+    const double det = own[0][0] * own[1][1] - own[0][1] * own[1][0];
+    if (det > 1e-14 * own[0][0] * own[1][1]) {
+        const double along = (own[0][1] * free[1] - own[1][1] * free[0]) / det, across = (own[1][0] * free[0] - own[0][0] * free[1]) / det;
+        if (along >= 0.0 && std::abs(across) <= mu * along) return {along, across};
+    }
+    for (double sign : {-1.0, 1.0}) {
+        const double pressed = own[0][0] + sign * mu * own[0][1];
+        if (!(pressed > 0.0)) continue;
+        const double along = -free[0] / pressed, slides = free[1] + (own[1][0] + sign * mu * own[1][1]) * along;
+        if (sign * slides <= 0.0) return {along, sign * mu * along};
+    }
+    return {-free[0] / own[0][0], 0.0};
+}
+
+void planar_sweeps(std::span<const Index> start, std::span<const Index> column, In value, In free, In friction, Out r, int sweeps) {
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+        for (std::size_t c = 0; c < friction.size(); ++c) {
+            double own[2][2] = {}, rest[2];
+            for (std::size_t a = 0; a < 2; ++a) {
+                rest[a] = free[2 * c + a];
+                for (Index at = start[2 * c + a]; at < start[2 * c + a + 1]; ++at) {
+                    if (std::size_t(column[at]) / 2 == c) own[a][column[at] % 2] = value[at];
+                    else rest[a] += value[at] * r[column[at]];
+                }
+            }
+            const auto [along, across] = alone(own, rest, friction[c]);
+            r[2 * c] = along, r[2 * c + 1] = across;
+        }
+}
+
+}  // namespace nscd

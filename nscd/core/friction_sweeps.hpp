@@ -1,0 +1,57 @@
+// Non-smooth Gauss–Seidel with the exact law of each contact, plain and accelerated; and proximal steps of Newton's method
+// on the sets, each smoothed by sweeps.
+#pragma once
+
+#include "friction_sets.hpp"
+
+namespace nscd {
+
+// What a sweep reads of a contact, side by side in memory.
+class Sweeps {
+public:
+    explicit Sweeps(const Rubbing& p);
+
+    // A pair of sweeps, forward and back: the law of each contact in turn, all others given. pn, pt (k) N·s are whole
+    // percussions, u their velocities. Exact: n and t of one contact of disks do not couple.
+    void pair(Out pn, Out pt, Out u) const;
+    // Up to `pairs` pairs from percussions; a natural map within the tolerance, which is returned, ends it.
+    double plain(Out pn, Out pt, Out u, int pairs, double tolerance, int& done) const;
+    // Up to `blocks` blocks of `pairs` pairs, the starts of blocks combined by Anderson's method from the last ones; the best
+    // answer met and its natural map. Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
+    double accelerated(Numbers& pn, Numbers& pt, Numbers& u, int blocks, int pairs, double tolerance, int& done) const;
+
+private:
+    struct Touch {
+        Index i, j;
+        double nx, ny, li, lj, w, wt, by_w, by_wt, friction, offset, along, across, left_v, left_s;
+        double mi, si, mj, sj;  // 1/kg, 1/(kg m²), inverse masses and inertias
+    };
+    template <bool Dissipates>
+    void sweep(const Touch& c, double& pn, double& pt, double* u) const;
+    double off_by(In pn, In pt, In u) const;
+    const Rubbing& p_;
+    std::vector<Touch> touch_;
+};
+
+// Proximal steps of Newton's method on the sets.
+//
+// A Newton step on the sets open, stuck and sliding moves whole chains of contacts at once, but the sets that it leads to may
+// be wrong in many places; sweeps put these right one by one, but need thousands for a chain. Together they do what neither
+// does: the step is made with soft contacts (proximal, weight/w), put back into the cones and swept, and is taken where the
+// natural map does not grow by more than a half; else a shorter one is tried. Soft contacts get firmer by 2 where the whole
+// step is taken and softer by 2 where not. As truncated non-smooth Newton multigrid does for convex problems: Gräser &
+// Kornhuber, J. Comput. Math. 27 (2009) 1.
+struct ProximalNewton {
+    double weight = 1e3;  // of soft contacts, kept from call to call
+    int pairs = 0;        // of sweeps made
+    // Up to `rounds` rounds from `at`; the largest entry of the natural map.
+    double run(const Rubbing& p, const Sweeps& sweeps, FrictionFactor& factor, Rubbed& at, int rounds, double tolerance);
+};
+
+// x ← A⁻¹ x for a dense matrix by rows, which is overwritten; false where it is singular.
+bool solve_dense(Numbers& a, Numbers& x);
+
+// Gauss–Seidel sweeps over the contacts of u = W r + q in the plane, W by rows (2k), each contact solved exactly.
+void planar_sweeps(std::span<const Index> start, std::span<const Index> column, In value, In free, In friction, Out r, int sweeps);
+
+}  // namespace nscd

@@ -1,1 +1,0 @@
-"""Block Cholesky factors of the inertia with closed contacts."""

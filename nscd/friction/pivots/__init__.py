@@ -1,1 +1,0 @@
-"""Path following by pivots: how sliding islands are finished that sweeps do not."""
