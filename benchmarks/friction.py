@@ -30,7 +30,6 @@ from analysis.percussions import Setting
 from analysis.scene.scene import read_scene
 from nscd import ContactLaw, solve
 from nscd.friction.problem import FrictionProblem, friction_problem
-from nscd.friction.sweeps import gauss_seidel
 
 TARGET = 1e-10
 SYSTEM_PYTHON = "/usr/bin/python3"  # python3-siconos lives with the system's own interpreter
@@ -100,13 +99,13 @@ def own(case: Case, problem: FrictionProblem, rows: Rows, mu: float) -> Result:
     return Result(seconds, rows.residual(problem, *reaction), said, reaction)
 
 
-def plain(problem: FrictionProblem, rows: Rows, limit: float) -> Result:
+def plain(case: Case, problem: FrictionProblem, rows: Rows, limit: float) -> Result:
     """Non-smooth Gauss–Seidel, forward and back, from zero, up to the limit."""
-    k = len(problem.first)
-    along, across, u = np.zeros(k), np.zeros(k), problem.left.copy()
+    k, core = len(problem.first), problem.in_core(case.snapshot.position)
+    along, across = np.zeros(k), np.zeros(k)
     started, pairs, error = time.process_time(), 0, np.inf
     while error > TARGET and time.process_time() - started < limit:
-        error, made = gauss_seidel(problem, along, across, u, BLOCK, TARGET)
+        (along, across, _), error, made = core.sweep(along, across, BLOCK, TARGET)
         pairs += made
     seconds = time.process_time() - started
     residual = rows.residual(problem, along, across)
@@ -178,7 +177,7 @@ def answers(
     rows = Rows.of(problem)
     yield "solve", own(case, problem, rows, mu)
     if arguments.plain:
-        yield "Gauss–Seidel", plain(problem, rows, arguments.limit)
+        yield "Gauss–Seidel", plain(case, problem, rows, arguments.limit)
     for name in arguments.siconos:
         yield f"Siconos {name}", siconos(problem, rows, name, arguments.limit)
 
@@ -197,13 +196,6 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/benchmark/friction.csv"))
     arguments = parser.parse_args()
     print(describe(), file=sys.stderr)
-    warm = FAMILIES["heap"](40)
-    for mu in (0.1, 0.3):
-        solve(warm.snapshot, warm.contacts, law=ContactLaw(friction=mu))
-    given = friction_problem(
-        warm.snapshot, warm.contacts, warm.left_velocity, ContactLaw(friction=0.3)
-    )
-    plain(given, Rows.of(given), 0.1)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with arguments.out.open("w", newline="") as file:
         table = csv.writer(file)

@@ -43,7 +43,7 @@ constexpr int LOCAL_PIVOTS = 300;
 // The cost of steps of the proximal point method, in pivots: at most, in a step of a moving crowd, from random percussions.
 // They bound the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
 // than NEAR.
-constexpr int POINT = 7500, STEP_POINT = 1500, RANDOM = 1500;
+constexpr int POINT = 10'000, STEP_POINT = 1500, RANDOM = 1500;
 constexpr double NEAR_POINT = 1e-5;
 constexpr int SOME = 4;
 // States of an island's contacts that are tried in one search from random ones. Velocities farther apart than this share of
@@ -356,39 +356,56 @@ FrictionAnswer one_sided(const Rubbing& p, double tolerance, int seed, const std
     return best;
 }
 
-// An answer of islands that are not solved gains no energy: their whole percussions are taken θ times, by which the energy
-// changes by ½θ² p·DM⁻¹Dᵀp − θ p·Du⁻.
-void gain_nothing(const Rubbing& p, double tolerance, Rubbed& at) {
-    const Numbers errors = measure(p, at);
-    if (std::all_of(errors.begin(), errors.end(), [&](double error) { return error <= tolerance; })) return;
-    Numbers gained(p.islands, 0.0), square(p.islands, 0.0), pn(p.k), pt(p.k), v(p.k), s(p.k), u(p.mass.size());
+// Whole percussions taken `share` times, of each island: λ and τ, and the velocities that they give.
+Rubbed scaled(const Rubbed& at, const Rubbing& p, const Numbers& share) {
+    Rubbed less = at;
+    Numbers v(p.k), s(p.k), pn(p.k), pt(p.k);
     contact_velocities(p, at.u, v, s);
     for (int c = 0; c < p.k; ++c) {
-        pn[c] = normal_push(p, c, v[c], at.lam[c]);
-        pt[c] = p.across[c] * (s[c] + p.left_s[c]) + at.tau[c];
+        const double by = share[p.island[p.first[c]]];
+        pn[c] = by == 0.0 ? 0.0 : by * normal_push(p, c, v[c], at.lam[c]);
+        pt[c] = by == 0.0 ? 0.0 : by * (p.across[c] * (s[c] + p.left_s[c]) + at.tau[c]);
     }
-    balance(p, pn, pt, u);
-    for (std::size_t i = 0; i < u.size(); ++i) {
-        const double change = u[i] - p.left[i];
-        square[p.island[i / 3]] += p.mass[i] * change * change;
-        gained[p.island[i / 3]] += p.mass[i] * change * (u[i] + p.left[i]);
-    }
-    Numbers share(p.islands, 1.0);
-    for (int m = 0; m < p.islands; ++m)
-        if (!(errors[m] <= tolerance) && !(gained[m] <= 0.0)) share[m] = std::max(1.0 - gained[m] / square[m], 0.0);
-    for (double& each : share)
-        if (!(each <= 1.0)) each = 0.0;
-    if (std::all_of(share.begin(), share.end(), [](double each) { return each == 1.0; })) return;
-    for (int c = 0; c < p.k; ++c) pn[c] *= share[p.island[p.first[c]]], pt[c] *= share[p.island[p.first[c]]];
-    balance(p, pn, pt, u);
-    contact_velocities(p, u, v, s);
+    balance(p, pn, pt, less.u);
+    contact_velocities(p, less.u, v, s);
     for (int c = 0; c < p.k; ++c) {
-        if (share[p.island[p.first[c]]] == 1.0) continue;
-        at.lam[c] = pn[c] - p.along[c] * (v[c] + p.left_v[c]);
-        at.tau[c] = pt[c] - p.across[c] * (s[c] + p.left_s[c]);
+        less.lam[c] = pn[c] - p.along[c] * (v[c] + p.left_v[c]);
+        less.tau[c] = pt[c] - p.across[c] * (s[c] + p.left_s[c]);
     }
-    for (std::size_t i = 0; i < u.size(); ++i)
-        if (share[p.island[i / 3]] != 1.0) at.u[i] = u[i];
+    return less;
+}
+
+// An answer of islands that are not solved gains no energy: their percussions are taken θ times, by which the energy changes
+// by ½θ² p·DM⁻¹Dᵀp − θ p·Du⁻; none of them, where that is nearer to an answer.
+void gain_nothing(const Rubbing& p, double tolerance, Rubbed& at) {
+    const Numbers errors = measure(p, at);
+    Numbers gained(p.islands, 0.0), square(p.islands, 0.0), share(p.islands, 1.0);
+    const Rubbed given = scaled(at, p, share);
+    for (std::size_t i = 0; i < given.u.size(); ++i) {
+        const double change = given.u[i] - p.left[i];
+        square[p.island[i / 3]] += p.mass[i] * change * change;
+        gained[p.island[i / 3]] += p.mass[i] * change * (given.u[i] + p.left[i]);
+    }
+    bool any = false;
+    for (int m = 0; m < p.islands; ++m) {
+        if (errors[m] <= tolerance || gained[m] <= 0.0) continue;
+        share[m] = square[m] < INFINITE ? std::max(1.0 - gained[m] / square[m], 0.0) : 0.0;
+        any = true;
+    }
+    if (!any) return;
+    const Rubbed none = scaled(at, p, Numbers(p.islands, 0.0));
+    Rubbed less = scaled(at, p, share);
+    const Numbers one = measure(p, less), two = measure(p, none);
+    for (int c = 0; c < p.k; ++c) {
+        const Index m = p.island[p.first[c]];
+        if (share[m] == 1.0) continue;
+        const Rubbed& from = one[m] <= two[m] ? less : none;
+        at.lam[c] = from.lam[c], at.tau[c] = from.tau[c];
+    }
+    for (int i = 0; i < p.n; ++i) {
+        const Index m = p.island[i];
+        if (share[m] != 1.0) std::copy_n((one[m] <= two[m] ? less : none).u.begin() + 3 * i, 3, at.u.begin() + 3 * i);
+    }
 }
 
 }  // namespace
@@ -423,7 +440,11 @@ FrictionAnswer solve_friction(Rubbing& p, double tolerance, int starts, In radiu
         }
     }
     act(p, along, best.at.u);
-    gain_nothing(p, tolerance, best.at);
+    const Numbers errors = measure(p, best.at);
+    if (std::any_of(errors.begin(), errors.end(), [&](double error) { return !(error <= tolerance); })) {
+        best.route = Route::NONE;
+        gain_nothing(p, tolerance, best.at);
+    }
     return best;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "levels.hpp"
+
 namespace nscd {
 
 namespace {
@@ -13,7 +15,9 @@ constexpr double FARTHEST = 20.0;
 // Of the proximal point method: compliance at first and its bounds; it falls by FIRMER after a step of at most FEW pivots and
 // grows by SOFTER where there is none.
 constexpr double FIRST = 1e-3, POINT_FIRMEST = 1e-10, POINT_SOFTEST = 1.0, FIRMER = 0.3, SOFTER = 10.0;
-constexpr int FEW = 25;
+constexpr int FEW = 15;
+// Where a path does not arrive but comes at least so near, the step ends there, and contacts get softer by LITTLE_SOFTER.
+constexpr double NEAR_ENOUGH = 0.5, LITTLE_SOFTER = 5.0, NEARER = 0.9;
 // Pivots allowed for a step; what its factorisations cost, in pivots.
 constexpr int PIVOTS = 300, STEP = 15;
 // Noise on contacts that are on the brink of another state, of the scale of velocities.
@@ -23,6 +27,22 @@ enum { V, S, LAM, TAU };
 
 // A word of one contact's state; states of all are their exclusive or.
 std::uint64_t word_of(int contact, int hold) { return Random(4u * contact + hold).word(); }
+
+// to += Σ by_q · columns_q.
+LEVELS void add_columns(double* __restrict to, const std::vector<Numbers>& columns, const Numbers& by, std::size_t size) {
+    std::size_t q = 0;
+    for (; q + 4 <= by.size(); q += 4) {
+        const double *a = columns[q].data(), *b = columns[q + 1].data(), *c = columns[q + 2].data(), *d = columns[q + 3].data();
+        const double ba = by[q], bb = by[q + 1], bc = by[q + 2], bd = by[q + 3];
+        for (std::size_t i = 0; i < size; ++i) to[i] += ba * a[i] + bb * b[i] + bc * c[i] + bd * d[i];
+    }
+    for (; q < by.size(); ++q)
+        for (std::size_t i = 0; i < size; ++i) to[i] += by[q] * columns[q][i];
+}
+
+LEVELS void add(double* __restrict to, const double* from, double by, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i) to[i] += by * from[i];
+}
 
 }  // namespace
 
@@ -37,7 +57,7 @@ Path::Path(const Rubbing& p, FrictionFactor& factor)
     : p_(p), factor_(factor), hold_(p.k, FREE), base_(p.k, FREE), origin_(p.mass.size()), u_(p.mass.size()), rate_(p.mass.size()),
       base_rate_(p.mass.size()), slot_(p.k, -1), weights_(p.k), columns_(2 * CHANGES, Numbers(p.mass.size())),
       gram_(4 * CHANGES * CHANGES), known_(2 * CHANGES), rest_(p.mass.size()) {
-    for (auto* parts : {&start_, &held_, &push_})
+    for (auto* parts : {&start_, &held_, &push_, &firm_, &nearest_})
         for (Numbers& part : *parts) part.assign(p.k, 0.0);
     for (auto* parts : {&x_, &dx_})
         for (Numbers& part : *parts) part.assign(p.k, 0.0);
@@ -98,14 +118,9 @@ Path::Event Path::next_event(double t, double way) const {
     Event next;
     for (int c = 0; c < p_.k; ++c) {
         const Margins m = margins(c, t);
-        if (way * m.by_one < 0.0) {
-            const double step = std::max(m.one, 0.0) / -(way * m.by_one);
-            if (step < next.step) next = {step, c, 0};
-        }
-        if (way * m.by_two < 0.0 && m.two < INFINITE) {
-            const double step = std::max(m.two, 0.0) / -(way * m.by_two);
-            if (step < next.step) next = {step, c, 1};
-        }
+        const double one = -way * m.by_one, two = -way * m.by_two;  // how fast they are used up
+        if (one > 0.0 && std::max(m.one, 0.0) < next.step * one) next = {std::max(m.one, 0.0) / one, c, 0};
+        if (two > 0.0 && std::max(m.two, 0.0) < next.step * two) next = {std::max(m.two, 0.0) / two, c, 1};
     }
     return next;
 }
@@ -144,8 +159,8 @@ void Path::set_forces(std::array<Numbers, 4>& x, double t, double offset) const 
             x[LAM][c] = -along, x[TAU][c] = -across;
             continue;
         }
-        x[LAM][c] = (x[V][c] + t * push_[0][c] + offset * start_[0][c]) / (compliance * p_.inverse_mass[c]);
-        if (hold == STICK) x[TAU][c] = (x[S][c] + t * push_[1][c] + offset * start_[1][c]) / (compliance * p_.tangent_inverse[c]);
+        x[LAM][c] = (x[V][c] + t * push_[0][c] + offset * start_[0][c]) * firm_[0][c];
+        if (hold == STICK) x[TAU][c] = (x[S][c] + t * push_[1][c] + offset * start_[1][c]) * firm_[1][c];
         else x[TAU][c] = slope(hold, p_.friction[c]) * (along + x[LAM][c]) - across;
     }
 }
@@ -178,6 +193,7 @@ At at_contact(const Rubbing& p, int c, const Numbers& u) {
 // Factorise the matrix of the states now; velocities and forces at t from it, without drift.
 bool Path::restart(double t) {
     for (int c = 0; c < p_.k; ++c) {
+        firm_[0][c] = 1.0 / (compliance * p_.inverse_mass[c]), firm_[1][c] = 1.0 / (compliance * p_.tangent_inverse[c]);
         const Weight one = weight_of(p_, compliance, c, hold_[c]);
         weights_.along[c] = one.along, weights_.across[c] = one.across, weights_.turned[c] = one.turned;
     }
@@ -253,22 +269,15 @@ void Path::find_rate() {
         }
         for (int q = 0; q < size; ++q) matrix_[q * size + q] += 1.0;
         solve_dense(matrix_, share_);
-        for (int q = 0; q < size; ++q)
-            if (share_[q] != 0.0) {
-                const double* __restrict from = columns_[q].data();
-                double* __restrict to = rate_.data();
-                const double by = share_[q];
-                for (std::size_t i = 0; i < rate_.size(); ++i) to[i] += by * from[i];
-            }
+        add_columns(rate_.data(), columns_, share_, rate_.size());
     }
     contact_velocities(p_, rate_, dx_[V], dx_[S]);
     set_forces(dx_, 1.0, 0.0);
 }
 
 void Path::move(double step) {
-    for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += step * rate_[i];
-    for (int part = 0; part < 4; ++part)
-        for (int c = 0; c < p_.k; ++c) x_[part][c] += step * dx_[part][c];
+    add(u_.data(), rate_.data(), step, u_.size());
+    for (int part = 0; part < 4; ++part) add(x_[part].data(), dx_[part].data(), step, p_.k);
 }
 
 Path::End Path::follow(double way, int most) {
@@ -276,6 +285,7 @@ Path::End Path::follow(double way, int most) {
     std::uint64_t key = 0;
     int last = -1, grows = 0;
     seen_.clear();
+    nearest = 1.0;
     if (!restart(t)) return End::BROKEN;
     for (int pivot = 0; pivot < most; ++pivot, ++pivots) {
         find_rate();
@@ -293,6 +303,7 @@ Path::End Path::follow(double way, int most) {
         if (event.contact < 0 || t + way * event.step > FARTHEST) return End::AWAY;
         move(way * event.step);
         t += way * event.step;
+        if (t < NEARER * nearest) nearest = t, nearest_[0] = x_[LAM], nearest_[1] = x_[TAU];
         const int before = hold_[event.contact];
         grows = change(event, t);
         last = event.contact;
@@ -315,6 +326,12 @@ Rubbed Path::answer() const {
     return at;
 }
 
+Rubbed Path::nearest_answer() const {
+    Rubbed at{nearest_[0], nearest_[1], u_};
+    for (int c = 0; c < p_.k; ++c) at.lam[c] += held_[0][c], at.tau[c] += held_[1][c];
+    return at;
+}
+
 ProximalPoints::ProximalPoints(const Rubbing& p, Path& path, Rubbed at) : p_(p), path_(path), at_(std::move(at)), compliance_(FIRST), most_(PIVOTS) {
     Path::clean(p, at_);
 }
@@ -325,20 +342,23 @@ bool ProximalPoints::step() {
     const int before = path_.pivots;
     const Path::End end = path_.follow(-1.0, most_);
     pivots = path_.pivots - before, cost = STEP + pivots;
-    if (end != Path::End::ARRIVED) {
+    if (end == Path::End::ARRIVED) {
+        at_ = path_.answer();
+        if (pivots <= FEW) compliance_ = std::max(FIRMER * compliance_, POINT_FIRMEST);
+    } else {
         ++tries_;
-        if (compliance_ >= POINT_SOFTEST) most_ *= 2;
-        compliance_ = std::min(SOFTER * compliance_, POINT_SOFTEST);
-        return false;
+        const bool near = path_.nearest < NEAR_ENOUGH;
+        if (!near && compliance_ >= POINT_SOFTEST) most_ *= 2;
+        compliance_ = std::min((near ? LITTLE_SOFTER : SOFTER) * compliance_, POINT_SOFTEST);
+        if (!near) return false;
+        at_ = path_.nearest_answer();
     }
-    at_ = path_.answer();
     for (int c = 0; c < p_.k; ++c) {
         at_.lam[c] = std::max(at_.lam[c], 0.0);
         const double m = p_.friction[c] * at_.lam[c];
         at_.tau[c] = std::min(std::max(at_.tau[c], -m), m);
     }
     balance(p_, at_.lam, at_.tau, at_.u);
-    if (pivots <= FEW) compliance_ = std::max(FIRMER * compliance_, POINT_FIRMEST);
     return true;
 }
 

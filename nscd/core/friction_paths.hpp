@@ -35,6 +35,7 @@ public:
 
     double compliance = PATH_SOFT;
     int pivots = 0;                       // made in all paths
+    double nearest = 1.0;                 // the least t of the last one
 
     // Put λ and τ of a nearly converged answer on the corners of their law: 0 where the contact opens by more than it
     // presses, ±μλ where it slides by more than it may still hold.
@@ -45,6 +46,7 @@ public:
     End follow(double way, int most);
     const Flags& hold() const { return hold_; }   // states at the end
     Rubbed answer() const;                        // where it arrived
+    Rubbed nearest_answer() const;                // λ and τ where it was nearest
 
 private:
     struct Margins {
@@ -68,6 +70,7 @@ private:
     Flags hold_, base_;                      // (k) states now, and when the matrix was factorised (FREE is open)
     Numbers origin_;                         // (n·3) velocities where the path begins
     std::array<Numbers, 2> start_, held_, push_;  // (k) C u − b and T u, λ and τ there; a and d
+    std::array<Numbers, 2> firm_, nearest_;       // (k) 1/(εw) and 1/(εw_t); changes of λ and τ at the least t
     Numbers u_, rate_, base_rate_;           // (n·3) by how much velocities have changed since, so that what firm contacts make of
                                              // a change is not lost in the digits of the whole; derivatives by t, with the
                                              // states now and with those of the factor
@@ -85,7 +88,7 @@ private:
 // A step asks for percussions that obey the law while closed contacts yield by εw a newton-second away from the percussions
 // before. It passes the folds at which Newton's method on the same equations stops. Contacts get firmer where few of them
 // change their state, and softer where the path closes on itself: with soft contacts the step is short, and its answer is the
-// only one. Where percussions have no bound or no single value they drift, and firm steps are what takes the drift to the next
+// only one; where a path does not arrive, the step ends where it came nearest. Where percussions have no bound or no single value they drift, and firm steps are what takes the drift to the next
 // change of a state. Rockafellar, SIAM J. Control Optim. 14 (1976) 877.
 class ProximalPoints {
 public:

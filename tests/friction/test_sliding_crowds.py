@@ -6,7 +6,7 @@ import pytest
 from coulomb import Dense, violation
 from test_steps_with_friction import FLOOR, arrays, pile
 
-from nscd import ContactLaw, find_contacts, solve
+from nscd import ContactLaw, Snapshot, find_contacts, solve
 
 # As the core numbers them.
 METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}
@@ -26,13 +26,23 @@ def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
     assert sliding.sum() > 10  # the law was put to the test
 
 
-def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is():
-    snapshot = pile(rows=8)
+def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
+    whole = pile(rows=4)
+    rng = np.random.default_rng(154)
+    snapshot = Snapshot(
+        position=whole.position,
+        velocity=rng.normal(size=(len(whole), 2)),
+        radius=whole.radius,
+        mass=10.0 ** rng.uniform(-4, 4, len(whole)),
+        spin=whole.spin,
+    )
     contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
-    found = solve(snapshot, contacts, law=ContactLaw(friction=0.15, restitution=0.9), tolerance=1e-14)
+    law = ContactLaw(friction=rng.choice([0.3, 0.7, 1.5]), restitution=rng.choice([0.5, 0.9]))
+    found = solve(snapshot, contacts, law=law, tolerance=1e-12)
     assert found.status == "inaccurate"
     assert found.solver == "none"
-    assert found.friction.natural_map > 1e-14
+    assert found.friction.natural_map > 1e-12
+    assert found.energy_change <= 1e-12 * (snapshot.mass @ (snapshot.velocity**2).sum(1))
     assert f"residual {max(found.friction.natural_map, found.momentum_error):.1e}" in found.reason
 
 
