@@ -128,7 +128,7 @@ core: $(VENV)/installed-test
 	@$(PIP) --no-build-isolation --no-deps --editable .
 	$(PYTHON) -m nanobind.stubgen -q -m nscd._core -o nscd/_core.pyi
 
-SANITIZED := $(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core tests/core/crowds.cpp $(filter-out %/module.cpp,$(wildcard nscd/core/*.cpp)) -lpthread
+SANITIZED := $(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core tests/core/crowds.cpp $(shell grep -L binding.hpp nscd/core/*.cpp) -lpthread
 
 sanitize:
 	@mkdir -p build/sanitize

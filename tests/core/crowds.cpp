@@ -1,11 +1,12 @@
 // Crowds through every way of the core, for the sanitizers (`make sanitize`): lattices with vacancies, pressed into each
-// other or not, with and without dissipation, by each method, by rows and by fronts, alone and by threads.
+// other or not, with and without dissipation and friction, by each method, by rows and by fronts, alone and by threads.
 #include <cstdio>
 #include <random>
 
 #include "answer.hpp"
 #include "contacts.hpp"
 #include "frames.hpp"
+#include "friction_answer.hpp"
 #include "step.hpp"
 
 using namespace nscd;
@@ -33,6 +34,26 @@ Crowd crowd(std::mt19937& draw, int n, double spacing, double decades) {
 bool told(const char* what, int n, bool sound) {
     if (!sound) std::printf("%s: wrong for %d disks\n", what, n);
     return sound;
+}
+
+// The same disks as solid ones that rub, some contacts of which dissipate.
+Rubbing rubbing(const System& s, const Crowd& c, double dissipation) {
+    Rubbing p;
+    static_cast<System&>(p) = s;
+    p.lever_first = p.lever_second = Numbers(s.k, 0.25);
+    p.mass.clear(), p.left.clear();
+    for (int i = 0; i < s.n; ++i) {
+        for (double m : {c.mass[i], c.mass[i], 0.03125 * c.mass[i]}) p.mass.push_back(m);
+        for (double u : {c.velocity[2 * i], c.velocity[2 * i + 1], 0.1}) p.left.push_back(u);
+    }
+    for (int e = 0; e < s.k; ++e) {
+        if (s.second[e] < 0) p.lever_second[e] = 0.0;
+        p.friction.push_back(e % 5 ? 0.3 : 0.0);
+    }
+    p.along.assign(s.k, dissipation), p.across.assign(s.k, 0.0);
+    p.scale = 1.0;
+    p.prepare();
+    return p;
 }
 
 }  // namespace
@@ -73,6 +94,14 @@ int main() {
                     const Certificate of = certified(law, answer.reaction, answer.velocity);
                     const bool solved = of.finite && of.residual <= 1e-8 && of.momentum_error <= 1e-8;
                     sound = told("answer", size, solved || asked.method == Method::ACTIVE_SET) && sound;
+                }
+                for (double dissipation : {0.0, 10.0}) {
+                    if (size > 60 || decades > 0.0) continue;
+                    Rubbing p = rubbing(s, c, dissipation);
+                    const FrictionAnswer answer = solve_friction(p, 1e-8, size < 8 ? 3 : 1, c.radius);
+                    const FrictionCertificate of = certified(p, answer.at);
+                    sound = told("friction", size, std::max(of.natural_map, of.momentum_error) <= 1e-8) && sound;
+                    if (dissipation == 0.0) step_friction(p, answer.at.lam, answer.at.tau, 1e-6), step_friction(p, {}, {}, 1e-6);
                 }
                 const std::vector<std::int64_t> frames{0, size};
                 std::vector<std::int64_t> ids(size);
