@@ -19,18 +19,15 @@ from pathlib import Path
 import numpy as np
 from advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
 
-from analysis.advice.candidates import Candidate
-from analysis.advice.choice import advise
+from analysis.advice.advised_run import setting
+from analysis.advice.candidates import Candidate, Question, rates_of
+from analysis.advice.choice import SHARES, advise
 from analysis.advice.library import FILE, Entry, Library, library_text, stored_library
-from analysis.advice.pilot import SHARES
-from analysis.advice.question import Question
-from analysis.advice.safety import rates_of
-from analysis.advice.words import setting
 from analysis.pages.numbers import percent
 from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 from analysis.support.parallel import workers
-from analysis.work_precision.measure import measure
+from analysis.work_precision.chart import measure
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.soft_runs import Grid, settings_of, soft_engines
 from analysis.work_precision.window_start import prepare_window

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from analysis import engines as engines
     from analysis import percussions as percussions
     from analysis import scene as scene
+    from analysis.advice.candidates import Question as Question
     from analysis.advice.choice import advise as advise
     from analysis.advice.library import stored_library as stored_library
-    from analysis.advice.question import Question as Question
     from analysis.compare import Comparison as Comparison
     from analysis.compare import compare_run as compare_run
     from analysis.dumps import DumpError as DumpError
@@ -95,7 +95,7 @@ _NAMES = {
     "nscd.stepping": ("Motion",),
     "analysis.advice.choice": ("advise",),
     "analysis.advice.library": ("stored_library",),
-    "analysis.advice.question": ("Question",),
+    "analysis.advice.candidates": ("Question",),
     "analysis.scene": (
         *("Crowd", "Doorway", "Inside", "Scene", "SceneError", "from_geometry", "opposing"),
         *("read_room", "read_scene", "room", "scene_names"),

@@ -1,22 +1,178 @@
-"""Candidates: methods with their settings on a scene, what each promises and what it should
-cost."""
+"""What is asked, and the settings that may answer it, each with its expected error and cost."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil
+from typing import Literal
 
-from analysis.advice.error_curves import Curves
-from analysis.advice.library import Entry
+import numpy as np
+
+from analysis.advice.library import NEAR, Curves, Entry, Rates
 from analysis.advice.price import price_of
-from analysis.advice.question import Question
-from analysis.advice.safety import Safety
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Scene
-from analysis.work_precision.point import Method
-from analysis.work_precision.soft_runs import STIFFER
+from analysis.work_precision.point import Method, Point, PointStatus
+from analysis.work_precision.soft_runs import LAWS, STIFFER
 from analysis.work_precision.window import Window
+from nscd import find_contacts
+
+Against = Literal["rigid", "model"]
+LOADS = {
+    "disk-load": "what each disk receives from its contacts",
+    "contact-load": "what each contact carries",
+    "wall-load": "what all walls together carry",
+    "displacement": "where each disk goes",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """What is asked.
+
+    error: a share, at most; rms over all components relative to the rms of the rigid model's.
+    quantity: one of LOADS.
+    against: `rigid`: numerical and model error count, and law and stiffness are free; `model`: the
+    numerical error alone, with the scene's own law and stiffness.
+    methods: to choose from.
+    whole_run: whether prices and time steps are of the scene's whole run, or of its window."""
+
+    error: float
+    quantity: str = "disk-load"
+    against: Against = "rigid"
+    methods: tuple[str, ...] = ("rigid", "lammps", "yade")
+    whole_run: bool = False
+
+    @property
+    def load(self) -> str:
+        """How the names of the points of the quantity begin."""
+        return self.quantity.split("-")[0]
+
+    def laws(self, method: str, scene: Scene) -> tuple[str, ...]:
+        """Give the contact laws that a method may have; none for the rigid model."""
+        known = LAWS.get(method, ())
+        return known if self.against == "rigid" else tuple({scene.contact.law} & set(known))
+
+    def check(self, scene: Scene) -> None:
+        """Raise ValueError for a quantity that is unknown, or that the scene cannot have."""
+        if self.quantity not in LOADS:
+            raise ValueError(f"quantity: unknown {self.quantity!r}; there are: {', '.join(LOADS)}")
+        if self.quantity == "displacement" and scene.drive is None:
+            raise ValueError(
+                f"quantity: displacement is for driven crowds; {scene.name} is an impact, "
+                "which takes no time"
+            )
+        if self.quantity == "wall-load":
+            to_press = scene.drive is not None and scene.reconciliation is None
+            contacts = find_contacts(
+                scene.snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
+            )
+            if not scene.walls or not (to_press or contacts.is_wall.any()):
+                raise ValueError(
+                    f"quantity: wall-load: nobody touches a wall in scene {scene.name}"
+                )
+
+
+def asked_error(text: str) -> float:
+    """Read `5%`, `5 %` or `0.05` as a share. Raises ValueError for what is no number above 0 and
+    below 1 (100 %)."""
+    number = text.strip()
+    try:
+        share = float(number[:-1]) / 100 if number.endswith("%") else float(number)
+    except ValueError:
+        share = float("nan")
+    if not 0 < share < 1:
+        raise ValueError(
+            f"error: {text!r}; a share above 0 and below 1 is needed, such as 5% or 0.05"
+        )
+    return share
+
+
+# So many of the errors that were predicted are to be within the factor: nearly all, since a choice
+# is the best of many settings and so tends to be one whose error was predicted too low.
+WITHIN = 0.98
+# Errors below this are as good as none, those above this no use to anybody: neither says how safe a
+# promise is.
+NO_MATTER, NO_USE = 1e-4, 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Safety:
+    """What expected errors are multiplied with before they are promised: the numerical and the
+    model error of engines, and the numerical error of a solver (rigid)."""
+
+    numerical: float = 1.0
+    model: float = 1.0
+    rigid: float = 1.0
+
+
+# Of an impact that was tried: engines round otherwise, and shorten steps to meet frames.
+TRIED = Safety(numerical=1.5, model=1.1)
+
+
+def safety_of(rates: Rates, curves: Curves) -> Safety:
+    """Compute the factors of curves that are read from other scenes: exp(rate · unlikeness), at
+    least 1; infinite where there is no rate."""
+
+    def factor(what: str) -> float:
+        rate = rates.get((curves.load, what))
+        # that others came out better than predicted is luck
+        return float("inf") if rate is None else float(np.exp(max(rate, 0.0) * unlikeness(curves)))
+
+    return Safety(**{what: factor(what) for what in Safety.__dataclass_fields__})
+
+
+def unlikeness(curves: Curves) -> float:
+    """Compute the weighted mean of NEAR + distance over the scenes read."""
+    return sum(
+        weight * (NEAR + curves.likeness.distance(entry.likeness)) for entry, weight in curves.read
+    )
+
+
+def rates_of(entries: Sequence[Entry]) -> Rates:
+    """Compute rates that hold for WITHIN of the errors between NO_MATTER and NO_USE, each scene
+    predicted from all others.
+
+    The rate of one point is log(measured/expected)/unlikeness. Against promises that are made for
+    one scene from many it errs on the safe side where the scene left out was the only one of its
+    sort."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for entry in entries:
+        others = [other for other in entries if other is not entry]
+        for load in sorted({point.load for point in entry.points}):
+            curves = Curves(likeness=entry.likeness, load=load, entries=others)
+            if not curves.read:
+                continue
+            far = unlikeness(curves)
+            for what, measured, expected in _predicted(entry, curves):
+                rate = float(np.log(max(measured, NO_MATTER) / max(expected, NO_MATTER))) / far
+                found.setdefault((load, what), []).append(rate)
+    return {key: float(np.quantile(rates, WITHIN)) for key, rates in found.items()}
+
+
+def _predicted(entry: Entry, curves: Curves) -> Iterable[tuple[str, float, float]]:
+    """What, measured and expected error of every point that matters."""
+    for point in entry.points:
+        if point.load != curves.load or not _matters(point):
+            continue
+        if point.method == "rigid":
+            assert point.tolerance is not None
+            if errors := curves.rigid(point.solver, point.tolerance):
+                yield "rigid", point.numerical_error or 0.0, errors.numerical
+        elif point.time_step_share is not None:
+            errors = curves.soft(
+                point.method, point.law, point.time_step_share, entry.hardness(point)
+            )
+            if errors:
+                yield "numerical", point.numerical_error or 0.0, errors.numerical
+                yield "model", point.model_error or 0.0, errors.model
+
+
+def _matters(point: Point) -> bool:
+    known = point.status == PointStatus.OK and point.numerical_error is not None
+    return known and point.model_error is not None and (point.error_sum or 0.0) <= NO_USE
+
 
 # Longer steps, as shares of the safe one, can survive the window and heat the crowd unnoticed in a
 # longer run.

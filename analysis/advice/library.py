@@ -1,19 +1,151 @@
-"""The stored library: driven crowds that were measured, each with its likeness and its points,
-machine and date."""
+"""The stored library of charts: its entries, how alike scenes are, and curves of error."""
 
 from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass
+from functools import cached_property
 from importlib.resources import files
 from typing import Any, Self
 
-from analysis.advice.likeness import Likeness, likeness_of
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order
+
+from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import Scene
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.window import Window
+from nscd import Contacts, find_contacts
+from nscd.arrays import Floats
+from nscd.segments import nearest_on_segment
+
+# Pressed frictionless disks come to about two contacts each: as many as they have unknowns.
+ISOSTATIC = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Likeness:
+    """Dimensionless numbers of a scene and its window.
+
+    driven: pressed by a drive, else an impact.
+    disks: how many.
+    depth: how many disks a push passes through: contacts between the two disks farthest apart in
+    the contact graph; of a crowd still to be pressed together, the mean diameters from the door to
+    its farthest disk.
+    links: contacts per disk.
+    door: its width in mean diameters, 1 for an impact.
+    mass_ratio: heaviest over lightest disk.
+    damping_ratio: ζ at the asked restitution.
+    hardness: how often a push can cross the crowd in the window, √(m̄/k) a disk: ∝ √k."""
+
+    driven: bool
+    disks: int
+    depth: float
+    links: float
+    door: float
+    mass_ratio: float
+    damping_ratio: float
+    hardness: float
+
+    def distance(self, other: Likeness) -> float:
+        """Compute how unlike: root of the sum of squares of log₂ of the ratios of depth, links,
+        door, mass ratio and ζ; infinite between an impact and a driven crowd. Hardness is no part:
+        curves run over it."""
+        if self.driven != other.driven:
+            return float("inf")
+        return float(np.linalg.norm(np.log2(self._compared()) - np.log2(other._compared())))
+
+    def _compared(self) -> Floats:
+        damping = max(self.damping_ratio, 0.01)
+        return np.array([self.depth, self.links, self.door, self.mass_ratio, damping])
+
+    def to_json(self) -> list[float]:
+        """Give the fields in order."""
+        return [float(value) for value in astuple(self)]
+
+
+def check_model(scene: Scene) -> None:
+    """Raise ValueError for friction and a body force, which nothing was measured with."""
+    if scene.contact.friction:
+        raise ValueError(
+            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
+            "advice is for frictionless contacts"
+        )
+    if scene.body_force:
+        raise ValueError(f"scene {scene.name}: body_force: advice is for scenes without")
+
+
+def likeness_of(scene: Scene) -> Likeness:
+    """Compute the numbers of a scene.
+
+    Raises ValueError for a scene with friction or a body force, which nothing was measured with,
+    and for an impact or a real crowd in which nobody touches anybody."""
+    check_model(scene)
+    snapshot, drive, contact = scene.snapshot, scene.drive, scene.contact
+    diameter = 2.0 * float(snapshot.radius.mean())
+    mass = float(snapshot.mass.mean())
+    period = float(np.sqrt(mass / contact.stiffness_N_per_m))
+    if drive is not None and scene.reconciliation is None:
+        depth, links = _to_the_door(scene) / diameter, ISOSTATIC
+    else:
+        contacts = find_contacts(
+            snapshot, scene.wall_segments(), tolerance=scene.analysis.contact_tolerance_m
+        )
+        if not len(contacts):
+            raise ValueError(
+                f"scene {scene.name}: nobody touches anybody at the start: nothing to compute"
+            )
+        depth, links = float(_longest_way(contacts, len(snapshot))), len(contacts) / len(snapshot)
+    depth, door = max(depth, 1.0), 1.0
+    if drive is not None:
+        widths = [np.hypot(*np.subtract(*exit_.door)) for exit_ in drive.doors]
+        door = float(min(widths)) / diameter
+    lasts = Window(scene=scene).duration(contact.stiffness_N_per_m)
+    return Likeness(
+        driven=drive is not None,
+        disks=len(snapshot),
+        depth=depth,
+        links=links,
+        door=door,
+        mass_ratio=float(snapshot.mass.max() / snapshot.mass.min()),
+        damping_ratio=damping_ratio_for(contact.restitution),
+        hardness=lasts / period / depth,
+    )
+
+
+def _to_the_door(scene: Scene) -> float:
+    """From a door to the farthest disk that goes there (m)."""
+    assert scene.drive is not None
+    farthest = 0.0
+    for exit_, mine in scene.drive.exits(scene.snapshot.ids):
+        position = scene.snapshot.position[mine]
+        nearest = nearest_on_segment(position, *map(np.array, exit_.door))
+        farthest = max(farthest, float(np.hypot(*(nearest - position).T).max(initial=0.0)))
+    return farthest
+
+
+def _longest_way(contacts: Contacts, n: int) -> int:
+    """Contacts between the disks farthest apart in the largest island: from its last disk in
+    breadth-first order, again."""
+    pairs = contacts.select(~contacts.is_wall)
+    graph = coo_array((np.ones(len(pairs)), (pairs.first, pairs.second)), shape=(n, n)).tocsr()
+    longest = 0
+    seen = np.zeros(n, dtype=bool)
+    for disk in range(n):
+        if seen[disk]:
+            continue
+        order, _ = breadth_first_order(graph, disk, directed=False)
+        seen[order] = True
+        order, before = breadth_first_order(graph, int(order[-1]), directed=False)
+        steps = np.zeros(n, dtype=np.int64)
+        for reached in order[1:]:
+            steps[reached] = steps[before[reached]] + 1
+        longest = max(longest, int(steps[order].max()))
+    return longest
+
 
 FORMAT = 2
 FILE = "library.json"
@@ -174,3 +306,135 @@ def _points(scene: dict[str, Any], disks: int) -> Iterator[Point]:
 
 def _short(value: object) -> object:
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
+# As many scenes are read, none of which is less like the one asked about than FARTHEST (three
+# doublings of one number).
+NEAREST, FARTHEST = 3, 3.0
+# Scenes count by 1/(NEAR² + distance²).
+NEAR = 0.35
+# Below the softest contacts measured by more than this factor of hardness nothing is known.
+SOFTER = 0.7
+# Errors below this are rounding.
+LEAST = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Errors:
+    """Expected numerical and model error, before any safety factor."""
+
+    numerical: float
+    model: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curves:
+    """The measured curves of one quantity (its points' load) that are read for a scene of a
+    likeness."""
+
+    likeness: Likeness
+    load: str
+    entries: Sequence[Entry]
+
+    @cached_property
+    def read(self) -> tuple[tuple[Entry, float], ...]:
+        """The entries that are read and their weights, which sum to 1; none where no scene in the
+        library is like it."""
+        near = [
+            (self.likeness.distance(entry.likeness), number, entry)
+            for number, entry in enumerate(self.entries)
+            if any(point.load == self.load for point in entry.points)
+        ]
+        near.sort(key=lambda found: found[:2])
+        chosen = [
+            (entry, 1.0 / (NEAR**2 + d * d)) for d, _, entry in near[:NEAREST] if d <= FARTHEST
+        ]
+        total = sum(weight for _, weight in chosen)
+        return tuple((entry, weight / total) for entry, weight in chosen)
+
+    def shares(self, method: str, law: str) -> list[float]:
+        """List the shares of the safe time step that were measured with an engine."""
+        points = (p for entry, _ in self.read for p in self._of(entry, method=method, law=law))
+        return sorted({p.time_step_share for p in points if p.time_step_share is not None})
+
+    def rigid_settings(self) -> list[tuple[str, float]]:
+        """List the solvers that were measured, with their tolerances."""
+        points = (p for entry, _ in self.read for p in self._of(entry, method="rigid"))
+        return sorted({(p.solver, p.tolerance) for p in points if p.tolerance is not None})
+
+    def soft(self, method: str, law: str, share: float, hardness: float) -> Errors | None:
+        """Expect errors of an engine at a share of the safe step, with contacts of a hardness:
+        geometric means over the scenes read, each interpolated in log hardness.
+
+        Scenes that know nothing so soft are passed over; None where one did not end well, or all
+        know nothing."""
+        logs, weights = [], []
+        for entry, weight in self.read:
+            points = self._of(entry, method=method, law=law)
+            run = sorted((p for p in points if p.time_step_share == share), key=entry.hardness)
+            if not run or hardness < SOFTER * entry.hardness(run[0]):
+                continue
+            errors = _between(entry, run, points, hardness)
+            if errors is None:
+                return None
+            logs.append(np.log([errors.numerical, errors.model]))
+            weights.append(weight)
+        if not logs:
+            return None
+        numerical, model = np.exp(np.average(logs, axis=0, weights=weights))
+        return Errors(numerical=float(numerical), model=float(model))
+
+    def rigid(self, solver: str, tolerance: float) -> Errors | None:
+        """Expect the numerical error of a solver asked for a tolerance: the largest of the scenes
+        read. None where any did not end well."""
+        worst = 0.0
+        for entry, _ in self.read:
+            point = next(iter(self._of(entry, solver=solver, tolerance=tolerance)), None)
+            if point is None or point.status != PointStatus.OK or point.numerical_error is None:
+                return None
+            worst = max(worst, point.numerical_error)
+        return Errors(numerical=worst, model=0.0) if self.read else None
+
+    def rigid_seconds(self, solver: str, tolerance: float) -> float:
+        """Expect CPU seconds of a solution, in proportion to the disks: geometric mean over the
+        scenes read."""
+        logs, weights = [], []
+        for entry, weight in self.read:
+            for point in self._of(entry, solver=solver, tolerance=tolerance):
+                seconds = (point.cpu_seconds or LEAST) * self.likeness.disks / point.disks
+                logs.append(np.log(seconds))
+                weights.append(weight)
+        return float(np.exp(np.average(logs, weights=weights)))
+
+    def _of(self, entry: Entry, **setting: object) -> list[Point]:
+        """The points of an entry with this load and setting."""
+        return [
+            point
+            for point in entry.points
+            if point.load == self.load
+            and all(getattr(point, name) == value for name, value in setting.items())
+        ]
+
+
+def _between(
+    entry: Entry, run: Sequence[Point], all_of_law: Sequence[Point], hardness: float
+) -> Errors | None:
+    """The errors of an entry at a hardness, between its two nearest points of a run (from soft to
+    hard), beyond the ends those at the end; None where one of them did not end well. No contact is
+    credited with less model error than a harder one: a load that rings can come out right by
+    luck."""
+    known = [entry.hardness(point) for point in run]
+    place = int(np.clip(np.searchsorted(known, hardness), 1, max(len(run) - 1, 1)))
+    beside = run[place - 1 : place + 1]
+    at, numerical, model = known[place - 1 : place + 1], [], []
+    for point, hard in zip(beside, at, strict=True):
+        if point.status != PointStatus.OK or None in (point.numerical_error, point.model_error):
+            return None
+        harder = (q for q in all_of_law if entry.hardness(q) >= (1 - 1e-9) * hard)
+        numerical.append(max(point.numerical_error or 0.0, LEAST))
+        model.append(max(LEAST, *(q.model_error or 0.0 for q in harder)))
+
+    def read(errors: Sequence[float]) -> float:
+        return float(np.exp(np.interp(np.log(hardness), np.log(at), np.log(errors))))
+
+    return Errors(numerical=read(numerical), model=read(model))

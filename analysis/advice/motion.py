@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.advice.likeness import likeness_of
+from analysis.advice.library import likeness_of
 from analysis.advice.price import expected_seconds
 from analysis.engines import engine
 from analysis.pages.numbers import percent, seconds

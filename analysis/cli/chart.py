@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -103,6 +104,7 @@ def _say_expected(
     from analysis.engines import PENALTY
     from analysis.work_precision.soft_runs import FULL, QUICK, run_folder, scene_of, settings_of
     from analysis.work_precision.window import driven_window, impact_window
+    from analysis.work_precision.window_start import pressing
 
     driven = scene.drive is not None
     window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)
@@ -114,6 +116,10 @@ def _say_expected(
         if not run_folder(folder, setting).exists()
     ]
     seconds = sum(expected_seconds(scene_of(window, one), one.engine) for one in missing)
+    start = pressing(scene)
+    if start is not None and names and not (folder / "start.npz").exists():
+        # on one core, before anything else
+        seconds += (jobs or os.cpu_count() or 1) * expected_seconds(start, names[0])
     more = [run for one in whole for run in one.every if not run.is_finished()]
     seconds += sum(expected_seconds(run.scene, run.engine) for run in more)
     say_expected(seconds, f"{len(missing) + len(more)} runs of engines", jobs)

@@ -141,10 +141,9 @@ def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]
 
 def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw | None) -> bool:
     """Each run with the percussions of its snapshot; whether all were solved."""
-    from analysis.compare.comparison import compare_run
-    from analysis.compare.contacts_csv import write_contacts
-    from analysis.compare.remarks import remarks
+    from analysis.compare.comparison import compare_run, write_contacts
     from analysis.compare.statistics import statistics
+    from analysis.compare.study import remarks
     from analysis.engines.rigid import NAME as RIGID
     from analysis.motion.study import model_title
     from analysis.pages.numbers import statistic

@@ -23,9 +23,8 @@ def exposure(
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml
     """
-    from analysis.exposure.exposure import read_exposure
+    from analysis.exposure.exposure import HEAD, exposure_rows, read_exposure, write_exposure
     from analysis.exposure.limits import known_limits
-    from analysis.exposure.table import HEAD, exposure_rows, write_exposure
 
     known = known_limits(limits or [])
     found = read_exposure(run, window)

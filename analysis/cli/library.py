@@ -34,8 +34,7 @@ def benchmark_library(
 
     Example: percussions benchmark-library --out library
     """
-    from analysis.library.catalogue import PROBLEMS
-    from analysis.library.writing import write_library
+    from analysis.library.writing import PROBLEMS, write_library
     from analysis.support.parallel import workers
 
     names = {problem.name: problem for problem in PROBLEMS}

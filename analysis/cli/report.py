@@ -64,7 +64,7 @@ def report(
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
-    from analysis.exposure.counts import limits_of_people
+    from analysis.exposure.exposure import limits_of_people
     from analysis.motion.report import in_motion, motion_of, runs_of, snapshot_runs
     from analysis.pages.report import write_report
     from analysis.scene.scene import read_scene

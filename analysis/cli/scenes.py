@@ -225,7 +225,7 @@ def _written(scene: Scene, out: Path) -> None:
     """Write a scene and its picture, and say so."""
 
     def draw() -> Figure:
-        from analysis.pages.report_charts import scene_picture
+        from analysis.pages.report import scene_picture
 
         return scene_picture(scene)
 

@@ -1,7 +1,6 @@
 """Like with like: penalty forces and percussions of the same snapshot."""
 
-from analysis.compare.comparison import Balance, Comparison, compare_run
-from analysis.compare.match import Match
+from analysis.compare.comparison import Balance, Comparison, Match, compare_run
 from analysis.compare.statistics import statistics
 
 __all__ = ["Balance", "Comparison", "Match", "compare_run", "statistics"]

@@ -1,5 +1,6 @@
-"""Penalty against rigid, like with like: the same snapshot, contact by contact, disk by disk, wall
-by wall."""
+"""A run compared with the percussions of its snapshot, contact by contact."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from analysis.compare.checks import check_contacts, frame_of
-from analysis.compare.match import Match, match_contacts
 from analysis.dumps import (
     DumpError,
     DumpIndex,
@@ -22,10 +21,139 @@ from analysis.dumps.impulses import integrate_contacts
 from analysis.engines.record import RunRecord
 from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, percussions_of
 from analysis.percussions.table import openness_of
-from analysis.scene.scene import Scene, read_scene
-from nscd import ContactLaw, Percussions, Snapshot
-from nscd.arrays import Flags, Floats
+from analysis.scene.anthropometry import apart
+from analysis.scene.scene import Scene, SceneError, read_scene
+from analysis.support.files import write_rows
+from nscd import ContactLaw, Contacts, Percussions, Snapshot
+from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.determinacy import Determinacy, admissible_determinacy, determinacy
+from nscd.stepping import StepError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Match:
+    """Pair the contacts of the penalty and of the rigid model: the k that either of them has.
+
+    contacts: k, disks by their places in the snapshot; normal and gap (m) are the rigid model's
+        where it has the contact, else the engine's
+    ids: (k,2), of the first disk, and of the second or the number of the wall from 1; rising
+    penalty, rigid: (k,2) N or N·s, what the first body gives to the second; 0 where the model has
+        not the contact
+    in_penalty, in_rigid: (k,) which model has it
+    determined: (k,) whether the balance of the disks, and that nothing pulls, fix its rigid force
+    """
+
+    contacts: Contacts
+    ids: Indices
+    penalty: Floats
+    rigid: Floats
+    in_penalty: Flags
+    in_rigid: Flags
+    determined: Flags
+
+    @property
+    def is_wall(self) -> Flags:
+        """(k,): whether the second body is a wall."""
+        return self.contacts.is_wall
+
+    @property
+    def keys(self) -> Indices:
+        """(k,): one integer per contact, rising; the same in every run of a scene."""
+        return _keys(self.ids[:, 0], self.ids[:, 1], self.is_wall)
+
+    def normal_parts(self) -> tuple[Floats, Floats]:
+        """Give the normal components of penalty and rigid, each (k,), positive where they push."""
+        normal = self.contacts.normal
+        return (self.penalty * normal).sum(1), (self.rigid * normal).sum(1)
+
+
+def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determined: Flags) -> Match:
+    """Match the rigid contacts of a snapshot, and their forces (impulses of an impact), with an
+    engine's.
+
+    determined: (k',), of the rigid contacts"""
+    contacts, snapshot = found.contacts, found.snapshot
+    rigid_keys = keys_of(found)
+    engine_keys = _keys(engine.first, engine.second, engine.is_wall)
+    keys = np.union1d(rigid_keys, engine_keys)
+    at_rigid, at_engine = np.searchsorted(keys, rigid_keys), np.searchsorted(keys, engine_keys)
+    k = len(keys)
+    in_penalty, in_rigid, fixed = (np.zeros(k, dtype=bool) for _ in range(3))
+    in_penalty[at_engine] = in_rigid[at_rigid] = True
+    fixed[at_rigid] = determined
+    normal, gap, penalty, rigid = np.zeros((k, 2)), np.zeros(k), np.zeros((k, 2)), np.zeros((k, 2))
+    normal[at_engine], gap[at_engine] = engine.normal, -engine.overlap
+    normal[at_rigid], gap[at_rigid] = contacts.normal, contacts.gap
+    penalty[at_engine], rigid[at_rigid] = engine.force, found.pressing
+    is_wall = (keys & 1).astype(bool)
+    ids = np.column_stack([keys >> 32, (keys >> 1) & 0x7FFFFFFF])
+    first = np.searchsorted(snapshot.ids, ids[:, 0])
+    other = np.searchsorted(snapshot.ids, np.where(is_wall, snapshot.ids[0], ids[:, 1]))
+    both = Contacts(
+        first=first,
+        second=np.where(is_wall, ids[:, 1] - 1, other),
+        is_wall=is_wall,
+        normal=normal,
+        gap=gap,
+        point=snapshot.position[first] + snapshot.radius[first, None] * normal,
+    )
+    return Match(
+        contacts=both,
+        ids=ids,
+        penalty=penalty,
+        rigid=rigid,
+        in_penalty=in_penalty,
+        in_rigid=in_rigid,
+        determined=fixed,
+    )
+
+
+def keys_of(found: SnapshotPercussions) -> Indices:
+    """Give the key of each rigid contact of a snapshot, (k,), as in `Match.keys`."""
+    contacts, ids = found.contacts, found.snapshot.ids
+    wall = contacts.is_wall
+    second = np.where(wall, contacts.second + 1, ids[np.where(wall, 0, contacts.second)])
+    return _keys(ids[contacts.first], second, wall)
+
+
+def _keys(first: Indices, second: Indices, is_wall: Flags) -> Indices:
+    """first · 2³² + second · 2 + is_wall: sorts by first, then second."""
+    keys: Indices = (first << 32) | (second << 1) | is_wall
+    return keys
+
+
+# Steps times the time step are the end of a run to rounding.
+SAME = 1e-9
+
+
+def check_contacts(
+    index: DumpIndex, number: int, contacts: EngineContacts, snapshot: Snapshot, scene: Scene
+) -> None:
+    """Refuse contacts of disks or walls that do not exist.
+
+    Raises DumpError naming the line."""
+    wall, walls = contacts.is_wall, scene.wall_segments()
+    known = np.isin(contacts.first, snapshot.ids)
+    known &= np.where(wall, contacts.second <= len(walls), np.isin(contacts.second, snapshot.ids))
+    line = index.frames[number].line
+    if not known.all():
+        row = int(np.argmin(known))
+        raise DumpError(
+            f"{index.path}, line {line + row}: a contact of {contacts.first[row]} and "
+            f"{'wall ' if wall[row] else ''}{contacts.second[row]}, which the scene has not"
+        )
+
+
+def frame_of(steps: tuple[int, ...], time_step: float, time: float | None, default: float) -> int:
+    """Find the frame of an instant `time` (s), or the one nearest to the scene's where none is
+    asked.
+
+    Raises DumpError for an instant that is not within the run."""
+    times = np.array(steps) * time_step
+    if time is not None and not times[0] <= time <= times[-1] * (1 + SAME):
+        raise DumpError(f"time: {time:g} s; the run is from {times[0]:g} to {times[-1]:g} s")
+    return int(np.argmin(np.abs(times - (default if time is None else time))))
+
 
 __all__ = ["FORCE", "Balance", "Comparison", "compare_run", "rigid_law_of"]
 # Impulses that miss the momentum change by more than this share are compared with nothing.
@@ -268,3 +396,65 @@ def _driven_balance(
         closure_error=error,
         frames_needed=0,
     )
+
+
+# The share of the drive that may still accelerate a crowd "at rest".
+AT_REST = 0.01
+# From so many stiffnesses on a trend is fitted.
+FEWEST = 4
+
+
+def at_rest(comparison: Comparison) -> bool:
+    """Whether a crowd has come to rest: Σ |m a| is at most 1 % of Σ |drive|."""
+    pressed = comparison.scene.analysis.kind != "impact"
+    return pressed and comparison.balance.unbalanced <= AT_REST
+
+
+def begun_anew(scene: Scene, rested: Comparison, stiffnesses: int) -> Scene | None:
+    """Return the scene with the crowd of a run that came to rest: without those beyond the door,
+    without speed, overlaps pushed apart as little as possible.
+
+    None where it has not come to rest, where that is no scene, and for fewer than four stiffnesses,
+    of which no trend is fitted."""
+    if stiffnesses < FEWEST or not at_rest(rested):
+        return None
+    now, stays = rested.snapshot, np.ones(len(rested.snapshot), dtype=bool)
+    if scene.drive:
+        stays = ~scene.drive.gone(now.position, now.ids)
+    still = Snapshot(
+        position=now.position[stays],
+        velocity=0.0 * now.velocity[stays],
+        radius=now.radius[stays],
+        mass=now.mass[stays],
+        ids=now.ids[stays],
+    )
+    try:
+        anew = scene.model_copy(
+            update={
+                "snapshot": apart(still, scene.wall_segments()),
+                "reconciliation": None,
+                "other_frames": None,
+                "other_crowds": (),
+            }
+        )
+        anew.check(scene.name)
+    except (StepError, SceneError):
+        return None
+    return anew
+
+
+def folder_of(folder: Path) -> Path:
+    """Where such a run lives, beside the one from the scene's own beginning."""
+    return folder.with_name(f"{folder.name}_anew")
+
+
+def write_contacts(path: Path, comparison: Comparison) -> None:
+    """Write one row per contact, both models side by side, as CSV with the unit in the names."""
+    match, unit = comparison.match, "N" if comparison.unit == FORCE else "Ns"
+    forces = [f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"]
+    head = ["first", "second", "is_wall", "nx", "ny", "gap_m", *forces]
+    columns = [match.ids, match.is_wall, match.contacts.normal, match.contacts.gap]
+    columns += [match.penalty, match.rigid, match.in_penalty, match.in_rigid, match.determined]
+    cells = [column * 1 for whole in columns for column in np.atleast_2d(whole.T)]
+    head += ["in_penalty", "in_rigid", "determined"]
+    write_rows(path, head, zip(*(column.tolist() for column in cells), strict=True))

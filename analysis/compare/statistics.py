@@ -1,9 +1,83 @@
-"""Numbers of a comparison."""
+"""Statistics of a comparison: agreement, stress, ranges of loads."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from analysis.compare.comparison import Comparison
 from nscd.arrays import Floats
+from nscd.indeterminacy.admissible import Admissible, ProgramError
+from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
+from nscd.stress import Kernel, StressField, stress_field
+
+
+def stresses(
+    comparison: Comparison, kernel: Kernel, at: ArrayLike
+) -> tuple[StressField, StressField]:
+    """Coarse-grain stress, divergence and wall traction of the engine and of the percussions.
+
+    at: (m,2) m, the points
+
+    For a driven crowd of its contact forces and of p/τ, in N/m; for an impact of ∫f dt and of p, in
+    N·s/m: like with like. Contacts that only one of them has carry nothing in the other. Raises
+    ValueError as `stress_field` does."""
+    match, snapshot = comparison.match, comparison.snapshot
+    return (
+        stress_field(snapshot, match.contacts, match.penalty, kernel, at),
+        stress_field(snapshot, match.contacts, match.rigid, kernel, at),
+    )
+
+
+# An interval narrower than this share of its upper end is one number.
+ONE = 1e-6
+
+
+class Range(NamedTuple):
+    """Smallest and largest load (N, or N·s for an impact) over all admissible percussions, and the
+    status in words: determined, proven, unbounded, unproven, or why there is none."""
+
+    lower: float
+    upper: float
+    status: str
+
+
+def carried_ranges(comparison: Comparison, disks: Sequence[int]) -> list[Range]:
+    """The ranges of the sums of normal magnitudes at some disks (places in the snapshot)."""
+    contacts = comparison.percussions.contacts
+    return _ranges(comparison, [weights_of_disk(contacts, disk) for disk in disks])
+
+
+def wall_ranges(comparison: Comparison, walls: Sequence[int]) -> list[Range]:
+    """The ranges of the loads of some walls (places in the scene)."""
+    contacts = comparison.percussions.contacts
+    return _ranges(comparison, [weights_of_wall(contacts, wall) for wall in walls])
+
+
+def _ranges(comparison: Comparison, quantities: Sequence[object]) -> list[Range]:
+    nothing = float("nan")
+    try:
+        intervals = Intervals(Admissible.of(comparison.percussions.contacts, comparison.answer))
+    except (ValueError, ProgramError) as error:
+        return [Range(nothing, nothing, str(error))] * len(quantities)
+    ranges = []
+    for weights in quantities:
+        try:
+            found = intervals.of(weights)  # type: ignore[arg-type]
+        except ProgramError as error:
+            ranges.append(Range(nothing, nothing, str(error)))
+            continue
+        window = comparison.percussions.window or 1.0
+        one = found.status == IntervalStatus.PROVEN and found.width <= ONE * abs(found.upper)
+        ranges.append(
+            Range(
+                found.lower / window,
+                found.upper / window,
+                "determined" if one else str(found.status),
+            )
+        )
+    return ranges
 
 
 def statistics(comparison: Comparison) -> dict[str, float | int]:

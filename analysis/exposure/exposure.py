@@ -1,21 +1,164 @@
-"""How long people, walls and the crowd of a run are above each limit."""
+"""Who bears how much in a run, for how long, beside the limits of people; the numbers and their tables."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from analysis.dumps import DumpError
-from analysis.dumps.windows import RunWindows, joined
+from analysis.dumps.windows import RunWindows, Window, joined
 from analysis.engines.record import RunRecord
-from analysis.exposure.limits import QUANTITIES, Limit
-from analysis.exposure.loads import Loads, loads_of
+from analysis.exposure.limits import QUANTITIES, Limit, known_limits
+from analysis.pages.numbers import NONE, significant, with_unit
 from analysis.scene.scene import Scene, read_scene
-from nscd.arrays import Floats, Indices
+from analysis.support.files import write_rows
+from nscd.arrays import Flags, Floats, Indices
+
+# Near the door (m); the stretch of a wall (m) on which a line load is taken.
+NEAR_M, STRETCH_M = 2.0, 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Loads:
+    """Hold what a window says, by the quantities of limits.
+
+    time: s, the end of the window
+    duration: s, of the window
+    person: (n,) of each quantity of a person, in its unit; those who have passed the door included
+    wall: (w,) of each quantity of a wall
+    crowd: one number of each quantity of the crowd; none without a door
+    """
+
+    time: float
+    duration: float
+    person: dict[str, Floats]
+    wall: dict[str, Floats]
+    crowd: dict[str, float]
+
+    def above(self, limit: Limit) -> Flags:
+        """Tell which people or walls, or whether the crowd, are above the number of a limit."""
+        of = QUANTITIES[limit.quantity].of
+        if of == "crowd":
+            return np.array([value > limit.number for value in self._crowd(limit)], dtype=bool)
+        values = (self.person if of == "person" else self.wall)[limit.quantity]
+        flags: Flags = values > limit.number
+        return flags
+
+    def _crowd(self, limit: Limit) -> Sequence[float]:
+        return [self.crowd[limit.quantity]] if limit.quantity in self.crowd else []
+
+
+def loads_of(scene: Scene, window: Window) -> Loads:
+    """Compute what people, walls and the crowd bear in a window. Forces are the magnitudes of the
+    mean force vectors of contacts, |∫f dt|/T."""
+    now, force = window.now, window.force
+    total = window.at_people(force)
+    return Loads(
+        time=window.end,
+        duration=window.duration,
+        person={
+            "contact_largest": _largest(window, force),
+            "contact_sum": total,
+            "resultant": _resultant(window),
+            "pressure": total / (2 * np.pi * now.radius),
+        },
+        wall=_walls(scene, window),
+        crowd=_crowd(scene, window),
+    )
+
+
+def _largest(window: Window, force: Floats) -> Floats:
+    """The largest contact force of each person, (n,) N."""
+    most, (first, second) = np.zeros(len(window.now)), _ranks(window)
+    pairs = ~window.is_wall
+    np.maximum.at(most, first, force)
+    np.maximum.at(most, second[pairs], force[pairs])
+    return most
+
+
+def _resultant(window: Window) -> Floats:
+    """The size of the vector sum of the contact forces on each person, (n,) N."""
+    sums, (first, second) = np.zeros((len(window.now), 2)), _ranks(window)
+    pairs = ~window.is_wall
+    np.add.at(sums, first, -window.impulse)
+    np.add.at(sums, second[pairs], window.impulse[pairs])
+    return np.asarray(np.hypot(*sums.T) / window.duration)
+
+
+def _ranks(window: Window) -> tuple[Indices, Indices]:
+    """Places of the two bodies of each contact in the crowd; of a wall it means nothing."""
+    ids = window.now.ids
+    return np.searchsorted(ids, window.keys[:, 0]), np.searchsorted(ids, window.keys[:, 1])
+
+
+def _walls(scene: Scene, window: Window) -> dict[str, Floats]:
+    """Load (N) of each wall and largest line load (kN/m): of all stretches of 1 m, or the whole of
+    a shorter wall, the one that bears most."""
+    load, line = np.zeros(len(scene.walls)), np.zeros(len(scene.walls))
+    first, force = np.searchsorted(window.now.ids, window.keys[:, 0]), window.force
+    for number, wall in enumerate(scene.walls):
+        on = window.is_wall & (window.keys[:, 1] == number + 1)
+        if not on.any():
+            continue
+        load[number] = force[on].sum()
+        start = np.array(wall.start_m)
+        way = np.array(wall.end_m) - start
+        length = float(np.hypot(*way))
+        along = np.clip((window.now.position[first[on]] - start) @ way / length, 0.0, length)
+        line[number] = 1e-3 * _most_within(along, force[on], min(STRETCH_M, length))
+    return {"wall_load": load, "wall_line_load": line}
+
+
+def _most_within(place: Floats, force: Floats, stretch: float) -> float:
+    """The largest sum of forces at places (m) within a stretch (m), over its length."""
+    order = np.argsort(place)
+    sums = np.concatenate([[0.0], np.cumsum(force[order])])
+    ends = np.searchsorted(place[order], place[order] + stretch, side="right")
+    return float((sums[ends] - sums[:-1]).max()) / stretch
+
+
+def _crowd(scene: Scene, window: Window) -> dict[str, float]:
+    """Density (1/m²) of the half disk of 2 m before the door (the one with most people before it),
+    and density times the variance of the velocities of those in it (1/s²)."""
+    if scene.drive is None:
+        return {}
+    now, drive = window.now, scene.drive
+    before = []
+    for exit_ in drive.doors:
+        close = np.hypot(*(now.position - np.mean(exit_.door, axis=0)).T) <= NEAR_M
+        before.append(close & ~exit_.beyond(now.position))
+    near = max(before, key=np.count_nonzero)
+    density = float(near.sum()) / (0.5 * np.pi * NEAR_M**2)
+    spread = float(now.velocity[near].var(0).sum()) if near.any() else 0.0
+    return {"density": density, "crowd_pressure": density * spread}
+
+
+@lru_cache(maxsize=8)
+def limits_of_people(files: tuple[Path, ...] = ()) -> tuple[Limit, ...]:
+    """List the product's limits of a person and those of further files, the smallest first, those
+    of a force before others. Raises LimitError."""
+    of_people = [one for one in known_limits(files) if QUANTITIES[one.quantity].of == "person"]
+    return tuple(sorted(of_people, key=lambda one: (one.quantity, one.number)))
+
+
+def above_key(limit: Limit) -> str:
+    """Name the series of how many people are above a limit."""
+    return f"above_{limit.name}"
+
+
+def exposure_values(
+    scene: Scene, window: Window, limits: tuple[Path, ...] = ()
+) -> dict[str, float]:
+    """Count who is above each limit (files: of users), and find the largest load on any metre of any wall (kN/m)."""
+    loads = loads_of(scene, window)
+    counts = {above_key(one): float(loads.above(one).sum()) for one in limits_of_people(limits)}
+    return counts | {"wall_line_load": float(loads.wall["wall_line_load"].max(initial=0.0))}
+
 
 # The shortest window (s): below it a quantile of forces depends on the step.
 SHORTEST_S = 0.1
@@ -77,3 +220,98 @@ def read_exposure(folder: Path, window_s: float = SHORTEST_S) -> Exposure:
         raise DumpError(f"{folder}: the run of {run.times[-1]:g} s is shorter than {window_s:g} s")
     windows = [loads_of(scene, joined(part)) for part in parts]
     return Exposure(scene=scene, ids=frames[0].now.ids, windows=windows)
+
+
+HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
+
+
+def write_exposure(exposure: Exposure, limits: Sequence[Limit], folder: Path) -> list[Path]:
+    """Write exposure_people.csv, exposure_walls.csv, exposure_crowd.csv (a row per window and
+    person, wall or crowd) and exposure_limits.csv (a row per limit and person, wall or crowd);
+    return them.
+
+    Columns: docs/columns.md."""
+    written = []
+    for of, rows in (
+        ("people", _people(exposure)),
+        ("walls", _wall_rows(exposure)),
+        ("crowd", _crowd_rows(exposure)),
+        ("limits", _limits(exposure, limits)),
+    ):
+        head, *below = rows
+        write_rows(folder / f"exposure_{of}.csv", [*map(str, head)], below)
+        written.append(folder / f"exposure_{of}.csv")
+    return written
+
+
+def _columns(of: str) -> dict[str, str]:
+    return {key: one.column for key, one in QUANTITIES.items() if one.of == of}
+
+
+def _people(exposure: Exposure) -> Iterable[list[object]]:
+    columns = _columns("person")
+    yield ["time_s", "window_s", "id", *columns.values()]
+    for loads in exposure.windows:
+        for row in zip(exposure.ids.tolist(), *(loads.person[key] for key in columns), strict=True):
+            yield [loads.time, loads.duration, *row]
+
+
+def _wall_rows(exposure: Exposure) -> Iterable[list[object]]:
+    columns, names = _columns("wall"), [wall.name for wall in exposure.scene.walls]
+    yield ["time_s", "window_s", "wall", *columns.values()]
+    for loads in exposure.windows:
+        for row in zip(names, *(loads.wall[key] for key in columns), strict=True):
+            yield [loads.time, loads.duration, *row]
+
+
+def _crowd_rows(exposure: Exposure) -> Iterable[list[object]]:
+    columns = _columns("crowd")
+    yield ["time_s", "window_s", *columns.values()]
+    for loads in exposure.windows:
+        if loads.crowd:
+            yield [loads.time, loads.duration, *(loads.crowd[key] for key in columns)]
+
+
+def _limits(exposure: Exposure, limits: Sequence[Limit]) -> Iterable[list[object]]:
+    yield [
+        "limit", "number", "unit", "quantity", "of", "id", "time_above_s", "longest_s", "lasting_s",
+        "population", "source", "read",
+    ]  # fmt: skip
+    for limit in limits:
+        of = QUANTITIES[limit.quantity].of
+        said = [limit.duration_s or "", limit.population, limit.cited, limit.read]
+        names = {
+            "person": exposure.ids.tolist(),
+            "wall": [wall.name for wall in exposure.scene.walls],
+            "crowd": [""],
+        }
+        for name, total, longest in zip(names[of], *exposure.time_above(limit), strict=False):
+            head = [limit.name, limit.number, limit.unit, limit.quantity, of, name]
+            yield [*head, total, longest, *said]
+
+
+def exposure_rows(exposure: Exposure, limits: Sequence[Limit]) -> list[list[str]]:
+    """Give a row per limit, HEAD above it: who is above it at any time, the longest stretch of
+    anybody and, where the limit has a duration, that beside it."""
+    rows = []
+    for limit in limits:
+        quantity = QUANTITIES[limit.quantity]
+        total, longest = exposure.time_above(limit)
+        above, most = int((total > 0).sum()), float(longest.max(initial=0.0))
+        names = {"person": "people", "wall": "walls", "crowd": ""}
+        who = f"{above} of {len(total)} {names[quantity.of]}".strip()
+        if quantity.of == "crowd":
+            who = ("the crowd" if above else "no") if len(total) else NONE
+        lasts = f" of {significant(limit.duration_s)} s" if limit.duration_s else " s"
+        rows.append(
+            [
+                limit.name,
+                with_unit(significant(limit.number, 4), limit.unit),
+                quantity.title,
+                who,
+                significant(most, 2) + lasts,
+                with_unit(significant(exposure.largest(limit), 2), limit.unit),
+                limit.cited,
+            ]
+        )
+    return rows

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.dumps.contacts import CONTACT_COLUMNS
-from analysis.exposure.loads import loads_of
+from analysis.exposure.exposure import loads_of
 from analysis.film.frame import ENGINE, Frame, Reel, window_of
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_text

@@ -1,29 +1,56 @@
-"""The page of a film: headline intervals, viewer, series, limits, and how people were moved."""
+"""The page of a film: one self-contained HTML file that plays, with its charts."""
 
 from __future__ import annotations
 
+import base64
+import gzip
+import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import cycle, pairwise
 from pathlib import Path
+from typing import Any
 
+import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize, to_hex
+from matplotlib.figure import Figure
 
-from analysis.exposure.counts import above_key, limits_of_people
+from analysis.exposure.exposure import above_key, limits_of_people
 from analysis.exposure.limits import QUANTITIES
-from analysis.film.charts import draw_series, draw_still
-from analysis.film.ends import MOST_OPEN
-from analysis.film.frame import HEADLINES, MOVED_FAR, RIGID, Frame, Reel
+from analysis.film.frame import ENGINE, HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
 from analysis.film.summary import (
     JUMP,
     Headline,
+    band,
     bands,
     headline,
     headline_rows,
+    jumping,
     jumps,
     left_open,
+    unit_of,
 )
-from analysis.film.viewer import packed
+from analysis.pages.drawing import (
+    BLUE,
+    COLOURS,
+    GREY,
+    LINES,
+    NARROW_IN,
+    ORANGE,
+    PINK,
+    SHADES,
+    VERMILION,
+    add_scale,
+    contact_lines,
+    draw_disks,
+    draw_forces,
+    draw_walls,
+    frame,
+    size_of,
+)
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import NONE, decimals, significant
@@ -31,6 +58,242 @@ from analysis.pages.section import Cell, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
 from analysis.support.files import write_text
+from nscd.arrays import Floats
+
+# Shades of what the mechanics leaves open, and of the band of all radii.
+FAINT, FAINTER = 0.35, 0.15
+# Labels of limits are at least this share of the axis apart.
+BETWEEN = 0.08
+
+
+def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
+    """Draw each headline number over time, those of two units apart: of runs every model, of a
+    filmed crowd the middle radius within the band of all; crosses where percussions are not solved;
+    narrow: for a telephone."""
+    panels = {
+        (key, unit_of(reel, model, key)): None
+        for key in HEADLINES
+        for reel in reels
+        for model in reel.models
+        if any(key in one.values.get(model, {}) for one in reel.frames)
+    }
+    size = (NARROW_IN if narrow else 8.0, 2.2 * len(panels) + 1.0)
+    figure = Figure(figsize=size, layout="constrained")
+    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (key, unit) in zip(every, panels, strict=True):
+        if reels[0].radius is not None:
+            _draw_radii(axes, reels, key)
+        else:
+            _draw_models(axes, reels, key, unit)
+        title = HEADLINES[key].title.replace(" of the", "\nof the").replace(" within", "\nwithin")
+        axes.set_ylabel(f"{title} ({unit})", fontsize=8)
+        axes.set_ylim(bottom=0)
+        axes.grid(alpha=0.3)
+        if key == "contact_largest" and unit == FORCE:
+            _draw_limits(axes, key)
+        # an empty line that is not clipped would upset the layout
+        for bad in ([one.time for one in reel.unsolved] for reel in reels if reel.unsolved):
+            axes.plot(bad, np.zeros(len(bad)), "x", color=VERMILION, clip_on=False, zorder=5)
+    every[-1].set_xlabel("time (s)")
+    named = {name: line for axes in every for line, name in
+             zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
+    figure.legend(named.values(), named.keys(), fontsize=8, ncols=1 if narrow else 2,
+                  loc="outside upper center")  # fmt: skip
+    return figure
+
+
+def _draw_radii(axes: Axes, reels: Sequence[Reel], key: str) -> None:
+    """The middle radius; what the mechanics leaves open; the band of all radii."""
+    spans = [_series(reel, RIGID, key) for reel in reels]
+    time, middle, low, high = spans[len(spans) // 2]
+    shared = sorted({t for span in spans for t in span[0]})
+    lowest, highest = (
+        [pick(span[k][list(span[0]).index(t)] for span in spans if t in span[0]) for t in shared]
+        for k, pick in ((2, min), (3, max))
+    )
+    radii = [reel.radius for reel in reels if reel.radius]
+    if len(reels) > 1:
+        label = f"radii {min(radii):g} to {max(radii):g} m"
+        axes.fill_between(shared, lowest, highest, color=BLUE, alpha=FAINTER, lw=0, label=label)
+    if np.any(high > low):
+        axes.fill_between(time, low, high, color=BLUE, alpha=FAINT, lw=0,
+                          label="all admissible forces")  # fmt: skip
+    reel = reels[len(reels) // 2]
+    axes.plot(time, middle, color=BLUE, lw=1.2, label=reel.title)
+    jumped = {n for n, share in jumps(reel)[key].items() if abs(share) > JUMP}
+    at = [frame.time for frame in reel.frames if frame.number in jumped]
+    label = f"jumps since the frame before, {reel.title}"
+    axes.plot(at, middle[np.isin(time, at)], "o", mfc="none", ms=4, color=VERMILION, label=label)
+
+
+def _draw_models(axes: Axes, reels: Sequence[Reel], key: str, unit: str) -> None:
+    """Every model of every run that has the unit, percussions dashed."""
+    for reel, colour in zip(reels, cycle(COLOURS), strict=False):
+        for model, line in zip(reel.models, LINES, strict=False):
+            if unit_of(reel, model, key) != unit:
+                continue
+            time, value, low, high = _series(reel, model, key)
+            label = reel.title if model == ENGINE else f"percussions, at the places of {reel.title}"
+            axes.plot(time, value, color=colour, ls=line, lw=1.2, label=label)
+            if np.any(high > low):
+                axes.fill_between(time, low, high, color=colour, alpha=FAINT, lw=0)
+
+
+def _series(reel: Reel, model: str, key: str) -> tuple[np.ndarray, ...]:
+    """Times and values with their ends, of the frames that have the number."""
+    unsolved = reel.unsolved if model == RIGID else []
+    rows = [
+        (one.time, one.values[model][key].value, *band(one.values[model][key]))
+        for one in reel.frames
+        if one not in unsolved and key in one.values.get(model, {})
+    ]
+    return tuple(np.array(rows, dtype=np.float64).reshape(-1, 4).T)
+
+
+def _draw_limits(axes: Axes, key: str) -> None:
+    """The limits of a force on a person, as far as the axis goes."""
+    top, labelled = axes.get_ylim()[1], -np.inf
+    for limit in limits_of_people():
+        if limit.quantity != key or limit.number > top:
+            continue
+        axes.axhline(limit.number, color=GREY, lw=0.8, ls=":")
+        if limit.number - labelled > BETWEEN * top:
+            labelled = limit.number
+            words = f"{significant(limit.number, 4)} N"
+            place = 1.005, limit.number / top
+            axes.text(*place, words, fontsize=6, va="center", transform=axes.transAxes)
+
+
+def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
+    """Draw one frame: people, walls, and what the contacts carry in the last model; narrow: for a
+    telephone."""
+    model = reel.models[-1]
+    assert shown.found is not None
+    assert shown.match is not None
+    now, size = shown.found.snapshot, shown.size(model)
+    walls = [(wall.start_m, wall.end_m) for wall in reel.scene.walls]
+    points = np.concatenate([now.position, *(np.array(wall) for wall in walls)])
+    margin = float(now.radius.max())
+    figure = Figure(figsize=size_of(points, margin, 1, narrow=narrow), layout="constrained")
+    axes = figure.subplots()
+    norm = Normalize(0, float(size.max(initial=0.0)) or 1.0)
+    draw_disks(axes, now)
+    draw_walls(axes, walls)
+    draw_forces(axes, contact_lines(now, shown.match.contacts), size, norm)
+    frame(axes, points, margin)
+    add_scale(figure, axes, norm, f"per contact ({shown.unit(model)})", narrow=narrow)
+    return figure
+
+
+# Places are whole multiples of this (m), and forces of the largest power of ten that leaves their
+# largest so many steps: both are finer than a screen.
+PLACE_M, STEPS = 1e-3, 1e4
+STOPS = 9
+
+
+def packed(reels: Sequence[Reel]) -> str:
+    """Pack a film for the page: JSON of whole numbers, gzip, base64.
+
+    The same film gives the same text. The names of its keys are those that film.js reads."""
+    limits = [one for one in limits_of_people() if one.quantity == "contact_largest"]
+    shades = matplotlib.colormaps[SHADES](np.linspace(0, 1, STOPS))
+    content = {
+        "place": PLACE_M,
+        "reels": [_reel(reel) for reel in reels],
+        "limits": [{"number": one.number, "what": one.what, "source": one.cited} for one in limits],
+        "shades": [to_hex(shade) for shade in shades],
+        "colours": {"known": BLUE, "open": ORANGE, "more": VERMILION, "less": BLUE, "head": PINK},
+    }
+    text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
+
+
+def _reel(reel: Reel) -> dict[str, Any]:
+    """Everybody who is ever there, the walls, and the frames."""
+    shown = [frame for frame in reel.frames if frame.found is not None]
+    people = {
+        int(one): float(r)
+        for frame in shown
+        if frame.found is not None
+        for one, r in zip(frame.found.snapshot.ids, frame.found.snapshot.radius, strict=True)
+    }
+    ids = sorted(people)
+    step = _step(max((_largest(reel, frame) for frame in shown), default=0.0))
+    walls, drive = reel.scene.walls, reel.scene.drive
+    before: dict[int, tuple[int, int]] = {}
+    return {
+        "title": reel.title,
+        "engine": reel.title if reel.engine else "",
+        "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
+        "names": [wall.name for wall in walls],
+        "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],
+        "ids": ids,
+        "radius": [round(people[one] / PLACE_M) for one in ids],
+        "step": step,
+        # of an impact the two models have no unit in common, and so no difference
+        "units": {model: shown[0].unit(model) if shown else FORCE for model in reel.models},
+        "jumps": [] if reel.radius is None else jumping(reel),
+        "frames": [_frame(reel, frame, ids, step, before) for frame in reel.frames],
+    }
+
+
+def _frame(
+    reel: Reel, frame: Frame, ids: Sequence[int], step: float, before: dict[int, tuple[int, int]]
+) -> dict[str, Any]:
+    """Places as differences from those of the frame before; contacts by their bodies."""
+    head: dict[str, Any] = {"n": frame.number, "t": round(frame.time, 6), "s": frame.status}
+    if frame.reason:
+        head["why"] = frame.reason
+    if frame.found is None or frame.match is None:
+        return head
+    now, match = frame.found.snapshot, frame.match
+    places = np.round(now.position / PLACE_M).astype(np.int64).tolist()
+    moved = []
+    for one, (x, y) in zip(now.ids.tolist(), places, strict=True):
+        x0, y0 = before.get(one, (0, 0))
+        before[one] = x, y
+        moved += [x - x0, y - y0]
+    first = np.searchsorted(ids, match.ids[:, 0])
+    second = np.where(match.is_wall, -match.ids[:, 1], np.searchsorted(ids, match.ids[:, 1]))
+    people = np.searchsorted(ids, now.ids)
+    return head | {
+        "p": _steps_of(people),
+        "x": moved,
+        "a": _steps_of(first),
+        "b": second.tolist(),
+        "f": [np.where(frame.has(model), np.round(frame.size(model) / step), -1)
+              .astype(np.int64).tolist() for model in reel.models],
+        "d": frame.determined.tolist(),
+        "lo": _ends(frame.lower, step),
+        "hi": _ends(frame.upper, step),
+    } | ({"h": _heads(frame)} if frame.heads is not None else {})  # fmt: skip
+
+
+def _heads(frame: Frame) -> list[int]:
+    """Where the heads were, seen from the disks."""
+    assert frame.found is not None
+    assert frame.heads is not None
+    away = np.round((frame.heads - frame.found.snapshot.position) / PLACE_M)
+    return [int(step) for step in away.ravel()]
+
+
+def _steps_of(rising: Any) -> list[int]:
+    return [int(step) for step in np.diff(rising, prepend=0)]
+
+
+def _ends(ends: Floats, step: float) -> list[int]:
+    """Ends in steps; −1 where there is none."""
+    return [-1 if np.isnan(end) else round(end / step) for end in ends.tolist()]
+
+
+def _largest(reel: Reel, frame: Frame) -> float:
+    return max(float(frame.size(model).max(initial=0.0)) for model in reel.models)
+
+
+def _step(largest: float) -> float:
+    """The power of ten of which the largest has at most 10 times STEPS."""
+    return 10.0 ** math.floor(math.log10(largest / STEPS)) if largest > 0 else 1.0
+
 
 PAGE = "film.html"
 # Radii farther apart (m) make no band: the forces of one between them may lie outside it.

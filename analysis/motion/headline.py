@@ -12,9 +12,8 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from analysis.engines.softness import DOUBTFUL, NO_CROWD, known_bodies, softness
-from analysis.exposure.counts import above_key, limits_of_people
+from analysis.exposure.exposure import above_key, limits_of_people, loads_of
 from analysis.exposure.limits import QUANTITIES, Limit, known_limits
-from analysis.exposure.loads import loads_of
 from analysis.motion.intervals import (
     count_cell,
     difference_cell,

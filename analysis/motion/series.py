@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window, joined
-from analysis.exposure.counts import exposure_values
+from analysis.exposure.exposure import exposure_values
 from analysis.motion.arches import LEAST_N, Arch, arches_of, share_of
 from analysis.scene.scene import Scene, read_scene
 from nscd import Snapshot

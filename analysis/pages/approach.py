@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import linregress, t
 
-from analysis.compare.relaxed import FEWEST
+from analysis.compare.comparison import FEWEST
 from analysis.compare.study import Study
 from nscd import Snapshot
 

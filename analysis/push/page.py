@@ -14,17 +14,18 @@ from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import NONE, decimals, interval, number, percent, significant
 from analysis.pages.section import Section, Table
 from analysis.pages.words import Words
-from analysis.push.hindcast import RIGID, Hindcast
-from analysis.push.row import DRAWS, TAU_S, momentum
-from analysis.push.scores import (
+from analysis.push.hindcast import (
     CLOSEST,
     ONSET,
     POSITION,
+    RIGID,
     SCORES,
+    Hindcast,
     closest,
     error_of,
     onsets,
 )
+from analysis.push.row import DRAWS, TAU_S, momentum
 from analysis.support.files import write_rows, write_text
 from nscd.arrays import Flags, Floats
 

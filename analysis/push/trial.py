@@ -1,17 +1,136 @@
-"""A push trial: the heads of people one behind the other, as a motion along their row."""
+"""A push trial: heads of people in a row, read, checked and their speeds."""
 
 from __future__ import annotations
 
+import io
+import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from analysis.push.speeds import ONSET_M_PER_S, SPEED_OVER_S, onset, speed_of, way_of
-from analysis.push.table import TrialError, of_person, read_table
 from analysis.scene.anthropometry import MEN, WOMEN, Group
+from analysis.support.reading import read_text
 from nscd.arrays import Floats
+
+# Who moves faster than this along the row has been reached (m/s).
+ONSET_M_PER_S = 0.15
+# Speeds are over this time (s) at least: over less a head that is measured to a millimetre seems to
+# move. Two frames of the trials at hand.
+SPEED_OVER_S = 0.08
+
+
+def speed_of(time: Floats, along: Floats) -> Floats:
+    """Compute speeds (f,) or (f, n) m/s at evenly spaced times (f,) by central differences over
+    0.08 s or more, and at the ends over the first and the last 0.08 s."""
+    last = len(time) - 1
+    reach = max(1, round(0.5 * SPEED_OVER_S * last / (time[-1] - time[0])))
+    frames = np.arange(last + 1)
+    before = np.clip(frames - reach, 0, max(last - 2 * reach, 0))
+    after = np.minimum(before + 2 * reach, last)
+    span = (time[after] - time[before]).reshape(-1, *[1] * (along.ndim - 1))
+    return np.asarray((along[after] - along[before]) / span)
+
+
+def onset(time: Floats, speed: Floats) -> Floats:
+    """Find when speeds (f, …) first exceed 0.15 m/s, between frames by interpolation: s (…),
+    infinite for never."""
+    above = speed > ONSET_M_PER_S
+    frame = above.argmax(0)
+    earlier = np.maximum(frame - 1, 0)
+    before, after = (np.take_along_axis(speed, one[None], 0)[0] for one in (earlier, frame))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(frame > 0, (ONSET_M_PER_S - before) / (after - before), 0.0)
+    found = time[earlier] + share * (time[frame] - time[earlier])
+    return np.asarray(np.where(above.any(0), found, np.inf))
+
+
+def way_of(time: Floats, speed: Floats) -> Floats:
+    """The way (f,) m of a speed (f,) m/s."""
+    ways = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(ways)])
+
+
+NEEDED = ("id", "time", "x", "y")
+
+
+class TrialError(ValueError):
+    """A trial that cannot be read; the message names the file and what is wrong in it."""
+
+
+def read_table(file: Path) -> pd.DataFrame:
+    """Read a table of heads: id, time (s), x, y (m) as numbers, other columns as they are, by the
+    numbers of their lines; each person once at a time.
+
+    Cells stand between commas, semicolons or tabs; lines that begin with # are comments, unless the
+    names of the columns follow it. Raises TrialError naming the file, the line and the column."""
+    table = _cells(file)
+    missing = [name for name in NEEDED if name not in table.columns]
+    if missing:
+        raise TrialError(
+            f"{file}: no column {', '.join(missing)}; needed are {', '.join(NEEDED)}, there are "
+            f"{', '.join(map(str, table.columns))[:200]}"
+        )
+    for name in NEEDED:
+        numbers = pd.to_numeric(table[name], errors="coerce")
+        words = table[name].notna() & numbers.isna()
+        if words.any() or (name in ("id", "time") and not np.isfinite(numbers).all()):
+            row = int(np.argmax(words | ~np.isfinite(numbers)))
+            raise TrialError(
+                f"{file}, line {table.index[row]}: {name}: "
+                f"{str(table[name].iloc[row])[:40]!r} is not a number"
+            )
+        table[name] = numbers
+    twice = table.duplicated(["id", "time"])
+    if twice.any():
+        first = table[twice].iloc[0]
+        raise TrialError(f"{file}: person {first.id:g} is there twice at {first.time:g} s")
+    return table
+
+
+def _cells(file: Path) -> pd.DataFrame:
+    """The table of a file, its rows by the numbers of their lines: cells between commas, semicolons
+    or tabs, of which its head has most; lines that begin with # are comments, unless it is the
+    head."""
+    lines = list(enumerate(read_text(file).splitlines(), start=1))
+    named = [one for one in lines if set(NEEDED) <= set(_words(one[1]))]
+    kept = [one for one in lines if one[1].strip() and not one[1].lstrip().startswith("#")]
+    head = min([*named[:1], *kept[:1]], default=None)
+    if head is None:
+        raise TrialError(f"{file}: there is no row in it")
+    rows = [one for one in kept if one[0] > head[0]]
+    mark = max(",;\t", key=head[1].count)
+    text = "\n".join(line for _, line in [head, *rows])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # cells that it would drop
+            table = pd.read_csv(io.StringIO(text), sep=mark, skipinitialspace=True, index_col=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, pd.errors.ParserWarning) as error:
+        raise TrialError(f"{file}: no table: {error}".splitlines()[0]) from None
+    names = [name.strip('# "') for name in head[1].split(mark)]
+    if twice := next((name for name in NEEDED if names.count(name) > 1), None):
+        raise TrialError(f"{file}, line {head[0]}: two columns are called {twice}")
+    table.columns = [str(name).strip().lstrip("#").strip() for name in table.columns]
+    if len(table) != len(rows):
+        raise TrialError(f"{file}: a quotation mark that is not closed")
+    table.index = pd.Index([number for number, _ in rows])
+    return table
+
+
+def _words(line: str) -> list[str]:
+    """The names in a line that may be the head."""
+    return re.split(r"[\s,;#\"]+", line)
+
+
+def of_person(table: pd.DataFrame, one: float, column: str) -> object:
+    """Give what a column says of a person, first; None where it says nothing."""
+    if column not in table:
+        return None
+    found = table.loc[table.id == one, column].dropna()
+    return found.iloc[0] if len(found) else None
+
 
 __all__ = ["Trial", "TrialError", "read_trial"]
 # What a file may have besides what it must have; other columns are not read.

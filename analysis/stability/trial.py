@@ -1,7 +1,4 @@
-"""A trial: an engine run without its guard, kept with its exit status whatever it left behind.
-
-`analysis.engines.run.run_engine` has the guard stop a run that cannot be right; here such runs are
-what is looked for."""
+"""A trial: an engine run without its guard, what its dumps hold, and the cell that this makes."""
 
 import hashlib
 import json
@@ -9,7 +6,11 @@ import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
+
+from analysis.dumps import DumpError, index_dump
 from analysis.engines import PENALTY as KNOWN
 from analysis.engines import engine as engine_of
 from analysis.engines import installed
@@ -17,8 +18,11 @@ from analysis.engines.guard import Verdict
 from analysis.engines.penalty import penalty_of
 from analysis.engines.process import SCREEN, run_command
 from analysis.scene.scene import Scene
+from analysis.stability.case import Cell, Outcome
 from analysis.support.cache import keep, kept
 from analysis.support.files import write_text
+from nscd import Percussions, Snapshot, Status, find_contacts
+from nscd.arrays import Floats
 
 LONGEST_S = 60.0
 LAST_WORDS = 400
@@ -119,3 +123,225 @@ def guard_says(trial: Trial) -> str:
 
 def _words(status: int | None) -> str:
     return f"none after {LONGEST_S:g} s" if status is None else str(status)
+
+
+COLUMNS = ("id", "x", "y", "vx", "vy", "omegaz")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frames:
+    """Frames of a trial that can be read (f of them).
+
+    trial: the run.
+    time: (f,) s.
+    position, velocity: (f,n,2) m, m/s.
+    spin: (f,n) rad/s.
+    kinetic, elastic: (f,) J, ½mu² and Σ½k·overlap² of the linear law, from the positions.
+    overlap: (f,) the largest over the smaller radius.
+    drift: the largest change of Σmu over the largest Σm|u|; NaN where walls or a drive act.
+    disks: how many the last frame has.
+    lost: whether disks are gone from the dump, or nowhere.
+    trouble: why later frames are not here, "" if all are."""
+
+    trial: Trial
+    time: Floats
+    position: Floats
+    velocity: Floats
+    spin: Floats
+    kinetic: Floats
+    elastic: Floats
+    overlap: Floats
+    drift: float
+    disks: int
+    lost: bool
+    trouble: str
+
+    @property
+    def energy(self) -> Floats:
+        """Kinetic and elastic energy (f,) J."""
+        total: Floats = self.kinetic + self.elastic
+        return total
+
+    @property
+    def gain(self) -> float:
+        """Largest energy of a frame over that of the first; NaN without frames."""
+        if not len(self.time) or not self.energy[0] > 0:
+            return float("nan")
+        return float(np.nanmax(self.energy) / self.energy[0])
+
+
+class _Frame(NamedTuple):
+    time: float
+    table: Floats
+    kinetic: float
+    elastic: float
+    overlap: float
+
+
+def run_frames(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = ()) -> Frames:
+    """Run a scene as `try_engine` does, and read what bodies.dump holds, as far as it can be read
+    and is finite."""
+    trial = try_engine(scene, engine, folder, edits)
+    n = len(scene.snapshot)
+    found: list[_Frame] = []
+    disks, lost, trouble = n, False, ""
+    try:
+        index = index_dump(trial.folder / "bodies.dump")
+        columns = [index.columns.index(name) for name in COLUMNS]
+        for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
+            time, disks = step * trial.time_step_s, count
+            if count != n:
+                lost, trouble = True, f"{n - count} of {n} disks are gone at t = {time:.3g} s"
+                break
+            table = index.table(frame)[:, columns]
+            if not np.isfinite(table).all():
+                disks = int(np.isfinite(table).all(1).sum())
+                lost, trouble = True, f"not a finite number at t = {time:.3g} s"
+                break
+            table = table[np.argsort(table[:, 0], kind="stable")]
+            found.append(_Frame(time, table, *_measure(scene, table[:, 1:3], table[:, 3:5])))
+        if not trouble and index.steps[-1] < trial.steps:
+            trouble = f"ended at step {index.steps[-1]} of {trial.steps}"
+    except DumpError as error:
+        trouble = str(error).replace(str(trial.folder), "").lstrip("/")
+    tables = np.array([frame.table for frame in found]).reshape(-1, n, len(COLUMNS))
+    velocity = tables[:, :, 3:5]
+    return Frames(
+        trial=trial,
+        time=np.array([frame.time for frame in found]),
+        position=tables[:, :, 1:3],
+        velocity=velocity,
+        spin=tables[:, :, 5],
+        kinetic=np.array([frame.kinetic for frame in found]),
+        elastic=np.array([frame.elastic for frame in found]),
+        overlap=np.array([frame.overlap for frame in found]),
+        drift=float("nan") if scene.walls or scene.drive else _drift(scene.snapshot.mass, velocity),
+        disks=disks,
+        lost=lost,
+        trouble=trouble,
+    )
+
+
+def _drift(mass: Floats, velocity: Floats) -> float:
+    """Largest |Σmu(t) − Σmu(0)| over the largest Σm|u|, of velocities (f,n,2) m/s; 0 where nothing
+    moves."""
+    momentum = (mass[:, None] * velocity).sum(1)
+    size = (mass * np.hypot(velocity[..., 0], velocity[..., 1])).sum(1).max(initial=0.0)
+    change = float(np.abs(momentum - momentum[:1]).max(initial=0.0))
+    return change / float(size) if size else 0.0
+
+
+def _measure(scene: Scene, position: Floats, velocity: Floats) -> tuple[float, float, float]:
+    """Kinetic and elastic energy (J), largest overlap over the smaller radius."""
+    start = scene.snapshot
+    kinetic = 0.5 * float(start.mass @ (velocity**2).sum(1))
+    snapshot = Snapshot(position=position, velocity=velocity, radius=start.radius, mass=start.mass)
+    try:
+        contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
+    except ValueError:
+        # two centres, or a centre and a wall, coincide
+        return kinetic, float("nan"), 2.0
+    elastic = 0.5 * scene.contact.stiffness_N_per_m * float((contacts.gap**2).sum())
+    smaller = start.radius[contacts.first].copy()
+    pairs = ~contacts.is_wall
+    smaller[pairs] = np.minimum(smaller[pairs], start.radius[contacts.second[pairs]])
+    return kinetic, elastic, float((-contacts.gap / smaller).max(initial=0.0))
+
+
+# More energy than the start had, as a share of it, that rounding and a sound time step do not make.
+GAIN = 0.05
+# The momentum of a crowd on which nothing acts, over Σm|u|: forces are equal and opposite to the
+# last digit.
+DRIFT = 1e-9
+ENGINE_QUANTITIES = (
+    "largest energy / energy at the start",
+    "largest overlap / radius",
+    "disks in the last frame",
+    "change of momentum / Σm|u|",
+)
+SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
+TOLERANCE = 1e-8
+# An answer with a residual of TOLERANCE may be further from the truth than that; this far is wrong.
+WRONG = 1e-5
+SOLVER_QUANTITIES = ("error of u⁺ / |u⁻|", "residual", "iterations")
+
+
+def engine_cell(frames: Frames, outcome: Outcome, reason: str) -> Cell:
+    """Make a cell with the ENGINE_QUANTITIES. Disks that are lost and a run that ended early
+    override the outcome."""
+    trial = frames.trial
+    if why := _lost(frames):
+        outcome, reason = Outcome.LOST, why
+    elif frames.trouble and frames.gain > 1 + GAIN:
+        outcome = Outcome.ENERGY_GAIN
+        reason = f"{frames.trouble}, with {frames.gain:.3g} times the energy"
+    elif frames.trouble:
+        outcome, reason = Outcome.REFUSED, f"{frames.trouble}: {_last_error(trial)}"
+    elif outcome is Outcome.STABLE and frames.drift > DRIFT:
+        outcome, reason = Outcome.INACCURATE, f"momentum changed by {frames.drift:.2g} of Σm|u|"
+    overlap = float(frames.overlap.max()) if len(frames.overlap) else float("nan")
+    return Cell(
+        outcome=outcome,
+        reason=reason,
+        said=trial.status,
+        numbers=(frames.gain, overlap, float(frames.disks), frames.drift),
+        guard="" if outcome is Outcome.STABLE else guard_says(trial),
+        reused=trial.reused,
+    )
+
+
+def undriven_cell(frames: Frames) -> Cell:
+    """Make a cell of a crowd that nothing drives: stable as long as its energy does not grow by
+    more than GAIN."""
+    if not frames.gain > 1 + GAIN:
+        reason = f"energy at most {frames.gain:.4g} of the start's"
+        return engine_cell(frames, Outcome.STABLE, reason)
+    when = frames.time[int(np.argmax(frames.energy > (1 + GAIN) * frames.energy[0]))]
+    gained = f"{frames.gain:.3g} times the energy of the start"
+    reason = f"{gained}; beyond {1 + GAIN:g} from t = {when:.3g} s"
+    return engine_cell(frames, Outcome.ENERGY_GAIN, reason)
+
+
+def rigid_cell(outcome: Outcome, reason: str, said: str) -> Cell:
+    """Make a cell of what runs no engine (the product's own checks, percussions): it has none of
+    the ENGINE_QUANTITIES."""
+    nothing = (float("nan"),) * len(ENGINE_QUANTITIES)
+    return Cell(outcome=outcome, reason=reason, said=said, numbers=nothing)
+
+
+def refused_cell(why: Exception) -> Cell:
+    """Make a cell of something that the product turned down before anything ran."""
+    return rigid_cell(Outcome.REFUSED, str(why), "refused")
+
+
+def solver_cell(answer: Percussions, reference: Floats, scale: float) -> Cell:
+    """Make a cell with the SOLVER_QUANTITIES: not converged where the residual says so, inaccurate
+    where u⁺ differs from the reference (n,2) m/s by more than WRONG of `scale`, the largest |u⁻|
+    (m/s)."""
+    error = float(np.abs(answer.right_velocity - reference).max()) / (scale or 1.0)
+    if answer.status is not Status.SOLVED:
+        outcome, reason = Outcome.NOT_CONVERGED, answer.reason
+    elif not error <= WRONG:
+        outcome, reason = Outcome.INACCURATE, f"u⁺ is wrong by {error:.2g}"
+    else:
+        outcome, reason = Outcome.STABLE, f"u⁺ is right to {error:.2g}"
+    return Cell(
+        outcome=outcome,
+        reason=reason,
+        said=str(answer.status),
+        numbers=(error, answer.residual, float(answer.iterations)),
+    )
+
+
+def _lost(frames: Frames) -> str:
+    """Why disks count as lost: gone from the dump, nowhere, or lost by the engine's own words; ""
+    where none is."""
+    if frames.lost:
+        return frames.trouble
+    return _last_error(frames.trial) if "ost atoms" in frames.trial.last_words else ""
+
+
+def _last_error(trial: Trial) -> str:
+    """The last line in which the engine speaks of an error, "" where it does not."""
+    lines = [line.strip() for line in trial.last_words.splitlines() if "error" in line.lower()]
+    return lines[-1] if lines else ""

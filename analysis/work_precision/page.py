@@ -17,8 +17,7 @@ from analysis.pages.words import Words
 from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 from analysis.work_precision.chart import ACCURACY, Chart
-from analysis.work_precision.charts import scaling_picture, work_precision_picture
-from analysis.work_precision.looks import look_of
+from analysis.work_precision.charts import look_of, scaling_picture, work_precision_picture
 from analysis.work_precision.point import Point, PointStatus, pareto_front, write_points
 from analysis.work_precision.window import Quantity
 

@@ -14,12 +14,13 @@ from analysis.percussions.snapshot import law_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from analysis.support.cache import keep, kept
+from analysis.support.progress import Progress
 from analysis.work_precision.soft_runs import soft_engines
 from analysis.work_precision.window import Window, driven_window, impact_window
 from nscd.arrays import Floats
 
 
-def prepare_window(scene: Scene, folder: Path) -> Window:
+def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None) -> Window:
     """Make the window of a scene; what it takes to find its start is kept in the folder.
 
     An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
@@ -33,7 +34,7 @@ def prepare_window(scene: Scene, folder: Path) -> Window:
     elif scene.reconciliation is not None:
         window = driven_window(scene, scene.snapshot.position)
     else:
-        window = driven_window(scene, _pressed(scene, folder))
+        window = driven_window(scene, _pressed(scene, folder, progress))
     window.check()
     return window
 
@@ -53,7 +54,14 @@ def check_chart(scene: Scene) -> None:
         impact_window(scene).check()
 
 
-def _pressed(scene: Scene, folder: Path) -> Floats:
+def pressing(scene: Scene) -> Scene | None:
+    """Make the run that presses a crowd together; None of one that is taken as it stands."""
+    if scene.drive is None or scene.reconciliation is not None:
+        return None
+    return scene.with_run(duration_s=scene.analysis.time_s, frames=1, time_step_s=None)
+
+
+def _pressed(scene: Scene, folder: Path, progress: Progress | None) -> Floats:
     present = next(iter(soft_engines()), None)
     if present is None:
         raise EngineError(
@@ -62,10 +70,9 @@ def _pressed(scene: Scene, folder: Path) -> Floats:
     file, key = folder / "start.npz", f"{scene.digest()} {installed(present)}"
     if found := kept(file, key):
         return np.asarray(found["position"])
-    time = scene.analysis.time_s
-    record = run_engine(
-        scene.with_run(duration_s=time, frames=1, time_step_s=None), present, folder / "start"
-    )
+    start = pressing(scene)
+    assert start is not None
+    record = run_engine(start, present, folder / "start", progress)
     end = snapshot_of(
         open_bodies(folder / "start" / "bodies.dump", record.time_step_s).trajectory[-1]
     )

@@ -18,8 +18,7 @@ from analysis.stability.atlas import build, choose
 from analysis.stability.case import Outcome
 from analysis.support.parallel import Task, do_all, workers
 from analysis.work_precision import soft_runs
-from analysis.work_precision.chart import Chart
-from analysis.work_precision.measure import measure
+from analysis.work_precision.chart import Chart, measure
 from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, read_points
 from analysis.work_precision.soft_runs import (

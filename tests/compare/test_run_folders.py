@@ -9,7 +9,7 @@ import pytest
 
 from analysis import engines
 from analysis.compare.comparison import compare_run
-from analysis.compare.remarks import remarks
+from analysis.compare.study import remarks
 from analysis.dumps import DumpError
 from analysis.engines.record import EngineError, RunRecord
 from analysis.engines.run import finished_run, simulate

@@ -9,7 +9,7 @@ from documented import ROOT, columns
 from analysis.exchange.solved import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
-from analysis.library import score as scores
+from analysis.library import score
 from analysis.percussions.table import COLUMNS
 from analysis.work_precision import whole_runs
 from analysis.work_precision.point import Point
@@ -31,7 +31,7 @@ def columns_of_film():
 
 def test_columns_of_solve_and_chart():
     assert set(COLUMNS) | set(whole_runs.COLUMNS) | columns_of_film() <= columns()
-    assert set(scores.COLUMNS) <= columns()
+    assert set(score.COLUMNS) <= columns()
     assert {*BARE, *(field.name for field in dataclasses.fields(Point))} <= columns()
 
 
@@ -40,10 +40,10 @@ def test_no_column_is_named_that_nobody_writes():
         set(COLUMNS) | set(whole_runs.COLUMNS) | {field.name for field in dataclasses.fields(Point)}
     )
     written |= columns_of_film()
-    pages = ["stability/page.py", "paper/page.py", "compare/contacts_csv.py", "dumps/contacts.py"]
+    pages = ["stability/page.py", "paper/page.py", "compare/comparison.py", "dumps/contacts.py"]
     pages += ["support/frames.py"]
-    pages += ["exposure/limits.py", "exposure/table.py", "motion/pairwise.py"]
-    pages += ["push/page.py", "push/scores.py"]
+    pages += ["exposure/limits.py", "exposure/exposure.py", "motion/pairwise.py"]
+    pages += ["push/page.py", "push/hindcast.py"]
     pages += ["exchange/solved.py", "library/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):

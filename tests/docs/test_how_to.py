@@ -12,8 +12,7 @@ import pytest
 from documented import ROOT, blocks, columns, write_files
 
 from analysis import engines
-from analysis.compare.comparison import compare_run
-from analysis.compare.contacts_csv import write_contacts
+from analysis.compare.comparison import compare_run, write_contacts
 from analysis.dumps import read_contacts
 from analysis.engines.run import simulate
 from analysis.paper import build

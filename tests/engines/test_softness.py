@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.compare.comparison import compare_run
-from analysis.compare.remarks import remarks
+from analysis.compare.study import remarks
 from analysis.dumps import read_contacts
 from analysis.engines.run import simulate
 from analysis.engines.softness import (

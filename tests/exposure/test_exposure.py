@@ -9,10 +9,15 @@ import pytest
 from analysis.dumps import DumpError
 from analysis.dumps.windows import Window
 from analysis.engines.run import simulate
-from analysis.exposure.exposure import Exposure, read_exposure
+from analysis.exposure.exposure import (
+    Exposure,
+    Loads,
+    exposure_rows,
+    loads_of,
+    read_exposure,
+    write_exposure,
+)
 from analysis.exposure.limits import QUANTITIES, Limit, LimitError, known_limits
-from analysis.exposure.loads import Loads, loads_of
-from analysis.exposure.table import exposure_rows, write_exposure
 from analysis.scene.scene import Analysis, ContactModel, Drive, Room, Run, Scene, Wall
 from nscd import Snapshot
 

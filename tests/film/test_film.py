@@ -14,13 +14,10 @@ import pytest
 from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export
-from analysis.film.frame import RIGID, Ends
-from analysis.film.frames import Frames
-from analysis.film.of_heads import film_heads
-from analysis.film.of_runs import film_runs
-from analysis.film.page import _headlines, _shared, _what, write_film
+from analysis.film.frame import RIGID, Ends, Frames
+from analysis.film.page import _headlines, _shared, _what, packed, write_film
+from analysis.film.reels import film_heads, film_runs
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
-from analysis.film.viewer import packed
 from analysis.pages.words import Words
 from analysis.percussions import percussions_of
 from analysis.scene.real.import_crowd import import_crowd

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from analysis.film.frame import RIGID
-from analysis.film.of_heads import film_heads
+from analysis.film.reels import film_heads
 from analysis.scene.real.import_crowd import _voronoi, import_crowd
 from analysis.scene.real.trajectory import Recording
 

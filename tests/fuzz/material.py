@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis import engines
-from analysis.compare.comparison import compare_run
-from analysis.compare.contacts_csv import write_contacts
+from analysis.compare.comparison import compare_run, write_contacts
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from analysis.pages.approach import fit_power
-from analysis.pages.report_section import _trends
+from analysis.pages.report import _trends
 from analysis.pages.words import Words
 from analysis.scene import Crowd, room
 from analysis.scene.waiting import opposing

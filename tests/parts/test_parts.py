@@ -33,7 +33,7 @@ ENDS = [
     (["benchmark-library", "--only", "push_5"], "exchange"),
     (["report", "pair"], "pages"),
     (["film", "out"], "pages"),
-    (["chart", "arch", "--quick"], "pages"),
+    (["chart", "arch", "--quick"], "continuum"),
     (["stability", "--quick"], "pages"),
     (["paper"], "pages"),
     (["push", "heads.csv"], "real"),

@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.push.hindcast import hindcast
+from analysis.push.hindcast import NEVER_S, ONSET, hindcast, onsets
 from analysis.push.page import summary, verdicts, write_hindcast
-from analysis.push.scores import NEVER_S, ONSET, onsets
 from analysis.push.trial import TrialError, read_trial
 from analysis.support.reading import UnreadableError
 from analysis.support.shipped import or_shipped, shipped

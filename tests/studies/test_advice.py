@@ -8,18 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.advice.candidates import LONGEST
-from analysis.advice.choice import MARGIN
+from analysis.advice.advised_run import headline
+from analysis.advice.candidates import LONGEST, Question, asked_error, rates_of, safety_of
+from analysis.advice.choice import MARGIN, _cautious
 from analysis.advice.choice import advise as choose
-from analysis.advice.error_curves import Curves
-from analysis.advice.library import Entry, Library, library_of, library_text, stored_library
-from analysis.advice.likeness import likeness_of
-from analysis.advice.pilot import _cautious
+from analysis.advice.library import (
+    Curves,
+    Entry,
+    Library,
+    library_of,
+    library_text,
+    likeness_of,
+    stored_library,
+)
 from analysis.advice.price import price_of
-from analysis.advice.question import Question, asked_error
-from analysis.advice.safety import rates_of, safety_of
 from analysis.advice.unneeded import left_out
-from analysis.advice.words import headline
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make

@@ -39,10 +39,9 @@ from analysis.stability.cases.stepping import (
     several_answers,
     unsolved_step,
 )
-from analysis.stability.charts import LOOKS, draw_map
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.exact_line import exact_line
-from analysis.stability.page import told
+from analysis.stability.page import LOOKS, draw_map, told
 from nscd import ContactLaw, find_contacts, solve
 
 

@@ -12,17 +12,6 @@ from analysis.engines.penalty import damping_ratio_for, penalty_of, restitution_
 from analysis.percussions.dense_reference import dense_percussions
 from analysis.scene.scene import ContactModel, Run, Scene, Wall
 from analysis.stability.case import By, Cell, Outcome, case
-from analysis.stability.cells import (
-    ENGINE_QUANTITIES,
-    GAIN,
-    SOLVER_QUANTITIES,
-    SOLVERS,
-    engine_cell,
-    refused_cell,
-    rigid_cell,
-    solver_cell,
-    undriven_cell,
-)
 from analysis.stability.crowds import (
     FRAMES,
     MASS_KG,
@@ -45,8 +34,21 @@ from analysis.stability.crowds import (
     scene_of,
     walking_drive,
 )
-from analysis.stability.frames import Frames, run_frames
-from analysis.stability.trial import ENGINES, Edit
+from analysis.stability.trial import (
+    ENGINE_QUANTITIES,
+    ENGINES,
+    GAIN,
+    SOLVER_QUANTITIES,
+    SOLVERS,
+    Edit,
+    Frames,
+    engine_cell,
+    refused_cell,
+    rigid_cell,
+    run_frames,
+    solver_cell,
+    undriven_cell,
+)
 from nscd import Snapshot, find_contacts, solve
 from nscd.arrays import Floats
 

@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 
 from analysis.percussions.dense_reference import dense_percussions
 from analysis.stability.case import Cell, Outcome, case
-from analysis.stability.cells import SOLVER_QUANTITIES, SOLVERS, TOLERANCE, solver_cell
 from analysis.stability.crowds import (
     MASS_KG,
     RADIUS_M,
@@ -22,6 +21,7 @@ from analysis.stability.crowds import (
     rhombus,
 )
 from analysis.stability.exact_line import exact_line
+from analysis.stability.trial import SOLVER_QUANTITIES, SOLVERS, TOLERANCE, solver_cell
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, Status, solve
 from nscd._core import MOST_SWEEPS
 from nscd.indeterminacy.determinacy import admissible_determinacy

@@ -12,10 +12,9 @@ from scipy.optimize import linprog
 
 from analysis.exchange.fclib import read_answer, read_problem, write_answer
 from analysis.exchange.layout import ExchangeError
-from analysis.library.catalogue import PROBLEMS, Problem
 from analysis.library.judge import Verdict, judge
 from analysis.library.score import SHIFT, Scores
-from analysis.library.writing import read_manifest, write_library, write_one
+from analysis.library.writing import PROBLEMS, Problem, read_manifest, write_library, write_one
 from nscd.friction.planar import solve_planar
 
 pytest.importorskip("h5py", reason="needs h5py")

@@ -5,7 +5,7 @@ import pytest
 from at_hand import require
 
 from analysis.compare.comparison import compare_run
-from analysis.compare.stress import stresses
+from analysis.compare.statistics import stresses
 from analysis.dumps import index_dump
 from analysis.engines.run import simulate
 from analysis.scene.scene import read_scene
