@@ -67,39 +67,28 @@ class Admissible:
     def of(cls, contacts: Contacts, answer: Percussions, opening: float = OPENING) -> Admissible:
         """Make the set of the given answer.
 
-        opening: dimensionless; a contact opens if −v⁺ exceeds this share (or ten times the
-            answer's residual, if that is more) of the larger of max |u⁺| and 2 |ΔE| / Σλ, the
-            mean approach before the impact
+        opening: dimensionless; a contact opens if −v⁺ exceeds the `opening_speed`
 
         Raises ValueError if contacts and answer do not belong together, the answer has failed or
         has friction, or reactions pull (those of maintained contacts have no such set)."""
         if answer.friction is not None:
-            raise ValueError(
-                "answer: it has friction; its intervals are those of nscd.indeterminacy.cones"
-            )
+            other = "its intervals are those of nscd.indeterminacy.cones"
+            raise ValueError(f"answer: it has friction; {other}")
         reaction = answer.reaction
         n = len(answer.right_velocity)
         if reaction.shape != (len(contacts),):
-            raise ValueError(
-                f"answer: {len(reaction)} reactions where there are {len(contacts)} contacts"
-            )
+            there = f"{len(reaction)} reactions where there are {len(contacts)} contacts"
+            raise ValueError(f"answer: {there}")
         contacts.check_disks(n)
         if answer.status == "failed":
-            raise ValueError(
-                f"answer: failed ({answer.reason}); there is nothing to take intervals of"
-            )
+            raise ValueError(f"answer: failed ({answer.reason}); it has no intervals")
         largest = float(reaction.max(initial=0.0))
         if reaction.min(initial=0.0) < -NOTHING * largest:
             worst = int(np.argmin(reaction))
-            raise ValueError(
-                f"answer: the reaction of contact {worst} pulls ({reaction[worst]:g} N·s); "
-                "intervals are those of percussions that push"
-            )
-        speed = float(np.abs(answer.right_velocity).max(initial=0.0))
-        if largest > 0:
-            speed = max(speed, 2 * abs(answer.energy_change) / float(reaction.sum()))
-        threshold = max(opening, 10 * answer.residual) * speed
-        closed = contacts.approach_velocity(answer.right_velocity) >= -threshold
+            pulls = f"the reaction of contact {worst} pulls ({reaction[worst]:g} N·s)"
+            raise ValueError(f"answer: {pulls}; intervals are those of percussions that push")
+        slow = opening_speed(answer, opening)
+        closed = contacts.approach_velocity(answer.right_velocity) >= -slow
         known = np.where(closed, np.maximum(reaction, 0.0), 0.0)
         places = np.flatnonzero(closed)
         factor = factorise(contacts.select(places), n)
@@ -118,29 +107,44 @@ class Admissible:
         )
 
     def carrying(self) -> Flags:
-        """Find the contacts (k,) whose reaction is more than 0 in some admissible percussion.
+        """Find the contacts (k,) whose reaction is more than 0 in some admissible percussion. Raises
+        ProgramError if a linear program has no usable answer."""
+        return carrying(self.reaction / self.scale, self.core, self.balance)
 
-        Rounds of max Σ min(λ'_c, δ) over the contacts c that carry nothing so far; the optimum 0 is
-        the proof that the rest never carry. The mean of the optima is positive at all others.
-        Raises ProgramError if a linear program has no usable answer."""
-        carrying = self.closed & (self.reaction > NOTHING * self.scale)
-        impulse = self.balance @ self.reaction[self.core] / self.scale
-        c = len(self.core)
-        while True:
-            idle = np.flatnonzero(~carrying[self.core])
-            if not len(idle):
-                return carrying
-            share = (
-                float(np.median(self.reaction[carrying])) / self.scale if carrying.any() else 1.0
-            )
-            upper = np.concatenate([np.full(c, np.inf), np.full(len(idle), share)])
-            columns = csc_array(hstack([self.balance, self.balance[:, idle]]))
-            weights = np.concatenate([np.zeros(c), np.ones(len(idle))])
-            found = maximise(weights, columns, impulse, upper)
-            gained = found.point[c:] + found.point[idle] > NOTHING
-            if not gained.any():
-                return carrying
-            carrying[self.core[idle[gained]]] = True
+
+def opening_speed(answer: Percussions, opening: float = OPENING) -> float:
+    """Compute the speed (m/s) that counts as opening or sliding: a share `opening` (or ten times
+    the residual, if that is more) of the larger of max |u⁺| and 2 |ΔE| / Σλ, the mean approach
+    before the impact."""
+    speed = float(np.abs(answer.right_velocity).max(initial=0.0))
+    if (total := float(answer.reaction.sum())) > 0:
+        speed = max(speed, 2 * abs(answer.energy_change) / total)
+    return max(opening, 10 * answer.residual) * speed
+
+
+def carrying(point: Floats, core: Indices, balance: csc_array) -> Flags:
+    """Find the unknowns (u,) that are more than 0 in some x ≥ 0 with balance x_core = balance
+    point_core.
+
+    point: (u,), one such x, in units of its largest
+    core: (c,) indices of the unknowns that the balance leaves open; the others are known
+    balance: (r,c)
+
+    Rounds of max Σ min(x_c, δ) over the c that carry nothing so far; the optimum 0 is the proof
+    that the rest never carry. The mean of the optima is positive at all others."""
+    carries = np.asarray(point > NOTHING)
+    impulse, c = balance @ point[core], len(core)
+    while len(idle := np.flatnonzero(~carries[core])):
+        share = float(np.median(point[carries])) if carries.any() else 1.0
+        upper = np.concatenate([np.full(c, np.inf), np.full(len(idle), share)])
+        columns = csc_array(hstack([balance, balance[:, idle]]))
+        weights = np.concatenate([np.zeros(c), np.ones(len(idle))])
+        found = maximise(weights, columns, impulse, upper)
+        gained = found.point[c:] + found.point[idle] > NOTHING
+        if not gained.any():
+            break
+        carries[core[idle[gained]]] = True
+    return carries
 
 
 def maximise(
@@ -150,16 +154,13 @@ def maximise(
 
     Raises ProgramError naming the reason where that has no end or no solution."""
     bounds = np.column_stack([np.zeros(len(weights)), np.broadcast_to(upper, len(weights))])
-    options = {
-        "primal_feasibility_tolerance": FEASIBILITY,
-        "dual_feasibility_tolerance": FEASIBILITY,
-    }
+    sides = ("primal", "dual")
+    options = {f"{side}_feasibility_tolerance": FEASIBILITY for side in sides}
     # the interior point with crossover is several times faster on large packings, the simplex more
     # robust
     for method in ("highs-ipm", "highs-ds"):
-        found = linprog(
-            -weights, A_eq=matrix, b_eq=right, bounds=bounds, method=method, options=options
-        )
+        given = {"A_eq": matrix, "b_eq": right, "bounds": bounds, "options": options}
+        found = linprog(-weights, method=method, **given)
         if found.status == 0:
             break
     else:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigvalsh
-from scipy.sparse import csc_array, csr_array, eye_array, hstack
+from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import splu
 
 from nscd.arrays import Flags, Floats, Indices
@@ -15,9 +15,10 @@ from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.indeterminacy.admissible import (
     NOTHING,
-    OPENING,
     ProgramError,
+    carrying,
     maximise,
+    opening_speed,
 )
 from nscd.percussions import Percussions, Status
 
@@ -76,15 +77,10 @@ class Cones:
         if np.abs(normal_part - answer.reaction).max(initial=0.0) > NOTHING * largest:
             raise ValueError("answer: intervals with friction are for laws without dissipation k")
         v, s = _velocities(snapshot, contacts, answer)
-        speed = float(np.abs(answer.right_velocity).max(initial=0.0))
-        if answer.reaction.sum() > 0:
-            speed = max(speed, 2 * abs(answer.energy_change) / float(answer.reaction.sum()))
-        small = max(OPENING, 10 * answer.residual) * speed
-        mu = part.coefficient
+        small, mu = opening_speed(answer), part.coefficient
         closed = v >= -small
         both = closed & (np.abs(s) <= small) & (mu > 0)
-        one = np.flatnonzero(closed & ~both)
-        two = np.flatnonzero(both)
+        one, two = np.flatnonzero(closed & ~both), np.flatnonzero(both)
         share = np.divide(part.tangential[two], mu[two])
         contact = np.concatenate([one, two, two])
         along = np.concatenate([np.sign(s[one]) * mu[one], mu[two], -mu[two]])
@@ -92,24 +88,17 @@ class Cones:
         point = np.maximum(np.concatenate([answer.reaction[one], *halves]), 0.0) / largest
         matrix = _balance(snapshot, contacts, contact, along)
         loose = np.abs(_self_stresses(matrix)).max(axis=1, initial=0.0) > ZERO
-        return cls(
-            matrix=matrix,
-            point=point,
-            contact=contact,
-            along=along,
-            core=np.flatnonzero(loose),
-            scale=largest,
-            k=len(contacts),
-        )
+        core = np.flatnonzero(loose)
+        return cls(matrix, point, contact, along, core, largest, len(contacts))
 
     def determined(self) -> tuple[Flags, Flags]:
         """Tell whether λ, and τ, of each contact (k,) are the same in all of the set. Raises
         ProgramError where a linear program has no usable answer."""
-        carrying = self._carrying()
-        loose = _self_stresses(csc_array(self.matrix[:, carrying]))
+        some = self._carrying()
+        loose = _self_stresses(csc_array(self.matrix[:, some]))
         sums = np.zeros((2, self.k, PROBES))
-        np.add.at(sums[0], self.contact[carrying], loose)
-        np.add.at(sums[1], self.contact[carrying], self.along[carrying, None] * loose)
+        np.add.at(sums[0], self.contact[some], loose)
+        np.add.at(sums[1], self.contact[some], self.along[some, None] * loose)
         known = np.abs(sums).max(axis=2) <= ZERO
         return known[0], known[1]
 
@@ -119,13 +108,12 @@ class Cones:
         if self.matrix.shape[0] > 3 * MOST:
             raise ValueError(f"answer: {self.matrix.shape[0] // 3} disks; {MOST} is the most")
         normal, tangential = self.determined()
-        carrying = self._carrying()
-        chosen = csr_array(self.matrix[:, carrying])
+        some = self._carrying()
+        chosen = csr_array(self.matrix[:, some])
         values = eigvalsh((chosen @ chosen.T).toarray())
         rank = int((values > RANK**2 * values.max(initial=0.0)).sum())
-        return FrictionDeterminacy(
-            rank=rank, redundant=len(carrying) - rank, normal=normal, tangential=tangential
-        )
+        free = len(some) - rank
+        return FrictionDeterminacy(rank=rank, redundant=free, normal=normal, tangential=tangential)
 
     def interval(self, contact: int, *, tangential: bool = False) -> tuple[float, float]:
         """The least and the largest λ (or τ) of a contact, N·s; infinite where the contact is part
@@ -154,25 +142,9 @@ class Cones:
         return float(weights @ found.point)
 
     def _carrying(self) -> Indices:
-        """Unknowns that are more than 0 in some percussion: rounds of max Σ min(x, δ) over those
-        that are 0 so far; the optimum 0 is the proof."""
-        carrying = self.point > NOTHING
-        carrying[self.core[self.point[self.core] > NOTHING]] = True
-        matrix = csc_array(self.matrix[:, self.core])
-        impulse, c = matrix @ self.point[self.core], len(self.core)
-        while True:
-            idle = np.flatnonzero(~carrying[self.core])
-            if not len(idle):
-                return np.flatnonzero(carrying)
-            share = float(np.median(self.point[carrying])) if carrying.any() else 1.0
-            columns = csc_array(hstack([matrix, matrix[:, idle]]))
-            upper = np.concatenate([np.full(c, np.inf), np.full(len(idle), share)])
-            weights = np.concatenate([np.zeros(c), np.ones(len(idle))])
-            found = maximise(weights, columns, impulse, upper)
-            gained = found.point[c:] + found.point[idle] > NOTHING
-            if not gained.any():
-                return np.flatnonzero(carrying)
-            carrying[self.core[idle[gained]]] = True
+        """Unknowns that are more than 0 in some percussion."""
+        balance = csc_array(self.matrix[:, self.core])
+        return np.flatnonzero(carrying(self.point, self.core, balance))
 
 
 def _velocities(

@@ -119,9 +119,8 @@ class Intervals:
         n = admissible.disks
         pair = ~chosen.is_wall
         ends = chosen.first[pair], chosen.second[pair]
-        _, island = connected_components(
-            csr_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False
-        )
+        graph = csr_array((np.ones(len(ends[0])), ends), shape=(n, n))
+        _, island = connected_components(graph, directed=False)
         self._part_of: Indices = np.asarray(island[chosen.first], dtype=np.int64)
         self._parts: dict[int, _Part] = {}
 
@@ -131,12 +130,11 @@ class Intervals:
         weights = read_only(weights, (len(held.contacts),), "weights")
         upper, gap_above, above = self._largest(weights)
         lower, gap_below, below = self._largest(-weights)
-        gap = max(gap_above, gap_below)
-        status = IntervalStatus.PROVEN
-        if gap > PROVEN * held.scale * float(np.abs(weights).max(initial=0.0)):
+        gap, size = max(gap_above, gap_below), float(np.abs(weights).max(initial=0.0))
+        finite = np.isfinite([lower, upper]).all()
+        status = IntervalStatus.PROVEN if finite else IntervalStatus.UNBOUNDED
+        if gap > PROVEN * held.scale * size:
             status = IntervalStatus.UNPROVEN
-        elif not np.isfinite([lower, upper]).all():
-            status = IntervalStatus.UNBOUNDED
         return Interval(
             lower=-lower,
             upper=upper,
@@ -166,18 +164,16 @@ class Intervals:
         pressing = held.balance.T @ velocity
         start = held.reaction[held.core]
         excess = float((on_core - pressing).max(initial=0.0))
-        bound = (
-            float(weights @ held.reaction) + float((pressing - on_core) @ start) + excess * total
-        )
-        point = start + held.core_factor.self_stress(
-            attained[held.core] - start
-        )  # balanced to rounding
-        gap = bound - float(weights @ held.reaction) - float(on_core @ (point - start))
-        gap = max(gap, 0.0) + max(-float(point.min(initial=0.0)), 0.0)
+        known = float(weights @ held.reaction)
+        bound = known + float((pressing - on_core) @ start) + excess * total
+        moved = held.core_factor.self_stress(attained[held.core] - start)  # balanced to rounding
+        gap = max(bound - known - float(on_core @ moved), 0.0)
+        gap += max(-float((start + moved).min(initial=0.0)), 0.0)
         # known reactions follow the impulses too: the velocity that closes them, and no contact of
         # the core
         matrix = held.contacts.select(held.closed).normal_matrix(held.disks)
-        missing = weights - _spread(matrix @ velocity, held.closed)
+        missing = weights.copy()
+        missing[held.closed] -= matrix @ velocity
         missing[held.core] = 0.0
         velocity += held.factor.least_squares(missing[held.closed])
         return bound, gap, velocity.reshape(-1, 2)
@@ -215,19 +211,12 @@ class Intervals:
         return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
 
 
-def _spread(values: Floats, mask: Flags) -> Floats:
-    out = np.zeros(len(mask))
-    out[mask] = values
-    return out
-
-
 def _wedged(balance: csc_array) -> Flags:
     """(p,): contacts that some self-stress r ≥ 0, Cᵀr = 0, loads: max Σ min(r_c, 1), attained with
     1 at each of them."""
     p = balance.shape[1]
     upper = np.concatenate([np.ones(p), np.full(p, np.inf)])
     weights = np.concatenate([np.ones(p), np.zeros(p)])
-    found = maximise(
-        weights, csc_array(hstack([balance, balance])), np.zeros(balance.shape[0]), upper
-    )
+    columns = csc_array(hstack([balance, balance]))
+    found = maximise(weights, columns, np.zeros(balance.shape[0]), upper)
     return np.asarray(found.point[:p] > 0.5)

@@ -4,6 +4,7 @@ rest and stiff."""
 from __future__ import annotations
 
 import logging
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,9 @@ SOFTENING = 1e-10
 # After as many steps between which no contact opens or closes only rounding is left.
 STEADY_STEPS = 3
 ACCURATE = 1e-7
+SYMMETRIC: dict[str, Any] = {
+    "permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}
+}  # fmt: skip
 _log = logging.getLogger(__name__)
 
 
@@ -51,9 +55,8 @@ def least_energy(
     k = len(contacts)
     every = read_only(np.ones(k) if stiffness is None else stiffness, (k,), "stiffness")
     if not (every > 0).all():
-        raise ValueError(
-            f"stiffness: {every[int(np.argmin(every))]:g} N/m at contact {int(np.argmin(every))}"
-        )
+        least = int(np.argmin(every))
+        raise ValueError(f"stiffness: {every[least]:g} N/m at contact {least}")
     closed = np.flatnonzero(held.closed)
     reaction = np.zeros(k)
     if not held.reaction.any():
@@ -69,24 +72,19 @@ def least_energy(
     factor = factorise(chosen.select(touching), held.disks, root)
     some = np.zeros(len(closed))
     some[touching] = np.maximum(root * factor.least_norm(impulse), 0.0)
-    displacement += factor.least_squares(
-        some[touching] / root - root * (matrix @ displacement)[touching]
-    )
+    missing = some[touching] / root - root * (matrix @ displacement)[touching]
+    displacement += factor.least_squares(missing)
     overlap = matrix @ displacement
-    error = (some - stiff * np.maximum(overlap, 0)) ** 2 + 2 * stiff * some * np.maximum(
-        -overlap, 0
-    )
+    error = (some - stiff * np.maximum(overlap, 0)) ** 2
+    error += 2 * stiff * some * np.maximum(-overlap, 0)
     bound = float(np.sqrt((error / stiff).sum()))
     unbalanced = float(np.abs(matrix.T @ some - impulse).max())
     size = float(np.sqrt((some**2 / stiff).sum()))
-    _log.debug(
-        "least energy: %d steps, error at most %.1e, balance %.1e", steps, bound / size, unbalanced
-    )
+    error_share = f"the error may be {bound / size:.1e} of the percussions"
+    words = f"after {steps} steps {error_share}, the balance misses {unbalanced:.1e} of the largest"
+    _log.debug("least energy: %s", words)
     if max(bound, unbalanced) > ACCURATE * size:
-        raise LeastEnergyError(
-            f"least energy: after {steps} steps the error may be {bound / size:.1e} of the "
-            f"percussions, the balance misses {unbalanced:.1e} of the largest"
-        )
+        raise LeastEnergyError(f"least energy: {words}")
     reaction[closed] = some * held.scale
     return reaction
 
@@ -102,12 +100,7 @@ def _equilibrium(matrix: csc_array, stiff: Floats, impulse: Floats) -> tuple[Flo
     for step in range(MOST_STEPS):
         force = impulse - matrix.T @ (stiff * np.maximum(overlap, 0))
         hessian = csc_array(matrix.T @ diags_array(stiff * active) @ matrix + small)
-        solver = splu(
-            hessian,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        solver = splu(hessian, **SYMMETRIC)
         direction = solver.solve(force)
         moved = matrix @ direction
         length = _line_maximum(overlap, moved, stiff, float(impulse @ direction))

@@ -114,9 +114,8 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
     begin = np.searchsorted(home[by_home], np.arange(len(nodes) + 1))
     tolerance = RANK_TOLERANCE * float(weight.max(initial=0.0))
 
-    waiting: dict[int, list[tuple[Indices, Indices, Floats]]] = defaultdict(
-        list
-    )  # slots, columns, entries
+    # slots, columns, entries
+    waiting = defaultdict[int, list[tuple[Indices, Indices, Floats]]](list)
     fronts: list[_Front] = []
     null = np.ones(k, dtype=bool)
     place = np.zeros(2 * n, dtype=np.intp)
@@ -195,10 +194,8 @@ def _reflect(reflectors: Floats, factors: Floats, values: Floats, transpose: boo
     if not len(factors) or not values.shape[1]:
         return values
     side = "T" if transpose else "N"
-    turned, _, _ = dormqr(
-        "L", side, reflectors, factors, values, lwork=values.shape[1] * LAPACK_BLOCK
-    )
-    return np.asarray(turned)
+    work = values.shape[1] * LAPACK_BLOCK
+    return np.asarray(dormqr("L", side, reflectors, factors, values, lwork=work)[0])
 
 
 def _nested_dissection(contacts: Contacts, n: int) -> list[Indices]:
@@ -210,15 +207,10 @@ def _nested_dissection(contacts: Contacts, n: int) -> list[Indices]:
     at = np.concatenate([contacts.first, j])
     points = np.concatenate([contacts.point, contacts.point[pair]])
     count = np.bincount(at, minlength=n)
-    position = np.column_stack([np.bincount(at, points[:, axis], n) for axis in (0, 1)]).astype(
-        float
-    )
-    position /= np.maximum(count, 1)[:, None]
-    ones = np.ones(len(i))
-    graph = csr_array(
-        (np.concatenate([ones, ones]), (np.concatenate([i, j]), np.concatenate([j, i]))),
-        shape=(n, n),
-    )
+    sums = np.column_stack([np.bincount(at, points[:, axis], n) for axis in (0, 1)])
+    position = sums / np.maximum(count, 1)[:, None]
+    ends = (np.concatenate([i, j]), np.concatenate([j, i]))
+    graph = csr_array((np.ones(2 * len(i)), ends), shape=(n, n))
     low = np.zeros(n)
     nodes: list[Indices] = []
 
