@@ -27,6 +27,13 @@ def slit(width):
     )
 
 
+def collided(left, *, density=7.0, border="exit", **others):
+    """A crowd in a small room with one edge that is no wall."""
+    room = Room(outline=SQUARE, border=("wall", border, "wall", "wall"))
+    medium = Medium(density=density, volume_dissipation=9)
+    return collide(Space(mesh_of(room, 1.0)), medium, left, **others)
+
+
 def lengths(room):
     return {
         kind: np.linalg.norm(np.diff(room.pieces(kind), axis=1), axis=2).sum()
@@ -107,49 +114,21 @@ def test_room_of_the_disks_scene():
         (lambda: Medium(density=7, volume_dissipation=9, surface_dissipation=-1), "surface_dissipation"),
         (lambda: Medium(density=7, volume_dissipation=9, mass_per_person=0), "mass_per_person"),
         (lambda: toward_exit(room_of_outline(SQUARE), 1.0), "no exit"),
+        (lambda: collided([1.0, 2.0, 3.0]), "left_velocity: shape"),
+        (lambda: collided([[1.0, 2.0]]), "left_velocity: shape"),
+        (lambda: collided([np.nan, 0.0]), "left_velocity"),
+        (lambda: collided(lambda x: x[:, 0]), "left_velocity: the function gives shape"),
+        (lambda: collided([1.0, 0.0], external=[1.0, 0.0]), "external: the mesh has no boundary named free"),
+        (lambda: collided([1.0, 0.0], border="free", external=[1.0]), "external: shape"),
+        (lambda: collided([1.0, 0.0], tolerance=0.0), "tolerance"),
+        (lambda: collided([1.0, 0.0], density=[7.0, 7.0]), "density: shape"),
+        (lambda: Space(mesh_of(square_room(4.0, 1.0), 1.0), 3), "order"),
+        (lambda: Space(mesh_of(square_room(4.0, 1.0), 1.0).with_boundaries({"wall": np.array([], dtype=int)})), "wall"),
     ],
 )  # fmt: skip
-def test_bad_room_mesh_or_medium(make, message):
+def test_bad_room_mesh_medium_or_collision(make, message):
     with pytest.raises(ValueError, match=message):
         make()
-
-
-@pytest.mark.parametrize(
-    ("left", "others", "message"),
-    [
-        ([1.0, 2.0, 3.0], {}, "left_velocity: shape"),
-        ([[1.0, 2.0]], {}, "left_velocity: shape"),
-        ([np.nan, 0.0], {}, "left_velocity"),
-        (lambda x: x[:, 0], {}, "left_velocity: the function gives shape"),
-        ([1.0, 0.0], {"external": [1.0, 0.0]}, "external: the mesh has no boundary named free"),
-        ([1.0, 0.0], {"tolerance": 0.0}, "tolerance"),
-    ],
-)
-def test_bad_collision(left, others, message):
-    space = Space(mesh_of(square_room(4.0, 1.0), 1.0))
-    with pytest.raises(ValueError, match=message):
-        collide(space, Medium(density=7, volume_dissipation=9), left, **others)
-
-
-def test_bad_external_push_is_not_called_left_velocity():
-    room = Room(outline=SQUARE, border=("wall", "free", "wall", "wall"))
-    with pytest.raises(ValueError, match="external: shape"):
-        collide(
-            Space(mesh_of(room, 1.0)),
-            Medium(density=7, volume_dissipation=9),
-            [1.0, 0.0],
-            external=[1.0],
-        )
-
-
-def test_bad_space():
-    mesh = mesh_of(square_room(4.0, 1.0), 1.0)
-    with pytest.raises(ValueError, match="order"):
-        Space(mesh, 3)
-    with pytest.raises(ValueError, match="wall"):
-        Space(mesh.with_boundaries({"wall": np.array([], dtype=int)}))
-    with pytest.raises(ValueError, match="density: shape"):
-        collide(Space(mesh), Medium(density=[7.0, 7.0], volume_dissipation=9), [1.0, 0.0])
 
 
 def test_mesh_fills_the_room_and_is_fine_at_the_jambs():
