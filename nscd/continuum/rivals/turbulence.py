@@ -351,7 +351,7 @@ class Friction(NamedTuple):
 
     @property
     def _scaled(self) -> sparse.csr_array:
-        """D, so that the energy's curvature is its square."""
+        """(2m,2k), √(|T|ρ_T) D/ρ: the Hessian of the energy is its transpose times itself."""
         return sparse.diags_array(np.sqrt(self.mass) / self.rho) @ self.divergence
 
     def _within(self, y: Floats) -> Floats:
