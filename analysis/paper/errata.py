@@ -7,7 +7,7 @@ from pathlib import Path
 from analysis.support.shipped import shipped
 
 PAGE = shipped("docs/errata.md")
-_PART = re.compile(r"^- \*\*(\w+)\*\*:\s(.*?)(?=^- \*\*|\Z)", re.MULTILINE | re.DOTALL)
+_PART = re.compile(r"^[-*] \*\*(\w+)\*\*:\s(.*?)(?=^[-*] \*\*|\Z)", re.MULTILINE | re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

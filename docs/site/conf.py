@@ -5,7 +5,10 @@ import sys
 import tomllib
 from pathlib import Path
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -15,21 +18,44 @@ from docstrings import as_rst  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
-# Which pages stand where in the menu; a pattern takes those that no line before it took.
+# The menu: a pattern takes every page of a folder.
 CONTENTS = {
-    "Start": ["getting_started", "examples"],
+    "Start": ["getting_started", "questions", "examples"],
+    "Worked cases": ["cases/room", "cases/trajectory", "cases/dump"],
     "How to": ["how_to/*"],
-    "Theory": ["theory", "conventions", "errata"],
-    "Results": ["results", "results/*", "results/details/*"],
-    "Reference": ["scenes", "columns", "api/index", "*"],
+    "Quantities": [
+        "concepts/percussion",
+        "concepts/contact_force",
+        "concepts/window",
+        "concepts/person",
+        "concepts/wall_load",
+        "concepts/interval",
+        "concepts/stiffness_number",
+        "concepts/certificate",
+    ],
+    "Concepts": ["theory", "conventions", "inputs", "glossary"],
+    "Results": ["results", "validation", "timing", "results/*", "results/details/*"],
+    "Reference": [
+        "commands",
+        "troubleshooting",
+        "scenes",
+        "columns",
+        "errata",
+        "api/index",
+        "style",
+        "licences",
+    ],
 }
 
-OUTSIDE = re.compile(r"\[[^\]]*\]\((?:\.\./)+((?:benchmarks|examples)/[^)]*)\)")
+# A link to what is outside docs/, from a page so many folders below it.
+OUTSIDE = r"\[[^\]]*\]\((?:\.\./){%d}((?:benchmarks|examples)/[^)]*)\)"
 
 project, release = PROJECT["name"], PROJECT["version"]
 copyright = PROJECT["authors"][0]["name"]
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 exclude_patterns = ["site"]
+myst_enable_extensions = ["dollarmath"]
+html_math_renderer = "mathml"
 myst_heading_anchors = 4
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
@@ -48,7 +74,7 @@ html_copy_source = html_show_sourcelink = False
 def _complete(_: Sphinx, page: str, source: list[str]) -> None:
     """Add the menu to the first page, whose text on its own is read elsewhere too; name what is
     outside docs/ without a link."""
-    source[0] = OUTSIDE.sub(r"`\1`", source[0])
+    source[0] = re.sub(OUTSIDE % (page.count("/") + 1), r"`\1`", source[0])
     if page != "index":
         return
     for caption, pages in CONTENTS.items():
@@ -69,8 +95,21 @@ def _convert(_app: Sphinx, _what: str, _name: str, _of: object, _opt: object, li
     lines[:] = as_rst(lines)
 
 
+def _formula(to: HTML5Translator, node: nodes.math) -> None:
+    """Write a formula of a line as MathML, which browsers draw by themselves."""
+    to.body.append(tex2mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def _display(to: HTML5Translator, node: nodes.math_block) -> None:
+    """Write a formula of its own as MathML."""
+    to.body.append(tex2mathml(node.astext()).replace("<math", '<math display="block"', 1))
+    raise nodes.SkipNode
+
+
 def setup(app: Sphinx) -> None:
     """Connect them."""
     app.connect("source-read", _complete)
     app.connect("autodoc-process-docstring", _convert)
     app.connect("autodoc-process-signature", _signed)
+    app.add_html_math_renderer("mathml", (_formula, None), (_display, None))

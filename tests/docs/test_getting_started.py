@@ -1,4 +1,4 @@
-"""docs/getting_started.md, followed: the dump, its table, its plot; and the site's menu and API."""
+"""docs/cases/dump.md, followed: the dumps, their tables, the plot; and the site's menu and API."""
 
 import csv
 import importlib.util
@@ -10,27 +10,30 @@ from fnmatch import fnmatch
 import pytest
 from documented import ROOT, blocks, write_files
 
-PAGE = "docs/getting_started.md"
+PAGE = "docs/cases/dump.md"
 SITE = ROOT / "docs/site"
 PROGRAM = """
 import runpy, sys
 from analysis.cli import main
-try:
-    main()
-except SystemExit as end:
-    assert end.code == 0
+commands = [words.split() for words in sys.argv[1:]]
+for words in commands:
+    sys.argv[1:] = words
+    try:
+        main()
+    except SystemExit as end:
+        assert end.code == 0
 runpy.run_path("plot.py")
 """
 
 
 def test_a_dump_of_your_own(tmp_path):
     write_files(PAGE, tmp_path)
-    (command,) = (
-        line.split() for block in blocks(PAGE) for line in block.text.splitlines()
-        if line.startswith("percussions solve")
+    collide, press = (
+        line.removeprefix("percussions ") for block in blocks(PAGE)
+        for line in block.text.splitlines() if line.startswith("percussions solve")
     )  # fmt: skip
     made = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *command[1:]],
+        [sys.executable, "-c", PROGRAM, collide, press],
         cwd=tmp_path,
         env={"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
         capture_output=True,
@@ -42,6 +45,11 @@ def test_a_dump_of_your_own(tmp_path):
         carried = [float(row["reaction_Ns"]) for row in csv.DictReader(file)]
     # two people of 75 kg at 1 m/s on each side of the middle
     assert carried == pytest.approx([75, 150, 75], rel=1e-9)
+    with (tmp_path / "pressed.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["force_N"]) for row in rows] == pytest.approx([300, 150, 450], rel=1e-9)
+    assert all(row["determined"] == "1" for row in rows)
+    assert all(row["lower_Ns"] == row["upper_Ns"] for row in rows)
     assert made.stdout.splitlines()[-1].startswith("solved 150")
     assert (tmp_path / "crowd.png").stat().st_size > 1000
 
@@ -63,7 +71,8 @@ def test_every_page_is_in_the_menu():
         for path in (ROOT / "docs").rglob("*.*")
         if path.suffix in (".md", ".rst")
     ]
-    shown = [page for page in pages if not page.startswith("api/")]
+    # index is the page that has the menu
+    shown = [page for page in pages if not page.startswith("api/") and page != "index"]
     for page in shown:
         depth = page.count("/")
         assert any(fnmatch(page, one) and one.count("/") == depth for one in patterns), page

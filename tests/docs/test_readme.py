@@ -52,23 +52,22 @@ def folder(tmp_path_factory):
     here = tmp_path_factory.mktemp("readme")
     if engines.engine("lammps").find() is None:
         pytest.skip("LAMMPS is not installed")
-    first, _ = lines_of_readme()
-    for line in first:
+    for line in lines_of("README.md"):
         status, said, _ = in_fork(partial(as_program, line, here), 600)
         assert status == 0, f"{line}: {said}"
         assert "Warning" not in said, said  # of Python
     return here
 
 
-def lines_of_readme():
-    """The commands of its two blocks."""
-    found = [
+def lines_of(page):
+    """The commands of a page's one block of them."""
+    (lines,) = (
         [shlex.split(line, comments=True) for line in block.text.splitlines()]
-        for block in blocks("README.md")
+        for block in blocks(page)
         if block.language == "bash"
-    ]
-    assert {line[0] for lines in found for line in lines} == {"percussions"}
-    return [[line[1:] for line in lines] for lines in found]
+    )
+    assert {line[0] for line in lines} == {"percussions"}
+    return [line[1:] for line in lines]
 
 
 def until_it_begins(words, here):
@@ -81,16 +80,16 @@ def until_it_begins(words, here):
     return as_program(words, here)
 
 
-def test_every_line_of_readme_runs_in_an_empty_folder(folder):
+def test_every_command_of_the_page_runs_after_those_of_readme(folder):
     """One after the other, as printed; those that take longer until they begin: by then they have
     read what they are given."""
-    _, second = lines_of_readme()
-    for line in second:
+    lines = lines_of("docs/commands.md")
+    for line in lines:
         begin, ends = (until_it_begins, BEGUN) if line[0] in LONG else (as_program, 0)
         status, said, _ = in_fork(partial(begin, line, folder), 600)
         assert status == ends, f"{line}: {said}"
         assert "Warning" not in said, said  # of Python
-    assert {line[0] for line in second} > LONG
+    assert {line[0] for line in lines} > LONG
 
 
 def called(command, folder):
@@ -154,5 +153,5 @@ def test_every_command_has_the_form_that_the_program_takes(page, monkeypatch):
 
 
 def test_commands_are_found_at_all():
-    shown = {words[0] for words in commands("README.md")}
+    shown = {words[0] for page in ("README.md", "docs/commands.md") for words in commands(page)}
     assert shown >= {"scenes", "run", "solve", "compare", "report", "chart", "advise", "import"}

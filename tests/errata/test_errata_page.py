@@ -36,10 +36,10 @@ def test_page_names_exactly_the_tests_that_exist():
 def test_every_entry_has_its_four_parts_and_a_test():
     assert ENTRIES
     for entry in ENTRIES:
-        assert re.findall(r"^- \*\*(\w+)\*\*:\s", entry, re.MULTILINE) == [
+        assert re.findall(r"^[-*] \*\*(\w+)\*\*:\s", entry, re.MULTILINE) == [
             "Printed",
             "Correct",
             "Why",
             "Test",
         ], entry
-        assert "::test_" in entry.split("- **Test**:")[1], entry
+        assert "::test_" in entry.split("* **Test**:")[1], entry

@@ -1,0 +1,158 @@
+"""The pictures of docs/concepts, drawn from solved problems: python docs/concepts/pictures.py."""
+
+import tempfile
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from crowd_percussions import (
+    ContactLaw,
+    Crowd,
+    PercussionAnalysis,
+    Snapshot,
+    Walls,
+    find_contacts,
+    open_bodies,
+    read_contacts,
+    read_scene,
+    room,
+    simulate,
+    solve,
+)
+
+FOLDER = Path(__file__).resolve().parent / "pictures"
+INK, PEOPLE, FORCE = "#333333", "#cfdbe8", "#b3261e"
+
+
+def _disks(axes: Axes, position: object, radius: object) -> None:
+    for place, size in zip(np.asarray(position), np.asarray(radius), strict=True):
+        axes.add_patch(plt.Circle(tuple(place), size, fc=PEOPLE, ec=INK))
+
+
+def _arrow(axes: Axes, start: tuple[float, float], by: tuple[float, float], color: str) -> None:
+    style = {"arrowstyle": "-|>", "color": color, "lw": 2}
+    axes.annotate("", (start[0] + by[0], start[1] + by[1]), start, arrowprops=style)
+
+
+def _save(figure: Figure, name: str) -> None:
+    figure.savefig(FOLDER / f"{name}.png", dpi=130)
+    plt.close(figure)
+
+
+def percussion() -> None:
+    """Draw two people before and after a collision, and the percussion between them."""
+    pair = Snapshot(
+        position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75] * 2
+    )
+    found = solve(pair, find_contacts(pair, tolerance=1e-9), law=ContactLaw(restitution=0.5))
+    figure, both = plt.subplots(1, 2, figsize=(7, 2.2), layout="constrained")
+    for axes, velocity, title in zip(
+        both, (pair.velocity, found.right_velocity), ("before", "after"), strict=True
+    ):
+        _disks(axes, pair.position, pair.radius)
+        for place, speed in zip(pair.position, velocity[:, 0], strict=True):
+            if speed:
+                _arrow(axes, tuple(place), (0.2 * speed, 0), INK)
+            axes.text(place[0], -0.17, f"{speed:g} m/s", ha="center", color=INK)
+        axes.set(title=title, xlim=(-0.3, 1.1), ylim=(-0.3, 0.42), aspect="equal")
+        axes.axis("off")
+    _arrow(both[1], (0.25, 0.33), (0.3, 0), FORCE)
+    both[1].text(0.6, 0.3, f"percussion p = {found.impulse[0, 0]:g} N·s", color=FORCE)
+    _save(figure, "percussion")
+
+
+def row() -> None:
+    """Draw three people who push a wall: the contact forces p/τ."""
+    tau, push = 0.5, 150.0
+    radius, mass = np.full(3, 0.25), np.full(3, 75.0)
+    line = Snapshot(
+        position=[[-0.25, 0], [-0.75, 0], [-1.25, 0]],
+        velocity=[[push * tau / 75, 0]] * 3,
+        radius=radius,
+        mass=mass,
+    )
+    wall = Walls(start=[[0, -1]], end=[[0, 1]])
+    contacts = find_contacts(line, wall, tolerance=1e-9)
+    force = np.hypot(*solve(line, contacts).impulse.T) / tau
+    figure, axes = plt.subplots(figsize=(7, 2.4), layout="constrained")
+    _disks(axes, line.position, radius)
+    axes.plot([0, 0], [-0.4, 0.4], color=INK, lw=4)
+    for (x, y), size in zip(contacts.point, force, strict=True):
+        axes.plot(x, y, "o", color=FORCE)
+        axes.text(
+            x - 0.03 * (x == 0),
+            0.33,
+            f"{size:.0f} N",
+            color=FORCE,
+            ha="right" if x == 0 else "center",
+        )
+    for x in line.position[:, 0]:
+        _arrow(axes, (x - 0.16, 0), (0.26, 0), INK)
+        axes.text(x - 0.02, -0.15, f"push {push:.0f} N", color=INK, ha="center", fontsize=9)
+    axes.text(0.06, 0, "wall", va="center")
+    axes.set(xlim=(-1.6, 0.3), ylim=(-0.42, 0.45), aspect="equal")
+    axes.axis("off")
+    _save(figure, "row")
+
+
+def window() -> None:
+    """Draw the contact force of a collision in LAMMPS, and its mean over 0.1 s."""
+    scene = read_scene("pair").with_run(duration_s=0.1, frames=1000)
+    scene = scene.with_contact(restitution=0.5, stiffness_N_per_m=1e5)
+    with tempfile.TemporaryDirectory() as folder:
+        simulate(scene, "lammps", Path(folder) / "run")
+        frames = list(read_contacts(Path(folder) / "run" / "contacts.dump"))
+    force = [np.hypot(*frame.force.T).sum() for frame in frames]
+    time = np.linspace(0, 0.1, len(force))
+    impulse = np.trapezoid(force, time)
+    figure, axes = plt.subplots(figsize=(7, 3), layout="constrained")
+    axes.fill_between(1e3 * time, force, color=PEOPLE)
+    axes.plot(1e3 * time, force, color=INK, label=f"force of the instant, peak {max(force):.0f} N")
+    mean = impulse / 0.1
+    axes.axhline(mean, color=FORCE, label=f"mean over a window of 0.1 s: {mean:.0f} N")
+    axes.text(60, 0.4 * max(force), f"shaded area: impulse {impulse:.1f} N·s", color=INK)
+    axes.set(xlabel="time (ms)", ylabel="contact force (N)")
+    axes.legend(frameon=False)
+    _save(figure, "window")
+
+
+def wall_load() -> None:
+    """Draw the load along the walls beside a door, and the metre with most."""
+    scene = room("hall", 10.0, 8.0, 0.8, Crowd(people=150, push=100.0), duration=3.0)
+    with tempfile.TemporaryDirectory() as folder:
+        simulate(scene, "rigid", Path(folder) / "run")
+        universe = open_bodies(str(Path(folder) / "run" / "bodies.dump"))
+        found = PercussionAnalysis(universe, scene).run(start=-1).results.frames[0]
+    contacts = found.contacts
+    walls = np.where(contacts.is_wall, contacts.second, -1)
+    force = np.hypot(*found.pressing.T)
+    busiest = max(range(len(scene.walls)), key=lambda wall: force[walls == wall].sum())
+    wall = scene.walls[busiest]
+    start, end = np.array(wall.start_m), np.array(wall.end_m)
+    length = float(np.hypot(*(end - start)))
+    along = (contacts.point[walls == busiest] - start) @ (end - start) / length
+    force = force[walls == busiest]
+    worst = max(force[(along >= x) & (along <= x + 1)].sum() for x in along)
+    at = next(x for x in along if force[(along >= x) & (along <= x + 1)].sum() == worst)
+    figure, axes = plt.subplots(figsize=(7, 3), layout="constrained")
+    axes.axvspan(at, at + 1, color=PEOPLE, label=f"worst metre: {worst:.0f} N/m")
+    axes.vlines(along, 0, force, color=FORCE, lw=2)
+    total = force.sum()
+    axes.set(
+        xlabel="distance along the wall (m)",
+        ylabel="contact force (N)",
+        title=f"load on this wall: {total:.0f} N",
+        xlim=(0, length),
+        ylim=0,
+    )
+    axes.legend(frameon=False)
+    _save(figure, "wall_load")
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for draw in (percussion, row, window, wall_load):
+        draw()
