@@ -29,9 +29,8 @@ constexpr Finish FINISH[] = {{FRICTION_PENALTY, 2}, {1e6, 2}};
 // the error falls to no less than SLOW of itself.
 constexpr int REPEATS = 4;
 constexpr double FIRMEST = 1e-8, SLOW = 0.5;
-// Pairs of sweeps at first; they double so often. Blocks of them between Anderson's combinations, and pairs in each; the
-// same in a step.
-constexpr int PAIRS = 200, DOUBLINGS = 6, BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;
+// Blocks of sweeps between Anderson's combinations, the same in a step, and pairs of sweeps in each.
+constexpr int BLOCKS = 10, STEP_BLOCKS = 40, BLOCK = 8;
 // Rounds of proximal steps, and pivots allowed for a path from where they stand; the noise of these paths, and of those about
 // the percussions at the end of one.
 struct Effort {
@@ -40,10 +39,10 @@ struct Effort {
 constexpr Effort PROXIMAL[] = {{8, 100}, {16, 150}};
 constexpr double PROXIMAL_NOISE = 1e-2, BRINK = 1e-9;
 constexpr int LOCAL_PIVOTS = 300;
-// The cost of steps of the proximal point method, in pivots: at most, in a step of a moving crowd, from random percussions.
-// They bound the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
+// The cost of steps of the proximal point method, in pivots: at most (a share of it in each choice of the k_n that act), in a
+// step of a moving crowd, from random percussions. They bound the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
 // than NEAR.
-constexpr int POINT = 10'000, STEP_POINT = 1500, RANDOM = 1500;
+constexpr int POINT = 10'000, SEVERAL = 4, STEP_POINT = 1500, RANDOM = 1500;
 constexpr double NEAR_POINT = 1e-5;
 constexpr int SOME = 4;
 // States of an island's contacts that are tried in one search from random ones. Velocities farther apart than this share of
@@ -91,9 +90,7 @@ public:
 
     // From an answer that is near.
     void run(Rubbed at, int effort) {
-        if (by_proximal(at)) return;
-        if (p_.dissipates) by_sweeps(whole_of(at));
-        else by_point(at, effort);
+        if (!by_proximal(at)) by_point(at, p_.dissipates ? effort / SEVERAL : effort);
     }
 
     // From random states and percussions, for an answer that is not among the known ones.
@@ -105,8 +102,13 @@ public:
             at.tau[c] = p_.friction[c] * at.lam[c] * (2.0 * random.number() - 1.0);
         }
         if (by_random_states(random, at, known)) return;
-        if (p_.dissipates) return by_sweeps(at);
         sweeps_.accelerated(at.lam, at.tau, at.u, BLOCKS, BLOCK, 0.5 * tolerance_, pairs_);
+        Numbers v(p_.k), s(p_.k);
+        contact_velocities(p_, at.u, v, s);
+        for (int c = 0; c < p_.k; ++c) {  // λ and τ of whole percussions
+            at.lam[c] -= p_.along[c] * (v[c] + p_.left_v[c]);
+            at.tau[c] -= p_.across[c] * (s[c] + p_.left_s[c]);
+        }
         if (!offer(at, Route::SWEEPS)) by_point(at, RANDOM);
     }
 
@@ -114,9 +116,7 @@ public:
     bool by_proximal(Rubbed& at) {
         for (const Effort& effort : PROXIMAL) {
             newton_.run(p_, sweeps_, factor_, at, effort.rounds, 0.5 * tolerance_);
-            if (offer(at, Route::PROXIMAL)) return true;
-            if (p_.dissipates ? by_newton(states_of(p_, at), at, 3, FRICTION_PENALTY, Route::PROXIMAL) : locally(at, effort.pivots, effort.rounds))
-                return true;
+            if (offer(at, Route::PROXIMAL) || locally(at, effort.pivots, effort.rounds)) return true;
         }
         return false;
     }
@@ -146,7 +146,7 @@ private:
     }
     bool finish_by_sets(const Rubbed& at, int rounds, Route route) {
         for (const Finish& finish : FINISH)
-            if (by_newton(States(path_.hold()), at, std::min(rounds, finish.rounds), finish.weight, route)) return true;
+            if (by_newton(path_.states(), at, std::min(rounds, finish.rounds), finish.weight, route)) return true;
         return false;
     }
 
@@ -155,7 +155,7 @@ private:
         Rubbed at = near;
         Path::clean(p_, at);
         for (double way : {-1.0, 1.0}) {
-            path_.begin(at.lam, at.tau, PROXIMAL_NOISE * p_.scale, seed);
+            path_.begin(at, PROXIMAL_NOISE * p_.scale, seed);
             const Path::End end = path_.follow(way, pivots);
             if (end == Path::End::ARRIVED) return finish();
             if (end != Path::End::AWAY) break;
@@ -174,44 +174,11 @@ private:
             // percussions that drift at a constant rate get to the next change of a state sooner
             if (error > SLOW * before && path_.compliance > FIRMEST) path_.compliance *= 0.1;
             before = error;
-            for (int c = 0; c < p_.k; ++c) {
-                at.lam[c] = std::max(at.lam[c], 0.0);
-                const double most = p_.friction[c] * at.lam[c];
-                at.tau[c] = std::min(std::max(at.tau[c], -most), most);
-            }
-            path_.begin(at.lam, at.tau, BRINK * p_.scale, repeat);
+            into_cones(p_, at);
+            path_.begin(at, BRINK * p_.scale, repeat);
             if (path_.follow(-1.0, LOCAL_PIVOTS) != Path::End::ARRIVED) break;
         }
         return false;
-    }
-
-    // Long plain blocks of sweeps, short accelerated ones on a copy, and Newton's method: of a problem with dissipation.
-    void by_sweeps(Rubbed whole) {
-        for (int pairs = PAIRS, doubling = 0; doubling <= DOUBLINGS; ++doubling, pairs *= 2) {
-            sweeps_.plain(whole.lam, whole.tau, whole.u, pairs, 0.5 * tolerance_, pairs_);
-            if (offer(parts_of(whole), Route::SWEEPS)) return;
-            Rubbed fast = whole;
-            sweeps_.accelerated(fast.lam, fast.tau, fast.u, pairs / 2 / BLOCK, BLOCK, 0.5 * tolerance_, pairs_);
-            const Rubbed at = parts_of(fast);
-            if (offer(at, Route::SWEEPS) || by_newton(states_of(p_, at), at, 3, FRICTION_PENALTY, Route::SWEEPS)) return;
-        }
-    }
-    // λ and τ of whole percussions p_n, p_t; and these of λ and τ.
-    Rubbed parts_of(Rubbed whole) const {
-        add_dissipation(whole, -1.0);
-        return whole;
-    }
-    Rubbed whole_of(Rubbed at) const {
-        add_dissipation(at, 1.0);
-        return at;
-    }
-    void add_dissipation(Rubbed& at, double sign) const {
-        Numbers v(p_.k), s(p_.k);
-        contact_velocities(p_, at.u, v, s);
-        for (int c = 0; c < p_.k; ++c) {
-            at.lam[c] += sign * p_.along[c] * (v[c] + p_.left_v[c]);
-            at.tau[c] += sign * p_.across[c] * (s[c] + p_.left_s[c]);
-        }
     }
 
     // One step of Newton's method from each state of a small island, in random order, or all of its steps from some, until an

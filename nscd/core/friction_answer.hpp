@@ -2,7 +2,7 @@
 //
 // 1. Islands that nothing presses keep u⁻.     2. The convex programme of the cones' edges, and Newton's method on the sets.
 // 3. Each island that is left: proximal steps of Newton's method, and a path of pivots from where they stand.
-// 4. The proximal point method, each step a path of pivots.     With dissipation instead of 3 and 4: sweeps, some accelerated.
+// 4. The proximal point method, each step a path of pivots.
 #pragma once
 
 #include "friction_paths.hpp"

@@ -26,7 +26,7 @@ constexpr double BRINK = 1e-9;
 enum { V, S, LAM, TAU };
 
 // A word of one contact's state; states of all are their exclusive or.
-std::uint64_t word_of(int contact, int hold) { return Random(4u * contact + hold).word(); }
+std::uint64_t word_of(const States& of, int c) { return Random(8u * c + 4u * of.closed[c] + of.hold[c]).word(); }
 
 // to += Σ by_q · columns_q.
 LEVELS void add_columns(double* __restrict to, const std::vector<Numbers>& columns, const Numbers& by, std::size_t size) {
@@ -54,10 +54,10 @@ std::uint64_t Random::word() {
 }
 
 Path::Path(const Rubbing& p, FrictionFactor& factor)
-    : p_(p), factor_(factor), hold_(p.k, FREE), base_(p.k, FREE), origin_(p.mass.size()), u_(p.mass.size()), rate_(p.mass.size()),
+    : p_(p), factor_(factor), now_(p.k), base_(p.k), origin_(p.mass.size()), held_push_(p.k), u_(p.mass.size()), rate_(p.mass.size()),
       base_rate_(p.mass.size()), slot_(p.k, -1), weights_(p.k), columns_(2 * CHANGES, Numbers(p.mass.size())),
-      gram_(4 * CHANGES * CHANGES), known_(2 * CHANGES), rest_(p.mass.size()) {
-    for (auto* parts : {&start_, &held_, &push_, &firm_, &nearest_})
+      gram_(4 * CHANGES * CHANGES), known_(2 * CHANGES), rest_(p.mass.size()), along_(p.k), across_(p.k) {
+    for (auto* parts : {&start_, &held_, &push_, &firm_})
         for (Numbers& part : *parts) part.assign(p.k, 0.0);
     for (auto* parts : {&x_, &dx_})
         for (Numbers& part : *parts) part.assign(p.k, 0.0);
@@ -68,59 +68,75 @@ void Path::clean(const Rubbing& p, Rubbed& at) {
     contact_velocities(p, at.u, v, s);
     for (int c = 0; c < p.k; ++c) {
         double &lam = at.lam[c], &tau = at.tau[c];
-        const double most = p.friction[c] * lam;
-        if (p.inverse_mass[c] * lam <= p.offset[c] - v[c] || lam <= 0.0) lam = tau = 0.0;
+        if (p.inverse_mass[c] * lam <= p.offset[c] - v[c] || lam <= 0.0) lam = 0.0;
+        const double most = p.friction[c] * std::max(normal_push(p, c, v[c], lam), 0.0);
+        if (most == 0.0) tau = 0.0;
         else if (std::abs(s[c]) >= p.tangent_inverse[c] * (most - std::abs(tau))) tau = s[c] >= 0.0 ? most : -most;
     }
 }
 
-void Path::begin(In lam, In tau, double noise, std::uint64_t seed) {
+void Path::begin(const Rubbed& at, double noise, std::uint64_t seed) {
     Random random(seed);
-    std::fill(u_.begin(), u_.end(), 0.0);
-    balance(p_, lam, tau, origin_);
-    contact_velocities(p_, origin_, start_[0], start_[1]);
+    Rubbed from = at;
+    Numbers &v = start_[0], &s = start_[1];
+    contact_velocities(p_, from.u, v, s);
     for (int c = 0; c < p_.k; ++c) {
-        start_[0][c] -= p_.offset[c];
-        const double mu = p_.friction[c], gap = -start_[0][c], s = start_[1][c], away = noise * random.number();
-        double d = 0.0;
-        hold_[c] = FREE;
-        if (lam[c] > 0.0) {
-            if (std::abs(tau[c]) < (1.0 - 1e-12) * mu * lam[c]) hold_[c] = STICK, d = -s;
-            else if (tau[c] > 0.0 || mu == 0.0) hold_[c] = FORWARD, d = std::max(0.0, away - s);
-            else hold_[c] = BACKWARD, d = std::min(0.0, -away - s);
-            if (mu == 0.0) d = 0.0;
-        }
-        push_[0][c] = hold_[c] != FREE ? gap : std::min(0.0, gap - away);
-        push_[1][c] = d;
-        held_[0][c] = lam[c], held_[1][c] = tau[c];
+        const double push = normal_push(p_, c, v[c], from.lam[c]), most = p_.friction[c] * push;
+        now_.closed[c] = from.lam[c] > 0.0;
+        now_.hold[c] = !(push > 0.0) ? FREE : std::abs(from.tau[c]) < (1.0 - 1e-12) * most ? STICK : from.tau[c] > 0.0 || most == 0.0 ? FORWARD : BACKWARD;
+    }
+    // the velocities that go with λ and τ; what friction there is follows p_n, which follows the velocities where it dissipates
+    if (p_.dissipates) settle(p_, factor_, now_, 0.0, 3, from);
+    else balance(p_, from.lam, from.tau, from.u);
+    origin_ = std::move(from.u);
+    held_ = {std::move(from.lam), std::move(from.tau)};
+    std::fill(u_.begin(), u_.end(), 0.0);
+    contact_velocities(p_, origin_, v, s);
+    for (int c = 0; c < p_.k; ++c) {
+        held_push_[c] = normal_push(p_, c, v[c], held_[0][c]);
+        v[c] -= p_.offset[c];
+        const double gap = -v[c], away = noise * random.number();
+        const std::uint8_t hold = now_.hold[c];
+        push_[0][c] = now_.closed[c] ? gap : std::min(0.0, gap - away);
+        push_[1][c] = p_.friction[c] == 0.0 || hold == FREE ? 0.0
+                      : hold == STICK ? -s[c] : hold == FORWARD ? std::max(0.0, away - s[c]) : std::min(0.0, -away - s[c]);
     }
 }
 
 Path::Margins Path::margins(int c, double t) const {
-    const double mu = p_.friction[c];
-    const std::uint8_t hold = hold_[c];
-    if (hold == FREE) {
+    Margins m;
+    const double mu = p_.friction[c], kn = p_.along[c];
+    const bool closed = now_.closed[c];
+    const std::uint8_t hold = now_.hold[c];
+    if (!closed) {
         const double w = compliance * p_.inverse_mass[c];
-        return {-start_[0][c] - x_[V][c] - t * push_[0][c] - w * held_[0][c], -dx_[V][c] - push_[0][c], INFINITE, 0.0};
+        m[0] = {-start_[0][c] - x_[V][c] - t * push_[0][c] - w * held_[0][c], -dx_[V][c] - push_[0][c]};
+        if (kn == 0.0) return m;
+    } else if (hold != STICK || kn != 0.0) {
+        m[0] = {held_[0][c] + x_[LAM][c], dx_[LAM][c]};
     }
-    const double lam = held_[0][c] + x_[LAM][c];
-    if (hold == STICK) {
-        const double tau = held_[1][c] + x_[TAU][c], one = mu * lam, two = mu * dx_[LAM][c];
-        return {one - tau, two - dx_[TAU][c], one + tau, two + dx_[TAU][c]};
+    const double push = held_push_[c] + kn * x_[V][c] + x_[LAM][c], by = kn * dx_[V][c] + dx_[LAM][c];
+    if (hold == FREE) {
+        m[1] = {-push, -by};
+    } else if (hold == STICK) {
+        const double tau = held_[1][c] + x_[TAU][c];
+        m[1] = {mu * push - tau, mu * by - dx_[TAU][c]}, m[2] = {mu * push + tau, mu * by + dx_[TAU][c]};
+    } else if (mu != 0.0) {
+        const double way = hold == FORWARD ? 1.0 : -1.0, wt = compliance * p_.tangent_inverse[c];
+        m[1] = {way * (start_[1][c] + x_[S][c] + t * push_[1][c] - wt * x_[TAU][c]), way * (dx_[S][c] + push_[1][c] - wt * dx_[TAU][c])};
+        if (kn != 0.0) m[2] = {push, by};
     }
-    if (mu == 0.0) return {lam, dx_[LAM][c], INFINITE, 0.0};
-    const double way = hold == FORWARD ? 1.0 : -1.0, wt = compliance * p_.tangent_inverse[c];
-    return {lam, dx_[LAM][c], way * (start_[1][c] + x_[S][c] + t * push_[1][c] - wt * x_[TAU][c]),
-            way * (dx_[S][c] + push_[1][c] - wt * dx_[TAU][c])};
+    return m;
 }
 
 Path::Event Path::next_event(double t, double way) const {
     Event next;
     for (int c = 0; c < p_.k; ++c) {
         const Margins m = margins(c, t);
-        const double one = -way * m.by_one, two = -way * m.by_two;  // how fast they are used up
-        if (one > 0.0 && std::max(m.one, 0.0) < next.step * one) next = {std::max(m.one, 0.0) / one, c, 0};
-        if (two > 0.0 && std::max(m.two, 0.0) < next.step * two) next = {std::max(m.two, 0.0) / two, c, 1};
+        for (int which = 0; which < 3; ++which) {
+            const double fast = -way * m[which].rate, left = std::max(m[which].left, 0.0);  // how fast it is used up
+            if (fast > 0.0 && left < next.step * fast) next = {left / fast, c, which};
+        }
     }
     return next;
 }
@@ -128,23 +144,35 @@ Path::Event Path::next_event(double t, double way) const {
 // Change the state of a contact one of whose margins is used up; the margin of the new state that has to grow.
 int Path::change(const Event& event, double t) {
     const int c = event.contact;
-    std::uint8_t& hold = hold_[c];
+    const bool dissipates = p_.along[c] != 0.0;
+    if (dissipates && event.which == 0) {
+        now_.closed[c] = !now_.closed[c];
+        return 0;
+    }
+    const int grows = change_hold(c, event.which, t);
+    if (!dissipates) now_.closed[c] = now_.hold[c] != FREE;
+    return grows;
+}
+
+int Path::change_hold(int c, int which, double t) {
+    std::uint8_t& hold = now_.hold[c];
+    const bool dissipates = p_.along[c] != 0.0;
     if (hold == FREE) {
         const double slid = start_[1][c] + x_[S][c] + t * push_[1][c] + compliance * p_.tangent_inverse[c] * held_[1][c];
         hold = slid >= 0.0 || p_.friction[c] == 0.0 ? FORWARD : BACKWARD;
-        return 0;
+        return dissipates ? 2 : 0;
     }
     if (hold == STICK) {
-        hold = event.which == 0 ? FORWARD : BACKWARD;
+        hold = which == 1 ? FORWARD : BACKWARD;
         return 1;
     }
-    if (event.which == 0) {
+    if (which != 1) {  // nothing presses any more
         hold = FREE;
-        return 0;
+        return dissipates ? 1 : 0;
     }
     const bool forward = hold == FORWARD;
     hold = STICK;
-    return forward ? 0 : 1;
+    return forward ? 1 : 2;
 }
 
 // Changes of λ and τ from those of C u and T u: at t (offset 1), or their derivatives by t (t = 1, offset 0).
@@ -153,28 +181,27 @@ int Path::change(const Event& event, double t) {
 // σ, and τ = ±μλ.
 void Path::set_forces(std::array<Numbers, 4>& x, double t, double offset) const {
     for (int c = 0; c < p_.k; ++c) {
-        const std::uint8_t hold = hold_[c];
         const double along = offset * held_[0][c], across = offset * held_[1][c];
-        if (hold == FREE) {
-            x[LAM][c] = -along, x[TAU][c] = -across;
-            continue;
-        }
-        x[LAM][c] = (x[V][c] + t * push_[0][c] + offset * start_[0][c]) * firm_[0][c];
-        if (hold == STICK) x[TAU][c] = (x[S][c] + t * push_[1][c] + offset * start_[1][c]) * firm_[1][c];
-        else x[TAU][c] = slope(hold, p_.friction[c]) * (along + x[LAM][c]) - across;
+        const std::uint8_t hold = now_.hold[c];
+        x[LAM][c] = now_.closed[c] ? (x[V][c] + t * push_[0][c] + offset * start_[0][c]) * firm_[0][c] : -along;
+        if (hold == FREE) x[TAU][c] = -across;
+        else if (hold == STICK) x[TAU][c] = (x[S][c] + t * push_[1][c] + offset * start_[1][c]) * firm_[1][c];
+        else x[TAU][c] = slope(hold, p_.friction[c]) * (offset * held_push_[c] + p_.along[c] * x[V][c] + x[LAM][c]) - across;
     }
 }
 
 namespace {
 
+// α, β, γ of a contact, and what of γ is not of dissipation.
 struct Weight {
-    double along, across, turned;
+    double along, across, turned, firm;
 };
-Weight weight_of(const Rubbing& p, double compliance, int c, std::uint8_t hold) {
-    if (hold == FREE) return {0.0, 0.0, 0.0};
-    const double alpha = 1.0 / (compliance * p.inverse_mass[c]);
-    if (hold == STICK) return {alpha, 1.0 / (compliance * p.tangent_inverse[c]), 0.0};
-    return {alpha, 0.0, alpha * slope(hold, p.friction[c])};
+Weight weight_of(const Rubbing& p, double compliance, int c, const States& states) {
+    const std::uint8_t hold = states.hold[c];
+    const double firm = states.closed[c] ? 1.0 / (compliance * p.inverse_mass[c]) : 0.0, alpha = p.along[c] + firm;
+    const double beta = p.across[c] + (hold == STICK ? 1.0 / (compliance * p.tangent_inverse[c]) : 0.0);
+    const double by = slope(hold, p.friction[c]);
+    return {alpha, beta, by * alpha, by * firm};
 }
 
 // n and t components of the velocities u (n·3) at a contact.
@@ -194,12 +221,12 @@ At at_contact(const Rubbing& p, int c, const Numbers& u) {
 bool Path::restart(double t) {
     for (int c = 0; c < p_.k; ++c) {
         firm_[0][c] = 1.0 / (compliance * p_.inverse_mass[c]), firm_[1][c] = 1.0 / (compliance * p_.tangent_inverse[c]);
-        const Weight one = weight_of(p_, compliance, c, hold_[c]);
+        const Weight one = weight_of(p_, compliance, c, now_);
         weights_.along[c] = one.along, weights_.across[c] = one.across, weights_.turned[c] = one.turned;
     }
     for (Index c : changed_) slot_[c] = -1;
     changed_.clear();
-    base_ = hold_;
+    base_ = now_;
     if (!factor_.factorise(p_, weights_)) return false;
     std::fill(base_rate_.begin(), base_rate_.end(), 0.0);
     std::fill(dx_[V].begin(), dx_[V].end(), 0.0);
@@ -210,7 +237,11 @@ bool Path::restart(double t) {
         contact_velocities(p_, u_, x_[V], x_[S]);
         set_forces(x_, t, 1.0);
         for (std::size_t i = 0; i < u_.size(); ++i) rest_[i] = -p_.mass[i] * u_[i];
-        add_impulses(p_, x_[LAM], x_[TAU], -1.0, rest_);
+        for (int c = 0; c < p_.k; ++c) {
+            along_[c] = x_[LAM][c] + p_.along[c] * x_[V][c];
+            across_[c] = x_[TAU][c] + p_.across[c] * x_[S][c];
+        }
+        add_impulses(p_, along_, across_, -1.0, rest_);
         if (repeat == 0) factor_.solve(rest_, base_rate_);
         else factor_.solve(rest_);
         for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += rest_[i];
@@ -256,11 +287,11 @@ void Path::find_rate() {
         matrix_.assign(std::size_t(size) * size, 0.0), share_.resize(size);
         for (int q = 0; q < size / 2; ++q) {
             const int c = changed_[q];
-            const Weight now = weight_of(p_, compliance, c, hold_[c]), then = weight_of(p_, compliance, c, base_[c]);
+            const Weight now = weight_of(p_, compliance, c, now_), then = weight_of(p_, compliance, c, base_);
             const double a = push_[0][c] + known_[2 * q], d = push_[1][c] + known_[2 * q + 1];
             const double alpha = now.along - then.along, beta = now.across - then.across, gamma = now.turned - then.turned;
             share_[2 * q] = -alpha * a;
-            share_[2 * q + 1] = -gamma * a - beta * d;
+            share_[2 * q + 1] = -(now.firm - then.firm) * push_[0][c] - gamma * known_[2 * q] - beta * d;
             for (int o = 0; o < size; ++o) {
                 const double along = gram_[2 * q * 2 * CHANGES + o], across = gram_[(2 * q + 1) * 2 * CHANGES + o];
                 matrix_[2 * q * size + o] = alpha * along;
@@ -291,7 +322,7 @@ Path::End Path::follow(double way, int most) {
         find_rate();
         if (last >= 0) {
             const Margins m = margins(last, t);
-            const double rate = grows == 0 ? m.by_one : m.by_two;
+            const double rate = m[grows].rate;
             way = rate > 0.0 ? 1.0 : -1.0;
             if (!(std::abs(rate) < INFINITE)) return End::BROKEN;
         }
@@ -303,11 +334,11 @@ Path::End Path::follow(double way, int most) {
         if (event.contact < 0 || t + way * event.step > FARTHEST) return End::AWAY;
         move(way * event.step);
         t += way * event.step;
-        if (t < NEARER * nearest) nearest = t, nearest_[0] = x_[LAM], nearest_[1] = x_[TAU];
-        const int before = hold_[event.contact];
-        grows = change(event, t);
+        if (t < NEARER * nearest) nearest = t, nearest_ = {x_[LAM], x_[TAU], u_};
         last = event.contact;
-        key ^= word_of(last, before) ^ word_of(last, hold_[last]);
+        key ^= word_of(now_, last);
+        grows = change(event, t);
+        key ^= word_of(now_, last);
         if (std::find(seen_.begin(), seen_.end(), key) != seen_.end()) return End::LOOP;
         seen_.push_back(key);
         if (slot_[last] < 0 && changed_.size() >= CHANGES) {
@@ -319,17 +350,24 @@ Path::End Path::follow(double way, int most) {
     return End::LONG;
 }
 
-Rubbed Path::answer() const {
-    Rubbed at{x_[LAM], x_[TAU], u_};
-    for (int c = 0; c < p_.k; ++c) at.lam[c] += held_[0][c], at.tau[c] += held_[1][c];
-    for (std::size_t i = 0; i < u_.size(); ++i) at.u[i] += origin_[i];
+static Rubbed sum(Rubbed at, const std::array<Numbers, 2>& held, const Numbers& origin) {
+    for (std::size_t c = 0; c < at.lam.size(); ++c) at.lam[c] += held[0][c], at.tau[c] += held[1][c];
+    for (std::size_t i = 0; i < at.u.size(); ++i) at.u[i] += origin[i];
     return at;
 }
 
-Rubbed Path::nearest_answer() const {
-    Rubbed at{nearest_[0], nearest_[1], u_};
-    for (int c = 0; c < p_.k; ++c) at.lam[c] += held_[0][c], at.tau[c] += held_[1][c];
-    return at;
+Rubbed Path::answer() const { return sum({x_[LAM], x_[TAU], u_}, held_, origin_); }
+Rubbed Path::nearest_answer() const { return sum(nearest_, held_, origin_); }
+
+void into_cones(const Rubbing& p, Rubbed& at) {
+    Numbers v(p.k), s(p.k);
+    if (p.dissipates) contact_velocities(p, at.u, v, s);
+    for (int c = 0; c < p.k; ++c) {
+        at.lam[c] = std::max(at.lam[c], 0.0);
+        const double most = p.friction[c] * std::max(normal_push(p, c, v[c], at.lam[c]), 0.0);
+        at.tau[c] = std::min(std::max(at.tau[c], -most), most);
+    }
+    if (!p.dissipates) balance(p, at.lam, at.tau, at.u);
 }
 
 ProximalPoints::ProximalPoints(const Rubbing& p, Path& path, Rubbed at) : p_(p), path_(path), at_(std::move(at)), compliance_(FIRST), most_(PIVOTS) {
@@ -338,7 +376,7 @@ ProximalPoints::ProximalPoints(const Rubbing& p, Path& path, Rubbed at) : p_(p),
 
 bool ProximalPoints::step() {
     path_.compliance = compliance_;
-    path_.begin(at_.lam, at_.tau, BRINK * p_.scale, tries_);
+    path_.begin(at_, BRINK * p_.scale, tries_);
     const int before = path_.pivots;
     const Path::End end = path_.follow(-1.0, most_);
     pivots = path_.pivots - before, cost = STEP + pivots;
@@ -353,12 +391,7 @@ bool ProximalPoints::step() {
         if (!near) return false;
         at_ = path_.nearest_answer();
     }
-    for (int c = 0; c < p_.k; ++c) {
-        at_.lam[c] = std::max(at_.lam[c], 0.0);
-        const double m = p_.friction[c] * at_.lam[c];
-        at_.tau[c] = std::min(std::max(at_.tau[c], -m), m);
-    }
-    balance(p_, at_.lam, at_.tau, at_.u);
+    into_cones(p_, at_);
     return true;
 }
 

@@ -41,17 +41,20 @@ public:
     // presses, ±μλ where it slides by more than it may still hold.
     static void clean(const Rubbing& p, Rubbed& at);
     // Begin at t = 1 with percussions within their cones; contacts on the brink get up to `noise` m/s away from it.
-    void begin(In lam, In tau, double noise, std::uint64_t seed);
+    void begin(const Rubbed& at, double noise, std::uint64_t seed);
     // Follow the path from t = 1, at first in the direction `way` of t, to t = 0 with at most `most` pivots.
     End follow(double way, int most);
-    const Flags& hold() const { return hold_; }   // states at the end
+    const States& states() const { return now_; }  // at the end
     Rubbed answer() const;                        // where it arrived
-    Rubbed nearest_answer() const;                // λ and τ where it was nearest
+    Rubbed nearest_answer() const;                // where it was nearest
 
 private:
-    struct Margins {
-        double one, by_one, two, by_two;  // must stay ≥ 0; and their derivatives by t
+    // What must stay ≥ 0, and its derivative by t: of a closed contact λ, of an open one its gap; where it sticks what is left
+    // of friction either way; where it slides how fast, and p_n; where nothing holds −p_n. Infinite where another says the same.
+    struct Margin {
+        double left = INFINITE, rate = 0.0;
     };
+    using Margins = std::array<Margin, 3>;
     Margins margins(int c, double t) const;
     struct Event {
         double step = INFINITE;
@@ -59,6 +62,7 @@ private:
     };
     Event next_event(double t, double way) const;
     int change(const Event& event, double t);
+    int change_hold(int c, int which, double t);
     void set_forces(std::array<Numbers, 4>& x, double t, double offset) const;
     bool restart(double t);
     void take(int c);
@@ -67,10 +71,12 @@ private:
 
     const Rubbing& p_;
     FrictionFactor& factor_;
-    Flags hold_, base_;                      // (k) states now, and when the matrix was factorised (FREE is open)
+    States now_, base_;                      // states now, and when the matrix was factorised
     Numbers origin_;                         // (n·3) velocities where the path begins
     std::array<Numbers, 2> start_, held_, push_;  // (k) C u − b and T u, λ and τ there; a and d
-    std::array<Numbers, 2> firm_, nearest_;       // (k) 1/(εw) and 1/(εw_t); changes of λ and τ at the least t
+    std::array<Numbers, 2> firm_;            // (k) 1/(εw) and 1/(εw_t)
+    Numbers held_push_;                      // (k) N·s, p_n where the path begins
+    Rubbed nearest_;                         // changes at the least t
     Numbers u_, rate_, base_rate_;           // (n·3) by how much velocities have changed since, so that what firm contacts make of
                                              // a change is not lost in the digits of the whole; derivatives by t, with the
                                              // states now and with those of the factor
@@ -79,9 +85,12 @@ private:
     Weights weights_;
     std::vector<Numbers> columns_;           // what unit percussions along n and t of each do with the factor's matrix
     Numbers gram_, known_;                   // at each other; `base_rate` at each
-    Numbers rest_, matrix_, share_;
+    Numbers rest_, matrix_, share_, along_, across_;
     std::vector<std::uint64_t> seen_;
 };
+
+// Put λ and τ back into their cones; velocities that balance them, where nothing dissipates.
+void into_cones(const Rubbing& p, Rubbed& at);
 
 // The proximal point method, each step of which is made exactly, by a path of pivots.
 //

@@ -26,9 +26,29 @@ def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
     assert sliding.sum() > 10  # the law was put to the test
 
 
+def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
+    snapshot = pile(rows=11)
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    law = ContactLaw(friction=0.1, restitution=0.5)
+    found = solve(snapshot, contacts, law=law, tolerance=1e-11)
+    assert found.status == "solved"
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    u = np.column_stack([found.right_velocity, found.right_spin]).ravel()
+    v, s, both = dense.N @ u, dense.T @ u, dense.N @ (u + dense.left)
+    along, _ = law.acting(contacts, snapshot.mass, snapshot.velocity)
+    lam, tau = found.reaction, found.friction.tangential
+    push = along * np.maximum(both, 0.0) + lam
+    most = 0.1 * push
+    assert max(v.max(), -lam.min(), np.abs(lam * v).max()) < 1e-6
+    assert max((np.abs(tau) - most).max(), np.abs(most * np.abs(s) - tau * s).max()) < 1e-6
+    assert np.abs(dense.balance(push, tau, u)).max() < 1e-6
+    assert (push > lam + 1e-6).sum() > 10  # contacts rebound
+    assert ((push > 0) & (np.abs(s) > 1e-6)).sum() > 10  # and slide
+
+
 def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
-    whole = pile(rows=4)
-    rng = np.random.default_rng(154)
+    whole = pile(rows=5)
+    rng = np.random.default_rng(170)
     snapshot = Snapshot(
         position=whole.position,
         velocity=rng.normal(size=(len(whole), 2)),
