@@ -20,7 +20,7 @@ help:
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
-	@echo "make sanitize  crowds through every way of the core, watched for errors of memory and threads"
+	@echo "make sanitize  crowds through every way of the core, dumps and random bytes through its readers, watched for errors of memory and threads"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
 	@echo "make clean     removes everything that the other targets made"
@@ -128,15 +128,19 @@ core: $(VENV)/installed-test
 	@$(PIP) --no-build-isolation --no-deps --editable .
 	$(PYTHON) -m nanobind.stubgen -q -m nscd._core -o nscd/_core.pyi
 
-SANITIZED := $(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core tests/core/crowds.cpp $(shell grep -L binding.hpp nscd/core/*.cpp) -lpthread
+WATCHED := $(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core
+MEMORY := -fsanitize=address,undefined -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS
+SANITIZED := $(WATCHED) tests/core/crowds.cpp $(shell grep -L binding.hpp nscd/core/*.cpp) -lpthread
 
 sanitize:
 	@mkdir -p build/sanitize
-	$(SANITIZED) -fsanitize=address,undefined -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS -o build/sanitize/memory
+	$(WATCHED) tests/core/readers.cpp nscd/core/text.cpp $(MEMORY) -o build/sanitize/readers
+	build/sanitize/readers
+	$(SANITIZED) $(MEMORY) -o build/sanitize/memory
 	$(SANITIZED) -fsanitize=thread -o build/sanitize/threads
 	build/sanitize/memory
 	build/sanitize/threads
-	echo "The core has no errors of memory, of arithmetic or of threads on these crowds"
+	echo "The core has no errors of memory, of arithmetic or of threads on these dumps and crowds"
 
 lint: $(VENV)/installed-test
 	@$(PYTHON) -m ruff check .

@@ -9,25 +9,53 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nscd import _core
 from nscd.arrays import Floats, read_only
 from nscd.bodies import Snapshot
-from nscd.compiling import inner, kernel
 from nscd.contacts import Contacts
-from nscd.smearing import Kernel, cells_of, smear, value_at, window
 
 __all__ = [
     "FlowField", "Kernel", "StressField", "branches", "flow_field", "smear", "stress_field",
     "virial",
 ]  # fmt: skip
 
-# below this length, in widths, a branch is a point: erf's difference would lose more than the
-# midpoint does
-SHORT = 1e-5
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kernel:
+    """Set an isotropic kernel φ of unit integral in the plane.
+
+    width: m, w, its standard deviation along an axis
+    compact: φ = 4/(πR²)·(1 − r²/R²)³ for r < R = √10 w, twice continuously differentiable,
+        nothing to cut; otherwise the Gaussian φ = exp(−r²/2w²)/(2πw²)
+    cutoff: in widths, where the Gaussian is cut; what is cut is below exp(−cutoff²/2) of φ(0)
+
+    Raises ValueError for a width that is not positive and finite, or a cutoff below 1."""
+
+    width: float
+    compact: bool = False
+    cutoff: float = 6.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.width) and self.width > 0):
+            raise ValueError(f"width: {self.width} m; a kernel needs a positive width")
+        if not (np.isfinite(self.cutoff) and self.cutoff >= 1):
+            raise ValueError(f"cutoff: {self.cutoff} widths; at least 1 is needed")
+
+    @property
+    def reach(self) -> float:
+        """Compute the distance (m) beyond which the kernel counts as zero."""
+        return math.sqrt(10.0) * self.width if self.compact else self.cutoff * self.width
+
+    @property
+    def neglected(self) -> float:
+        """Compute the largest value (1/m²) that the kernel has beyond its reach."""
+        return (
+            0.0 if self.compact else math.exp(-0.5 * self.cutoff**2) / (2 * math.pi * self.width**2)
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,6 +98,23 @@ class FlowField:
     gradient: Floats
 
 
+def smear(
+    position: ArrayLike, values: ArrayLike, kernel: Kernel, at: ArrayLike
+) -> tuple[Floats, Floats]:
+    """Compute Σ_i values_i φ(x − x_i), shape (m,d), and its gradient (m,d,2) at points.
+
+    position: (n,2) m, x_i
+    values: (n,d)
+    at: (m,2) m, x
+
+    With a quadrature's points and weights × values it convolves a continuous field with the same
+    kernel. Raises ValueError for wrong shapes and non-finite numbers."""
+    points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
+    what = read_only(values, (len(where), -1), "values")
+    field, gradient = _core.smear(points, where, what, kernel.width, kernel.reach, kernel.compact)
+    return field, gradient.reshape(*field.shape, 2)
+
+
 def stress_field(
     snapshot: Snapshot, contacts: Contacts, impulse: ArrayLike, kernel: Kernel, at: ArrayLike
 ) -> StressField:
@@ -90,15 +135,15 @@ def stress_field(
     p = read_only(impulse, (len(contacts), 2), "impulse")
     contacts.check_disks(len(snapshot))
     start, branch = snapshot.position[contacts.first], branches(snapshot, contacts)
-    m = len(points)
-    stress, divergence, traction = np.zeros((m, 2, 2)), np.zeros((m, 2)), np.zeros((m, 2))
-    if m and len(contacts):
-        loads = Loads(start, branch, p, contacts.is_wall)
-        out = Fields(stress, divergence, traction)
-        _add_contacts(cells_of(points, kernel.reach), loads, kernel.weight, out)
+    stress, divergence, traction = _core.smear_stress(
+        points, start, branch, p, contacts.is_wall, kernel.width, kernel.reach, kernel.compact
+    )
     size = float((np.hypot(*p.T) * np.hypot(*branch.T)).sum())
     return StressField(
-        stress=stress, divergence=divergence, traction=traction, truncation=kernel.neglected * size
+        stress=stress.reshape(-1, 2, 2),
+        divergence=divergence,
+        traction=traction,
+        truncation=kernel.neglected * size,
     )
 
 
@@ -143,91 +188,3 @@ def flow_field(snapshot: Snapshot, velocity: ArrayLike, kernel: Kernel, at: Arra
         velocity=velocity_field,
         gradient=gradient / density[:, None, None],
     )
-
-
-class Loads(NamedTuple):
-    """Hold branches: start (k,2) m, branch ℓ (k,2) m, impulse p (k,2) N·s, is_wall (k,)."""
-
-    start: Any
-    branch: Any
-    impulse: Any
-    is_wall: Any
-
-
-class Fields(NamedTuple):
-    """Hold what is added to: stress (m,2,2), divergence (m,2), traction (m,2)."""
-
-    stress: Any
-    divergence: Any
-    traction: Any
-
-
-@inner
-def _along(along: float, across: float, length: float, width: float, compact: bool) -> float:
-    """∫₀¹ φ ds on a branch of this length, seen from a point that is `along` after its start and
-    `across` beside it (m)."""
-    if length < SHORT * width:
-        return value_at((along - 0.5 * length) ** 2 + across * across, width, compact)
-    if compact:
-        half2 = 10.0 * width * width - across * across
-        if half2 <= 0.0:
-            return 0.0
-        half = math.sqrt(half2)
-        a, b = max(-half, -along), min(half, length - along)
-        if a >= b:
-            return 0.0
-        middle, reach = 0.5 * (a + b), 0.5 * (b - a)
-        # Gauss–Legendre with 4 points is exact for this polynomial of degree 6
-        total = 0.0
-        for node, weight in (
-            (0.33998104358485626, 0.6521451548625461),
-            (0.8611363115940526, 0.34785484513745385),
-        ):
-            for side in (-1.0, 1.0):
-                s = middle + side * node * reach
-                total += weight * value_at(s * s + across * across, width, True)
-        return total * reach / length
-    scale = 1.0 / (math.sqrt(2.0) * width)
-    difference = math.erf(along * scale) - math.erf((along - length) * scale)
-    height = math.exp(-((across * scale) ** 2)) / (2.0 * math.pi * width * width)
-    return height * difference * width * math.sqrt(0.5 * math.pi) / length
-
-
-@kernel
-def _add_contacts(cells: Any, loads: Any, weight: Any, out: Any) -> None:
-    points, order, begins, nx, ny, x0, y0, side = cells
-    start, branch, impulse, is_wall = loads
-    width, reach, compact = weight
-    stress, divergence, traction = out
-    for c in range(len(start)):
-        sx, sy, lx, ly = start[c, 0], start[c, 1], branch[c, 0], branch[c, 1]
-        px, py = impulse[c, 0], impulse[c, 1]
-        if px == 0.0 and py == 0.0:
-            continue
-        length = math.sqrt(lx * lx + ly * ly)
-        ex, ey = (lx / length, ly / length) if length > 0.0 else (1.0, 0.0)
-        first, last = window(min(sx, sx + lx) - reach - x0, max(sx, sx + lx) + reach - x0, side, nx)
-        low, high = window(min(sy, sy + ly) - reach - y0, max(sy, sy + ly) + reach - y0, side, ny)
-        for column in range(first, last + 1):
-            if low > high:
-                break
-            for place in range(begins[column * ny + low], begins[column * ny + high + 1]):
-                k = order[place]
-                dx, dy = points[k, 0] - sx, points[k, 1] - sy
-                along, across = dx * ex + dy * ey, dy * ex - dx * ey
-                beyond = max(0.0, -along, along - length)
-                if across * across + beyond * beyond > reach * reach:
-                    continue
-                mean = _along(along, across, length, width, compact)
-                stress[k, 0, 0] -= px * lx * mean
-                stress[k, 0, 1] -= px * ly * mean
-                stress[k, 1, 0] -= py * lx * mean
-                stress[k, 1, 1] -= py * ly * mean
-                # ℓ·∇ of the line integral is φ at the start less φ at the end
-                end = value_at((dx - lx) ** 2 + (dy - ly) ** 2, width, compact)
-                change = value_at(dx * dx + dy * dy, width, compact) - end
-                divergence[k, 0] -= px * change
-                divergence[k, 1] -= py * change
-                if is_wall[c]:
-                    traction[k, 0] -= px * end
-                    traction[k, 1] -= py * end

@@ -154,18 +154,3 @@ class BinaryFrames:
         return DumpError(
             f"{self.path}: truncated: the file ends inside a frame, at byte {self._at}"
         )
-
-
-def binary_numbers(content: bytes, parts: list[tuple[int, int]], width: int) -> Floats:
-    """Read the numbers of frames, one below the other, (rows, width).
-
-    parts: start and end of each in the content, from the number of processes on"""
-    found = []
-    for start, end in parts:
-        at = start + 4
-        while at < end:
-            (some,) = struct.unpack_from("<i", content, at)
-            found.append(np.frombuffer(content, "<f8", some, at + 4))
-            at += 4 + 8 * some
-    whole = np.concatenate(found) if found else np.empty(0)
-    return whole.astype(np.float64, copy=False).reshape(-1, width)

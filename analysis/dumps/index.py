@@ -11,21 +11,9 @@ import numpy as np
 from analysis.dumps.binary import BEGIN, BinaryFrames, is_binary
 from analysis.dumps.frame import DumpError, Frame
 from analysis.dumps.heads import MARK, TIME, Heads
-from analysis.dumps.scan import (
-    AT,
-    FRAMES,
-    FULL,
-    LAST,
-    LINES,
-    MORE,
-    REAL,
-    ROWS,
-    STRANGE,
-    Found,
-    scan,
-)
 from analysis.dumps.table import DumpIndex
 from analysis.support.reading import DAMAGED, UnreadableError, next_line, open_file
+from nscd import _core
 
 # Bytes of a file that are read at once.
 BLOCK = 1 << 17
@@ -109,34 +97,33 @@ class _Frames:
         self.columns: tuple[str, ...] = ()
         self._text = _Text(file)
         self._heads = Heads(path, kind, self._text)
-        self._found = Found.nothing()
+        self._scan = _core.Scan()
         self._count = 0
 
     def all(self) -> Iterator[Frame]:
         """Read all frames, in order."""
-        now = self._found.now
+        scan = self._scan
         while True:
-            end = self._scan()
-            if end == MORE and self._more():
+            end = self._run()
+            if end == _core.Scan.MORE and self._more():
                 continue
-            if now[ROWS]:
-                if end == STRANGE:
+            if scan.rows_left:
+                if end == _core.Scan.STRANGE:
                     next_line(self._text, self.path, self._heads.line + 1)
                 raise DumpError(
-                    f"{self.path}: truncated: the file ends inside step {now[LAST]}, "
-                    f"frame {self._count + now[FRAMES]}"
+                    f"{self.path}: truncated: the file ends inside step {scan.last}, "
+                    f"frame {self._count + len(scan)}"
                 )
             yield from self._taken()
-            if end != FULL and not self._read_head():
+            if not self._read_head():
                 return
 
-    def _scan(self) -> int:
-        """Go on in compiled code, as far as that goes."""
-        text, heads, now = self._text, self._heads, self._found.now
-        now[AT], now[LINES] = text.at, heads.line
-        block, form = (np.frombuffer(b, np.uint8) for b in (text.kept, heads.form))
-        end: int = scan(block, text.before, form, len(self.columns), self._found)
-        text.at, heads.line = now[AT].item(), now[LINES].item()
+    def _run(self) -> int:
+        """Go on in the core, as far as that goes."""
+        text, heads, scan = self._text, self._heads, self._scan
+        scan.at, scan.lines = text.at, heads.line
+        end = scan.run(text.kept, text.before, heads.form, len(self.columns))
+        text.at, heads.line = scan.at, scan.lines
         return end
 
     def _more(self) -> bool:
@@ -147,40 +134,35 @@ class _Frames:
             raise DumpError(f"{self.path}, line {line}: damaged: {error}") from None
 
     def _taken(self) -> Iterator[Frame]:
-        """The frames that were found since; there is room for others then."""
-        count = self._found.now[FRAMES].item()
-        self._found.now[FRAMES] = 0
-        self._count += count
-        whole = self._found.whole[:count].tolist()
-        real = self._found.real.reshape(-1, REAL)[:count].tolist()
-        timed = self._timed(self._heads.form)
-        for (step, rows, *place), (time, x0, x1, y0, y1, *_) in zip(whole, real, strict=True):
+        """The frames that were found since."""
+        self._count += len(self._scan)
+        timed = bytes((MARK, TIME)) in self._heads.form
+        whole, values = (array.tolist() for array in self._scan.taken())
+        for (step, rows, *place), (time, x0, x1, y0, y1, *_) in zip(whole, values, strict=True):
             yield Frame(step, time if timed else None, (x0, y0), (x1, y1), rows, *place)
-
-    @staticmethod
-    def _timed(form: bytes) -> bool:
-        return bytes((MARK, TIME)) in form
 
     def _read_head(self) -> bool:
         """Read a head line by line; False at the end of the file."""
-        now = self._found.now
         found = self._heads.next_frame()
         if found is None:
             return False
         frame, names = found
-        if frame.step <= now[LAST]:
+        if frame.step <= self._scan.last:
             raise DumpError(
                 f"{self.path}, line {self._heads.step_line}: step {frame.step} follows step "
-                f"{now[LAST]}; frames must be in order, each once"
+                f"{self._scan.last}; frames must be in order, each once"
             )
         if self.columns and names != self.columns:
             raise DumpError(
                 f"{self.path}, line {frame.line - 1}: the columns change at step {frame.step}"
             )
         self.columns = names
-        now[ROWS], now[FRAMES], now[LAST] = frame.rows, 1, frame.step
-        place = self._text.before + self._text.at
-        self._found.whole[0] = frame.step, frame.rows, frame.line, place, 0
-        ends = zip(frame.low, frame.high, strict=True)
-        self._found.real[:5] = frame.time or 0.0, *(end for axis in ends for end in axis)
+        ends = [end for axis in zip(frame.low, frame.high, strict=True) for end in axis]
+        self._scan.begin(
+            frame.step,
+            frame.rows,
+            frame.line,
+            self._text.before + self._text.at,
+            np.array([frame.time or 0.0, *ends, 0.0, 0.0]),
+        )
         return True

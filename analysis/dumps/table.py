@@ -12,10 +12,9 @@ from typing import IO
 
 import numpy as np
 
-from analysis.dumps.binary import binary_numbers
 from analysis.dumps.frame import DumpError, Frame
-from analysis.dumps.numbers import numbers_in
 from analysis.support.reading import DAMAGED, NUMBER, open_file
+from nscd import _core
 from nscd.arrays import Floats, Indices
 
 # So many bytes are read at once where frames are read one after the other.
@@ -105,10 +104,7 @@ class DumpIndex:
     def numbers(self, numbers: range, text: bytes) -> Floats | None:
         """Read the tables of frames from their text, one below the other; None where there is
         anything but numbers."""
-        parts, width = self._parts(numbers), len(self.columns)
-        if self.binary:
-            return binary_numbers(text, [(start, end) for start, end, _ in parts.tolist()], width)
-        return numbers_in(text, parts, width)
+        return _core.rows(text, self._parts(numbers), len(self.columns), self.binary)
 
     def _by_row(self, content: bytes, frame: Frame) -> Floats:
         """The numbers of a frame that may have others than numbers."""

@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analysis.scene.packing import REST, Growth, grow, pairs_within
+from analysis.scene.packing import REST
 from analysis.scene.scene import read_scene
-from nscd import Contacts, Snapshot, Walls, find_contacts
-from nscd.compiling import kernel
+from nscd import Contacts, Snapshot, Walls, _core, find_contacts
 
 DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
@@ -57,7 +56,20 @@ def jammed(n: int, seed: int = 1) -> Case:
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
     # stiffness waves cross a larger crowd more slowly, hence the steps
     stiffness, most = 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n))
-    if not _relax(position, radius, 75.0 * 2.0 / 0.5, stiffness, most):
+    rested = _core.press(
+        position,
+        radius,
+        np.full(n, 75.0 * 2.0 / 0.5),
+        half_door=DOOR,
+        stiffness=stiffness,
+        step=0.02 / np.sqrt(stiffness),
+        longest=0.5 / np.sqrt(stiffness),
+        skin=SKIN,
+        cell=2 * float(radius.max()) + SKIN,
+        rest=REST,
+        most=most,
+    )
+    if not rested:
         raise RuntimeError(f"{n} jammed disks did not come to rest")
     return _case("jammed", position, radius, np.full(n, 75.0), 0.0, closed=True)
 
@@ -143,7 +155,10 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
 def _heap(n: int, seed: int) -> tuple[Any, Any]:
     radius = np.random.default_rng(seed).uniform(0.18, 0.25, n)
     position = np.zeros((n, 2))
-    growth = Growth(
+    placed = _core.grow(
+        position,
+        radius,
+        _arch(position, radius),
         half_door=DOOR,
         cell=2 * WIDEST,
         reach=2.0 * np.sqrt(n * 0.25) + 6.0,
@@ -154,7 +169,7 @@ def _heap(n: int, seed: int) -> tuple[Any, Any]:
         hollow=0.9,
         shut=False,
     )
-    if grow(position, radius, _arch(position, radius), growth) < n:
+    if placed < n:
         raise RuntimeError("the heap stopped growing")
     return position, radius
 
@@ -171,79 +186,3 @@ def _arch(position: Any, radius: Any) -> int:
         if position[count, 0] > -radius[count]:
             return count
     return len(radius)
-
-
-@kernel
-def _push(
-    position: Any, radius: Any, push: float, stiffness: float, first: Any, second: Any, force: Any,
-) -> tuple[float, int]:  # fmt: skip
-    """Set the force (n,2) on each disk; return the sum of the contact forces and their number."""
-    pressed, overlaps = 0.0, 0
-    for a in range(len(radius)):
-        x, y = position[a, 0], position[a, 1]
-        ty = min(max(y, -DOOR), DOOR) - y
-        d = np.hypot(x, ty)
-        force[a, 0], force[a, 1] = -push * x / d, push * ty / d
-        if x > -radius[a]:
-            force[a, 0] -= stiffness * (x + radius[a])
-    for p in range(len(first)):
-        a, b = first[p], second[p]
-        dx, dy = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1]
-        d2 = dx * dx + dy * dy
-        if d2 < (radius[a] + radius[b]) ** 2:
-            d = np.sqrt(d2)
-            f = stiffness * (radius[a] + radius[b] - d)
-            pressed += f
-            overlaps += 1
-            f /= d
-            force[a, 0] -= f * dx
-            force[a, 1] -= f * dy
-            force[b, 0] += f * dx
-            force[b, 1] += f * dy
-    return pressed, overlaps
-
-
-@kernel
-def _relax(position: Any, radius: Any, push: float, stiffness: float, most: int) -> bool:
-    """FIRE minimisation of the energy of soft disks that are pushed to the door (N) before a closed
-    wall x = 0: whether `most` steps were enough."""
-    n = len(radius)
-    velocity = np.zeros((n, 2))
-    force = np.zeros((n, 2))
-    first, second = np.empty(12 * n, np.int32), np.empty(12 * n, np.int32)
-    listed = position.copy()
-    count = -1
-    dt, alpha, steps = 0.02, 0.1, 0
-    scale = 1.0 / np.sqrt(stiffness)
-    for _ in range(most):
-        moved = 0.0
-        for a in range(n):
-            moved = max(
-                moved, np.hypot(position[a, 0] - listed[a, 0], position[a, 1] - listed[a, 1])
-            )
-        if count < 0 or moved > SKIN / 2:
-            listed[:] = position
-            cell = 2 * radius.max() + SKIN
-            count = pairs_within(position, radius, SKIN, cell, first, second)
-        pressed, overlaps = _push(position, radius, push, stiffness, first[:count], second, force)
-        power = speed = size = worst = 0.0
-        for a in range(n):
-            for c in range(2):
-                power += force[a, c] * velocity[a, c]
-                speed += velocity[a, c] ** 2
-                size += force[a, c] ** 2
-                worst = max(worst, abs(force[a, c]))
-        if worst * overlaps < REST * pressed:
-            return True
-        if power > 0:
-            steps += 1
-            mix = alpha * np.sqrt(speed / size)
-            if steps > 5:
-                dt, alpha = min(dt * 1.1, 0.5), alpha * 0.99
-            velocity[:] = (1 - alpha) * velocity + mix * force
-        else:
-            velocity[:] = 0.0
-            dt, alpha, steps = dt * 0.5, 0.1, 0
-        velocity += dt * scale * force
-        position += dt * scale * velocity
-    return False

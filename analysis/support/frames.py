@@ -8,6 +8,8 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nscd import _core
+
 if TYPE_CHECKING:  # the process of an engine begins at once without
     from nscd.arrays import Floats
 
@@ -17,7 +19,8 @@ IMPULSE_COLUMNS = ("first", "second", "is_wall", "impulse_x", "impulse_y")
 def write_frame(
     file: IO[str], kind: str, step: int, names: Sequence[str], columns: Sequence[ArrayLike]
 ) -> None:
-    """Append a frame to a dump; integers as such, floats with the 17 digits that give them back.
+    """Append a frame to a dump; numbers as short as they can be and still the same when
+    read.
 
     kind: ATOMS or ENTRIES
     names, columns: of the table; all columns have one length
@@ -27,11 +30,9 @@ def write_frame(
     head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{rows}\n"
     file.write(f"{head}ITEM: BOX BOUNDS ff ff pp\n{_bounds(names, arrays)}ITEM: {kind} ")
     file.write(" ".join(names) + "\n")
-    row = " ".join("%d" if a.dtype.kind in "iub" else "%.17g" for a in arrays) + "\n"
-    # + 0: no negative zeros
-    file.writelines(
-        row % values for values in zip(*((a + 0).tolist() for a in arrays), strict=True)
-    )
+    wanted = [np.int64 if a.dtype.kind in "iub" else np.float64 for a in arrays]
+    table = [np.ascontiguousarray(a, kind) for a, kind in zip(arrays, wanted, strict=True)]
+    file.write(_core.table(table, csv=False).decode())
     file.flush()
 
 

@@ -31,7 +31,7 @@ BASE = Part(
     extra="",
     what="percussions of snapshots and dumps, scenes, the rigid engine",
     libraries=_same("numpy", "scipy", "numba", "llvmlite", "MDAnalysis")
-    | _same("pydantic", "shapely", "orjson")
+    | _same("pydantic", "shapely")
     | {"typer": "typer", "rich": "rich", "tomli_w": "tomli-w"},
 )
 # from Python 3.14 on it reads them itself

@@ -16,6 +16,7 @@ using namespace nb::literals;
 namespace nscd {
 
 void bind_friction(nb::module_& m);
+void bind_others(nb::module_& m);  // text, packing, fields, sums of impulses
 
 template <class T, int D>
 using Given = nb::ndarray<const T, nb::numpy, nb::ndim<D>, nb::c_contig, nb::device::cpu>;

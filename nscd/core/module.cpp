@@ -88,6 +88,18 @@ bool missed_of(const Matrix& position, const Vector& radius, const Walls& walls,
     return missed({span(position), {}, {}, span(radius), {}, walls.segments()}, span(velocity), seconds, margin);
 }
 
+Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
+Places places(const auto& given) { return Places(given.data(), given.data() + given.size()); }
+
+auto drifts_of(const Matrix& before, const Matrix& after, const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal,
+               const Vector& gap, const Vector& reaction, double seconds, double slack) {
+    const std::size_t k = reaction.size(), n = before.shape(0);
+    need(before.shape(1) == 2 && after.size() == 2 * n && first.size() == k && second.size() == k && normal.size() == 2 * k && gap.size() == k, "drifts: shapes differ");
+    const Neighbours near{places(first), places(second), {}, numbers(normal), numbers(gap)};
+    for (std::size_t c = 0; c < k; ++c) need(near.first[c] >= 0 && near.first[c] < Index(n) && near.second[c] < Index(n), "contacts: a disk that does not exist");
+    return give<2>(drifts(span(before), span(after), near, span(reaction), seconds, slack), 2);
+}
+
 auto freed_of(const Matrix& velocity, const Matrix& desired, double share, double x, double y) {
     need(velocity.shape(1) == 2 && (desired.size() == 0 || desired.size() == velocity.size()), "desired: (n, 2) is needed");
     Numbers free(velocity.size());
@@ -122,13 +134,6 @@ auto film(const Whole& start, const Whole& ids, const Matrix& position, const Ma
                            give(std::move(found.residual)), give(std::move(found.velocity_error)));
 }
 
-void add_to_window(WindowSums& sums, const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall,
-                   const Matrix& normal, const Vector& gap, const Vector& reaction, std::optional<Vector> friction) {
-    const std::size_t k = reaction.size();
-    need(first.size() == k && second.size() == k && wall.size() == k && normal.size() == 2 * k && gap.size() == k && (!friction || friction->size() == k), "window: shapes differ");
-    sums.add(span(first), span(second), span(wall), span(normal), span(gap), span(reaction), friction ? span(*friction) : In{});
-}
-
 using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void soft_forces(Changed force, const Matrix& x, const Matrix& v, const Vector& radius, const Vector& mass, const Whole& first,
@@ -150,22 +155,6 @@ void soft_drive(Changed acceleration, const Matrix& x, const Matrix& v, double s
 bool crosses_of(const Matrix& before, const Matrix& after, const Matrix& start, const Matrix& end) {
     need(before.size() == after.size() && start.size() == end.size(), "crosses: shapes differ");
     return crosses(span(before), span(after), span(start), span(end));
-}
-
-// first, second (n + wall for a wall), normal, gap, impulse, steps.
-auto close_window(WindowSums& sums) {
-    const auto closed = sums.close();
-    const std::size_t m = closed.size();
-    std::vector<std::int64_t> first(m), second(m), steps(m);
-    Numbers normal(2 * m), gap(m), impulse(2 * m);
-    for (std::size_t c = 0; c < m; ++c) {
-        const auto& [key, sum] = closed[c];
-        first[c] = key >> 31, second[c] = key & ((std::int64_t{1} << 31) - 1), steps[c] = sum.steps;
-        normal[2 * c] = sum.x, normal[2 * c + 1] = sum.y, gap[c] = sum.gap;
-        impulse[2 * c] = sum.px, impulse[2 * c + 1] = sum.py;
-    }
-    return std::make_tuple(give(std::move(first)), give(std::move(second)), give<2>(std::move(normal), 2), give(std::move(gap)),
-                           give<2>(std::move(impulse), 2), give(std::move(steps)));
 }
 
 auto components_of(int n, const Given<Index, 1>& first, const Given<Index, 1>& second) {
@@ -192,8 +181,6 @@ auto islands(const Whole& first, const Whole& second, const Marks& is_wall, cons
     Islands of = islands_of(s);
     return std::make_tuple(give(std::move(of.label)), give(std::move(of.contacts)), give(std::move(of.disks)), give_marks(std::move(of.pressed)));
 }
-
-Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
 
 using Said = nb::typed<nb::dict, nb::str, nb::any>;
 
@@ -338,20 +325,18 @@ private:
 NB_MODULE(_core, m) {
     m.doc() = "The native core: see nscd/core/.";
     nscd::bind_friction(m);
+    nscd::bind_others(m);
     nb::class_<Walls>(m, "Walls").def(nb::init<const Matrix&, const Matrix&, const Given<Index, 2>&, const Given<bool, 2>&>(),
                                       "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
         .def("__len__", [](const Walls& walls) { return walls.segments().w; });
-    nb::class_<WindowSums>(m, "WindowSums")
-        .def(nb::init<std::int64_t>(), "n"_a)
-        .def("add", &add_to_window, "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "normal"_a.noconvert(),
-             "gap"_a.noconvert(), "reaction"_a.noconvert(), "friction"_a.noconvert() = nb::none())
-        .def("close", &close_window);
     m.def("touching", &touching_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "most"_a);
     m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);
     m.def("step", &step, "position"_a.noconvert(), "velocity"_a.noconvert(), "free"_a.noconvert(), "radius"_a.noconvert(),
           "mass"_a.noconvert(), "walls"_a, "seconds"_a, "restitution"_a, "gained"_a, "tolerance"_a);
     m.def("missed", &missed_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "velocity"_a.noconvert(), "seconds"_a, "margin"_a);
     m.def("freed", &freed_of, "velocity"_a.noconvert(), "desired"_a.noconvert(), "share"_a, "x"_a, "y"_a);
+    m.def("drifts", &drifts_of, "before"_a.noconvert(), "after"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(),
+          "normal"_a.noconvert(), "gap"_a.noconvert(), "reaction"_a.noconvert(), "seconds"_a, "slack"_a);
     m.def("headed", &headed_of, "position"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert(), "outward"_a.noconvert(),
           "place"_a.noconvert(), "speed"_a);
     m.def("film", &film, "start"_a.noconvert(), "ids"_a.noconvert(), "position"_a.noconvert(), "left"_a.noconvert(), "radius"_a.noconvert(),

@@ -4,6 +4,21 @@
 
 namespace nscd {
 
+namespace {
+
+// Adds to a force what one receives from another at −(x, y), relative to whom it moves with (u, v); returns whether it is near.
+bool add_social(double x, double y, double u, double v, double radii, const Social& law, double (&force)[2]) {
+    const double square = x * x + y * y, far = radii + law.reach;
+    if (square > far * far || square == 0.0) return false;
+    const double distance = std::sqrt(square), gap = distance - radii, nx = x / distance, ny = y / distance;
+    double normal = law.strength * std::exp(-gap / law.decay), sliding = 0.0;
+    if (gap < 0.0) normal -= law.body_stiffness * gap, sliding = law.sliding_friction * gap * (-u * ny + v * nx);
+    force[0] = normal * nx - sliding * ny, force[1] = normal * ny + sliding * nx;
+    return true;
+}
+
+}  // namespace
+
 void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const std::int64_t> first,
                     std::span<const std::int64_t> second, std::span<const std::int64_t> wall, const Segments& walls, const Soft& soft) {
     std::fill(force.begin(), force.end(), 0.0);
@@ -70,6 +85,35 @@ bool crosses(In before, In after, In start, In end) {
         }
     }
     return false;
+}
+
+void social_steps(Out position, Out velocity, In desired, In radius, In mass, In start, In end, const Social& law, double step, int steps) {
+    const std::size_t n = radius.size();
+    Numbers force(2 * n);
+    double push[2];
+    for (; steps > 0; --steps) {
+        for (std::size_t c = 0; c < 2 * n; ++c) force[c] = mass[c / 2] * (desired[c] - velocity[c]) / law.tau;
+        for (std::size_t i = 0; i < n; ++i) {
+            const double x = position[2 * i], y = position[2 * i + 1], u = velocity[2 * i], v = velocity[2 * i + 1];
+            if (x > law.gone) continue;
+            for (std::size_t j = 0; j < i; ++j) {
+                if (position[2 * j] > law.gone) continue;
+                if (!add_social(x - position[2 * j], y - position[2 * j + 1], u - velocity[2 * j], v - velocity[2 * j + 1], radius[i] + radius[j], law, push)) continue;
+                force[2 * i] += push[0], force[2 * i + 1] += push[1];
+                force[2 * j] -= push[0], force[2 * j + 1] -= push[1];
+            }
+            for (std::size_t w = 0; w < start.size(); w += 2) {
+                const double ax = end[w] - start[w], ay = end[w + 1] - start[w + 1], px = x - start[w], py = y - start[w + 1];
+                const double share = std::clamp((px * ax + py * ay) / (ax * ax + ay * ay), 0.0, 1.0);
+                if (!add_social(px - share * ax, py - share * ay, u, v, radius[i], law, push)) continue;
+                force[2 * i] += push[0], force[2 * i + 1] += push[1];
+            }
+        }
+        for (std::size_t c = 0; c < 2 * n; ++c) {
+            velocity[c] += step * force[c] / mass[c / 2];
+            position[c] += step * velocity[c];
+        }
+    }
 }
 
 }  // namespace nscd

@@ -1,4 +1,4 @@
-// The soft-contact model of the charts: contact forces of disks that overlap.
+// Soft bodies: the contact forces of the charts, and the steps of the social force model.
 #pragma once
 
 #include "geometry.hpp"
@@ -25,5 +25,16 @@ void add_drive(Out acceleration, In x, In v, double speed, double tau, In start,
 
 // Whether any way before → after (n·2) m crosses any wall start → end (w·2) m.
 bool crosses(In before, In after, In start, In end);
+
+// The social force model of Helbing, Farkas and Vicsek, Nature 407 (2000) 487: people and walls at a gap g along n give
+// A exp(−g/B) n, and where they overlap k(−g) n and κ(−g) Δu_t t besides.
+struct Social {
+    double strength, decay, body_stiffness, sliding_friction;  // A N, B m, k N/m, κ kg/(m s)
+    double tau;    // s, in which somebody alone comes to the desired velocity
+    double reach;  // m, the largest gap of a pair that counts
+    double gone;   // m, who is beyond it in x pushes nobody
+};
+// Move people (n·2) by semi-implicit Euler steps (s) with desired velocities (n·2) m/s among walls start → end (w·2) m.
+void social_steps(Out position, Out velocity, In desired, In radius, In mass, In start, In end, const Social& law, double step, int steps);
 
 }  // namespace nscd

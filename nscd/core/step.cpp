@@ -114,6 +114,27 @@ double freed(In velocity, In desired, double share, const double (&gain)[2], Out
     return most;
 }
 
+Numbers drifts(In before, In after, const Neighbours& near, In reaction, double step, double slack) {
+    Numbers drift(after.size());
+    for (std::size_t i = 0; i < drift.size(); ++i) drift[i] = 0.5 * (before[i] + after[i]);
+    Flags late(drift.size() / 2, 0);
+    for (bool again = true; again;) {
+        again = false;
+        for (std::size_t c = 0; c < reaction.size(); ++c) {
+            const Index i = near.first[c], j = near.second[c];
+            if (late[i] && (j < 0 || late[j])) continue;
+            const double x = near.normal[2 * c], y = near.normal[2 * c + 1];
+            const auto closing = [&](In u) { return x * u[2 * i] + y * u[2 * i + 1] - (j < 0 ? 0.0 : x * u[2 * j] + y * u[2 * j + 1]); };
+            const bool of_one = j >= 0 && late[i] != late[j];
+            if (reaction[c] > 0.0 ? !of_one && std::abs(closing(drift) - closing(after)) <= slack : closing(drift) <= near.gap[c] / step + slack) continue;
+            again = true;
+            for (Index one : {i, j})
+                if (one >= 0) late[one] = 1, drift[2 * one] = after[2 * one], drift[2 * one + 1] = after[2 * one + 1];
+        }
+    }
+    return drift;
+}
+
 Stepped make_step(const Bodies& bodies, double step, double restitution, double gained, double tolerance) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
@@ -142,26 +163,6 @@ Stepped make_step(const Bodies& bodies, double step, double restitution, double 
         if (repeats == REPEATS || !missed(bodies, found.velocity, step, margin)) return found;
         margin = 2.0 * step * fastest(found.velocity);
     }
-}
-
-void WindowSums::add(std::span<const Index> first, std::span<const Index> second, std::span<const Index> wall, In normal, In gap, In reaction, In friction) {
-    for (std::size_t c = 0; c < reaction.size(); ++c) {
-        if (!(reaction[c] > 0.0)) continue;
-        const std::int64_t other = wall[c] >= 0 ? n_ + wall[c] : second[c];
-        Sum& sum = sums_[(std::int64_t(first[c]) << 31) | other];
-        const double x = normal[2 * c], y = normal[2 * c + 1], across = friction.empty() ? 0.0 : friction[c];
-        ++sum.steps;
-        sum.x = x, sum.y = y, sum.gap = gap[c];
-        sum.px += reaction[c] * x - across * y;
-        sum.py += reaction[c] * y + across * x;
-    }
-}
-
-std::vector<std::pair<std::int64_t, WindowSums::Sum>> WindowSums::close() {
-    std::vector<std::pair<std::int64_t, Sum>> sums(sums_.begin(), sums_.end());
-    std::sort(sums.begin(), sums.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    sums_.clear();
-    return sums;
 }
 
 }  // namespace nscd

@@ -1,7 +1,5 @@
-// A rigid crowd in motion: one Moreau–Jean step, an exact contact problem, and the sums of what steps carry.
+// A rigid crowd in motion: one Moreau–Jean step, an exact contact problem.
 #pragma once
-
-#include <unordered_map>
 
 #include "answer.hpp"
 #include "contacts.hpp"
@@ -44,24 +42,11 @@ bool missed(const Bodies& bodies, In velocity, double step, double margin);
 // Where nobody drives, desired is empty.
 double freed(In velocity, In desired, double share, const double (&gain)[2], Out free);
 
+// The velocities (n·2) with which disks go through a step that nobody drives: the means of those before and after it, which
+// follow a body force to second order; but those after it where a mean would close a contact beyond its gap, or change the
+// gap of a pressed one, and for all that such disks press. slack: m/s, what counts as nothing
+Numbers drifts(In before, In after, const Neighbours& near, In reaction, double step, double slack);
+
 double fastest(In velocity);  // the largest speed (m/s) of (n·2)
-
-// Impulses summed contact by contact over a window of time.
-class WindowSums {
-public:
-    explicit WindowSums(std::int64_t n) : n_(n) {}
-    struct Sum {
-        std::int64_t steps = 0;  // in how many steps it was pressed
-        double x, y, gap;        // normal and gap of the last of them
-        double px = 0.0, py = 0.0;
-    };
-    // friction (k) N·s along (−n_y, n_x), or none.
-    void add(std::span<const Index> first, std::span<const Index> second, std::span<const Index> wall, In normal, In gap, In reaction, In friction);
-    std::vector<std::pair<std::int64_t, Sum>> close();  // by key: first · 2³¹ + second, or n + wall
-
-private:
-    std::int64_t n_;
-    std::unordered_map<std::int64_t, Sum> sums_;
-};
 
 }  // namespace nscd

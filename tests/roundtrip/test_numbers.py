@@ -8,14 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.dumps.numbers import numbers_of
 from analysis.support.reading import NUMBER
+from nscd import _core
 
 FORMATS = ("{!r}", "{:.17g}", "{:.9g}", "{:.20e}", "{:+.16E}", "{:f}")
 written = st.builds(str.format, st.sampled_from(FORMATS), st.floats())
 digits = st.from_regex(
     r"[+-]?([0-9]{0,22}\.?[0-9]|[0-9]\.)[0-9]{0,22}([eE][+-]?[0-9]{1,4})?", fullmatch=True
 )
+
+
+def numbers_of(text, rows, width):
+    return _core.rows(text, np.array([[0, len(text), rows]]), width)
 
 
 def same(found, word):

@@ -2,15 +2,13 @@
 
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from analysis.scene.parts import Drive
 from analysis.support.progress import Progress
-from nscd import Snapshot, Walls, find_contacts
+from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats
-from nscd.compiling import kernel
 from nscd.rivals import SocialForceLaw, SocialForces, social_force
 
 # Helbing, Farkas and Vicsek, Nature 407 (2000) 487: people of 80 kg with diameters of 0.5 to 0.7 m
@@ -122,74 +120,22 @@ def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot
     """Move a crowd by so many steps of the semi-implicit Euler method: m du/dt = m (u_d − u)/τ plus
     the social forces of people and walls."""
     law = SocialForceLaw()
-    constants = np.array([law.strength, law.decay, law.body_stiffness, law.sliding_friction])
+    constants = law.strength, law.decay, law.body_stiffness, law.sliding_friction
     position, velocity = crowd.position.copy(), crowd.velocity.copy()
     for done in range(0, steps, RENEWED):
-        desired = drive.desired_velocity(position)
-        _advance(
+        _core.social_steps(
             position,
             velocity,
-            desired,
-            (crowd.radius, crowd.mass),
-            (walls.start, walls.end),
+            drive.desired_velocity(position),
+            crowd.radius,
+            crowd.mass,
+            walls.start,
+            walls.end,
             constants,
-            min(RENEWED, steps - done),
+            tau=TIME_S,
+            reach=REACH_M,
+            gone=GONE_M,
+            step=STEP_S,
+            steps=min(RENEWED, steps - done),
         )
     return replace(crowd, position=position, velocity=velocity)
-
-
-@kernel
-def _advance(
-    position: Any, velocity: Any, desired: Any, bodies: Any, walls: Any, law: Any, steps: int
-) -> None:
-    """Move position and velocity (n,2) by some steps with the desired velocity (n,2) m/s."""
-    radius, mass = bodies
-    start, end = walls
-    n = len(radius)
-    force = np.empty((n, 2))
-    for _ in range(steps):
-        for i in range(n):
-            for c in range(2):
-                force[i, c] = mass[i] * (desired[i, c] - velocity[i, c]) / TIME_S
-        for i in range(n):
-            if position[i, 0] > GONE_M:
-                continue
-            for j in range(i):
-                if position[j, 0] <= GONE_M:
-                    x, y = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1]
-                    u = velocity[i, 0] - velocity[j, 0]
-                    v = velocity[i, 1] - velocity[j, 1]
-                    fx, fy = _push(x, y, u, v, radius[i] + radius[j], law)
-                    force[i, 0] += fx
-                    force[i, 1] += fy
-                    force[j, 0] -= fx
-                    force[j, 1] -= fy
-            for w in range(len(start)):
-                ax, ay = end[w, 0] - start[w, 0], end[w, 1] - start[w, 1]
-                x, y = position[i, 0] - start[w, 0], position[i, 1] - start[w, 1]
-                share = min(max((x * ax + y * ay) / (ax * ax + ay * ay), 0.0), 1.0)
-                x, y = x - share * ax, y - share * ay
-                fx, fy = _push(x, y, velocity[i, 0], velocity[i, 1], radius[i], law)
-                force[i, 0] += fx
-                force[i, 1] += fy
-        for i in range(n):
-            for c in range(2):
-                velocity[i, c] += STEP_S * force[i, c] / mass[i]
-                position[i, c] += STEP_S * velocity[i, c]
-
-
-@kernel
-def _push(x: float, y: float, u: float, v: float, reach: float, law: Any) -> tuple[float, float]:
-    """What one receives from another at −(x, y), relative to whom it moves with (u, v)."""
-    square = x * x + y * y
-    if square > (reach + REACH_M) ** 2 or square == 0.0:
-        return 0.0, 0.0
-    distance = np.sqrt(square)
-    gap = distance - reach
-    nx, ny = x / distance, y / distance
-    normal = law[0] * np.exp(-gap / law[1])
-    if gap >= 0:
-        return normal * nx, normal * ny
-    normal -= law[2] * gap
-    sliding = law[3] * gap * (-u * ny + v * nx)
-    return normal * nx - sliding * ny, normal * ny + sliding * nx

@@ -1,0 +1,227 @@
+// The door to Python of what is not contact dynamics: text, packing, fields, sums of impulses, people of the social force model.
+#include <nanobind/stl/array.h>
+
+#include "binding.hpp"
+#include "packing.hpp"
+#include "smear.hpp"
+#include "soft.hpp"
+#include "sums.hpp"
+#include "text.hpp"
+
+#include <utility>
+
+namespace nscd {
+
+namespace {
+
+using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+Out span_of(Changed& changed) { return {changed.data(), changed.size()}; }
+std::string_view view(const nb::bytes& content) { return {content.c_str(), content.size()}; }
+
+// (rows, width) of tables (p, 3): start, end, rows.
+std::optional<Made<double, 2>> rows_of(const nb::bytes& content, const Given<std::int64_t, 2>& tables, std::int64_t width, bool binary) {
+    need(tables.shape(1) == 3 && width > 0, "rows: tables (p, 3) and a width are needed");
+    const std::span<const Table> those(reinterpret_cast<const Table*>(tables.data()), tables.shape(0));
+    std::optional<Numbers> found;
+    {
+        nb::gil_scoped_release others;
+        found = binary ? binary_rows(view(content), those, width) : text_rows(view(content), those, width);
+    }
+    if (!found) return std::nullopt;
+    return give<2>(std::move(*found), width);
+}
+
+// A cell of a list: a word, a number, or None.
+std::string cell_of(nb::handle cell) {
+    std::string out;
+    if (PyUnicode_Check(cell.ptr())) {
+        Py_ssize_t size = 0;
+        const char* word = PyUnicode_AsUTF8AndSize(cell.ptr(), &size);
+        if (!word) throw nb::python_error();
+        out.assign(word, std::size_t(size));
+        need(out.find('\0') == out.npos, "a text with a null character; CSV has none");
+        if (out.find_first_of(",\"\r\n") == out.npos) return out;
+        for (std::size_t at = 0; (at = out.find('"', at)) != out.npos; at += 2) out.insert(at, 1, '"');
+        return '"' + out + '"';
+    }
+    if (PyIndex_Check(cell.ptr())) return std::to_string(nb::cast<std::int64_t>(cell));
+    if (!cell.is_none()) put_number(out, nb::cast<double>(cell), true);
+    return out;
+}
+
+// Rows of a table as text, of columns of one length: arrays of float64 or int64, or lists of words, numbers and None.
+nb::bytes table(const nb::list& columns, bool csv) {
+    std::vector<Column> given;
+    std::size_t rows = 0;
+    for (nb::handle column : columns) {
+        Vector numbers;
+        Whole whole;
+        if (nb::try_cast(column, numbers, false)) given.emplace_back(In(span(numbers)));
+        else if (nb::try_cast(column, whole, false)) given.emplace_back(std::span<const std::int64_t>(span(whole)));
+        else {
+            std::vector<std::string> cells;
+            for (nb::handle cell : nb::cast<nb::list>(column)) cells.push_back(cell_of(cell));
+            given.emplace_back(std::move(cells));
+        }
+        const std::size_t size = std::visit([](const auto& cells) { return cells.size(); }, given.back());
+        if (given.size() == 1) rows = size;
+        need(size == rows, "columns of different lengths; one length is needed");
+    }
+    std::string out;
+    {
+        nb::gil_scoped_release others;
+        out = table_of(given, rows, csv);
+    }
+    return nb::bytes(out.data(), out.size());
+}
+
+// whole (m, 5): step, rows, line, offset, length; values (m, 7): time, lowest and highest x, y, z. They are taken away.
+auto taken_of(Scan& scan) {
+    std::vector<std::int64_t> whole;
+    Numbers values;
+    for (const Scan::Frame& f : std::exchange(scan.frames, {})) {
+        whole.insert(whole.end(), {f.step, f.rows, f.line, f.offset, f.length});
+        values.insert(values.end(), std::begin(f.values), std::end(f.values));
+    }
+    return std::make_tuple(give<2>(std::move(whole), 5), give<2>(std::move(values), 7));
+}
+
+// Go on behind a head that was read elsewhere: of a frame whose table begins at `offset`, with time and box (7).
+void begin_frame(Scan& scan, std::int64_t step, std::int64_t rows, std::int64_t line, std::int64_t offset, const Vector& values) {
+    need(values.size() == 7 && rows >= 0, "begin: the time and six ends of the box are needed");
+    Scan::Frame frame{step, rows, line, offset, 0, {}};
+    std::copy(values.data(), values.data() + 7, frame.values);
+    scan.frames.push_back(frame);
+    scan.rows_left = rows, scan.last = step;
+}
+
+int grow_of(Changed position, const Vector& radius, int placed, double half_door, double cell, double reach, double typical, double near,
+            double beside, double least, double hollow, bool shut) {
+    need(position.shape(1) == 2 && position.shape(0) == radius.size() && cell > 0.0, "grow: shapes differ");
+    return grow(span_of(position), span(radius), placed, {half_door, cell, reach, typical, near, beside, least, hollow, shut});
+}
+
+bool press_of(Changed position, const Vector& radius, const Vector& push, double half_door, double stiffness, double step, double longest,
+              double skin, double cell, double rest, int most) {
+    need(position.shape(1) == 2 && position.shape(0) == radius.size() && push.size() == radius.size() && cell > 0.0, "press: shapes differ");
+    return press(span_of(position), span(radius), span(push), {half_door, stiffness, step, longest, skin, cell, rest, most});
+}
+
+// field (m, d), gradient (m, 2d)
+auto smear_of(const Matrix& points, const Matrix& where, const Matrix& values, double width, double reach, bool compact) {
+    need(points.shape(1) == 2 && where.shape(1) == 2 && where.shape(0) == values.shape(0), "smear: shapes differ");
+    const std::size_t m = points.shape(0), d = values.shape(1);
+    Numbers field(m * d, 0.0), gradient(2 * m * d, 0.0);
+    {
+        nb::gil_scoped_release others;
+        if (m && where.size()) smear(span(points), span(where), span(values), {width, reach, compact}, field, gradient);
+    }
+    return std::make_tuple(give<2>(std::move(field), std::max<std::size_t>(d, 1)), give<2>(std::move(gradient), std::max<std::size_t>(2 * d, 1)));
+}
+
+// stress (m, 4), divergence (m, 2), traction (m, 2)
+auto smear_stress_of(const Matrix& points, const Matrix& start, const Matrix& branch, const Matrix& impulse, const Marks& is_wall, double width,
+                     double reach, bool compact) {
+    const std::size_t m = points.shape(0), k = is_wall.size();
+    need(points.shape(1) == 2 && start.size() == 2 * k && branch.size() == 2 * k && impulse.size() == 2 * k, "stress: shapes differ");
+    Numbers stress(4 * m, 0.0), divergence(2 * m, 0.0), traction(2 * m, 0.0);
+    {
+        nb::gil_scoped_release others;
+        const Loads loads{span(start), span(branch), span(impulse), span(is_wall)};
+        if (m && k) smear_stress(span(points), loads, {width, reach, compact}, stress, divergence, traction);
+    }
+    return std::make_tuple(give<2>(std::move(stress), 4), give<2>(std::move(divergence), 2), give<2>(std::move(traction), 2));
+}
+
+void social_of(Changed position, Changed velocity, const Matrix& desired, const Vector& radius, const Vector& mass, const Matrix& start,
+               const Matrix& end, const std::array<double, 4>& law, double tau, double reach, double gone, double step, int steps) {
+    const std::size_t n = radius.size();
+    need(position.size() == 2 * n && velocity.size() == 2 * n && desired.size() == 2 * n && mass.size() == n && start.size() == end.size(), "social: shapes differ");
+    nb::gil_scoped_release others;
+    social_steps(span_of(position), span_of(velocity), span(desired), span(radius), span(mass), span(start), span(end),
+                 {law[0], law[1], law[2], law[3], tau, reach, gone}, step, steps);
+}
+
+void add_to_window(WindowSums& sums, const Given<Index, 1>& first, const Given<Index, 1>& second, const Given<Index, 1>& wall,
+                   const Matrix& normal, const Vector& gap, const Vector& reaction, std::optional<Vector> friction) {
+    const std::size_t k = reaction.size();
+    need(first.size() == k && second.size() == k && wall.size() == k && normal.size() == 2 * k && gap.size() == k && (!friction || friction->size() == k), "window: shapes differ");
+    sums.add(span(first), span(second), span(wall), span(normal), span(gap), span(reaction), friction ? span(*friction) : In{});
+}
+
+// first, second (n + wall for a wall), normal, gap, impulse, steps.
+auto close_window(WindowSums& sums) {
+    const auto closed = sums.close();
+    const std::size_t m = closed.size();
+    std::vector<std::int64_t> first(m), second(m), steps(m);
+    Numbers normal(2 * m), gap(m), impulse(2 * m);
+    for (std::size_t c = 0; c < m; ++c) {
+        const auto& [key, sum] = closed[c];
+        first[c] = key >> ID_BITS, second[c] = key & ID_MASK, steps[c] = sum.steps;
+        normal[2 * c] = sum.x, normal[2 * c + 1] = sum.y, gap[c] = sum.gap;
+        impulse[2 * c] = sum.px, impulse[2 * c + 1] = sum.py;
+    }
+    return std::make_tuple(give(std::move(first)), give(std::move(second)), give<2>(std::move(normal), 2), give(std::move(gap)),
+                           give<2>(std::move(impulse), 2), give(std::move(steps)));
+}
+
+void add_engine_pairs(EngineSums& sums, const Matrix& ids, const Matrix& forces, double times) {
+    need(ids.shape(1) == 2 && forces.size() == 2 * ids.size(), "add_pairs: ids (k, 2) and forces (k, 4) are needed");
+    sums.add_pairs(span(ids), span(forces), times);
+}
+
+void add_engine_wall(EngineSums& sums, std::int64_t wall, const Given<Index, 1>& ids, const Matrix& rows, double times) {
+    need(rows.shape(0) == ids.size() && rows.shape(1) >= 3, "add_wall: ids (n) and rows (n, 3) are needed");
+    sums.add_wall(wall, span(ids), span(rows), rows.shape(1), times);
+}
+
+// first, second, is_wall, x, y.
+auto close_engine(EngineSums& sums) {
+    const auto closed = sums.close();
+    std::vector<std::int64_t> first, second, is_wall;
+    Numbers x, y;
+    for (const auto& [key, sum] : closed) {
+        first.push_back(key >> ID_BITS & ID_MASK), second.push_back(key & ID_MASK), is_wall.push_back(key >= EngineSums::WALL);
+        x.push_back(sum.x), y.push_back(sum.y);
+    }
+    return std::make_tuple(give(std::move(first)), give(std::move(second)), give(std::move(is_wall)), give(std::move(x)), give(std::move(y)));
+}
+
+}  // namespace
+
+void bind_others(nb::module_& m) {
+    m.def("rows", &rows_of, "content"_a, "tables"_a.noconvert(), "width"_a, "binary"_a = false);
+    m.def("table", &table, "columns"_a, "csv"_a);
+    nb::class_<Scan> scan(m, "Scan");
+    scan.def(nb::init<>())
+        .def("run", [](Scan& of, const nb::bytes& block, std::int64_t before, const nb::bytes& form, std::int64_t width) {
+            return int(of.run(view(block), before, view(form), width));
+        }, "block"_a, "before"_a, "form"_a, "width"_a)
+        .def("begin", &begin_frame, "step"_a, "rows"_a, "line"_a, "offset"_a, "values"_a.noconvert())
+        .def("taken", &taken_of)
+        .def("__len__", [](const Scan& of) { return of.frames.size(); })
+        .def_rw("at", &Scan::at).def_rw("lines", &Scan::lines).def_ro("rows_left", &Scan::rows_left).def_ro("last", &Scan::last);
+    scan.attr("MORE") = int(Scan::MORE), scan.attr("STRANGE") = int(Scan::STRANGE);
+    m.def("grow", &grow_of, "position"_a.noconvert(), "radius"_a.noconvert(), "placed"_a, "half_door"_a, "cell"_a, "reach"_a, "typical"_a,
+          "near"_a, "beside"_a, "least"_a, "hollow"_a, "shut"_a);
+    m.def("press", &press_of, "position"_a.noconvert(), "radius"_a.noconvert(), "push"_a.noconvert(), "half_door"_a, "stiffness"_a, "step"_a,
+          "longest"_a, "skin"_a, "cell"_a, "rest"_a, "most"_a);
+    m.def("smear", &smear_of, "points"_a.noconvert(), "where"_a.noconvert(), "values"_a.noconvert(), "width"_a, "reach"_a, "compact"_a);
+    m.def("smear_stress", &smear_stress_of, "points"_a.noconvert(), "start"_a.noconvert(), "branch"_a.noconvert(), "impulse"_a.noconvert(),
+          "is_wall"_a.noconvert(), "width"_a, "reach"_a, "compact"_a);
+    m.def("social_steps", &social_of, "position"_a.noconvert(), "velocity"_a.noconvert(), "desired"_a.noconvert(), "radius"_a.noconvert(),
+          "mass"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert(), "law"_a, "tau"_a, "reach"_a, "gone"_a, "step"_a, "steps"_a);
+    nb::class_<WindowSums>(m, "WindowSums")
+        .def(nb::init<std::int64_t>(), "n"_a)
+        .def("add", &add_to_window, "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "normal"_a.noconvert(),
+             "gap"_a.noconvert(), "reaction"_a.noconvert(), "friction"_a.noconvert() = nb::none())
+        .def("close", &close_window);
+    nb::class_<EngineSums>(m, "EngineSums")
+        .def(nb::init<>())
+        .def("add_pairs", &add_engine_pairs, "ids"_a.noconvert(), "forces"_a.noconvert(), "times"_a)
+        .def("add_wall", &add_engine_wall, "wall"_a, "ids"_a.noconvert(), "rows"_a.noconvert(), "times"_a)
+        .def("close", &close_engine);
+}
+
+}  // namespace nscd
