@@ -39,7 +39,9 @@ class Motion:
     With a = h/τ and a constant acceleration g: u_free = (u + a u_d(q) + h g)/(1 + a), then
     min ½|u⁺ − u_free|² in the masses (1 + a) m, subject to C(q) u⁺ ≤ gap/h, and q ← q + h u⁺.
     The multiplier λ (N·s) is the percussion of the step. Since |x| is convex the linearised gap
-    underestimates the true one: disks that do not overlap never do, at any h. With restitution e a
+    underestimates the true one: disks that do not overlap never do, at any h. With a body force g
+    and no drive, q ← q + h (u + u⁺)/2 for all disks whose contacts this suits: free flight and
+    sliding are then exact under a constant force. With restitution e a
     contact that closes within the step with v⁻ > 0 has C u⁺ ≤ −e v⁻ instead (Moreau's law), unless
     v⁻ is no more than what the drive gives in a step: that contact rests. With friction μ the
     contacts obey Coulomb's law besides, and disks spin, with the moment of inertia m r²/2.
@@ -159,13 +161,23 @@ class Motion:
         desired = self._desired(self.position) if self._desired else np.empty((0, 2))
         free, gained = _core.freed(self.velocity, desired, a, *self._gain)
         done, velocity = (self._rough if self._friction else self._smooth)(free, gained)
-        self.velocity = np.ascontiguousarray(velocity[:, :2])
+        before, self.velocity = self.velocity, np.ascontiguousarray(velocity[:, :2])
         if self._friction:
             self.spin = np.ascontiguousarray(velocity[:, 2])
             self._known = self._keys(done.neighbours), np.stack([done.reaction, done.friction])
-        self.position = self.position + h * self.velocity
+        self.position = self.position + h * self._drift(before, done)
         self.time += h
         return done
+
+    def _drift(self, before: Floats, done: StepReport) -> Floats:
+        """The velocities (n,2) m/s of the way through a step, from those before it."""
+        if self._desired or not self._gain.any():
+            return self.velocity
+        first, second, _, normal, gap = done.neighbours
+        slack = self._tolerance * max(fastest(before), fastest(self.velocity))
+        return _core.drifts(
+            before, self.velocity, first, second, normal, gap, done.reaction, self.step, slack
+        )
 
     def _smooth(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
         """The step without friction, in the core."""
