@@ -8,14 +8,12 @@ import time
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
-from numba import njit
 
 from analysis.support.machine import machine
 
 PACKAGES = (
     "numpy",
     "scipy",
-    "numba",
     "piqp",
     "clarabel",
     "osqp",
@@ -37,23 +35,15 @@ def describe() -> str:
 
 
 def bandwidth() -> float:
-    """Bytes per second that one core moves in a += b·c over arrays beyond any cache, best of
-    five."""
+    """Bytes per second that one core moves in a += b over arrays beyond any cache, best of five."""
     size = 1 << 25
-    a, b, c = np.zeros(size), np.ones(size), np.ones(size)
-    _triad(a[:8], b[:8], c[:8])
+    a, b = np.zeros(size), np.ones(size)
     best = np.inf
     for _ in range(5):
         started = time.perf_counter()
-        _triad(a, b, c)
+        a += b
         best = min(best, time.perf_counter() - started)
-    return 4 * 8 * size / best
-
-
-@njit
-def _triad(a, b, c):  # type: ignore[no-untyped-def]
-    for i in range(len(a)):
-        a[i] += b[i] * c[i]
+    return 3 * 8 * size / best
 
 
 def _version(name: str) -> str | None:

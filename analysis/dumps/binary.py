@@ -22,7 +22,6 @@ import numpy as np
 
 from analysis.dumps.frame import LARGEST_LENGTH, LARGEST_STEP, DumpError, Frame
 from analysis.support.reading import LARGEST_WHOLE
-from nscd.arrays import Floats
 
 MAGIC = b"DUMPCUSTOM"
 BEGIN = struct.pack("<q", -len(MAGIC)) + MAGIC

@@ -17,7 +17,7 @@ from analysis.engines.process import version_said
 from analysis.support.parts import BASE, EXTRAS, Part, install
 
 # Asked for by a page: what its numbers were made with.
-MADE_WITH = ("numpy", "scipy", "numba", "MDAnalysis")
+MADE_WITH = ("numpy", "scipy", "MDAnalysis")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 

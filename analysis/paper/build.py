@@ -32,7 +32,7 @@ from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress
 
 # What the numbers of a kept section depend on, beside the sources.
-LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib", "numba")
+LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

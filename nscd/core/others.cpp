@@ -51,7 +51,7 @@ std::string cell_of(nb::handle cell) {
 }
 
 // Rows of a table as text, of columns of one length: arrays of float64 or int64, or lists of words, numbers and None.
-nb::bytes table(const nb::list& columns, bool csv) {
+nb::bytes table(const nb::typed<nb::list, nb::any>& columns, bool csv) {
     std::vector<Column> given;
     std::size_t rows = 0;
     for (nb::handle column : columns) {
