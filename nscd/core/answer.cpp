@@ -79,9 +79,13 @@ Numbers velocity_of(Factor& factor, const Numbers& momentum) {
     return u;
 }
 
+// In the norm of Â, which the distance of an answer is in.
 double distance_of(const System& s, In one, In other) {
+    Numbers apart(one.size()), heavy(one.size());
+    for (std::size_t i = 0; i < one.size(); ++i) apart[i] = one[i] - other[i];
+    inertia(s, apart, heavy);
     double square = 0.0;
-    for (std::size_t i = 0; i < one.size(); ++i) square += s.mass[i] * (one[i] - other[i]) * (one[i] - other[i]);
+    for (std::size_t i = 0; i < one.size(); ++i) square += apart[i] * heavy[i];
     return std::sqrt(square);
 }
 
@@ -118,7 +122,7 @@ private:
         if (known && correct_guess(near)) return Rung::GUESS;
         if (!s_.dissipative() && even && !known && descend_and_close(near)) return Rung::DESCENT;
         if (s_.dissipative() || !even) near = {};
-        Found found = solve_by_path(factor_, near, asked_.tolerance, asked_.least);
+        Found found = solve_by_path(factor_, near, asked_.tolerance / stiffest(), asked_.least);
         iterations_ += found.iterations;
         take(std::move(found));
         return s_.dissipative() ? Rung::DISSIPATIVE : even ? Rung::MARGINAL : Rung::UNEVEN;
@@ -205,6 +209,12 @@ private:
         return moved;
     }
 
+    // An error of C u is one of k C u in what a contact pushes: max 1 + wk.
+    double stiffest() const {
+        double most = 1.0;
+        for (std::size_t c = 0; c < s_.along.size(); ++c) most = std::max(most, 1.0 + s_.inverse_mass[c] * s_.along[c]);
+        return most;
+    }
     int steady() const { return STEADY + int(STEADY_SHARE * s_.k); }
     void take(Closed&& found) {
         reaction_ = std::move(found.reaction), velocity_ = std::move(found.velocity), held_ = std::move(found.held);
@@ -316,7 +326,9 @@ Closing closing_of(const System& law, const Answer& found) {
     Closing of{Numbers(law.k), Numbers(law.k)};
     approach(law, total, of.velocity);
     const double speed = std::max(law.scale, largest(found.velocity));
-    for (int c = 0; c < law.k; ++c) of.known[c] = std::sqrt(law.inverse_mass[c]) * found.distance + ROUNDING * speed;
+    // n·(Â⁻¹ n) is at most w/(1 + wk), and the distance is known in the norm of Â
+    for (int c = 0; c < law.k; ++c)
+        of.known[c] = std::sqrt(law.inverse_mass[c] / (1.0 + law.inverse_mass[c] * law.along[c])) * found.distance + ROUNDING * speed;
     return of;
 }
 
@@ -372,7 +384,6 @@ Answer solve_one_sided(System& law, const Asked& asked) {
         u = std::move(end);
     }
     found.distance += astray(law, along, found);
-    law.along = acting(law, along, found.velocity);
     return found;
 }
 

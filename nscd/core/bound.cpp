@@ -86,8 +86,8 @@ Judged judge(Gaps& of, In moved, bool equal) {
 }
 
 // The least t (n·d) with v = C t = target on the closed contacts, by the method of multipliers: at most so many steps,
-// until all are within `enough` (m/s).
-void correct(Factor& factor, const Flags& closed, In theta, In target, int most, double enough, Numbers& t, Numbers& v) {
+// until all are within `enough` (m/s). Its multiplier, (k) N·s.
+Numbers correct(Factor& factor, const Flags& closed, In theta, In target, int most, double enough, Numbers& t, Numbers& v) {
     const System& s = factor.system();
     Numbers multiplier(s.k, 0.0), change(s.k), rest(t.size(), 0.0);
     std::fill(t.begin(), t.end(), 0.0);
@@ -109,9 +109,18 @@ void correct(Factor& factor, const Flags& closed, In theta, In target, int most,
             multiplier[c] += theta[c] * change[c];
             left = std::max(left, std::abs(v[c] - target[c]));
         }
-        if (left <= enough || (step && left > (1.0 - GAIN) * before)) return;
+        if (left <= enough || (step && left > (1.0 - GAIN) * before)) break;
         before = left;
     }
+    return multiplier;
+}
+
+// What closed gaps may still be off by, each: what was not corrected, and rounding.
+double unknown(const Gaps& of, In moved) {
+    double most = 0.0;
+    for (std::size_t c = 0; c < of.gap.size(); ++c)
+        if (of.closed[c]) most = std::max(most, std::abs(of.gap[c] + moved[c]));
+    return most + of.rounding;
 }
 
 double length_of(const System& s, const Numbers& t) {
@@ -151,18 +160,29 @@ double bound_of_closed_form(const System& s, In reaction, In u) {
 double bound_of_tree(const System& s, const Branches& branches, In reaction, In u) {
     if (any_offset(s)) return INFINITE;
     Gaps of = gaps_of(s, reaction, u, true, Flags(s.k, 1));
-    Numbers target(s.k), v(s.k), t(u.size()), still(u.size(), 0.0), ignored(s.k);
-    for (int c = 0; c < s.k; ++c) target[c] = -of.gap[c] - (of.gap[c] >= 0.0 ? of.rounding : -of.rounding);
+    Numbers target(s.k), v(s.k), t(u.size()), still(u.size(), 0.0), push(s.k);
     const auto energy = [&](In w) {
         double square = 0.0;
         for (std::size_t i = 0; i < w.size(); ++i) square += s.mass[i] * w[i] * w[i];
         return square;
     };
     for (int round = 0; round < ROUNDS; ++round) {
-        close_tree(s, branches, of.closed, still, target, ignored, t);
-        approach(s, t, v);
+        if (unknown(of, v) > 2.0 * of.rounding) {
+            for (int c = 0; c < s.k; ++c) target[c] = -of.gap[c];
+            close_tree(s, branches, of.closed, still, target, push, t);
+            approach(s, t, v);
+        }
         const Judged said = judge(of, v, false);
-        if (said.whole) return std::sqrt(of.square + energy(t) + 2.0 * said.slack);
+        if (said.whole) {
+            const double most = unknown(of, v);
+            double length = std::sqrt(energy(t));
+            for (bool again : {false, true}) {
+                for (int c = 0; c < s.k; ++c) target[c] = std::copysign(most, again ? push[c] : 1.0);
+                close_tree(s, branches, of.closed, still, target, push, t);
+            }
+            length += std::sqrt(energy(t));
+            return std::sqrt(of.square + length * length + 2.0 * said.slack);
+        }
         if (said.more == 0) break;
     }
     return std::sqrt(of.square + energy(u));
@@ -175,12 +195,8 @@ double bound_by_factor(Factor& factor, In reaction, In u, const Held& held) {
     const bool known = held.closed.size() == k, equal = s.maintained;
     bool ready = held.theta.size() == k;
     Gaps of = gaps_of(s, reaction, u, !(known || equal), known ? held.closed : Flags(k, 1));
-    Numbers theta = ready ? held.theta : Numbers(k), stiff = s.stiffness(), t(u.size()), v(k), target(k), noise(k);
-    for (std::size_t c = 0; c < k; ++c) {
-        target[c] = -of.gap[c];
-        // ± rounding, as rounding is: without a pattern, and the same each time
-        noise[c] = ((std::int64_t(c) * 40503) >> 7) & 1 ? of.rounding : -of.rounding;
-    }
+    Numbers theta = ready ? held.theta : Numbers(k), stiff = s.stiffness(), t(u.size()), v(k), target(k);
+    for (std::size_t c = 0; c < k; ++c) target[c] = -of.gap[c];
     for (int round = 0; round < ROUNDS; ++round) {
         if (!ready) {
             for (std::size_t c = 0; c < k; ++c) theta[c] = of.closed[c] ? FIRM * stiff[c] : 0.0;
@@ -196,7 +212,12 @@ double bound_by_factor(Factor& factor, In reaction, In u, const Held& held) {
         const Judged said = judge(of, v, equal);
         if (said.whole) {
             double length = length_of(s, t);
-            correct(factor, of.closed, theta, noise, 1, 0.0, t, v);
+            const double most = unknown(of, v);
+            Numbers push(k, 1.0);
+            for (int turn = 0; turn < 2; ++turn) {
+                for (std::size_t c = 0; c < k; ++c) target[c] = std::copysign(most, push[c]);
+                push = correct(factor, of.closed, theta, target, STEPS, GAIN * most, t, v);
+            }
             length += length_of(s, t);
             return std::sqrt(of.square + length * length + 2.0 * said.slack);
         }

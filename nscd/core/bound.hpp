@@ -12,7 +12,8 @@
 //
 // Rounding: gaps b − C u up to 32 ε‖u‖∞ count as closed. So the bound is that of a problem whose offsets b differ by so
 // much from those given, which is what normals in double precision leave open; what errors of that size do to u⁺ is in
-// the bound: the length of the t that closes ± 4 ε‖u‖∞ in random order.
+// the bound: the length of the t that closes ± ρ, ρ: the largest gap that is left and 4 ε‖u‖∞. Its signs are those of the
+// multipliers μ of the t that closes + ρ everywhere: of all patterns s the longest t has s = sign μ(s).
 #pragma once
 
 #include "closed.hpp"

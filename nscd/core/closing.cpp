@@ -7,14 +7,14 @@ namespace nscd {
 namespace {
 
 // Multiplier steps at most; the first shows which contacts pull, the others are for a set that is nearly right.
-constexpr int STEPS = 50, ALL_STEPS = 200;
+constexpr int STEPS = 50, ALL_STEPS = 10, MOST_GRADIENTS = 500;
 // So many contacts, and this share of all, may change without getting fewer from round to round.
 constexpr int HANDFUL = 4;
 constexpr double SHARE = 1e-5;
 // Reactions below the rounding of PENALTY · C u have no sign.
 constexpr double ROUNDING = 4.0 * PENALTY * EPSILON;
-// For a nearly singular W whose contacts are all closed for certain; it blurs λ where contacts are redundant.
-constexpr double FIRM = 1e9;
+// Conjugate gradients end where so many steps in turn have not made the gaps smaller.
+constexpr int PATIENCE = 20;
 
 // Mark the closed contacts that pull, and the open ones without a gap that would be pressed, by more than rounding.
 int find_wrong(const System& s, Chosen closed, In reaction, In v, Flags& wrong) {
@@ -114,23 +114,57 @@ Closed close_set(Factor& factor, Flags closed, bool thorough, double enough, int
     return best;
 }
 
+// What multipliers leave open where W is nearly singular, in a few steps for each of its small eigenvalues: T y = Cu − b,
+// T = C(Â + CᵀΘC)⁻¹Cᵀ, by conjugate gradients with Θ for T⁻¹; u moves by δ = −(Â + CᵀΘC)⁻¹Cᵀy, and λ by y + ΘCδ.
+static int close_by_gradients(Factor& factor, In theta, Closed& found, Numbers& v) {
+    const System& s = factor.system();
+    const std::size_t k = s.k, size = found.velocity.size();
+    Numbers gap(k), step(k, 0.0), y(k, 0.0), moved(size), change(k), rest(size);
+    Numbers reaction, u = found.velocity;
+    double before = 0.0, least = INFINITE;
+    const auto gaps = [&] {
+        for (std::size_t c = 0; c < k; ++c) gap[c] = v[c] - s.offset[c];
+        return largest(gap);
+    };
+    reaction = found.reaction;
+    gaps();
+    int steps = 0;
+    for (int waited = 0; steps < MOST_GRADIENTS && waited < PATIENCE; ++steps, ++waited) {
+        double now = 0.0, curve = 0.0;
+        for (std::size_t c = 0; c < k; ++c) now += gap[c] * theta[c] * gap[c];
+        for (std::size_t c = 0; c < k; ++c) step[c] = theta[c] * gap[c] + (before > 0.0 ? now / before * step[c] : 0.0);
+        before = now;
+        std::fill(moved.begin(), moved.end(), 0.0);
+        add_reactions(s, step, -1.0, moved);
+        factor.solve(moved);
+        approach(s, moved, change);
+        for (std::size_t c = 0; c < k; ++c) curve -= step[c] * change[c];
+        if (!(curve > 0.0)) break;
+        const double length = now / curve;
+        for (std::size_t i = 0; i < size; ++i) u[i] += length * moved[i];
+        for (std::size_t c = 0; c < k; ++c) reaction[c] += length * (step[c] + theta[c] * change[c]);
+        approach(s, u, v);
+        const double open = gaps();
+        if (open < least) found.reaction = reaction, found.velocity = u;
+        if (open < 0.5 * least) waited = 0;
+        least = std::min(least, open);
+        if (least <= CLOSED * s.scale) break;
+    }
+    return steps;
+}
+
 Closed close_all(Factor& factor) {
     const System& s = factor.system();
     Closed found{Numbers(s.k, 0.0), s.free, 0, INFINITE, true, {}};
-    Numbers v(s.k);
-    for (double penalty : {PENALTY, FIRM}) {
-        Numbers theta = s.stiffness();
-        for (double& t : theta) t *= penalty;
-        if (!factor.factorise(theta)) break;
-        found.held = {theta, Flags(s.k, 1)};
-        std::fill(found.reaction.begin(), found.reaction.end(), 0.0);
-        found.velocity = s.free;
-        approach(s, found.velocity, v);
-        found.rounds += close_contacts(factor, found.held.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
-        double open = 0.0;
-        for (int c = 0; c < s.k; ++c) open = std::max(open, std::abs(v[c] - s.offset[c]));
-        if (open <= 100.0 * EXACT * s.scale) break;
-    }
+    Numbers v(s.k), theta = s.stiffness();
+    for (double& t : theta) t *= PENALTY;
+    if (!factor.factorise(theta)) return found;
+    found.held = {theta, Flags(s.k, 1)};
+    approach(s, found.velocity, v);
+    found.rounds = close_contacts(factor, found.held.closed, theta, found.reaction, found.velocity, v, ALL_STEPS, CLOSED);
+    double open = 0.0;
+    for (int c = 0; c < s.k; ++c) open = std::max(open, std::abs(v[c] - s.offset[c]));
+    if (open > 100.0 * EXACT * s.scale) found.rounds += close_by_gradients(factor, theta, found, v);
     return found;
 }
 

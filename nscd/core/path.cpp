@@ -244,7 +244,7 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
     if (off > tolerance) {
         Closed exact = close_set(factor, closed, true);
         spent += exact.rounds;
-        if (exact.error < off)
+        if (accuracy(s, exact.reaction, exact.velocity) < accuracy(s, path.reaction, path.velocity))
             return {std::move(exact.reaction), std::move(exact.velocity), spent, exact.settled && s.even(), std::move(exact.held)};
         path.theta.clear();
     }

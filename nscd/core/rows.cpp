@@ -103,21 +103,35 @@ template <int D>
         }
 }
 
-// x −= l · mᵀ for 2 × 2 blocks, x and l by rows, m by columns: (x₀₀ x₀₁ x₁₀ x₁₁) at once.
+// A 2 × 2 block at once, (x₀₀ x₀₁ x₁₀ x₁₁), and a half of it.
 typedef double Four __attribute__((vector_size(32)));
+typedef double Two __attribute__((vector_size(16)));
+
+template <class Vector>
+[[gnu::always_inline]] inline Vector load(const double* from) {
+    Vector v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+[[gnu::always_inline]] inline void store(double* to, auto v) { std::memcpy(to, &v, sizeof v); }
+[[gnu::always_inline]] inline Four twice(const double* from) {
+    const Two half = load<Two>(from);
+    return __builtin_shufflevector(half, half, 0, 1, 0, 1);
+}
 
 struct Pair {  // l₀₀ l₀₀ l₁₀ l₁₀ and l₀₁ l₀₁ l₁₁ l₁₁
     Four one, other;
 };
-[[gnu::always_inline]] inline void subtract_product(double* x, const Pair& l, const double* m) {
-    Four column, both, now;
-    std::memcpy(&column, m, sizeof column);
-    both = Four{column[0], column[1], column[0], column[1]};
-    std::memcpy(&now, x, sizeof now);
-    now -= l.one * both;
-    both = Four{column[2], column[3], column[2], column[3]};
-    now -= l.other * both;
-    std::memcpy(x, &now, sizeof now);
+
+// x − l · mᵀ, m by columns.
+[[gnu::always_inline]] inline Four less_product(Four x, const Pair& l, const double* m) {
+    return x - l.one * twice(m) - l.other * twice(m + 2);
+}
+
+// x L⁻ᵀ, L⁻¹ by columns.
+[[gnu::always_inline]] inline Pair divided(Four x, const double* inverse) {
+    const Four even = __builtin_shufflevector(x, x, 0, 0, 2, 2), odd = __builtin_shufflevector(x, x, 1, 1, 3, 3);
+    return {even * inverse[0], even * inverse[1] + odd * inverse[3]};
 }
 
 template <int D>
@@ -142,11 +156,7 @@ template <int D>
             for (int a = 0; a < S; ++a) given[a] = x[S * i + a], x[S * i + a] = 0.0;
             divide<D>(given, diagonal + S * i, l);
             const auto slot = rows.slot[q];
-            if constexpr (D == 2) {
-                const Pair both{{l[0], l[0], l[2], l[2]}, {l[1], l[1], l[3], l[3]}};
-                for (auto p = rows.start[i]; p < slot; ++p) subtract_product(x + S * row[p], both, L + S * p);
-            }
-            for (auto p = rows.start[i]; D != 2 && p < slot; ++p) {  // x_r −= l · L_riᵀ
+            for (auto p = rows.start[i]; p < slot; ++p) {  // x_r −= l · L_riᵀ
                 double* __restrict to = x + S * row[p];
                 const double* m = L + S * p;
                 for (int a = 0; a < D; ++a)
@@ -226,9 +236,71 @@ template <int D>
     }
 }
 
-LEVELS bool factorise_two(const System& s, Rows& rows, const double* theta) { return factorise_all<2>(s, rows, theta); }
+// The same for 2 × 2 blocks by vectors; diagonal blocks of L are stored inverted.
+LEVELS bool factorise_two(const System& s, Rows& rows, const double* theta) {
+    assemble<2>(s, rows, theta);
+    double* __restrict x = rows.work.data();
+    double* __restrict L = rows.block.data();
+    double* __restrict diagonal = rows.diagonal.data();
+    const double *A = rows.matrix.data(), *B = rows.matrix_diagonal.data();
+    const Index* row = rows.row.data();
+    for (int k = 0; k < s.n; ++k) {
+        for (auto p = rows.a_start[k]; p < rows.a_start[k + 1]; ++p) {
+            double* to = x + 4 * rows.a_column[p];
+            store(to, load<Four>(to) + load<Four>(A + 4 * p));
+        }
+        Four own = load<Four>(B + 4 * k);
+        for (auto q = rows.row_start[k]; q < rows.row_start[k + 1]; ++q) {
+            const Index i = rows.column[q];
+            const Pair l = divided(load<Four>(x + 4 * i), diagonal + 4 * i);
+            store(x + 4 * i, Four{});
+            const auto slot = rows.slot[q];
+            for (auto p = rows.start[i]; p < slot; ++p) {
+                double* to = x + 4 * row[p];
+                store(to, less_product(load<Four>(to), l, L + 4 * p));
+            }
+            store(L + 4 * slot, __builtin_shufflevector(l.one, l.other, 0, 2, 4, 6));
+            own -= l.one * __builtin_shufflevector(l.one, l.one, 0, 2, 0, 2);
+            own -= l.other * __builtin_shufflevector(l.other, l.other, 0, 2, 0, 2);
+        }
+        const double one = 1.0 / std::sqrt(own[0]), below = own[2] * one, rest = own[3] - below * below;
+        if (!(own[0] > 0.0 && rest > 0.0)) {
+            std::fill(rows.work.begin(), rows.work.end(), 0.0);
+            return false;
+        }
+        const double other = 1.0 / std::sqrt(rest);
+        store(diagonal + 4 * k, Four{one, -below * one * other, 0.0, other});
+    }
+    return true;
+}
+LEVELS void solve_two(const Rows& rows, double* __restrict b) {
+    const int n = int(rows.start.size()) - 1;
+    const double *L = rows.block.data(), *diagonal = rows.diagonal.data();
+    const Index* row = rows.row.data();
+    for (int k = 0; k < n; ++k) {
+        const double *inverse = diagonal + 4 * k, x = b[2 * k];
+        const double one = inverse[0] * x, other = inverse[1] * x + inverse[3] * b[2 * k + 1];
+        b[2 * k] = one, b[2 * k + 1] = other;
+        for (auto p = rows.start[k]; p < rows.start[k + 1]; ++p) {
+            double* to = b + 2 * row[p];
+            store(to, load<Two>(to) - load<Two>(L + 4 * p) * one - load<Two>(L + 4 * p + 2) * other);
+        }
+    }
+    for (int k = n - 1; k >= 0; --k) {
+        const double* inverse = diagonal + 4 * k;
+        Four sum{}, more{};
+        auto p = rows.start[k];
+        for (; p + 1 < rows.start[k + 1]; p += 2) {
+            sum += load<Four>(L + 4 * p) * twice(b + 2 * row[p]);
+            more += load<Four>(L + 4 * p + 4) * twice(b + 2 * row[p + 1]);
+        }
+        if (p < rows.start[k + 1]) sum += load<Four>(L + 4 * p) * twice(b + 2 * row[p]);
+        sum += more;
+        const double one = b[2 * k] - sum[0] - sum[1], other = b[2 * k + 1] - sum[2] - sum[3];
+        b[2 * k] = inverse[0] * one + inverse[1] * other, b[2 * k + 1] = inverse[3] * other;
+    }
+}
 LEVELS bool factorise_three(const System& s, Rows& rows, const double* theta) { return factorise_all<3>(s, rows, theta); }
-LEVELS void solve_two(const Rows& rows, double* b) { solve_all<2>(rows, b); }
 LEVELS void solve_three(const Rows& rows, double* b) { solve_all<3>(rows, b); }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct Rows {
     Places column;
     Starts slot;
     Room matrix, matrix_diagonal;  // A, blocks by rows
-    Room block, diagonal;          // L, blocks by columns; its diagonal blocks, diagonals inverted
+    Room block, diagonal;          // L, blocks by columns; its diagonal blocks, inverted (d = 3: their diagonals only)
     Room work;                     // (n·d²) zero between calls
 };
 

@@ -1,5 +1,7 @@
 """The bound of the velocity error: never below the true error, and not far above it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from exact import distance, exact_velocity
@@ -88,6 +90,20 @@ def test_the_bound_sees_what_the_residual_does_not(n):
     error = np.sqrt((answer.right_velocity**2).sum() / n)
     assert error > 0.05 * n * answer.residual
     assert error <= answer.velocity_error <= 1.01 * error
+
+
+@pytest.mark.parametrize(("n", "seed"), [(24, 10), (26, 1), (88, 10), (89, 4)])
+def test_the_bound_holds_where_roundings_add_up(n, seed):
+    """All gaps of a chain that is stopped are open by less than their rounding: u⁺ = 0 exactly, and
+    the error of a disk is the sum of those in front of it."""
+    snapshot, wall = chain(n)
+    rng = np.random.default_rng([n, seed])
+    mass = snapshot.mass if seed % 2 else rng.uniform(50, 100, n)
+    snapshot = replace(snapshot, mass=mass)
+    contacts = find_contacts(snapshot, wall, tolerance=1e-9)
+    answer = solve(snapshot, contacts, solver="active_set", canonical=False)
+    error = np.sqrt(mass @ (answer.right_velocity**2).sum(1) / mass.sum())
+    assert 0 < error <= answer.velocity_error < 1e-12
 
 
 @pytest.mark.parametrize("decades", [0.0, 1.0, 4.0])

@@ -173,6 +173,29 @@ def test_nearly_elastic_answers_are_right_or_said_to_be_inaccurate(lost):
     assert wrong < 5 * lost or found.status == "inaccurate"
 
 
+@pytest.mark.parametrize(
+    ("seed", "law"),
+    [
+        (1, ContactLaw(restitution=0.99)),
+        (1, ContactLaw(dissipation=1e6, tangential_dissipation=0.0)),
+        (17, ContactLaw(dissipation=1e6, tangential_dissipation=0.0)),
+        (24, ContactLaw(maintained=True)),
+        (56, ContactLaw(dissipation=1e6, tangential_dissipation=0.0)),
+    ],
+)
+def test_masses_far_apart_are_solved_whatever_the_law(seed, law):
+    """Masses 1 : 10⁶ pressed into each other: k up to 10⁶ times a mass, W nearly singular."""
+    rng = np.random.default_rng(seed)
+    snapshot = Snapshot(
+        position=rng.uniform(-1.5, 1.5, (40, 2)), velocity=rng.normal(size=(40, 2)),
+        radius=rng.uniform(0.18, 0.25, 40), mass=10.0 ** rng.uniform(0, 6, 40),
+    )  # fmt: skip
+    wall = Walls(start=[[-9.0, -1.6]], end=[[9.0, -1.6]]) if seed % 2 else None
+    contacts = find_contacts(snapshot, wall, tolerance=0.02)
+    found = solve(snapshot, contacts, law=law, canonical=False)
+    assert found.status == "solved", found.reason
+
+
 def test_first_order_solvers_refuse_dissipation():
     snapshot = lattice(3)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
