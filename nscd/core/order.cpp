@@ -4,6 +4,8 @@
 #include <bit>
 #include <numeric>
 
+#include "levels.hpp"
+
 namespace nscd {
 
 Graph graph_of(int n, const Places& first, const Places& second) {
@@ -27,7 +29,7 @@ static Places inverse_of(const Places& order) {
     return place;
 }
 
-Ordering minimum_degree(const Graph& graph) {
+LEVELS Ordering minimum_degree(const Graph& graph) {
     using Word = std::uint64_t;
     const int n = int(graph.start.size()) - 1, words = (n + 63) / 64;
     std::vector<Word> bits(std::size_t(n) * words, 0);
