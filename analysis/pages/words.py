@@ -22,6 +22,7 @@ Slots and loops are Jinja's. A float in a slot needs a filter, so that its digit
 
 import importlib.util
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ class Words:
     """Read the blocks of a module's or a package's words, to be filled with numbers one by one.
 
     place: `__name__` of a module with a .md of its name beside it, or of a package with a words.md.
-    values: what every block may use, beside what it is given itself.
+    values: what every block may use, beside what it is given itself and the module's constants.
     Raises ValueError for two blocks of one name, and (here and below) for a block that is not
     there, that lacks a value, or that holds a float without a filter.
     """
@@ -55,7 +56,9 @@ class Words:
             raise ValueError(f"{place}: no module or package of this name")
         home = Path(spec.origin)
         file = home.with_name("words.md") if home.stem == "__init__" else home.with_suffix(".md")
-        self.place, self.values = f"{place}: {file.name}", values
+        constants = vars(sys.modules[place]) if place in sys.modules else {}
+        self.values = {name: value for name, value in constants.items() if name.isupper()} | values
+        self.place = f"{place}: {file.name}"
         source = file.read_text(encoding="utf-8")
         names, blocks = HEADING.findall(source), HEADING.split(source)[2::2]
         twice = sorted({name for name in names if names.count(name) > 1})

@@ -21,11 +21,8 @@ from analysis.paper.continuum import fig9_exit_pressure as fig9
 from analysis.paper.continuum import fig10_density as fig10
 from analysis.paper.continuum import fig11_left_velocities as fig11
 from analysis.paper.continuum import mesh_precision as mesh
-from analysis.paper.discrete.fig1_four_disks import section as fig1
+from analysis.paper.discrete import fig1_four_disks, fig3_chains, fig4_arch, fig5_masses
 from analysis.paper.discrete.fig2_corridor import section as fig2
-from analysis.paper.discrete.fig3_chains import section as fig3
-from analysis.paper.discrete.fig4_arch import section as fig4
-from analysis.paper.discrete.fig5_masses import section as fig5
 from analysis.paper.discrete.fig6_rivals import section as fig6
 from analysis.support import cache
 from analysis.support.parallel import Task, do_all, workers
@@ -56,11 +53,13 @@ def _alone(build: Callable[[Progress | None], Section]) -> Callable[..., Section
 
 
 DISCRETE: Sequence[Part] = (
-    Part(number="1", seconds=2, build=fig1.build, engine_runs=fig1.engine_runs),
+    Part(
+        number="1", seconds=2, build=fig1_four_disks.build, engine_runs=fig1_four_disks.engine_runs
+    ),
     Part(number="2", seconds=8, build=fig2.build, engine_runs=fig2.engine_runs),
-    Part(number="3", seconds=2, build=_alone(fig3.build)),
-    Part(number="4", seconds=12, build=fig4.build, engine_runs=fig4.engine_runs),
-    Part(number="5", seconds=3, build=fig5.build, engine_runs=fig5.engine_runs),
+    Part(number="3", seconds=2, build=_alone(fig3_chains.build)),
+    Part(number="4", seconds=12, build=fig4_arch.build, engine_runs=fig4_arch.engine_runs),
+    Part(number="5", seconds=3, build=fig5_masses.build, engine_runs=fig5_masses.engine_runs),
     Part(number="6", seconds=40, build=fig6.build, engine_runs=fig6.engine_runs),
 )
 CONTINUUM: Sequence[Part] = (

@@ -12,8 +12,8 @@ from analysis.compare.statistics import exponent, statistics
 from analysis.engines import lammps, yade
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
+from analysis.paper.discrete import fig1_four_disks
 from analysis.paper.discrete.engine_runs import end_of
-from analysis.paper.discrete.fig1_four_disks import section as four_disks
 from analysis.paper.discrete.fig2_corridor import final
 from analysis.paper.discrete.fig2_corridor import section as corridor
 from analysis.paper.discrete.fig2_corridor.columns import long_wave_speed
@@ -57,7 +57,7 @@ def first_figure(tmp_path_factory):
     require("yade")
     runs = tmp_path_factory.mktemp("figure 1")
     seen = []
-    return four_disks.build(runs, lambda label, share: seen.append((label, share))), runs, seen
+    return fig1_four_disks.build(runs, lambda label, share: seen.append((label, share))), runs, seen
 
 
 def test_figure_1_holds_every_law_and_judges_the_claims(first_figure):
@@ -92,7 +92,7 @@ def test_a_second_build_of_figure_1_runs_no_engine(first_figure):
     section, runs, _ = first_figure
     before = {path: path.stat().st_mtime_ns for path in runs.rglob("run.json")}
     assert len(before) == 10
-    again = four_disks.build(runs)
+    again = fig1_four_disks.build(runs)
     assert {path: path.stat().st_mtime_ns for path in runs.rglob("run.json")} == before
     assert again.tables[0].rows == section.tables[0].rows
 
@@ -102,7 +102,7 @@ def test_figures_without_engines_warn_and_go_on(monkeypatch, tmp_path):
         monkeypatch.setattr(module, "find", lambda: None)
         monkeypatch.setattr(module, "version", lambda: None)
     monkeypatch.setattr(final, "TIME_S", 0.02)
-    for module, runs in ((four_disks, 10), (corridor, 17)):
+    for module, runs in ((fig1_four_disks, 10), (corridor, 17)):
         section = module.build(tmp_path)
         assert len(section.warnings) == runs
         assert section.claims

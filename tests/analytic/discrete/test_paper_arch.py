@@ -11,16 +11,10 @@ from analysis.engines import PENALTY, EngineError
 from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig4_arch import claims
-from analysis.paper.discrete.fig4_arch import random_crowds as arch_seeds
-from analysis.paper.discrete.fig4_arch import section as figures
-from analysis.paper.discrete.fig4_arch.dissipation import Maintained, dissipation_trials
-from analysis.paper.discrete.fig4_arch.random_crowds import Sample, warnings_of
-from analysis.paper.discrete.fig5_masses import section as arch_masses
-from analysis.paper.discrete.fig5_masses.uniformity import Uniformity
-from analysis.paper.discrete.pressed_crowd import crowds
-from analysis.paper.discrete.pressed_crowd.arch import Arch
-from analysis.paper.discrete.pressed_crowd.crowds import grown
+from analysis.paper.discrete import fig4_arch, fig5_masses, pressed_crowd
+from analysis.paper.discrete.fig4_arch import Maintained, Sample, dissipation_trials, warnings_of
+from analysis.paper.discrete.fig5_masses import Uniformity
+from analysis.paper.discrete.pressed_crowd import Arch, grown
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
@@ -171,20 +165,20 @@ def test_dissipation_of_a_pair():
 )
 def test_where_the_maximum_lies(distances, verdict):
     samples = [sample(distance_m=d) for d in distances]
-    claim = claims.place(WORDS, {"made up": samples}, "distance_m", "the sum")
+    claim = fig4_arch.place(WORDS, {"made up": samples}, "distance_m", "the sum")
     assert claim.verdict == verdict
     assert f"the median {np.median(distances):.2f} m" in claim.reason
 
 
 def test_a_reading_that_holds_in_one_kind_of_crowd_holds_in_part():
     near, far = [sample(distance_m=1.0)] * 2, [sample(distance_m=5.0)] * 2
-    claim = claims.place(WORDS, {"heaps": near, "flowing": far}, "distance_m", "the sum")
+    claim = fig4_arch.place(WORDS, {"heaps": near, "flowing": far}, "distance_m", "the sum")
     assert claim.verdict == Verdict.PARTLY
     assert "2 heaps: holds. " in claim.reason
     assert "2 flowing: does not hold. " in claim.reason
     for samples, verdict in ((near, Verdict.HOLDS), (far, Verdict.FAILS)):
         both = {"heaps": samples, "flowing": samples}
-        assert claims.place(WORDS, both, "distance_m", "the sum").verdict == verdict
+        assert fig4_arch.place(WORDS, both, "distance_m", "the sum").verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -209,8 +203,8 @@ def test_percussions_as_contact_forces(monkeypatch, fixed, every, verdict):
         def __init__(self, contact):
             self.contact = contact
 
-    monkeypatch.setattr(claims, "statistics", lambda run: statistics(run.contact))
-    claim = claims.contact_forces(WORDS, "made up", {1e7: [Run(every)], 1e6: [Run(0.5)] * 2})
+    monkeypatch.setattr(fig4_arch, "statistics", lambda run: statistics(run.contact))
+    claim = fig4_arch.contact_forces(WORDS, "made up", {1e7: [Run(every)], 1e6: [Run(0.5)] * 2})
     assert claim.verdict == verdict
     assert "the 4 of 18 contacts" in claim.reason
 
@@ -232,7 +226,7 @@ def test_heaps_touch_without_overlap_and_open():
 )
 def test_where_the_mean_is_largest(peaks, verdict):
     samples = [sample(profile=tuple(np.eye(3)[peak] + 1.0)) for peak in peaks]
-    claim = claims.rings(WORDS, {"made up": samples})
+    claim = fig4_arch.rings(WORDS, {"made up": samples})
     assert claim.verdict == verdict
 
 
@@ -264,19 +258,18 @@ def test_unsolved_and_unproven_arches_are_named():
 @pytest.fixture
 def small(monkeypatch):
     """Everything with 60 people."""
-    monkeypatch.setattr(arch_seeds, "PEOPLE", 60)
-    monkeypatch.setattr(figures, "PEOPLE", 60)
-    monkeypatch.setattr(arch_seeds, "SEEDS", range(1, 3))
-    monkeypatch.setattr(arch_seeds, "SIZES", {30: 2})
-    monkeypatch.setattr(crowds, "BLOCKED_SEEDS", ())
-    for module in (figures, arch_masses):
+    monkeypatch.setattr(fig4_arch, "PEOPLE", 60)
+    monkeypatch.setattr(fig4_arch, "SEEDS", range(1, 3))
+    monkeypatch.setattr(fig4_arch, "SIZES", {30: 2})
+    monkeypatch.setattr(pressed_crowd, "BLOCKED_SEEDS", ())
+    for module in (fig4_arch, fig5_masses):
         monkeypatch.setattr(
             module, "read_scene", lambda name: make(name, 60).with_run(duration_s=1.0, frames=2)
         )
 
 
 def build(runs, progress=None):
-    return [figures.build(runs, progress), arch_masses.build(runs)]
+    return [fig4_arch.build(runs, progress), fig5_masses.build(runs)]
 
 
 def test_sections_from_a_small_crowd(small, tmp_path):

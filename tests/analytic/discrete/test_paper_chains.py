@@ -8,7 +8,8 @@ import pytest
 
 from analysis.compare.statistics import exponent
 from analysis.pages.section import Verdict
-from analysis.paper.discrete.fig1_four_disks.study import (
+from analysis.paper.discrete import fig3_chains
+from analysis.paper.discrete.fig1_four_disks import (
     influence,
     line_restitution,
     opening_threshold,
@@ -22,8 +23,7 @@ from analysis.paper.discrete.fig2_corridor.columns import (
     long_wave_speed,
 )
 from analysis.paper.discrete.fig2_corridor.push import crossing_times
-from analysis.paper.discrete.fig3_chains import section as chains
-from analysis.paper.discrete.fig3_chains.study import LENGTHS, Chain, Trial, chain_of
+from analysis.paper.discrete.fig3_chains import LENGTHS, Chain, Trial, chain_of
 from analysis.paper.discrete.line_of_disks import aligned, newton_impact
 from analysis.scene.scene import read_scene
 from nscd import ContactLaw, find_contacts, solve
@@ -33,7 +33,7 @@ KINDS = [(wall, equal) for wall in (False, True) for equal in (True, False)]
 
 @pytest.fixture(scope="module")
 def section():
-    return chains.build()
+    return fig3_chains.build()
 
 
 def claim(section, words):

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
+from analysis.paper.discrete import pressed_crowd
 from analysis.paper.discrete.fig6_rivals import claims, evacuation
 from analysis.paper.discrete.fig6_rivals import section as rivals
 from analysis.paper.discrete.fig6_rivals.chains import chain_forces, gap_that_carries
 from analysis.paper.discrete.fig6_rivals.congestion import Congestion
 from analysis.paper.discrete.fig6_rivals.crowds import PRINTED, TEXT, BeyondTouch
-from analysis.paper.discrete.pressed_crowd import crowds
-from analysis.paper.discrete.pressed_crowd.arch import Arch
+from analysis.paper.discrete.pressed_crowd import Arch
 from analysis.scene.scene import Wall, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import Snapshot
@@ -121,8 +121,8 @@ def few(monkeypatch):
     monkeypatch.setattr(evacuation, "evacuate", short)
     monkeypatch.setattr(evacuation, "SPEEDS", (2.0,))
     monkeypatch.setattr(evacuation, "SEEDS", (1,))
-    monkeypatch.setattr(crowds, "BLOCKED_SEEDS", (1, 2))
-    monkeypatch.setattr(crowds, "STIFFNESSES", (1e6,))
+    monkeypatch.setattr(pressed_crowd, "BLOCKED_SEEDS", (1, 2))
+    monkeypatch.setattr(pressed_crowd, "STIFFNESSES", (1e6,))
 
 
 def test_without_an_engine_the_chains_remain(few, monkeypatch, tmp_path):

@@ -33,7 +33,7 @@ from analysis.paper.discrete.fig6_rivals.crowds import (
 )
 from analysis.paper.discrete.fig6_rivals.evacuation import Evacuation, room
 from analysis.paper.discrete.fig6_rivals.pair import RADIUS_M, pair_forces
-from analysis.paper.discrete.pressed_crowd.arch import RING_M
+from analysis.paper.discrete.pressed_crowd import RING_M
 from nscd.arrays import Floats
 from nscd.rivals import LoehnerReading, SocialForceLaw
 

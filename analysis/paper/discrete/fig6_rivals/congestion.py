@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.paper.discrete.pressed_crowd.arch import Arch
-from analysis.paper.discrete.pressed_crowd.crowds import AT_REST_M_PER_S, Blocked
+from analysis.paper.discrete.pressed_crowd import AT_REST_M_PER_S, Arch, Blocked
 from nscd import solve
 from nscd.rivals import first_order
 

@@ -34,7 +34,7 @@ from analysis.paper.discrete.fig6_rivals.pair import (
     pair_rows,
     ratio_of_sizes,
 )
-from analysis.paper.discrete.pressed_crowd.crowds import blocked, blocked_runs
+from analysis.paper.discrete.pressed_crowd import blocked, blocked_runs
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.progress import Progress

@@ -1,13 +1,20 @@
-"""Chains of pedestrians, free and against a wall, solved and in closed form."""
+"""Figure 3: chains of disks, free and against a wall, against their closed forms."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS
+from analysis.pages.section import Section, Table, Verdict
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
 from analysis.paper.discrete.line_of_disks import aligned
 from analysis.support.progress import Progress
 from nscd import Percussions, Walls, find_contacts, solve
@@ -165,3 +172,117 @@ class Chains:
     def free_error(self) -> float:
         """The largest error of λ of the free chains, over the largest λ of each."""
         return max(trial.reaction_error for trial in self.trials if not trial.chain.wall)
+
+
+def percussions_along(shown: Sequence[Trial]) -> Figure:
+    """Draw λ along chains, solver and closed form: free left, against a wall right."""
+    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
+    free, wall = figure.subplots(1, 2)
+    for axes in (free, wall):
+        mine = [trial for trial in shown if trial.chain.wall == (axes is wall)]
+        _along(axes, mine)
+        n = len(mine[0].answer.reaction)
+        names = [f"{i}–{i + 1}" for i in range(1, n + 1)]
+        if axes is wall:
+            names[-1] = f"{n}–wall"
+            printed, _ = mine[0].chain.as_printed()
+            label = "(5), (6) as printed, equal"
+            axes.plot(range(1, n), printed, "x", ls=":", color=BLACK, label=label)
+        axes.set_xticks(range(1, n + 1), names, rotation=45, fontsize=8)
+        axes.set(xlabel="contact", ylabel="reaction λ (N·s)")
+        axes.set_title("against a wall" if axes is wall else "free")
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize=8, loc="upper left" if axes is wall else "lower center")
+    return figure
+
+
+def _along(axes: Axes, trials: Sequence[Trial]) -> None:
+    for number, trial in enumerate(trials):
+        colour, places = COLOURS[number], np.arange(1, len(trial.answer.reaction) + 1)
+        axes.plot(places, trial.chain.closed_form()[0], LINES[number], color=colour, lw=1.2)
+        axes.plot(
+            places,
+            trial.answer.reaction,
+            MARKERS[number],
+            color=colour,
+            mfc="none" if number else colour,
+            label=f"{trial.chain.words[1]} masses",
+        )
+
+
+def accuracy(trials: Sequence[Trial]) -> Figure:
+    """Draw the error of λ and the CPU seconds against the length, a line for each kind of chain."""
+    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    smallest = np.finfo(float).eps / 4
+    kinds = dict.fromkeys(trial.chain.words for trial in trials)
+    for number, kind in enumerate(kinds):
+        mine = [trial for trial in trials if trial.chain.words == kind]
+        people = [len(trial.chain.mass) for trial in mine]
+        errors = [max(trial.reaction_error, smallest) for trial in mine]
+        for axes, values in ((left, errors), (right, [trial.cpu for trial in mine])):
+            axes.plot(
+                people,
+                values,
+                MARKERS[number],
+                ls=LINES[number],
+                color=COLOURS[number],
+                mfc="none" if number % 2 else COLOURS[number],
+                label=", ".join(kind),
+            )
+    left.axhline(1e-10, color=GREY, lw=1.5, label="10⁻¹⁰")
+    left.set(ylabel="error of λ / largest λ (–)", ylim=(smallest / 2, 1e-9))
+    right.set(ylabel="CPU time of solve (s)")
+    for axes in (left, right):
+        axes.set(xscale="log", yscale="log", xlabel="people in the chain")
+        axes.grid(alpha=0.3)
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8)
+    return figure
+
+
+def build(progress: Progress | None = None) -> Section:
+    """Build figure 3: λ along chains against the closed forms, up to 10,000 disks."""
+    chains = Chains.of(progress)
+    words = Words(__name__, chains=chains)
+    return words.section(
+        "3",
+        pictures=[
+            words.picture("fig_3_chains", percussions_along(chains.shown)),
+            words.picture("fig_3_accuracy", accuracy(chains.trials)),
+        ],
+        tables=[
+            _table(words, "The solver that the product chooses", chains.trials),
+            _table(words, "The interior point, whose residual long chains magnify,", chains.others),
+        ],
+        claims=[
+            words.claim("constrained", Verdict.of(chains.printed_miss < 1e-6)),
+            words.claim("free", Verdict.of(chains.free_error < 1e-10)),
+            words.claim("at_one_speed", Verdict.of(max(chains.at_one_speed) < 1e-9)),
+            words.claim("masses", Verdict.of(chains.change > 0.01)),
+        ],
+        warnings=unsolved(
+            (
+                f"chain of {len(t.chain.mass)}, {', '.join(t.chain.words)}, {t.answer.solver}",
+                t.answer,
+            )
+            for t in chains.trials + chains.others
+        ),
+    )
+
+
+def _table(words: Words, what: str, trials: Sequence[Trial]) -> Table:
+    rows = [
+        (
+            len(t.chain.mass),
+            *t.chain.words,
+            float(t.answer.reaction.max()),
+            t.reaction_error,
+            t.velocity_error,
+            t.cpu,
+            t.answer.solver,
+            str(t.answer.status),
+        )
+        for t in trials
+    ]
+    return words.table("table", rows, what=what)

@@ -1,4 +1,4 @@
-"""The impact of a line of disks by every law: percussions, Newton's law, both engines."""
+"""Figure 1: four aligned disks, by the percussions, Newton's law of impact and soft contacts."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from scipy.optimize import bisect
 
 from analysis.engines.run import EngineRun
+from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
 from analysis.pages.names import ENGINE_NAMES
-from analysis.pages.section import Cell
+from analysis.pages.section import Cell, Claim, Section, Table, Verdict
+from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
-from analysis.paper.discrete.line_of_disks import (
-    aligned,
-    cradle_scene,
-    newton_impact,
-)
+from analysis.paper.discrete.line_of_disks import aligned, cradle_scene, newton_impact
 from analysis.scene.scene import read_scene
 from analysis.support.progress import Progress
 from nscd import ContactLaw, Percussions, find_contacts, solve
@@ -289,3 +289,140 @@ class FourDisks:
             reaction = float(answer.reaction[1])
             rows.append((k, reaction, before, after, answer.energy_error, remark))
         return rows
+
+
+HATCHES = ("", "///", "...", "xxx")
+
+
+def after_impact(impacts: list[Impact]) -> Figure:
+    """Draw bars of u⁺/U of each disk, a group for each law."""
+    figure = Figure(figsize=(8.0, 0.45 * len(impacts) + 1.4), layout="constrained")
+    axes = figure.add_subplot()
+    disks = len(impacts[0].mass)
+    height = 0.8 / disks
+    rows = np.arange(len(impacts), dtype=float)
+    for disk in range(disks):
+        axes.barh(
+            rows + (disk - 0.5 * (disks - 1)) * height,
+            [impact.after[disk] / impact.before[0] for impact in impacts],
+            height,
+            color=COLOURS[disk],
+            hatch=HATCHES[disk],
+            edgecolor=BLACK,
+            linewidth=0.5,
+            label=f"disk {disk + 1}",
+        )
+    axes.axvline(0, color=BLACK, lw=0.8)
+    axes.set_yticks(rows, [impact.law for impact in impacts], fontsize=8)
+    axes.set_ylim(len(impacts) - 0.4, -0.6)
+    axes.set_xlabel("velocity after the impact / velocity of disk 1 before it (–)")
+    axes.grid(axis="x", alpha=0.3)
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside upper center", ncols=disks, fontsize=8
+    )
+    return figure
+
+
+def against_dissipation(disks: FourDisks) -> Figure:
+    """Draw u⁺/U against k/m, with both readings of the printed k, and the restitution obtained."""
+    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    _velocities(left, disks)
+    e, _, pair, four, _, newton, _ = np.array(disks.restitutions).T
+    line = np.linspace(0, 1, 201)
+    closed = [four_disk_restitution(float(x)) for x in line]
+    right.plot(line, line, "-", color=GREY, label="e asked")
+    right.plot(line, closed, "--", color=BLACK, label="(5e−1)/(5−e), or 0")
+    right.plot(e, pair, MARKERS[0], color=BLUE, label="percussions, pair")
+    right.plot(e, four, MARKERS[1], color=ORANGE, label="percussions, four disks")
+    right.plot(e, newton, "x", color=BLACK, label="Newton's law, four disks")
+    right.set(xlabel="restitution e that k stands for in a pair (–)", ylabel="(u²⁺ − u¹⁺) / U (–)")
+    right.legend(fontsize=8)
+    right.grid(alpha=0.3)
+    return figure
+
+
+def _velocities(axes: Axes, disks: FourDisks) -> None:
+    ratio, four, pair = disks.ratios, disks.four, disks.pair
+    axes.plot(ratio, four[:, 0], "-", color=BLUE, label="four disks: disk 1")
+    axes.plot(ratio, four[:, 1:].mean(1), "--", color=ORANGE, label="four disks: disks 2–4")
+    axes.plot(ratio, pair[:, 0], ":", color=BLUE, label="pair: disk 1")
+    axes.plot(ratio, pair[:, 1], "-.", color=ORANGE, label="pair: disk 2")
+    for place, words, style, side, shift in (
+        (0.75, "k = ¾m", "-", "left", 1.08),
+        (0.5, "k = ½m", ":", "right", 0.93),
+    ):
+        axes.axvline(place, color=BLACK, lw=0.8, ls=style)
+        axes.text(place * shift, -0.72, words, fontsize=8, ha=side)
+    for mass, marker in ((MASS, "D"), (LIGHT, "v")):
+        place = PRINTED_K / mass
+        values = [np.interp(np.log(place), np.log(ratio), four[:, disk]) for disk in (0, 1)]
+        label = f"k = {PRINTED_K:g} kg, m = {mass:g} kg"
+        axes.plot([place] * 2, values, marker, ls="none", mfc="white", mec=BLACK, ms=7, label=label)
+    axes.set(xscale="log", ylim=(-1.05, 1.45), xlabel="k/m (–)", ylabel="u⁺/U (–)")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=7, ncols=2, loc="upper left")
+
+
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """List four and three disks by the engines."""
+    return cradle_runs(4, runs) + cradle_runs(3, runs)
+
+
+def build(runs: Path, progress: Progress | None = None) -> Section:
+    """Build figure 1: every law's velocities, energies and percussions; the threshold; what
+    restitution becomes.
+
+    runs: where engine runs are kept and reused. An engine that is missing becomes a warning.
+    """
+    disks = FourDisks.of(runs, progress)
+    rigid, printed, light, limit = disks.fours[:4]
+    words = Words(
+        __name__,
+        disks=disks,
+        rigid=rigid,
+        printed=printed,
+        light=light,
+        limit=limit,
+    )
+    return words.section(
+        "1",
+        pictures=[
+            words.picture("fig_1_velocities", after_impact(disks.fours)),
+            words.picture("fig_1_dissipation", against_dissipation(disks)),
+        ],
+        tables=_tables(words, disks),
+        claims=_claims(words, disks),
+        warnings=disks.warnings,
+    )
+
+
+def _tables(words: Words, disks: FourDisks) -> list[Table]:
+    rows = [
+        (j, float(found), float(closed))
+        for j, (found, closed) in enumerate(zip(*disks.influences, strict=True), start=1)
+    ]
+    return [
+        words.table("table_four", [impact.row() for impact in disks.fours]),
+        words.table("table_three", [impact.row() for impact in disks.threes]),
+        words.table("table_threshold", disks.thresholds),
+        words.table("table_restitution", disks.restitutions),
+        words.table("table_opening", disks.opening_rows()),
+        words.table("table_influence", rows),
+    ]
+
+
+def _claims(words: Words, disks: FourDisks) -> list[Claim]:
+    by_formula, by_solver = disks.formula
+    pair, four = disks.misses
+    far = disks.influences[0][2:]
+    error = abs(by_solver / by_formula - 1)
+    change = abs(disks.fours[1].after - disks.fours[0].after).max()
+    threshold = 1e-3 * MASS
+    restitution = Verdict.FAILS if pair > 1e-6 else Verdict.of(True, four < 1e-6)
+    return [
+        words.claim("non_local", Verdict.of(bool(abs(far).min() > threshold)), far=far),
+        words.claim("formula_3", Verdict.of(error < 1e-9), error=error),
+        words.claim("elastic", Verdict.of(disks.fours[1].returned > 0.5), change=change),
+        words.claim("restitution", restitution),
+    ]

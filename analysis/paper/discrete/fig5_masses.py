@@ -1,21 +1,25 @@
 """Figure 5: a crowd of unequal masses pressed to an exit."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
+from scipy.stats import kruskal
 
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.section import Cell, Section, Table
+from analysis.pages.drawing import BLACK, BLUE, ORANGE
+from analysis.pages.section import Cell, Section, Table, Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig5_masses import charts
-from analysis.paper.discrete.fig5_masses.uniformity import Uniformity
-from analysis.paper.discrete.pressed_crowd.arch import RING_M, Arch
-from analysis.paper.discrete.pressed_crowd.section import (
+from analysis.paper.discrete.pressed_crowd import (
+    RING_M,
+    Arch,
     CrowdWords,
     arch_runs,
     arch_study,
@@ -23,6 +27,79 @@ from analysis.paper.discrete.pressed_crowd.section import (
 )
 from analysis.scene.scene import read_scene
 from analysis.support.progress import Progress
+from nscd.arrays import Floats
+
+LEAST_PEOPLE = 5  # in a ring that counts
+CHANCE, RATIO = 1e-3, 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Uniformity:
+    """How a quantity differs between rings of 1 m about the exit.
+
+    least, most: of the rings' means
+    chance: p of the hypothesis that the rings are alike (Kruskal–Wallis)
+    scatter: standard deviation over mean of people in one ring
+    """
+
+    least: float
+    most: float
+    chance: float
+    scatter: float
+
+    @classmethod
+    def of(cls, arch: Arch, values: Floats) -> Uniformity:
+        """Compare the rings of an arch by values (n,) of its people."""
+        ring = arch.rings()
+        groups = [values[ring == r] for r in range(int(ring.max()) + 1)]
+        groups = [group for group in groups if len(group) >= LEAST_PEOPLE]
+        means = [group.mean() for group in groups]
+        varies = np.ptp(np.concatenate(groups)) > 0
+        return cls(
+            least=float(min(means)),
+            most=float(max(means)),
+            chance=float(kruskal(*groups).pvalue) if varies else 1.0,
+            scatter=float(np.mean([g.std() / g.mean() for g in groups if g.mean() > 0])),
+        )
+
+    @property
+    def ratio(self) -> float:
+        """The largest mean over the least."""
+        return self.most / max(self.least, np.finfo(float).tiny) if self.most > 0 else 1.0
+
+    @property
+    def verdict(self) -> Verdict:
+        """“Not uniform” holds where the rings differ beyond chance (p < 10⁻³) and their means by
+        half or more; in part if only the first is so."""
+        if self.chance >= CHANCE:
+            return Verdict.FAILS
+        return Verdict.of(True, self.ratio >= RATIO)
+
+
+STYLES = {"unequal masses": ("s-", ORANGE, "."), "equal masses": ("o--", BLUE, "x")}
+
+
+def rings(archs: Mapping[str, Arch]) -> Figure:
+    """Draw speed on the right and force of each person, and their means over rings."""
+    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for name, arch in archs.items():
+        style, colour, dot = STYLES[name]
+        ring, inside, distance = arch.rings(), arch.inside(), arch.distance()
+        held = [r for r in range(int(ring.max()) + 1) if (ring == r).any()]
+        middles = [(r + 0.5) * RING_M for r in held]
+        speed = np.hypot(*arch.answer.right_velocity.T)
+        for axis, values in zip(panels, (speed, arch.carried() / 1e3), strict=True):
+            axis.plot(distance[inside], values[inside], dot, ms=3, color=colour, alpha=0.35)
+            means = [values[ring == r].mean() for r in held]
+            label = f"{name}: mean of rings of {RING_M:g} m"
+            axis.plot(middles, means, style, color=colour, mec=BLACK, label=label)
+    for axis, label in zip(
+        panels, ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)"), strict=True
+    ):
+        axis.set(xlabel="distance from the middle of the exit (m)", ylabel=label, ylim=(0, None))
+        axis.legend(fontsize=8, loc="upper right")
+    return figure
 
 
 def engine_runs(runs: Path) -> list[EngineRun]:
@@ -32,7 +109,7 @@ def engine_runs(runs: Path) -> list[EngineRun]:
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
     """Build figure 5. `runs` keeps the engine runs; an engine that is missing becomes a warning."""
-    words = Words(__package__, ring=RING_M)
+    words = Words(__name__, ring=RING_M)
     try:
         unequal = arch_study(read_scene("arch_masses"), runs, progress)
         equal = arch_study(read_scene("arch"), runs, progress)
@@ -52,7 +129,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
         **_with_other_masses(other, equal, unequal),
         pictures=[
             crowd.snapshot_picture("fig_5_arch_masses"),
-            words.picture("fig_5_rings", charts.rings(archs)),
+            words.picture("fig_5_rings", rings(archs)),
             crowd.engines_picture("fig_5_engines"),
         ],
         tables=[crowd.maxima_table(), crowd.engines_table(), _rings_table(words, archs)],

@@ -1,1 +1,0 @@
-"""Fig. 1: four disks."""

@@ -1,0 +1,719 @@
+"""Figure 4: a crowd pressed to an exit, its seeds, and what the dissipation changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from analysis.compare.comparison import Comparison
+from analysis.compare.statistics import exponent, relative_difference, statistics
+from analysis.compare.study import Study
+from analysis.engines import EngineError
+from analysis.engines.run import EngineRun
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE
+from analysis.pages.section import Cell, Claim, Section, Table, Verdict
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
+from analysis.paper.discrete.engine_runs import SeededRun, each, installed_engine
+from analysis.paper.discrete.pressed_crowd import (
+    BLOCKED_SEEDS,
+    NEIGHBOURHOOD_M,
+    RING_M,
+    STIFFNESSES,
+    Arch,
+    Blocked,
+    CrowdWords,
+    arch_runs,
+    arch_study,
+    blocked,
+    blocked_runs,
+    carried_interval,
+    gathered,
+    grown,
+    without_crowd,
+)
+from analysis.scene.scene import Scene, read_scene
+from analysis.scene.shipped_scenes import make
+from analysis.support.progress import Progress
+from nscd import ContactLaw, Percussions
+from nscd.arrays import Floats
+from nscd.indeterminacy.determinacy import determinacy
+
+# kg; two people of 75 kg have the effective mass 37.5 kg
+DISSIPATIONS = (0.0, 1.0, 3.0, 10.0, 30.0, 37.5, 100.0, 300.0, 1e3, 1e4)
+EFFECTIVE_MASS = 37.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Maintained:
+    """What the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution λ/τ.
+
+    pulling: how many contacts pull
+    strongest_N, total_N: N, the largest pull and the sum of all
+    push_N: N, the largest push
+    spread: least over largest singular value of C M^(-1/2), zeros left out
+    answer: the percussions with `maintained=True`
+    """
+
+    pulling: int
+    strongest_N: float  # noqa: N815  (the unit is newton)
+    total_N: float  # noqa: N815
+    push_N: float  # noqa: N815
+    spread: float
+    answer: Percussions
+
+    @classmethod
+    def of(cls, arch: Arch) -> Maintained:
+        """Solve by singular values of the dense M^(-1/2) Cᵀ, which do not square the condition as W
+        does."""
+        root = np.sqrt(np.repeat(arch.snapshot.mass, 2))
+        matrix = arch.contacts.normal_matrix(len(arch.snapshot)).toarray().T / root[:, None]
+        reaction, _, rank, values = np.linalg.lstsq(
+            matrix, root * arch.left_velocity.ravel(), rcond=1e-10
+        )
+        force = reaction / arch.window
+        pulls = np.minimum(force, 0.0)
+        return cls(
+            pulling=int((force < -1e-9 * np.abs(force).max()).sum()),
+            strongest_N=float(-pulls.min()),
+            total_N=float(-pulls.sum()),
+            push_N=float(force.max()),
+            spread=float(values[rank - 1] / values[0]),
+            answer=arch.under(ContactLaw(maintained=True)),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """The arch under a law.
+
+    dissipation: kg, k
+    across: whether k acts across contacts too, as the paper's single k does
+    arch: with the answer under that law
+    most: the person who carries most
+    lower, upper: N, the proven interval of Σ λ/τ at that person
+    """
+
+    dissipation: float
+    across: bool
+    arch: Arch
+    most: int
+    lower: float
+    upper: float
+
+    @property
+    def forces(self) -> Floats:
+        """n·p/τ (k,) N."""
+        return self.arch.normal_forces()
+
+    @property
+    def reactions(self) -> Floats:
+        """λ/τ (k,) N."""
+        return self.arch.answer.reaction / self.arch.window
+
+    @property
+    def name(self) -> str:
+        """The law in words."""
+        return f"k = {self.dissipation:g} kg{'' if self.across else ', normal only'}"
+
+    @property
+    def gains(self) -> bool:
+        """Whether the impact gains energy."""
+        return self.arch.answer.energy_change > 0
+
+    @property
+    def energy_error(self) -> float:
+        """How far the balance of energy is from closing, over the energy before."""
+        return self.arch.answer.energy_error
+
+    @property
+    def energy_share(self) -> float:
+        """ΔE/E⁻ of the impact: −1 where all of the left velocity's energy is lost, > 0 where energy
+        was gained."""
+        mass, left = self.arch.snapshot.mass, self.arch.left_velocity
+        return self.arch.answer.energy_change / (0.5 * float(mass @ (left**2).sum(1)))
+
+
+def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS) -> list[Trial]:
+    """Solve the arch with each k, along and across the contacts (paper (1)) and along the normals
+    only."""
+    trials = []
+    for across in (True, False):
+        for k in dissipations:
+            law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
+            tried = replace(arch, answer=arch.under(law))
+            most = tried.largest(tried.carried())
+            lower, upper = carried_interval(tried, most)
+            trials.append(
+                Trial(dissipation=k, across=across, arch=tried, most=most, lower=lower, upper=upper)
+            )
+    return trials
+
+
+def changes(trials: Sequence[Trial]) -> Mapping[float, float]:
+    """Measure how far the sums of magnitudes are from those of the first trial (rms), by k (kg)."""
+    start = trials[0].arch.carried()
+    return {t.dissipation: relative_difference(start, t.arch.carried()) for t in trials}
+
+
+SEEDS: Sequence[int] = range(1, 21)
+# people → arches, beside those of SEEDS
+SIZES: Mapping[int, int] = {150: 3, 300: 3, 1200: 3, 2400: 3, 5000: 3}
+PEOPLE = 594
+# Larger crowds press harder and gather later: stiffer, so that disks overlap alike, and later, so
+# that all have arrived.
+GATHERED = 2000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """One random arch in numbers; of its people inside, distances from the middle of the exit.
+
+    solved: whether the percussions are solved, and canonical
+    opening: contacts that open
+    redundant: contacts − rank of C
+    overlap_share: the largest overlap over the mean diameter
+    near_share: share of the people who are in the neighbourhood of the exit
+    reach_m: m, of the farthest person
+    mean_N, largest_N: N, of the sum of normal magnitudes at a person
+    lower_N, upper_N: N, the largest sum of magnitudes over all percussions that the mechanics
+        allows lies between them (nan: not proven)
+    distance_m, angle_degrees: where the largest sum is
+    largest_contact_N, contact_distance_m: N and m, the largest force of a contact
+    largest_resultant_N, resultant_distance_m: N and m, the largest vector sum at a person
+    profile: (rings,) means of the sum of magnitudes in rings of 1 m, over mean_N
+    """
+
+    people: int
+    seed: int
+    solved: bool
+    contacts: int
+    opening: int
+    redundant: int
+    overlap_share: float
+    near_share: float
+    reach_m: float
+    mean_N: float  # noqa: N815  (the unit is newton)
+    largest_N: float  # noqa: N815
+    lower_N: float  # noqa: N815
+    upper_N: float  # noqa: N815
+    distance_m: float
+    angle_degrees: float
+    largest_contact_N: float  # noqa: N815
+    contact_distance_m: float
+    largest_resultant_N: float  # noqa: N815
+    resultant_distance_m: float
+    profile: tuple[float, ...]
+
+    @classmethod
+    def of(cls, arch: Arch, seed: int) -> Sample:
+        """Compute the numbers of an arch."""
+        carried, resultants, distance, inside = (
+            arch.carried(), arch.resultants(), arch.distance(), arch.inside(),
+        )  # fmt: skip
+        most, most_resultant = arch.largest(carried), arch.largest(resultants)
+        lower, upper = carried_interval(arch, most)
+        forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
+        strongest = int(np.argmax(forces))
+        ring, mean = arch.rings(), float(carried[inside].mean())
+        at_contact = (
+            arch.contacts.point[strongest] - arch.snapshot.position[arch.contacts.first[strongest]]
+        )
+        at_contact = at_contact + arch._from_exit()[arch.contacts.first[strongest]]
+        return cls(
+            people=len(arch.snapshot),
+            seed=seed,
+            solved=arch.answer.status == "solved" and arch.answer.canonical,
+            contacts=len(arch.contacts),
+            opening=arch.opening(),
+            redundant=determinacy(arch.contacts, len(arch.snapshot)).redundant,
+            overlap_share=arch.overlap_share(),
+            near_share=float((inside & (distance <= NEIGHBOURHOOD_M)).sum() / inside.sum()),
+            reach_m=float(distance[inside].max()),
+            mean_N=mean,
+            largest_N=float(carried[most]),
+            lower_N=lower,
+            upper_N=upper,
+            distance_m=float(distance[most]),
+            angle_degrees=float(arch.angle_degrees()[most]),
+            largest_contact_N=float(forces[strongest]),
+            contact_distance_m=float(np.hypot(*at_contact)),
+            largest_resultant_N=float(resultants[most_resultant]),
+            resultant_distance_m=float(distance[most_resultant]),
+            profile=tuple(
+                float(carried[ring == r].mean() / mean) if (ring == r).any() else float("nan")
+                for r in range(int(ring.max()) + 1)
+            ),
+        )
+
+
+def seeded_scene(people: int, seed: int) -> Scene:
+    """Make a random crowd like that of the scene `arch`, until all have arrived."""
+    scene = make("arch", people, seed)
+    stiffness = scene.contact.stiffness_N_per_m * max(1.0, people / PEOPLE) ** 0.5
+    seconds = scene.run.duration_s * max(1.0, people / GATHERED) ** 0.5
+    return scene.with_contact(stiffness_N_per_m=stiffness).with_run(duration_s=seconds, frames=1)
+
+
+def survey_runs(runs: Path) -> list[SeededRun]:
+    """List the runs of `survey`: SEEDS with the people of the scene, and SIZES; none without an
+    engine."""
+    wanted = [(PEOPLE, seed) for seed in SEEDS]
+    wanted += [(people, seed) for people, count in SIZES.items() for seed in range(1, count + 1)]
+    engine, folder = installed_engine(), runs / "arch_seeds"
+    return [
+        SeededRun(
+            scene=seeded_scene(people, seed),
+            engine=engine,
+            folder=folder / f"{engine}_n{people}_seed{seed}",
+            seed=seed,
+        )
+        for people, seed in wanted
+        if engine is not None
+    ]
+
+
+def survey(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Sample]:
+    """Compute the random arches; one whose run fails is a warning."""
+    wanted = survey_runs(runs)
+    done, total = 0, sum(len(run.scene.snapshot) for run in wanted)
+
+    def read(run: SeededRun) -> Sample:
+        nonlocal done
+        done += len(run.scene.snapshot)
+        if progress:
+            progress("random arches", done / total)
+        return Sample.of(gathered(run), run.seed)
+
+    return each(wanted, read, warnings)
+
+
+def heaps(progress: Progress | None = None) -> list[Sample]:
+    """Compute the heaps of SEEDS, with the people of the scene."""
+    samples = []
+    for done, seed in enumerate(SEEDS, start=1):
+        samples.append(Sample.of(grown(PEOPLE, seed), seed))
+        if progress:
+            progress("heaps", done / len(SEEDS))
+    return samples
+
+
+def warnings_of(samples: Sequence[Sample]) -> list[str]:
+    """List what a reader of the samples has to know: answers that are not solved, maxima without a
+    proven interval."""
+    unsolved = [f"{s.people} people, seed {s.seed}" for s in samples if not s.solved]
+    unproven = [f"{s.people} people, seed {s.seed}" for s in samples if np.isnan(s.lower_N)]
+    out = []
+    if unsolved:
+        out.append("percussions not solved, or not canonical: " + "; ".join(unsolved))
+    if unproven:
+        out.append("no proven interval for the largest sum of magnitudes: " + "; ".join(unproven))
+    return out
+
+
+BIN_M = 0.5
+
+
+def dissipation(trials: Sequence[Trial]) -> Figure:
+    """Draw percussions and reactions against the dissipation k: along and across, along only."""
+    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    ticks = [0, 1, 10, 100, 1e3, 1e4]
+    for axis, across in zip(axes, (True, False), strict=True):
+        _forces(axis, [trial for trial in trials if trial.across == across])
+        axis.axvline(EFFECTIVE_MASS, color=GREY, lw=1)
+        at = {"xycoords": ("data", "axes fraction"), "fontsize": 8, "ha": "right", "rotation": 90}
+        axis.annotate("m_eff", (EFFECTIVE_MASS, 0.5), **at)
+        axis.set_xscale("symlog", linthresh=1.0)
+        axis.set_xticks(ticks, ["0", "1", "10", "100", "1000", "10000"])
+        axis.set(xlabel="dissipation k (kg)", xlim=(-0.1, 1.5e4))
+        title = "k along and across the contacts (paper)" if across else "k along the normals only"
+        axis.set_title(title, fontsize=10)
+        axis.grid(alpha=0.3)
+    axes[0].set(ylabel="force (kN)", ylim=(0, None))
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=8)
+    return figure
+
+
+def _forces(axis: Axes, trials: Sequence[Trial]) -> None:
+    series = (
+        ("largest n·p/τ", [t.forces.max() for t in trials], "s-", ORANGE),
+        ("95 % of n·p/τ", [np.quantile(t.forces, 0.95) for t in trials], "D-", BLUE),
+        ("mean n·p/τ", [t.forces.mean() for t in trials], "o-", BLACK),
+        ("largest λ/τ", [t.reactions.max() for t in trials], "s--", ORANGE),
+        ("mean λ/τ", [t.reactions.mean() for t in trials], "o--", BLACK),
+    )
+    for label, values, style, colour in series:
+        face = "none" if "--" in style else colour
+        kilonewton, k = np.array(values) / 1e3, [trial.dissipation for trial in trials]
+        axis.plot(k, kilonewton, style, color=colour, mfc=face, ms=5, label=label)
+
+
+def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
+    """Draw where the maxima lie, and the sum of magnitudes against the distance, a row for each
+    kind of crowd."""
+    figure = Figure(figsize=(9.5, 3.2 * len(crowds) + 0.4), layout="constrained")
+    rows = figure.subplots(len(crowds), 2, squeeze=False, sharex="col")
+    for (places, profile), (kind, samples) in zip(rows, crowds.items(), strict=True):
+        _places(places, samples)
+        _profile(profile, samples)
+        for axes in (places, profile):
+            axes.set_title(f"{len(samples)} {kind}", fontsize=10)
+    for axes in rows[-1]:
+        axes.set_xlabel("distance from the middle of the exit (m)")
+    rows[0, 0].legend(fontsize=8, loc="upper right")
+    rows[0, 1].legend(fontsize=8)
+    return figure
+
+
+def _places(axes: Axes, samples: Sequence[Sample]) -> None:
+    sums, vectors = [s.distance_m for s in samples], [s.resultant_distance_m for s in samples]
+    bins = np.arange(0.0, max(sums + vectors) + BIN_M, BIN_M).tolist()
+    filled: dict[str, Any] = {"color": BLUE, "edgecolor": BLACK, "alpha": 0.9}
+    hatched: dict[str, Any] = {"color": "none", "edgecolor": ORANGE, "lw": 1.5, "hatch": "///"}
+    axes.hist(sums, bins, **filled, label="largest sum of magnitudes")
+    axes.hist(vectors, bins, **hatched, label="largest vector sum")
+    axes.axvline(NEIGHBOURHOOD_M, color=BLACK, ls=":", label=f"{NEIGHBOURHOOD_M:g} m")
+    axes.set_ylabel("crowds")
+    axes.locator_params(axis="y", integer=True)
+    axes.set_ylim(0, 1.45 * axes.get_ylim()[1])
+
+
+def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
+    count = min(len(s.profile) for s in samples)
+    values = np.array([s.profile[:count] for s in samples])
+    ring = (np.arange(count) + 0.5) * RING_M
+    axes.plot(ring, values.T, color=GREY, lw=0.7)
+    mean, spread = np.nanmean(values, 0), np.nanstd(values, 0)
+    label = "mean and standard deviation"
+    axes.errorbar(ring, mean, spread, fmt="o-", color=BLUE, capsize=3, label=label)
+    axes.set_ylabel("sum of magnitudes / mean")
+    axes.set_ylim(bottom=0)
+
+
+def sizes(samples: Sequence[Sample]) -> Figure:
+    """Draw how mean, maximum and the place of the maximum change with the number of people."""
+    figure = Figure(figsize=(9.5, 3.8), layout="constrained")
+    forces, places = figure.subplots(1, 2)
+    _error_bars(forces, samples, "largest_N", "s--", ORANGE, "largest sum of magnitudes")
+    _error_bars(forces, samples, "mean_N", "o-", BLUE, "mean sum of magnitudes")
+    _error_bars(forces, samples, "largest_resultant_N", "D:", BLACK, "largest vector sum")
+    forces.set(yscale="log", ylabel="force (N)")
+    forces.set_ylim(top=20 * forces.get_ylim()[1])
+    _error_bars(places, samples, "reach_m", "^-.", BLUE, "farthest person")
+    _error_bars(places, samples, "distance_m", "s--", ORANGE, "largest sum of magnitudes")
+    _error_bars(places, samples, "resultant_distance_m", "D:", BLACK, "largest vector sum")
+    places.set_ylabel("distance from the middle of the exit (m)")
+    people = sorted({s.people for s in samples})
+    for axes in (forces, places):
+        axes.set(xscale="log", xlabel="people")
+        axes.set_xticks(people, [str(n) for n in people])
+        axes.set_xticks([], minor=True)
+        axes.legend(fontsize=8, loc="upper left")
+    return figure
+
+
+def _error_bars(
+    axes: Axes, samples: Sequence[Sample], name: str, style: str, colour: str, label: str
+) -> None:
+    people = sorted({s.people for s in samples})
+    values = [np.array([getattr(s, name) for s in samples if s.people == n]) for n in people]
+    mean, spread = [v.mean() for v in values], [v.std() for v in values]
+    axes.errorbar(people, mean, spread, fmt=style, color=colour, capsize=3, ms=5, label=label)
+
+
+# Readings of “the force is maximum”: the distance of the maximum, and what is meant.
+READINGS = {
+    "resultant_distance_m": "the vector sum of a person's contact forces",
+    "distance_m": "the sum of the normal magnitudes at a person",
+    "contact_distance_m": "the force of a single contact",
+}
+# Kinds of random crowds.
+HEAPS = "heaps, whose exit has just opened"
+FLOWING = "crowds that have flowed for 2 s"
+BLOCKED = "crowds at rest behind a blocked exit"
+Crowds = Mapping[str, Sequence[Sample]]
+# Relative differences (rms) below which p/τ is an engine's force, and is like it.
+EXACT, ALIKE = 1e-3, 0.1
+# Changes of the sums of magnitudes beyond this are another behaviour.
+DIFFERENT = 0.1
+# Contacts are maintained in part where fewer than this share of them open.
+FEW = 0.1
+SHOWN = (10.0, 37.5, 300.0, 1e3, 1e4)  # kg, of the dissipations
+
+
+def places(words: Words, crowds: Crowds) -> list[Claim]:
+    """Judge “the force is maximum in the neighbourhood of the exit” in each reading."""
+    pressed = {kind: samples for kind, samples in crowds.items() if kind != BLOCKED}
+    found = [place(words, pressed, name, quantity) for name, quantity in READINGS.items()]
+    return [*found, rings(words, crowds)]
+
+
+def _of_all(verdicts: Iterable[Verdict]) -> Verdict:
+    """Holds where it does in every kind of crowd, fails where it does in every kind."""
+    every = list(verdicts)
+    holds, fails = (
+        all(one == verdict for one in every) for verdict in (Verdict.HOLDS, Verdict.FAILS)
+    )
+    return Verdict.of(holds, not fails)
+
+
+def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
+    """Judge one reading in each kind of crowd: it holds where it does in all of the crowds, in part
+    where in half of them or more."""
+    found: list[dict[str, Any]] = []
+    for kind, samples in crowds.items():
+        at = np.array([getattr(s, distance) for s in samples])
+        near, middle, far = (int((at <= radius).sum()) for radius in (NEIGHBOURHOOD_M, 2.0, 3.0))
+        verdict = Verdict.of(near == len(at), 2 * near >= len(at))
+        counts: dict[str, Any] = {"near": near, "middle": middle, "far": far, "all": len(at)}
+        found.append(counts | {"kind": kind, "verdict": verdict, "median": np.median(at)})
+    verdict = _of_all(kind["verdict"] for kind in found)
+    return words.claim(
+        "place", verdict, quantity=quantity, neighbourhood=NEIGHBOURHOOD_M, crowds=found
+    )
+
+
+def rings(words: Words, crowds: Crowds) -> Claim:
+    """Judge the same of the mean sum of magnitudes in rings of 1 m: it holds if the ring at the
+    exit has the largest mean in all of the crowds, in part if the largest lies within 2 m in half
+    of them or more."""
+    found: list[dict[str, Any]] = []
+    for kind, samples in crowds.items():
+        peaks = np.array([int(np.nanargmax(s.profile)) for s in samples])
+        first, near = int((peaks == 0).sum()), int((peaks <= 1).sum())
+        verdict = Verdict.of(first == len(peaks), 2 * near >= len(peaks))
+        shown = range(min(3, *(len(s.profile) for s in samples)))
+        levels = [float(np.nanmean([s.profile[ring] for s in samples])) for ring in shown]
+        counts: dict[str, Any] = {"first": first, "near": near, "all": len(peaks)}
+        found.append(counts | {"kind": kind, "verdict": verdict, "levels": levels})
+    verdict = _of_all(kind["verdict"] for kind in found)
+    return words.claim("rings", verdict, ring=RING_M, crowds=found)
+
+
+def contact_forces(
+    words: Words, kind: str, comparisons: Mapping[float, Sequence[Comparison]]
+) -> Claim:
+    """Judge “percussions are contact forces” against an engine's forces, by stiffness (N/m).
+
+    In part where they agree to EXACT (rms) at the contacts whose force the mechanics fixes, whole
+    where those of the stiffest contacts agree to ALIKE at all contacts, too."""
+    found = []
+    for stiffness, runs in sorted(comparisons.items()):
+        numbers = [statistics(comparison) for comparison in runs]
+        worst = {
+            name: max(n[f"{name}_relative_difference"] for n in numbers)
+            for name in ("determined", "contact", "disk_vector")
+        }
+        fixed, contacts = (
+            sum(n[name] for n in numbers) for name in ("determined_contacts", "rigid_contacts")
+        )
+        counts = {"stiffness": stiffness, "runs": len(runs), "fixed": fixed, "contacts": contacts}
+        found.append(counts | worst)
+    exact = max(each["determined"] for each in found) < EXACT
+    verdict = Verdict.of(exact and found[-1]["contact"] < ALIKE, exact)
+    every = [comparison for runs in comparisons.values() for comparison in runs]
+    moving = max(comparison.balance.unbalanced for comparison in every)
+    return words.claim("contact_forces", verdict, kind=kind, found=found, moving=moving)
+
+
+def maintained(words: Words, arch: Arch, pull: Maintained, crowds: Crowds) -> Claim:
+    """Judge “contacts are maintained”: holds where none opens and none pulls, in part where few
+    open."""
+    opening, contacts = arch.opening(), len(arch.contacts)
+    shares = {
+        kind: sum(s.opening for s in samples) / sum(s.contacts for s in samples)
+        for kind, samples in crowds.items()
+    }
+    few = max([opening / contacts, *shares.values()]) < FEW
+    verdict = Verdict.of(opening == 0 and pull.pulling == 0, few)
+    return words.claim("maintained", verdict, opening=opening, contacts=contacts, shares=shares)
+
+
+def dissipation_claim(words: Words, trials: Sequence[Trial]) -> Claim:
+    """Judge “different behaviour” by k: holds where it shows up to the k at which a pair opens."""
+    paper = [trial for trial in trials if trial.across]
+    change = changes(paper)
+    moderate = max(value for k, value in change.items() if k <= EFFECTIVE_MASS)
+    strong = max(change.values())
+    normal = changes([trial for trial in trials if not trial.across])[EFFECTIVE_MASS]
+    without, at_pair = (
+        next(t.forces for t in paper if t.dissipation == k) for k in (0.0, EFFECTIVE_MASS)
+    )
+    return words.claim(
+        "dissipation",
+        Verdict.of(moderate >= DIFFERENT, strong >= DIFFERENT),
+        shown=[(k, value) for k, value in change.items() if k in SHOWN],
+        effective=EFFECTIVE_MASS,
+        moderate=moderate,
+        contact=abs(at_pair.max() / without.max() - 1),
+        mean=abs(at_pair.mean() / without.mean() - 1),
+        normal=normal,
+    )
+
+
+def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:
+    """Tabulate forces, interval and energy by dissipation."""
+    rows: list[Sequence[Cell]] = []
+    for trial in trials:
+        force, reaction, answer = trial.forces, trial.reactions, trial.arch.answer
+        numbers = (
+            force.mean(),
+            np.quantile(force, 0.95),
+            force.max(),
+            force.min(),
+            reaction.mean(),
+            reaction.max(),
+            trial.arch.carried()[trial.most],
+            trial.arch.distance()[trial.most],
+            trial.upper - trial.lower,
+            trial.energy_share,
+        )
+        acts = "along and across" if trial.across else "along only"
+        status = "; ".join([str(answer.status), *answer.warnings])
+        rows.append((acts, trial.dissipation, status, *map(float, numbers)))
+    return words.table("table_dissipation", rows)
+
+
+def seeds_table(words: Words, kind: str, samples: Sequence[Sample]) -> Table:
+    """Tabulate mean, spread and range of each quantity over arches of one size."""
+    quantities = (
+        ("mean sum of normal magnitudes (N)", [s.mean_N for s in samples]),
+        ("largest sum of normal magnitudes (N)", [s.largest_N for s in samples]),
+        ("width of its interval (N)", [s.upper_N - s.lower_N for s in samples]),
+        ("its distance from the middle of the exit (m)", [s.distance_m for s in samples]),
+        ("its angle from the axis of the exit, size (°)", [abs(s.angle_degrees) for s in samples]),
+        ("largest contact force (N)", [s.largest_contact_N for s in samples]),
+        ("its distance (m)", [s.contact_distance_m for s in samples]),
+        ("largest vector sum (N)", [s.largest_resultant_N for s in samples]),
+        ("its distance (m)", [s.resultant_distance_m for s in samples]),
+        ("share of contacts that open", [s.opening / s.contacts for s in samples]),
+        ("redundant contacts", [float(s.redundant) for s in samples]),
+        ("largest overlap / mean diameter", [s.overlap_share for s in samples]),
+    )
+    measures = (np.mean, np.std, np.min, np.median, np.max)
+    rows: list[Sequence[Cell]] = [
+        (quantity, *(float(measure(of)) for measure in measures)) for quantity, of in quantities
+    ]
+    return words.table("table_seeds", rows, kind=kind, shown=samples)
+
+
+def sizes_table(words: Words, samples: Sequence[Sample]) -> Table:
+    """Tabulate means over the arches of each number of people."""
+    rows: list[Sequence[Cell]] = []
+    for people in sorted({s.people for s in samples}):
+        same = [s for s in samples if s.people == people]
+        mean = {
+            name: float(np.mean([getattr(s, name) for s in same]))
+            for name in Sample.__dataclass_fields__
+            if name != "profile"
+        }
+        rows.append(
+            (
+                people,
+                len(same),
+                mean["reach_m"],
+                mean["contacts"] / people,
+                mean["mean_N"],
+                mean["largest_N"],
+                float(np.std([s.largest_N for s in same])),
+                mean["distance_m"],
+                mean["largest_resultant_N"],
+                mean["resultant_distance_m"],
+                mean["redundant"],
+                mean["overlap_share"],
+                sum(s.solved for s in same),
+            )
+        )
+    return words.table("table_sizes", rows)
+
+
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """List the crowd by every engine, and the random ones; without an engine none of the latter."""
+    return [*arch_runs(read_scene("arch"), runs), *survey_runs(runs), *blocked_runs(runs)]
+
+
+def build(runs: Path, progress: Progress | None = None) -> Section:
+    """Build figure 4. `runs` keeps the engine runs; an engine that is missing becomes a warning."""
+    try:
+        found = arch_study(read_scene("arch"), runs, progress)
+    except EngineError as error:
+        return without_crowd("4", Words(__name__).text("title"), str(error))
+    missing: list[str] = []
+    samples = survey(runs, missing, progress)
+    jams = [jam for jam in blocked(runs, missing, progress) if jam.at_rest]
+    section = _section(found, samples, jams, heaps(progress))
+    return replace(section, warnings=[*missing, *section.warnings])
+
+
+def _section(
+    found: Study, samples: Sequence[Sample], jams: Sequence[Blocked], grown: Sequence[Sample]
+) -> Section:
+    arch = Arch.of(found.scene, found.comparisons[0].snapshot)
+    trials, pull = dissipation_trials(arch), Maintained.of(arch)
+    soft = [jam for jam in jams if jam.stiffness == STIFFNESSES[0]]
+    several = len({s.people for s in samples}) > 1
+    crowds = {
+        HEAPS: grown,
+        FLOWING: [s for s in samples if s.people == PEOPLE],
+        BLOCKED: [Sample.of(jam.arch, jam.seed) for jam in soft],
+    }
+    crowds = {kind: some for kind, some in crowds.items() if some}
+    words = Words(__name__, arch=arch, trials=trials, pull=pull, samples=samples, grown=grown)
+    crowd = CrowdWords(arch, found)
+    pictures = [
+        crowd.snapshot_picture("fig_4_arch"),
+        words.picture("fig_4_dissipation", dissipation(trials)),
+        crowd.engines_picture("fig_4_engines"),
+        words.picture("fig_4_seeds", seeds(crowds)),
+    ]
+    every = [crowd.maxima_table(), dissipation_table(words, trials), crowd.engines_table()]
+    every += [seeds_table(words, kind, some) for kind, some in crowds.items()]
+    if several:
+        pictures.append(words.picture("fig_4_sizes", sizes(samples)))
+        every.append(sizes_table(words, samples))
+    stiffness = found.scene.contact.stiffness_N_per_m
+    at_rest = {k: [jam.comparison for jam in jams if jam.stiffness == k] for k in STIFFNESSES}
+    section = words.section(
+        "4",
+        largest=arch.normal_forces().max(),
+        opening=arch.opening(),
+        approach=(arch.approach(_as_printed(arch)), arch.approach(arch.answer.right_velocity)),
+        growth=lambda name: exponent(*(_numbers(samples, of) for of in ("people", name))),
+        several=several,
+        stopped=(len(soft), len(BLOCKED_SEEDS)),
+        pictures=pictures,
+        tables=every,
+        claims=[
+            *([contact_forces(words, BLOCKED, at_rest)] if all(at_rest.values()) else ()),
+            contact_forces(words, "a crowd that flows", {stiffness: found.comparisons}),
+            *places(words, crowds),
+            maintained(words, arch, pull, crowds),
+            dissipation_claim(words, trials),
+        ],
+        warnings=[*crowd.warnings(), *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
+    )
+    return replace(section, words=[*crowd.items(), *section.words])
+
+
+def _numbers(samples: Sequence[Sample], name: str) -> Floats:
+    return np.array([getattr(s, name) for s in samples], dtype=np.float64)
+
+
+def _as_printed(arch: Arch) -> Floats:
+    """The right velocities (n,2) m/s of (7) as printed: u⁺ = u⁻ + Cᵀλ with the λ that solve (8)."""
+    push = arch.answer.reaction[:, None] * arch.contacts.normal
+    printed: Floats = arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot))
+    return printed
+
+
+def _trial_warnings(trials: Sequence[Trial]) -> list[str]:
+    own = [f"{trial.name}: {words}" for trial in trials for words in trial.arch.answer.warnings]
+    return unsolved((trial.name, trial.arch.answer) for trial in trials) + own

@@ -1,1 +1,0 @@
-"""Fig. 4: an arch at the exit, equal masses."""

@@ -1,1 +1,0 @@
-"""Fig. 5: an arch at the exit, unequal masses."""

@@ -1,0 +1,440 @@
+"""A crowd pressed to an exit, in figures 4 to 6: its percussions, pictures, words and seeds."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from analysis.compare.comparison import Comparison, compare_run
+from analysis.compare.statistics import correlation, relative_difference
+from analysis.compare.study import Study, study
+from analysis.engines import PENALTY, EngineError
+from analysis.engines.run import EngineRun
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    PALE,
+    add_scale,
+    contact_lines,
+    draw_disks,
+    draw_forces,
+    draw_vectors,
+    draw_walls,
+)
+from analysis.pages.names import engine_label
+from analysis.pages.section import Cell, Picture, Section, Table
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
+from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, installed_engine
+from analysis.percussions.snapshot import percussions_of
+from analysis.scene.packing import heap
+from analysis.scene.scene import Drive, Scene
+from analysis.scene.shipped_scenes import MASS_KG, make
+from analysis.support.progress import Progress
+from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
+from nscd.arrays import Flags, Floats, Indices
+from nscd.indeterminacy.admissible import ProgramError
+from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
+from nscd.indeterminacy.intervals import IntervalStatus, interval, weights_of_disk
+
+log = logging.getLogger(__name__)
+RING_M = 1.0
+# Half the exit (0.5 m) and a metre beyond: what is called the neighbourhood of the exit here.
+NEIGHBOURHOOD_M = 1.5
+# Contacts that part faster open.
+OPENS_M_PER_S = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arch:
+    """A snapshot of a driven crowd and its percussions for the desired velocity as u⁻ (paper (1),
+    (7) corrected): n people, k contacts.
+
+    left_velocity: (n,2) m/s
+    window: s, the relaxation time τ that turns percussions p into forces p/τ
+    """
+
+    drive: Drive
+    snapshot: Snapshot
+    contacts: Contacts
+    left_velocity: Floats
+    window: float
+    answer: Percussions
+
+    @classmethod
+    def of(cls, scene: Scene, snapshot: Snapshot) -> Arch:
+        """Solve the percussions (k = 0) of a snapshot in the room of a scene. Raises ValueError for
+        a scene without drive."""
+        if scene.drive is None:
+            raise ValueError(f"drive: scene {scene.name} has none, so nobody presses")
+        found = percussions_of(scene, snapshot, tolerance=1e-10)
+        return cls(
+            drive=scene.drive,
+            snapshot=snapshot,
+            contacts=found.contacts,
+            left_velocity=found.left_velocity,
+            window=scene.drive.relaxation_time_s,
+            answer=found.answer,
+        )
+
+    def under(self, law: ContactLaw) -> Percussions:
+        """Solve the percussions of the same snapshot and left velocity under another contact
+        law."""
+        return solve(
+            self.snapshot, self.contacts, left_velocity=self.left_velocity, law=law, tolerance=1e-8
+        )
+
+    def normal_forces(self) -> Floats:
+        """Give n·p/τ at each contact, (k,) N."""
+        forces: Floats = (self.answer.impulse * self.contacts.normal).sum(1) / self.window
+        return forces
+
+    def carried(self) -> Floats:
+        """Sum |n·p|/τ over the contacts of each person, (n,) N: how hard one is pressed, from
+        whatever side."""
+        return self.contacts.sum_at_disks(np.abs(self.normal_forces()), len(self.snapshot))
+
+    def resultants(self) -> Floats:
+        """Give |Σ p|/τ of each person, (n,) N: forces from opposite sides cancel; m |u⁺ − u⁻|/τ,
+        whatever the pressing."""
+        change = self.contacts.momentum_change(self.answer.impulse, len(self.snapshot))
+        return np.asarray(np.hypot(*change.T) / self.window, dtype=np.float64)
+
+    def inside(self) -> Flags:
+        """Tell who has not passed the line of the exit, (n,)."""
+        beyond = (self.snapshot.position - np.array(self.drive.door_start_m)) @ np.array(
+            self.drive.outward
+        )
+        return np.asarray(beyond < 0)
+
+    def distance(self) -> Floats:
+        """Measure from the middle of the exit to each person's centre, (n,) m."""
+        return np.asarray(np.hypot(*self._from_exit().T), dtype=np.float64)
+
+    def angle_degrees(self) -> Floats:
+        """Give the direction of each person seen from the middle of the exit, (n,): 0 straight into
+        the room, ±90 along the wall."""
+        x, y = self._from_exit().T
+        out_x, out_y = self.drive.outward
+        return np.asarray(np.degrees(np.arctan2(y * out_x - x * out_y, -(x * out_x + y * out_y))))
+
+    def approach(self, velocity: Floats) -> float:
+        """Give the speed (m/s) at which velocities (n,2) m/s bring two in contact together, at
+        most."""
+        return float(self.contacts.approach_velocity(velocity).max())
+
+    def opening(self) -> int:
+        """Count the contacts that open."""
+        approach = self.contacts.approach_velocity(self.answer.right_velocity)
+        return int((approach < -OPENS_M_PER_S).sum())
+
+    def largest(self, values: Floats) -> int:
+        """Find the person inside who has the largest value (n,)."""
+        return int(np.argmax(np.where(self.inside(), values, -np.inf)))
+
+    def overlap_share(self) -> float:
+        """Give the largest overlap over the mean diameter."""
+        return float(
+            max(-self.contacts.gap.min(initial=0.0), 0.0) / (2 * self.snapshot.radius.mean())
+        )
+
+    def rings(self) -> Indices:
+        """Give the ring of each person, (n,): 0 within a metre of the middle of the exit, then 1,
+        …; −1 for those outside."""
+        return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)
+
+    def _from_exit(self) -> Floats:
+        middle = 0.5 * (np.array(self.drive.door_start_m) + np.array(self.drive.door_end_m))
+        return np.asarray(self.snapshot.position - middle)
+
+
+def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
+    """Prove the interval (N) of the sum of normal magnitudes of a person, (nan, nan) where none
+    could be proven."""
+    try:
+        found = interval(arch.contacts, arch.answer, weights_of_disk(arch.contacts, person))
+    except (ProgramError, ValueError) as error:
+        log.warning("no interval for person %d: %s", person, error)
+        return float("nan"), float("nan")
+    if found.status == IntervalStatus.UNPROVEN:
+        return float("nan"), float("nan")
+    return found.lower / arch.window, found.upper / arch.window
+
+
+def snapshot(arch: Arch) -> Figure:
+    """Draw configuration, right velocities, and force on each person: vector sum and sum of
+    magnitudes."""
+    figure = Figure(figsize=(10.5, 11.0), layout="constrained")
+    axes = figure.subplots(2, 2).ravel()
+    position, velocity = arch.snapshot.position, arch.answer.right_velocity
+    forces, speed = arch.normal_forces(), np.hypot(*velocity.T)
+    panels = (
+        ("(a) configuration and contact forces", None, "n·p/τ of a contact (N)"),
+        ("(b) right velocity u⁺", speed, "speed (m/s)"),
+        ("(c) force on each person: vector sum", arch.resultants(), "|Σ p|/τ (N)"),
+        ("(c′) force on each person: sum of magnitudes", arch.carried(), "Σ |n·p|/τ (N)"),
+    )
+    for axis, (title, values, label) in zip(axes, panels, strict=True):
+        shown = forces if values is None else values[arch.inside()]
+        norm = Normalize(0.0, float(np.quantile(shown, 0.99)))
+        _draw_people(axis, arch, values, norm)
+        if values is None:
+            draw_forces(axis, contact_lines(arch.snapshot, arch.contacts), forces, norm)
+        axis.set_title(title, fontsize=10)
+        add_scale(figure, axis, norm, label)
+    moving = speed > 0.05 * np.quantile(speed, 0.9)
+    draw_vectors(axes[1], position[moving], velocity[moving] / 4, width=0.0025, color=BLACK)
+    for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
+        most = position[arch.largest(values)]
+        axis.annotate(
+            "largest",
+            most,
+            (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1])),
+            fontsize=9,
+            arrowprops={"arrowstyle": "->", "color": BLACK, "lw": 1.5},
+        )
+    return figure
+
+
+def _draw_people(axes: Axes, arch: Arch, values: Floats | None, norm: Normalize) -> None:
+    draw_disks(axes, arch.snapshot, PALE, values=values, norm=norm)
+    ends = np.array([arch.drive.door_start_m, arch.drive.door_end_m])
+    along = 50.0 * (ends[1] - ends[0])
+    draw_walls(axes, [(ends[0], ends[0] - along), (ends[1], ends[1] + along)])
+    reach = arch.snapshot.position[arch.inside()]
+    low, high = reach.min(0) - 0.5, np.maximum(reach.max(0), (1.5, -np.inf)) + 0.5
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axes.set(xlabel="x (m)", ylabel="y (m)")
+
+
+def engines(comparisons: Sequence[Comparison]) -> Figure:
+    """Draw the sum of magnitudes at each person: percussions against each engine."""
+    figure = Figure(figsize=(4.6 * len(comparisons), 5.0), layout="constrained")
+    for number, comparison in enumerate(comparisons):
+        axes = figure.add_subplot(1, len(comparisons), number + 1)
+        penalty, rigid = (values / 1e3 for values in comparison.disk_sums())
+        near = Arch.of(comparison.scene, comparison.snapshot).distance() <= NEIGHBOURHOOD_M
+        top = 1.05 * float(max(penalty.max(), rigid.max()))
+        axes.plot([0, top], [0, top], color=BLACK, lw=0.8, label="equal")
+        far: dict[str, Any] = {
+            "ms": 3.5,
+            "mfc": "none",
+            "mec": BLUE,
+            "mew": 0.7,
+            "label": "farther",
+        }
+        axes.plot(penalty[~near], rigid[~near], "o", **far)
+        label = f"within {NEIGHBOURHOOD_M:g} m of the exit"
+        close: dict[str, Any] = {"ms": 5, "color": ORANGE, "mec": BLACK, "mew": 0.5, "label": label}
+        axes.plot(penalty[near], rigid[near], "s", **close)
+        axes.set(xlim=(0, top), ylim=(0, top), aspect="equal")
+        axes.set(xlabel="engine (kN)", ylabel="percussions, p/τ (kN)")
+        axes.set_title(engine_label(comparison), fontsize=10)
+        axes.legend(fontsize=8, loc="upper left")
+    return figure
+
+
+# The scene `jam`: disks too large for the exit, so that an arch really blocks it.
+BLOCKED_SEEDS: Sequence[int] = range(1, 6)
+STIFFNESSES = (1e6, 1e7)  # N/m, of the blocked crowds
+# At rest nobody inside has a larger right velocity, and no larger share of the drive accelerates.
+AT_REST_M_PER_S, AT_REST_SHARE = 0.01, 1e-3
+MEAN_RADIUS_M = 0.17  # of the scene `arch`
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Blocked:
+    """A crowd at rest behind an exit that an arch blocks: its percussions, and beside the engine's
+    forces."""
+
+    seed: int
+    arch: Arch
+    comparison: Comparison
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether an arch stopped it, and it has come to rest."""
+        fastest = np.hypot(*self.arch.answer.right_velocity[self.arch.inside()].T).max()
+        return bool(fastest < AT_REST_M_PER_S and self.still)
+
+    @property
+    def still(self) -> bool:
+        """Whether it has come to rest in the engine, whatever the percussions say."""
+        return self.comparison.balance.unbalanced < AT_REST_SHARE
+
+    @property
+    def stiffness(self) -> float:
+        """k of the engine's contacts (N/m)."""
+        return self.comparison.scene.contact.stiffness_N_per_m
+
+
+def gathered(run: EngineRun) -> Arch:
+    """Solve the last frame of a run. Raises EngineError, DumpError."""
+    return Arch.of(run.scene, end_of(run))
+
+
+def grown(people: int, seed: int) -> Arch:
+    """Solve a heap grown disk by disk at the shut exit, at the instant when it opens.
+
+    Its disks are those of the scene `arch` in size, they touch without overlap and just carry one
+    another: an arch as it forms, before anybody has moved."""
+    scene = make("arch", people, seed)
+    assert scene.drive is not None
+    ends = np.array([scene.drive.door_start_m, scene.drive.door_end_m])
+    half = 0.5 * float(np.hypot(*(ends[1] - ends[0])))
+    position, radius = heap(people, seed, MEAN_RADIUS_M, half)
+    still, mass = np.zeros_like(position), np.full(people, MASS_KG)
+    return Arch.of(scene, Snapshot(position=position, velocity=still, radius=radius, mass=mass))
+
+
+def blocked_runs(runs: Path) -> list[SeededRun]:
+    """List the runs of `blocked`; none without an engine."""
+    engine, folder = installed_engine(), runs / "jam_seeds"
+    return [
+        SeededRun(
+            scene=make("jam", None, seed)
+            .with_contact(stiffness_N_per_m=stiffness)
+            .with_run(frames=1),
+            engine=engine,
+            folder=folder / f"{engine}_seed{seed}_k{stiffness:.0e}",
+            seed=seed,
+        )
+        for stiffness in STIFFNESSES
+        for seed in BLOCKED_SEEDS
+        if engine is not None
+    ]
+
+
+def blocked(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Blocked]:
+    """Solve the crowds of BLOCKED_SEEDS, at rest or not; one whose run fails is a warning."""
+    wanted, done = blocked_runs(runs), 0
+
+    def read(run: SeededRun) -> Blocked:
+        nonlocal done
+        done += 1
+        if progress:
+            progress("blocked exits", done / len(wanted))
+        return Blocked(seed=run.seed, arch=gathered(run), comparison=compare_run(run.folder))
+
+    return each(wanted, read, warnings)
+
+
+EVERY: Sequence[str] = [engine.NAME for engine in PENALTY]
+NEAR_M = 3.0  # where the density is measured
+
+
+def arch_runs(scene: Scene, runs: Path) -> list[EngineRun]:
+    """List the scene by every engine."""
+    return [EngineRun.of(scene, engine, runs) for engine in EVERY]
+
+
+def arch_study(scene: Scene, runs: Path, progress: Progress | None) -> Study:
+    """Run the scene by every engine, and compare each with its percussions.
+
+    Raises EngineError if no engine gathered the crowd."""
+    found = study(scene, EVERY, [scene.contact.stiffness_N_per_m], runs, progress)
+    if not found.comparisons:
+        raise EngineError("; ".join(found.failures))
+    return found
+
+
+def without_crowd(number: str, title: str, reason: str) -> Section:
+    """Make what is left of a section where no engine gathered its crowd."""
+    return Section(
+        number=number, title=title, words=(), pictures=(), tables=(), differs=(), warnings=(reason,)
+    )
+
+
+class CrowdWords:
+    """The words, tables and pictures of one crowd: arch is that of the first engine of `found`."""
+
+    def __init__(self, arch: Arch, found: Study) -> None:
+        self.arch, self.found, self.words = arch, found, Words(__name__)
+
+    def items(self) -> list[str]:
+        """Say how dense the crowd is, what its people carry, and what of it is determined."""
+        arch, inside, distance = self.arch, self.arch.inside(), self.arch.distance()
+        carried, resultant = arch.carried(), arch.resultants()
+        most, most_vector = arch.largest(carried), arch.largest(resultant)
+        lower, upper = carried_interval(arch, most)
+        drive = arch.snapshot.mass * np.hypot(*arch.left_velocity.T) / arch.window
+        return self.words.items(
+            "words",
+            inside=int(inside.sum()),
+            people=len(inside),
+            time=self.found.scene.analysis.time_s,
+            density=(inside & (distance <= NEAR_M)).sum() / (0.5 * np.pi * NEAR_M**2),
+            near=NEAR_M,
+            engine=engine_label(self.found.comparisons[0]),
+            unbalanced=self.found.comparisons[0].balance.unbalanced,
+            drive=drive.mean(),
+            vectors=(resultant[inside].mean(), resultant[most_vector], distance[most_vector]),
+            sums=(carried[inside].mean(), carried[most], distance[most]),
+            angle=arch.angle_degrees()[most],
+            ends=(lower, upper),
+            fixed=upper - lower < 1e-6 * upper,
+            contacts=len(arch.contacts),
+            known=determinacy(arch.contacts, len(arch.snapshot)),
+            sure=int(admissible_determinacy(arch.contacts, arch.answer).determined.sum()),
+        )
+
+    def maxima_table(self) -> Table:
+        """Tabulate the forces on the people inside, and where the largest are."""
+        arch, inside = self.arch, self.arch.inside()
+        rows: list[Sequence[Cell]] = []
+        for name, values in (
+            ("sum of normal magnitudes", arch.carried()),
+            ("vector sum", arch.resultants()),
+        ):
+            most = arch.largest(values)
+            middle, high = np.quantile(values[inside], (0.5, 0.95))
+            sizes = values[inside].mean(), middle, high, values[most]
+            place = arch.distance()[most], arch.angle_degrees()[most]
+            rows.append((name, *map(float, (*sizes, *place)), int(arch.snapshot.ids[most])))
+        return self.words.table("table_maxima", rows)
+
+    def engines_table(self) -> Table:
+        """Tabulate the sums of magnitudes by each engine against the percussions."""
+        return self.words.table("table_engines", [_engine_row(c) for c in self.found.comparisons])
+
+    def snapshot_picture(self, name: str) -> Picture:
+        """Draw the crowd and its percussions."""
+        figure = snapshot(self.arch)
+        return Picture(name=name, caption=self.words.text("snapshot"), figure=figure)
+
+    def engines_picture(self, name: str) -> Picture:
+        """Draw the percussions against each engine."""
+        figure = engines(self.found.comparisons)
+        return Picture(name=name, caption=self.words.text("engines"), figure=figure)
+
+    def warnings(self) -> list[str]:
+        """List what a reader has to know of the runs and the answer."""
+        own = unsolved([("percussions of the snapshot", self.arch.answer)])
+        return [*self.found.warnings, *own]
+
+
+def _engine_row(comparison: Comparison) -> Sequence[Cell]:
+    penalty, rigid = comparison.disk_sums()
+    distance = Arch.of(comparison.scene, comparison.snapshot).distance()
+    return (
+        engine_label(comparison),
+        float(penalty.mean()),
+        float(rigid.mean()),
+        float(penalty.max()),
+        float(distance[penalty.argmax()]),
+        float(rigid.max()),
+        float(distance[rigid.argmax()]),
+        correlation(penalty, rigid),
+        relative_difference(penalty, rigid),
+        comparison.balance.unbalanced,
+        str(comparison.answer.status),
+    )
