@@ -34,7 +34,7 @@ CONTENTS = {
         "concepts/certificate",
     ],
     "Concepts": ["theory", "conventions", "inputs", "glossary"],
-    "Results": ["results", "validation", "timing", "results/*", "results/details/*"],
+    "Results": ["results", "validation", "timing", "results/*"],
     "Reference": [
         "commands",
         "troubleshooting",
