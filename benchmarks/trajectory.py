@@ -31,10 +31,10 @@ from analysis.percussions.at_once import solve_at_once
 from analysis.percussions.dump_to_csv import (
     DumpToSolve,
     executor_for,
-    setting_beside,
     solve_dump,
 )
 from analysis.percussions.rows import is_parquet
+from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.shipped_scenes import make
 from nscd import solve

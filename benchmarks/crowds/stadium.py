@@ -25,8 +25,9 @@ from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.engines.softness import judged, softness
 from analysis.pages.numbers import number
-from analysis.percussions.dump_to_csv import DumpToSolve, setting_beside
 from analysis.percussions.rows import table_file
+from analysis.percussions.setting import setting_beside
+from analysis.percussions.solving import DumpToSolve
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.machine import machine
