@@ -40,10 +40,11 @@ constexpr Effort PROXIMAL[] = {{8, 100}, {16, 150}};
 constexpr double PROXIMAL_NOISE = 1e-2, BRINK = 1e-9;
 constexpr int LOCAL_PIVOTS = 300;
 // The cost of steps of the proximal point method, in pivots: at most (a share of it in each choice of the k_n that act), in a
-// step of a moving crowd, from random percussions. They bound the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
+// step of a moving crowd, from random percussions; less of it beyond MEDIUM contacts, whose pivots take longer. They bound
+// the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
 // than NEAR.
 constexpr int POINT = 10'000, SEVERAL = 4, STEP_POINT = 1500, RANDOM = 1500;
-constexpr double NEAR_POINT = 1e-5;
+constexpr double NEAR_POINT = 1e-5, MEDIUM = 1100.0;
 constexpr int SOME = 4;
 // States of an island's contacts that are tried in one search from random ones. Velocities farther apart than this share of
 // their scale are two answers.
@@ -90,7 +91,7 @@ public:
 
     // From an answer that is near.
     void run(Rubbed at, int effort) {
-        if (!by_proximal(at)) by_point(at, p_.dissipates ? effort / SEVERAL : effort);
+        if (!by_proximal(at)) by_point(at, int(effort * std::min(1.0, MEDIUM / p_.k)) / (p_.dissipates ? SEVERAL : 1));
     }
 
     // From random states and percussions, for an answer that is not among the known ones.

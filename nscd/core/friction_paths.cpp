@@ -131,11 +131,24 @@ Path::Margins Path::margins(int c, double t) const {
 
 Path::Event Path::next_event(double t, double way) const {
     Event next;
+    const auto consider = [&](int c, int which, double left, double rate) {
+        const double fast = -way * rate;  // how fast it is used up
+        left = left > 0.0 ? left : 0.0;
+        if (fast > 0.0 && left < next.step * fast) next = {left / fast, c, which};
+    };
+    const double *v = x_[V].data(), *dv = dx_[V].data(), *lam = x_[LAM].data(), *dlam = dx_[LAM].data(), *tau = x_[TAU].data(), *dtau = dx_[TAU].data();
+    const double *start = start_[0].data(), *push = push_[0].data(), *held = held_[0].data(), *held_tau = held_[1].data();
     for (int c = 0; c < p_.k; ++c) {
-        const Margins m = margins(c, t);
-        for (int which = 0; which < 3; ++which) {
-            const double fast = -way * m[which].rate, left = std::max(m[which].left, 0.0);  // how fast it is used up
-            if (fast > 0.0 && left < next.step * fast) next = {left / fast, c, which};
+        const std::uint8_t hold = now_.hold[c];
+        if (p_.along[c] != 0.0 || hold == FORWARD || hold == BACKWARD) {
+            const Margins m = margins(c, t);
+            for (int which = 0; which < 3; ++which) consider(c, which, m[which].left, m[which].rate);
+        } else if (hold == FREE) {  // the same, for most contacts
+            consider(c, 0, -start[c] - v[c] - t * push[c] - compliance * p_.inverse_mass[c] * held[c], -dv[c] - push[c]);
+        } else {
+            const double most = p_.friction[c] * (held[c] + lam[c]), by = p_.friction[c] * dlam[c], own = held_tau[c] + tau[c];
+            consider(c, 1, most - own, by - dtau[c]);
+            consider(c, 2, most + own, by + dtau[c]);
         }
     }
     return next;
