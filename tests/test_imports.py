@@ -2,6 +2,8 @@
 
 import ast
 import graphlib
+import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -102,3 +104,17 @@ def test_nothing_imports_in_a_circle():
     known = dict(modules())
     graph = {name: set(imported(path, known)) - {name} for name, path in known.items()}
     list(graphlib.TopologicalSorter(graph).static_order())
+
+
+def test_a_run_imports_little():
+    """The parent of a run reads its scene, says its price and starts the engine."""
+    program = (
+        "import sys, analysis.cli.commands; few = 'rich' in sys.modules\n"
+        "import analysis.advice.price, analysis.engines.run\n"
+        "print(few, sorted(set(sys.modules) & set(sys.argv[1:])))"
+    )
+    heavy = ("MDAnalysis", "matplotlib", "pandas", "scipy.linalg", "scipy.optimize", "scipy.sparse")
+    said = subprocess.run(
+        [sys.executable, "-c", program, *heavy], capture_output=True, text=True, check=True
+    )
+    assert said.stdout == "False []\n"

@@ -11,8 +11,6 @@ from importlib.resources import files
 from typing import Any, Self
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order
 
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import Scene
@@ -130,6 +128,9 @@ def _to_the_door(scene: Scene) -> float:
 def _longest_way(contacts: Contacts, n: int) -> int:
     """Contacts between the disks farthest apart in the largest island: from its last disk in
     breadth-first order, again."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order
+
     pairs = contacts.select(~contacts.is_wall)
     graph = coo_array((np.ones(len(pairs)), (pairs.first, pairs.second)), shape=(n, n)).tocsr()
     longest = 0

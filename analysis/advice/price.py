@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 
 from analysis.advice.library import Entry, stored_library
 from analysis.engines import engine as engine_named
@@ -42,8 +41,13 @@ def price_of(method: str, law: str, entries: Sequence[Entry]) -> Price | None:
     if not runs:
         return None
     work, seconds = np.array(list(runs.values()), dtype=float).T
-    fitted, _ = nnls(np.column_stack([1.0 / seconds, work / seconds]), np.ones(len(seconds)))
-    return Price(start_s=float(fitted[0]), disk_step_s=float(fitted[1]))
+    terms, fits = np.column_stack([1.0 / seconds, work / seconds]), []
+    for kept in ([0, 1], [0], [1]):
+        fitted = np.zeros(2)
+        fitted[kept] = np.linalg.lstsq(terms[:, kept], np.ones(len(seconds)))[0]
+        fits.append((fitted.min() < 0, float(np.sum((terms @ fitted - 1) ** 2)), *fitted))
+    _, _, start, disk_step = min(fits)
+    return Price(start_s=float(start), disk_step_s=float(disk_step))
 
 
 # Not in the library, whose entries are penalty runs: fitted to `arch`, `jam` and 5,000 people, exact

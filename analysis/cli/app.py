@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+from typer.core import TyperGroup
 
 from analysis.support.files import whole_file
 from analysis.support.machine import compiles_first
@@ -32,10 +33,28 @@ BETWEEN_LINES_S = 5.0
 UNFOLDED = 1000  # columns
 MOST_PROCESSES = 1024
 
+
+class _Commands(TyperGroup):
+    """The commands with the whole of their first sentence."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [
+                    (name, " ".join((found.help or "").split("\n\n")[0].split()))
+                    for name, found in commands
+                    if found
+                ]
+            )
+
+
+# Without rich, whose pages take longer to import than the help to write.
 app = typer.Typer(
+    cls=_Commands,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
+    rich_markup_mode=None,
     help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), "
     "side by side.",
 )

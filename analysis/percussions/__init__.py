@@ -1,14 +1,13 @@
-"""The rigid answer: percussions of snapshots, trajectories and dumps."""
+"""The rigid answer: percussions of snapshots, trajectories and dumps. Each name is imported when first
+used: a run of an engine needs none of them."""
 
-from analysis.percussions.snapshot import (
-    LeftVelocity,
-    Setting,
-    SnapshotPercussions,
-    law_of,
-    left_velocity_of,
-    percussions_of,
-)
-from analysis.percussions.trajectory import PercussionAnalysis
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from analysis.percussions.setting import LeftVelocity, Setting, law_of, left_velocity_of
+    from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+    from analysis.percussions.trajectory import PercussionAnalysis
 
 __all__ = [
     "LeftVelocity",
@@ -19,3 +18,13 @@ __all__ = [
     "left_velocity_of",
     "percussions_of",
 ]
+_HOMES = {"PercussionAnalysis": "trajectory"} | dict.fromkeys(
+    ("SnapshotPercussions", "percussions_of"), "snapshot"
+)
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for."""
+    if name not in __all__:
+        raise AttributeError(f"{__name__} has no {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOMES.get(name, 'setting')}"), name)

@@ -165,6 +165,23 @@ def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Settin
     return Setting.in_room(read_room(chosen, whole=False)[0], **given)
 
 
+def law_of(scene: Scene) -> ContactLaw:
+    """Give the rigid law of a scene's own contacts: its friction, and in an impact its restitution,
+    which is part of the model. A crowd that a drive presses rests, and its forces do not depend on
+    restitution.
+
+    Raises ValueError for an impact of restitution 1, which no finite dissipation gives."""
+    restitution = scene.contact.restitution
+    if scene.drive is not None or not restitution:
+        return ContactLaw(friction=scene.contact.friction)
+    if restitution == 1:
+        raise ValueError(
+            f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution "
+            "below 1"
+        )
+    return ContactLaw(restitution=restitution, friction=scene.contact.friction)
+
+
 def left_velocity_of(
     snapshot: Snapshot | Bodies,
     kind: LeftVelocity,

@@ -13,6 +13,7 @@ from analysis.percussions.setting import (
     LeftVelocity,
     Setting,
     Solved,
+    law_of,
     left_velocity_of,
 )
 from analysis.percussions.table import dataframe
@@ -122,23 +123,6 @@ def percussions_of(
         window=window,
         answer=answer,
     )
-
-
-def law_of(scene: Scene) -> ContactLaw:
-    """Give the rigid law of a scene's own contacts: its friction, and in an impact its restitution,
-    which is part of the model. A crowd that a drive presses rests, and its forces do not depend on
-    restitution.
-
-    Raises ValueError for an impact of restitution 1, which no finite dissipation gives."""
-    restitution = scene.contact.restitution
-    if scene.drive is not None or not restitution:
-        return ContactLaw(friction=scene.contact.friction)
-    if restitution == 1:
-        raise ValueError(
-            f"scene {scene.name}: contact.restitution: 1; the rigid model needs a restitution "
-            "below 1"
-        )
-    return ContactLaw(restitution=restitution, friction=scene.contact.friction)
 
 
 def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> bool:

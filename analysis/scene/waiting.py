@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.ndimage import binary_erosion
 
 from analysis.scene.scene import SceneError
 from nscd.arrays import Flags, Floats, Indices
@@ -160,6 +159,8 @@ def _parts(
 ) -> list[shapely.Geometry]:
     """Divide the floor among doors, as square cells, so that the fewest people have a wall before
     their door and the ways are short."""
+    from scipy.ndimage import binary_erosion
+
     sizes = np.array([float(np.pi * (radius**2).sum()) / COVER for radius in own])
     side = float(np.sqrt(max(sizes.sum() / CELLS, free.area / MOST_CELLS)))
     x0, y0, x1, y1 = free.bounds

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.percussions.snapshot import Setting, law_of
+from analysis.percussions.setting import Setting, law_of
 from analysis.scene.scene import Scene
 from nscd import ContactLaw, Contacts, Snapshot
 from nscd.arrays import Floats

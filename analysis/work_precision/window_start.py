@@ -10,7 +10,7 @@ import numpy as np
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines import EngineError, installed
 from analysis.engines.run import run_engine
-from analysis.percussions.snapshot import law_of
+from analysis.percussions.setting import law_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
 from analysis.support.cache import keep, kept
