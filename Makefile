@@ -10,7 +10,7 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 PIP := $(PYTHON) -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: help install core sanitize report paper docs test wheel-test lint bench clean system system-test
+.PHONY: help install core wheel sanitize report paper docs test wheel-test lint bench clean system system-test
 
 help:
 	@echo "make install   the environment in $(VENV), and YADE from the system's packages"
@@ -20,6 +20,7 @@ help:
 	@echo "make core      the native core compiled anew where nscd/core/ has changed"
 	@echo "make test      lint, types and tests"
 	@echo "make wheel-test  the wheel installed with all its parts from the package index into a new environment, and used, in build/wheel-test/"
+	@echo "make wheel     a wheel for this Python, in dist/, that needs no compiler where it is installed"
 	@echo "make sanitize  crowds through every way of the core, dumps and random bytes through its readers, watched for errors of memory and threads"
 	@echo "make lint      ruff and mypy"
 	@echo "make bench     seconds of the engines, their guard, the percussions and the continuum"
@@ -54,12 +55,8 @@ need() {
     else
         echo "Missing: $$absent. To install: sudo apt-get install --no-install-recommends $$absent"
     fi
-    case " $$absent " in *" python3"*)
+    case " $$absent " in *" python3 "*|*" python3-venv "*)
         echo "Python 3.11 or newer with its venv module is needed (Debian packages python3 and python3-venv)." >&2
-        exit 1 ;;
-    esac
-    case " $$absent " in *" python3-dev "*)
-        echo "The core is compiled at installation and needs Python.h (Debian package python3-dev)." >&2
         exit 1 ;;
     esac
     case " $$absent " in *" g++ "*) echo "Without g++ or clang++: the core is compiled with the compiler of the Python package ziglang." ;; esac
@@ -76,34 +73,57 @@ system-test:
 	@$(NEEDED)
 	need python3 python3-venv python3-dev g++ yade chromium
 
+# What compiles the core stays in the environment, so that a changed file is compiled alone.
+TOOLS := scikit-build-core nanobind cmake ninja
+CORE := CMakeLists.txt $(wildcard nscd/core/*.cpp nscd/core/*.hpp)
+
+# Without root: the compiler of the Python package ziglang, and Python.h from Debian's archive, both in $(VENV).
+define COMPILER
+if ! ready g++; then
+    $(PIP) ziglang || { echo "No C++ compiler: install g++ or clang++, or the Python package ziglang." >&2; exit 1; }
+    for tool in c++ ar ranlib; do
+        printf '#!/bin/sh\nexec "%s" -m ziglang %s "$$@"\n' "$(CURDIR)/$(PYTHON)" $$tool >$(VENV)/bin/zig-$$tool
+        chmod +x $(VENV)/bin/zig-$$tool
+    done
+    export CXX="$(CURDIR)/$(VENV)/bin/zig-c++"
+    export CMAKE_ARGS="-DCMAKE_AR=$(CURDIR)/$(VENV)/bin/zig-ar -DCMAKE_RANLIB=$(CURDIR)/$(VENV)/bin/zig-ranlib"
+fi
+if ! ready python3-dev; then
+    headers="$(CURDIR)/$(VENV)/headers" version=$$($(PYTHON3) -c 'import sys; print("python3.%d" % sys.version_info.minor)')
+    if [ ! -e "$$headers/usr/include/$$version/Python.h" ]; then
+        rm -rf "$$headers"
+        mkdir -p "$$headers"/lists/partial
+        (   cd "$$headers"
+            apt="apt-get -qq -o Dir::State::lists=$$headers/lists -o Dir::Cache=$$headers"
+            $$apt update && $$apt download lib$$version-dev && dpkg-deb --extract lib$$version-dev*.deb .
+        ) >/dev/null 2>&1 || { echo "The core is compiled at installation and needs Python.h (Debian package python3-dev)." >&2; exit 1; }
+    fi
+    export CXXFLAGS="-I$$headers/usr/include" CMAKE_ARGS="$${CMAKE_ARGS:-} -DPython_INCLUDE_DIR=$$headers/usr/include/$$version"
+fi
+endef
+
 $(VENV)/installed: pyproject.toml constraints.txt | system
-	@echo "Making the Python environment in $(VENV)"
+	@$(NEEDED)
+	echo "Making the Python environment in $(VENV) and compiling the core"
 	# what an interrupted pip has half written it takes for installed
 	[ ! -e $(VENV)/unfinished ] && $(PYTHON) -m pip --version >/dev/null 2>&1 || $(PYTHON3) -m venv --clear $(VENV)
 	touch $(VENV)/unfinished
-	if ! command -v g++ >/dev/null && ! command -v clang++ >/dev/null; then
-	    $(PIP) ziglang || { echo "No C++ compiler: install g++ or clang++, or the Python package ziglang." >&2; exit 1; }
-	    for tool in c++ ar ranlib; do
-	        printf '#!/bin/sh\nexec "%s" -m ziglang %s "$$@"\n' "$(CURDIR)/$(PYTHON)" $$tool >$(VENV)/bin/zig-$$tool
-	        chmod +x $(VENV)/bin/zig-$$tool
-	    done
-	    export CXX="$(CURDIR)/$(VENV)/bin/zig-c++"
-	    export CMAKE_ARGS="-DCMAKE_AR=$(CURDIR)/$(VENV)/bin/zig-ar -DCMAKE_RANLIB=$(CURDIR)/$(VENV)/bin/zig-ranlib"
-	fi
-	$(PIP) --no-compile --editable '.[all]'
+	$(PIP) $(TOOLS)
+	$(COMPILER)
+	$(PIP) --no-compile --no-build-isolation --editable '.[all]'
 	# pip compiles file by file, and our own not at all; this on all cores
 	$(PYTHON) -m compileall -qq -j 0 $(VENV)/lib nscd analysis crowd_percussions || true
 	rm $(VENV)/unfinished
 	touch $@
 
-$(VENV)/kernels: $(VENV)/installed
+$(VENV)/kernels: $(VENV)/installed $(VENV)/core
 	@echo "Compiling the kernels"
 	$(PYTHON) -m nscd
 	touch $@
 
-$(VENV)/installed-test: $(VENV)/installed
+$(VENV)/installed-test: pyproject.toml constraints.txt | $(VENV)/installed
 	@echo "Adding what the tests need"
-	$(PIP) --editable '.[test]'
+	$(PIP) --no-build-isolation --editable '.[test]'
 	touch $@
 
 install: system $(VENV)/kernels
@@ -114,9 +134,9 @@ report: install
 paper: install
 	@$(VENV)/bin/percussions paper --out paper
 
-$(VENV)/installed-docs: $(VENV)/installed
+$(VENV)/installed-docs: pyproject.toml constraints.txt | $(VENV)/installed
 	@echo "Adding what the docs need"
-	$(PIP) --editable '.[docs]'
+	$(PIP) --no-build-isolation --editable '.[docs]'
 	touch $@
 
 docs: $(VENV)/installed-docs
@@ -124,22 +144,49 @@ docs: $(VENV)/installed-docs
 	echo "site/index.html"
 
 # Only what has changed of nscd/core is compiled anew.
-core: $(VENV)/installed-test
-	@$(PIP) --no-build-isolation --no-deps --editable .
-	$(PYTHON) -m nanobind.stubgen -q -m nscd._core -o nscd/_core.pyi
+$(VENV)/core: $(CORE) | $(VENV)/installed
+	@$(PYTHON) -m cmake --build "build/editable/$$($(PYTHON) -c 'import sys; print(sys.implementation.cache_tag)')"
+	touch $@
 
-WATCHED := $(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core
-MEMORY := -fsanitize=address,undefined -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS
-SANITIZED := $(WATCHED) tests/core/crowds.cpp $(shell grep -L binding.hpp nscd/core/*.cpp) -lpthread
+core: $(VENV)/core $(VENV)/installed-test
+	@$(PYTHON) -m nanobind.stubgen -q -m nscd._core -o nscd/_core.pyi
 
-sanitize:
-	@mkdir -p build/sanitize
-	$(WATCHED) tests/core/readers.cpp nscd/core/text.cpp $(MEMORY) -o build/sanitize/readers
-	build/sanitize/readers
-	$(SANITIZED) $(MEMORY) -o build/sanitize/memory
-	$(SANITIZED) -fsanitize=thread -o build/sanitize/threads
-	build/sanitize/memory
-	build/sanitize/threads
+wheel: $(VENV)/installed
+	@$(NEEDED)
+	$(COMPILER)
+	$(PYTHON) -m pip wheel --disable-pip-version-check --quiet --no-build-isolation --no-deps --wheel-dir dist .
+	echo dist/*.whl
+
+# Dumps, random bytes and the core's own crowds, watched for errors of memory and arithmetic, and for those of threads.
+SANITIZED := $(patsubst nscd/core/%.cpp,%.o,$(shell grep -L binding.hpp nscd/core/*.cpp)) crowds.o
+build/sanitize/memory/%.o: FLAGS := -fsanitize=address,undefined -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS
+build/sanitize/threads/%.o: FLAGS := -fsanitize=thread
+vpath %.cpp nscd/core tests/core
+
+define COMPILED
+@mkdir -p $(@D)
+$(CXX) -std=c++20 -O1 -g1 -Wno-psabi -Inscd/core $(FLAGS) -c -o $@ $<
+endef
+
+build/sanitize/memory/%.o: %.cpp $(filter %.hpp,$(CORE))
+	$(COMPILED)
+
+build/sanitize/threads/%.o: %.cpp $(filter %.hpp,$(CORE))
+	$(COMPILED)
+
+build/sanitize/memory/readers: build/sanitize/memory/readers.o build/sanitize/memory/text.o
+	@$(CXX) -fsanitize=address,undefined -o $@ $^ -lpthread
+
+build/sanitize/memory/crowds: $(addprefix build/sanitize/memory/,$(SANITIZED))
+	@$(CXX) -fsanitize=address,undefined -o $@ $^ -lpthread
+
+build/sanitize/threads/crowds: $(addprefix build/sanitize/threads/,$(SANITIZED))
+	@$(CXX) -fsanitize=thread -o $@ $^ -lpthread
+
+sanitize: $(addprefix build/sanitize/,memory/readers memory/crowds threads/crowds)
+	@build/sanitize/memory/readers
+	build/sanitize/memory/crowds
+	build/sanitize/threads/crowds
 	echo "The core has no errors of memory, of arithmetic or of threads on these dumps and crowds"
 
 lint: $(VENV)/installed-test
