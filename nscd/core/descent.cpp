@@ -80,7 +80,7 @@ LEVELS void velocities(Scaled& s, const Parts& parts, int mine, int end) {
 
 // The error of contacts begin … end, how many change sides, and how many press.
 LEVELS Looked look(Scaled& s, std::int64_t begin, std::int64_t end) {
-    Looked of;
+    Looked of{0.0, 0.0, 0.0};  // clang leaves out a constructor that only clones call
     for (auto c = begin; c < end; ++c) {
         const auto i = s.first[c], j = s.second[c];
         const double gradient = s.x[c] * (s.ux[i] - s.ux[j]) + s.y[c] * (s.uy[i] - s.uy[j]) - s.pull[c];

@@ -326,6 +326,7 @@ NB_MODULE(_core, m) {
     m.doc() = "The native core: see nscd/core/.";
     nscd::bind_friction(m);
     nscd::bind_others(m);
+    nb::set_leak_warnings(false);  // what a cache of Python holds to the end is no leak
     nb::class_<Walls>(m, "Walls").def(nb::init<const Matrix&, const Matrix&, const Given<Index, 2>&, const Given<bool, 2>&>(),
                                       "start"_a.noconvert(), "along"_a.noconvert(), "vertex"_a.noconvert(), "inner"_a.noconvert())
         .def("__len__", [](const Walls& walls) { return walls.segments().w; });
