@@ -1,7 +1,8 @@
 """The script that compares the results of two builds."""
 
 import pytest
-from same_numbers import differences
+
+from tests.same_numbers import differences
 
 TABLE = {"caption": "Loads", "head": ["wall", "load (N)", "CPU (s)"]}
 

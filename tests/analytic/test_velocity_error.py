@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import distance, exact_velocity
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from tests.analytic.exact import distance, exact_velocity
 
 WALLS = Walls(start=[[-3.0, -0.6], [2.6, -3.0]], end=[[5.0, -0.6], [2.6, 3.0]])
 # What a bound may be above the error where this is rounding (m/s, velocities of about 1 m/s).

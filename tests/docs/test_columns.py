@@ -4,8 +4,6 @@ import ast
 import dataclasses
 import re
 
-from documented import ROOT, columns
-
 from analysis.exchange.solved import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
@@ -13,6 +11,7 @@ from analysis.library import score
 from analysis.percussions.table import COLUMNS
 from analysis.work_precision import whole_runs
 from analysis.work_precision.point import Point
+from tests.docs.documented import ROOT, columns
 
 
 def words_in(path):

@@ -8,7 +8,8 @@ import sys
 from fnmatch import fnmatch
 
 import pytest
-from documented import ROOT, blocks, write_files
+
+from tests.docs.documented import ROOT, blocks, write_files
 
 PAGE = "docs/cases/dump.md"
 SITE = ROOT / "docs/site"

@@ -9,7 +9,6 @@ import subprocess
 import sys
 
 import pytest
-from documented import ROOT, blocks, columns, write_files
 
 from analysis import engines
 from analysis.compare.comparison import compare_run, write_contacts
@@ -19,6 +18,7 @@ from analysis.paper import build
 from analysis.paper import page as paper
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from tests.docs.documented import ROOT, blocks, columns, write_files
 
 needs_lammps = pytest.mark.skipif(
     engines.engine("lammps").find() is None, reason="LAMMPS is not installed"

@@ -8,9 +8,9 @@ import sys
 import textwrap
 
 import pytest
-from documented import ROOT, blocks
 
 import crowd_percussions
+from tests.docs.documented import ROOT, blocks
 
 PAGES = [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
 # What these show becomes a part of the product, and imports as that does.

@@ -6,7 +6,8 @@ from importlib import metadata
 
 import pytest
 import yaml
-from documented import ROOT
+
+from tests.docs.documented import ROOT
 
 
 def name_of(requirement):

@@ -10,11 +10,11 @@ from functools import partial
 
 import pytest
 import typer
-from documented import ROOT, blocks
 
 from analysis import engines
 from analysis.cli import app as cli
 from analysis.cli.commands import app
+from tests.docs.documented import ROOT, blocks
 from tests.forked import as_program, in_fork
 
 PAGES = ["README.md", *(str(p.relative_to(ROOT)) for p in sorted(ROOT.glob("docs/**/*.md")))]

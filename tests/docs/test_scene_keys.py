@@ -5,12 +5,12 @@ import re
 from fractions import Fraction
 
 import pytest
-from documented import ROOT
 from pydantic import BaseModel
 
 from analysis.scene.contact import Material
 from analysis.scene.parts import Goal, Push
 from analysis.scene.scene import _SceneFile
+from tests.docs.documented import ROOT
 
 PAGE = ROOT / "docs/scenes.md"
 UNITS = {

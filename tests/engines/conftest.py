@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from at_hand import require
 
 from analysis.dumps import EngineContacts, index_contacts, index_dump, read_contacts
 from analysis.engines import RunRecord
 from analysis.engines import run as engine_runs
 from analysis.scene.scene import read_scene
+from tests.engines.at_hand import require
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from at_hand import require
+
+from tests.engines.at_hand import require
 
 # benchmarks are scripts: their modules are found beside them
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))

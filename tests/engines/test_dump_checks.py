@@ -5,14 +5,14 @@ import re
 
 import numpy as np
 import pytest
-from at_hand import require
-from test_guard import disks, timing
 
 from analysis.engines import EngineError
 from analysis.engines.dump_checks import check_bodies, check_contacts
 from analysis.engines.guard import energy_besides
 from analysis.engines.run import run_engine
 from analysis.scene.scene import read_scene
+from tests.engines.at_hand import require
+from tests.engines.test_guard import disks, timing
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from at_hand import ROOT, require
 
 from analysis.compare.study import study
 from analysis.engines import EngineError, RunRecord
@@ -21,6 +20,7 @@ from analysis.engines.run import run_folder, simulate
 from analysis.engines.staging import staged
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from tests.engines.at_hand import ROOT, require
 
 ENGINES = ["lammps", "yade"]
 LONG = {"duration_s": 1000.0, "frames": 10000}

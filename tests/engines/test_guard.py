@@ -7,7 +7,6 @@ import shutil
 
 import numpy as np
 import pytest
-from at_hand import ROOT, require
 
 from analysis.dumps import index_dump
 from analysis.engines import EngineError, RunRecord
@@ -18,6 +17,7 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft_reference import ReferenceError, leapfrog
 from nscd import Snapshot
+from tests.engines.at_hand import ROOT, require
 
 ENGINES = ["lammps", "yade"]
 SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$", re.MULTILINE)

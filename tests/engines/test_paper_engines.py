@@ -5,7 +5,6 @@ import io
 
 import numpy as np
 import pytest
-from at_hand import require
 from scipy.integrate import solve_ivp
 
 from analysis.compare.statistics import exponent, statistics
@@ -21,6 +20,7 @@ from analysis.paper.discrete.fig2_corridor.push import push_scene, run_push
 from analysis.paper.discrete.line_of_disks import cradle_scene
 from analysis.scene.scene import read_scene
 from nscd import find_contacts
+from tests.engines.at_hand import require
 
 
 def springs(disks, mass, stiffness, speed, power):

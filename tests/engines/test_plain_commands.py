@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 
 import pytest
-from at_hand import ROOT, require
 
 from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import read_scene, scene_names
+from tests.engines.at_hand import ROOT, require
 
 PAPER = ["pair", "four_disks", "chain", "chain_wall", "corridor", "arch", "arch_masses", "jam"]
 YADE = ["yade", "-L", "noserver", "-n", "-x", "yade_scripts/crowd.py"]

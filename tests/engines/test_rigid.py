@@ -6,7 +6,6 @@ import signal
 
 import numpy as np
 import pytest
-from test_ends import started, wait, working_in
 
 from analysis.dumps import contacts_at, index_contacts, index_dump, open_bodies, snapshot_of
 from analysis.engines import EngineError, rigid
@@ -15,6 +14,7 @@ from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from nscd import find_contacts
+from tests.engines.test_ends import started, wait, working_in
 
 RUN = """
 from pathlib import Path

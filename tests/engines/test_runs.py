@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from at_hand import ROOT, require
 
 from analysis.engines import ENGINES as EVERY
 from analysis.engines import EngineError, RunRecord, engine
 from analysis.engines.run import finished_run, simulate
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from tests.engines.at_hand import ROOT, require
 
 ENGINES = ["lammps", "yade"]
 

@@ -2,7 +2,6 @@
 status."""
 
 import pytest
-from at_hand import require
 
 from analysis.scene.scene import Run
 from analysis.stability.case import By, Outcome
@@ -24,6 +23,7 @@ from analysis.stability.cases.penalty import (
 )
 from analysis.stability.crowds import FRAMES, disks, line, scene_of
 from analysis.stability.trial import Edit, guard_says, try_engine
+from tests.engines.at_hand import require
 
 
 @pytest.fixture(autouse=True)

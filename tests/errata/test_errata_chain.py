@@ -3,10 +3,10 @@ printed one fails."""
 
 import numpy as np
 import pytest
-from dimension import DENSITY, IMPULSE, KG, SPEED, STRAIN_RATE, M
-from rod import Rod
 
 from nscd import Snapshot, find_contacts, solve
+from tests.errata.dimension import DENSITY, IMPULSE, KG, SPEED, STRAIN_RATE, M
+from tests.errata.rod import Rod
 
 U = 1.7
 TABLE_1 = Rod()  # l = 10 m, ρ = 7, k_v = 9, k_s = 1

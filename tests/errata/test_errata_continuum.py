@@ -4,7 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from dimension import (
+
+from nscd import Snapshot, find_contacts, solve
+from tests.errata.dimension import (
     DENSITY,
     ENERGY,
     FORCE,
@@ -18,9 +20,7 @@ from dimension import (
     M,
     S,
 )
-from rod import Rod
-
-from nscd import Snapshot, find_contacts, solve
+from tests.errata.rod import Rod
 
 
 def radial_crowd(direction):

@@ -1,10 +1,10 @@
 """Errata of eqs. (9) and (10), the force models that section 2 compares with."""
 
 import numpy as np
-from dimension import FORCE, KG, SPEED, M, S
 
 from nscd import Snapshot, Walls, find_contacts
 from nscd.rivals import LoehnerReading, loehner_force, social_force
+from tests.errata.dimension import FORCE, KG, SPEED, M, S
 
 
 def row(gaps, radii):

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from dimension import DENSITY, ENERGY, GRADIENT, NUMBER, PED, PRESSURE, SPEED, M, S
 from scipy.optimize import nnls
+
+from tests.errata.dimension import DENSITY, ENERGY, GRADIENT, NUMBER, PED, PRESSURE, SPEED, M, S
 
 RHO_C, RHO_Y, C_1, C_2, EPSILON = 3.5, 5.5, 13.33, 1.5, 0.01  # Table 1
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from coulomb import Dense, all_answers, violation
 
 from nscd import ContactLaw, Contacts, ContactState, Snapshot, Walls, find_contacts, solve
+from tests.friction.coulomb import Dense, all_answers, violation
 
 EXACT = 1e-12
 

@@ -1,11 +1,11 @@
 """Friction on small random crowds, against all answers there are, and against conservation laws."""
 
 import numpy as np
-from coulomb import Dense, all_answers, violation
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from tests.friction.coulomb import Dense, all_answers, violation
 
 WALL = Walls(start=[[-50.0, 0.0]], end=[[50.0, 0.0]])
 MU = st.sampled_from([0.05, 0.1, 0.3, 0.5, 1.0, 2.0])

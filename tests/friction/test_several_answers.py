@@ -1,9 +1,9 @@
 """Small problems with several u⁺: `starts` finds all that enumeration of the states finds."""
 
 import numpy as np
-from coulomb import Dense, all_answers
 
 from nscd import ContactLaw, Contacts, Snapshot, solve
+from tests.friction.coulomb import Dense, all_answers
 
 # Seeds of problems that enumeration finds several answers of, and of those of which u⁻ is one.
 SEEDS = (

@@ -3,10 +3,10 @@ not found is said."""
 
 import numpy as np
 import pytest
-from coulomb import Dense, violation
-from test_steps_with_friction import FLOOR, arrays, pile
 
 from nscd import ContactLaw, Snapshot, find_contacts, solve
+from tests.friction.coulomb import Dense, violation
+from tests.friction.test_steps_with_friction import FLOOR, arrays, pile
 
 # As the core numbers them.
 METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}

@@ -3,10 +3,10 @@ worth."""
 
 import numpy as np
 import pytest
-from coulomb import Dense, violation
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
 from nscd.friction import carried_over, problem_of, solve_step
+from tests.friction.coulomb import Dense, violation
 
 FLOOR = Walls(start=[[-99.0, 0.0]], end=[[99.0, 0.0]])
 

@@ -3,11 +3,11 @@ rank."""
 
 import numpy as np
 import pytest
-from coulomb import Dense
 
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.cones import Cones
+from tests.friction.coulomb import Dense
 
 
 def disk_in_a_wedge(alpha):

@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from wall_line import line_at_a_wall
 
 from analysis.scene.scene import Drive, Wall
 from analysis.scene.shipped_scenes import make
@@ -31,6 +30,7 @@ from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.room import room_of_outline
 from nscd.continuum.space import Space
+from tests.studies.wall_line import line_at_a_wall
 
 RADIUS, ROWS, COLUMNS = 0.2, 4, 10
 

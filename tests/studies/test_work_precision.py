@@ -7,7 +7,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from wall_line import line_at_a_wall
 
 from analysis.engines.penalty import damping_ratio_for, restitution_of
 from analysis.scene.shipped_scenes import make
@@ -35,6 +34,7 @@ from analysis.work_precision.window import (
     relative_error,
 )
 from analysis.work_precision.window_start import prepare_window
+from tests.studies.wall_line import line_at_a_wall
 
 POINT = Point(
     scene="pair", disks=2, method="lammps", law="hooke", solver="", time_step_s=1e-5, time_step_share=1.0,

@@ -8,10 +8,10 @@ import xml.etree.ElementTree as ET
 import MDAnalysis
 import numpy as np
 import pytest
-from browser import BROWSER, opened
 
 from analysis.dumps import read_contacts
 from analysis.support.shipped import shipped
+from tests.cli.browser import BROWSER, opened
 
 EXCERPT = shipped("scenes") / "gate_excerpt.txt"
 GATE = shipped("scenes") / "rooms" / "gate.toml"

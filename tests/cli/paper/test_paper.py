@@ -5,7 +5,6 @@ import csv
 import json
 
 import pytest
-from browser import BROWSER, has_its_numbers, opened
 
 from analysis.engines import PENALTY, RunRecord
 from analysis.engines.run import Cost, EngineRun, run_ahead
@@ -14,6 +13,7 @@ from analysis.pages.numbers import number
 from analysis.pages.section import Picture, Section
 from analysis.paper.errata import errata
 from analysis.scene.shipped_scenes import make
+from tests.cli.browser import BROWSER, has_its_numbers, opened
 
 PAGE_SECTIONS = "section[data-figure]"
 

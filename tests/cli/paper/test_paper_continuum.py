@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import BROWSER, has_its_numbers, opened
 from matplotlib.figure import Figure
 from scipy.integrate import solve_bvp
 
@@ -23,6 +22,7 @@ from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
 from analysis.paper.page import write_pages
 from nscd.continuum.closed_forms import point_sink
+from tests.cli.browser import BROWSER, has_its_numbers, opened
 
 COARSE = 0.8  # m
 CHOSEN = ("3.2.1", "11")

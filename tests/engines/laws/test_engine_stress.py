@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from at_hand import require
 
 from analysis.compare.comparison import compare_run
 from analysis.compare.statistics import stresses
@@ -11,6 +10,7 @@ from analysis.engines.run import simulate
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd.stress import Kernel, smear
+from tests.engines.at_hand import require
 
 KERNEL = Kernel(width=0.4, cutoff=9.0)
 

@@ -5,12 +5,12 @@ import importlib.util
 
 import numpy as np
 import pytest
-from at_hand import require
 
 from analysis.dumps import index_dump, open_bodies, snapshot_of
 from analysis.engines import EngineError
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
+from tests.engines.at_hand import require
 
 
 def colliding(**contact):

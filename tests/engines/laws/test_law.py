@@ -3,7 +3,6 @@ what follows from it by hand."""
 
 import numpy as np
 import pytest
-from at_hand import require
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate as simulate_into
@@ -13,6 +12,7 @@ from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft_reference import leapfrog, soft_reference
 from nscd import Snapshot
+from tests.engines.at_hand import require
 
 ENGINES = ["lammps", "yade"]
 FALL = BodyForce(acceleration_m_per_s2=(1.5, -9.81))

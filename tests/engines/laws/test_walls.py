@@ -3,12 +3,12 @@ laid over 12 walls."""
 
 import numpy as np
 import pytest
-from at_hand import ROOT, require
 
 from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
 from nscd import Snapshot
+from tests.engines.at_hand import ROOT, require
 
 STIFFNESS = 1e6
 
