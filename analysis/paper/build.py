@@ -22,8 +22,8 @@ from analysis.paper.continuum import fig10_density as fig10
 from analysis.paper.continuum import fig11_left_velocities as fig11
 from analysis.paper.continuum import mesh_precision as mesh
 from analysis.paper.discrete import fig1_four_disks, fig3_chains, fig4_arch, fig5_masses
-from analysis.paper.discrete.fig2_corridor import section as fig2
-from analysis.paper.discrete.fig6_rivals import section as fig6
+from analysis.paper.discrete import fig2_corridor as fig2
+from analysis.paper.discrete import fig6_rivals as fig6
 from analysis.support import cache
 from analysis.support.parallel import Task, do_all, workers
 from analysis.support.progress import Progress

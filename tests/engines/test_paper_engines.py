@@ -12,11 +12,9 @@ from analysis.engines import lammps, yade
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
 from analysis.paper.discrete import fig1_four_disks
+from analysis.paper.discrete import fig2_corridor as corridor
 from analysis.paper.discrete.engine_runs import end_of
-from analysis.paper.discrete.fig2_corridor import final
-from analysis.paper.discrete.fig2_corridor import section as corridor
-from analysis.paper.discrete.fig2_corridor.columns import long_wave_speed
-from analysis.paper.discrete.fig2_corridor.push import push_scene, run_push
+from analysis.paper.discrete.fig2_corridor import long_wave_speed, push_scene, run_push
 from analysis.paper.discrete.line_of_disks import cradle_scene
 from analysis.scene.scene import read_scene
 from nscd import find_contacts
@@ -101,7 +99,7 @@ def test_figures_without_engines_warn_and_go_on(monkeypatch, tmp_path):
     for module in (lammps, yade):
         monkeypatch.setattr(module, "find", lambda: None)
         monkeypatch.setattr(module, "version", lambda: None)
-    monkeypatch.setattr(final, "TIME_S", 0.02)
+    monkeypatch.setattr(corridor, "TIME_S", 0.02)
     for module, runs in ((fig1_four_disks, 10), (corridor, 17)):
         section = module.build(tmp_path)
         assert len(section.warnings) == runs

@@ -8,21 +8,20 @@ import pytest
 
 from analysis.compare.statistics import exponent
 from analysis.pages.section import Verdict
-from analysis.paper.discrete import fig3_chains
+from analysis.paper.discrete import fig2_corridor, fig3_chains
 from analysis.paper.discrete.fig1_four_disks import (
     influence,
     line_restitution,
     opening_threshold,
     percussions,
 )
-from analysis.paper.discrete.fig2_corridor import final
-from analysis.paper.discrete.fig2_corridor.columns import (
+from analysis.paper.discrete.fig2_corridor import (
+    crossing_times,
     first_arrivals,
     gaps_of,
     local_contacts,
     long_wave_speed,
 )
-from analysis.paper.discrete.fig2_corridor.push import crossing_times
 from analysis.paper.discrete.fig3_chains import LENGTHS, Chain, Trial, chain_of
 from analysis.paper.discrete.line_of_disks import aligned, newton_impact
 from analysis.scene.scene import read_scene
@@ -169,9 +168,9 @@ def test_momentum_through_a_gap_is_what_the_disks_beyond_gain():
 
 def test_rigid_disks_in_the_corridor_keep_the_momentum_of_the_push(monkeypatch):
     """Walls give none along x: Σ m Δx = 3 · 75 kg · 2 m/s · t; and nobody overlaps."""
-    monkeypatch.setattr(final, "TIME_S", 0.1)
+    monkeypatch.setattr(fig2_corridor, "TIME_S", 0.1)
     scene = read_scene("corridor")
-    found = final.rigid_final(scene)
+    found = fig2_corridor.rigid_final(scene)
     gained = scene.snapshot.mass @ (found.position - found.start)[:, 0]
     assert gained == pytest.approx(450.0 * 0.1, rel=1e-6)
     moved = replace(scene.snapshot, position=found.position)

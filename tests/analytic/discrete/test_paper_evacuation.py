@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.paper.discrete.fig6_rivals import claims
-from analysis.paper.discrete.fig6_rivals.chains import gap_that_carries
-from analysis.paper.discrete.fig6_rivals.evacuation import (
+from analysis.paper.discrete import fig6_rivals
+from analysis.paper.discrete.fig6_rivals import (
+    EVACUATED_KG,
     GONE_M,
-    MASS_KG,
     REACH_M,
     STEP_S,
     TIME_S,
     advance,
     evacuate,
+    gap_that_carries,
     placed,
     room,
 )
@@ -44,7 +44,7 @@ def test_a_step_is_that_of_the_models_forces():
         position=gone,
         velocity=np.vstack([crowd.velocity, [1.5, 0.0]]),
         radius=np.append(crowd.radius, 0.3),
-        mass=np.append(crowd.mass, MASS_KG),
+        mass=np.append(crowd.mass, EVACUATED_KG),
     )
     moved = advance(crowd, walls, drive, 1)
     inside = replace(
@@ -58,7 +58,7 @@ def test_a_step_is_that_of_the_models_forces():
     )
     forces = social_force(inside, find_contacts(inside, walls, tolerance=REACH_M)).resultant()
     wish = (drive.desired_velocity(inside.position) - inside.velocity) / TIME_S
-    velocity = inside.velocity + STEP_S * (wish + forces / MASS_KG)
+    velocity = inside.velocity + STEP_S * (wish + forces / EVACUATED_KG)
     np.testing.assert_allclose(moved.velocity[:-1], velocity, atol=1e-10)
     np.testing.assert_allclose(moved.position[:-1], gone[:-1] + STEP_S * velocity, atol=1e-10)
     np.testing.assert_allclose(moved.velocity[-1], [1.5, 0.0], atol=1e-12)
@@ -70,9 +70,11 @@ def test_one_person_before_a_closed_door_stands_where_the_forces_balance(speed):
     _, drive = room()
     drive = drive.model_copy(update={"speed_m_per_s": speed})
     closed = Walls(start=np.array([[0.0, -9.0]]), end=np.array([[0.0, 9.0]]))
-    person = Snapshot(position=[[-1.0, 0.0]], velocity=[[0.0, 0.0]], radius=[0.3], mass=[MASS_KG])
+    person = Snapshot(
+        position=[[-1.0, 0.0]], velocity=[[0.0, 0.0]], radius=[0.3], mass=[EVACUATED_KG]
+    )
     there = advance(person, closed, drive, 25_000)
-    gap = gap_that_carries(MASS_KG * speed / TIME_S, SocialForceLaw())
+    gap = gap_that_carries(EVACUATED_KG * speed / TIME_S, SocialForceLaw())
     assert there.position[0, 0] == pytest.approx(-0.3 - gap, abs=1e-6)
     assert np.hypot(*there.velocity[0]) < 1e-6
 
@@ -94,6 +96,6 @@ def test_the_verdict_on_overlaps_depends_on_the_speed(slow, fast, verdict):
         SimpleNamespace(speed=speed, deepest=np.full(4, deepest), forces=np.array([2500.0]))
         for speed, deepest in ((1.0, slow), (1.0, slow), (4.0, fast))
     ]
-    claim = claims.no_overlap(WORDS, made_up)
+    claim = fig6_rivals.no_overlap(WORDS, made_up)
     assert claim.verdict == verdict
     assert f"{1e3 * fast:.1f} mm" in claim.reason

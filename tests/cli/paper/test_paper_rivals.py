@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
+from analysis.paper.discrete import fig6_rivals as rivals
 from analysis.paper.discrete import pressed_crowd
-from analysis.paper.discrete.fig6_rivals import claims, evacuation
-from analysis.paper.discrete.fig6_rivals import section as rivals
-from analysis.paper.discrete.fig6_rivals.chains import chain_forces, gap_that_carries
-from analysis.paper.discrete.fig6_rivals.congestion import Congestion
-from analysis.paper.discrete.fig6_rivals.crowds import PRINTED, TEXT, BeyondTouch
+from analysis.paper.discrete.fig6_rivals import (
+    PRINTED,
+    TEXT,
+    BeyondTouch,
+    Congestion,
+    chain_forces,
+    gap_that_carries,
+)
 from analysis.paper.discrete.pressed_crowd import Arch
 from analysis.scene.scene import Wall, read_scene
 from analysis.scene.shipped_scenes import make
@@ -57,20 +61,20 @@ def test_a_gap_that_carries():
 
 def test_verdicts_follow_the_numbers(chains):
     equal, unequal = chains
-    assert claims.special_case(WORDS, equal, unequal).verdict == "holds"
-    assert claims.constant_in_a_chain(WORDS, equal, unequal).verdict == "holds in part"
-    assert claims.restrictive_mass(WORDS, unequal, []).verdict == "holds in part"
-    assert claims.restrictive_mass(WORDS, equal, []).verdict == "does not hold"
+    assert rivals.special_case(WORDS, equal, unequal).verdict == "holds"
+    assert rivals.constant_in_a_chain(WORDS, equal, unequal).verdict == "holds in part"
+    assert rivals.restrictive_mass(WORDS, unequal, []).verdict == "holds in part"
+    assert rivals.restrictive_mass(WORDS, equal, []).verdict == "does not hold"
     far_off = replace(unequal, first_order=2 * unequal.first_order)
-    assert claims.restrictive_mass(WORDS, far_off, []).verdict == "holds"
-    assert claims.special_case(WORDS, far_off, far_off).verdict == "does not hold"
+    assert rivals.restrictive_mass(WORDS, far_off, []).verdict == "holds"
+    assert rivals.special_case(WORDS, far_off, far_off).verdict == "does not hold"
     varying = replace(equal, social=equal.percussion)
-    assert claims.constant_in_a_chain(WORDS, varying, unequal).verdict == "does not hold"
+    assert rivals.constant_in_a_chain(WORDS, varying, unequal).verdict == "does not hold"
     resting = replace(equal, social_at_rest=equal.social)
-    assert claims.constant_in_a_chain(WORDS, resting, unequal).verdict == "holds"
-    assert claims.surface(WORDS, 0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
+    assert rivals.constant_in_a_chain(WORDS, resting, unequal).verdict == "holds"
+    assert rivals.surface(WORDS, 0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
     silent = dict.fromkeys((PRINTED, TEXT), BeyondTouch(share=0.0, ratio=1.0))
-    assert claims.non_zero_apart(WORDS, silent, 2.0, 2.0).verdict == "does not hold"
+    assert rivals.non_zero_apart(WORDS, silent, 2.0, 2.0).verdict == "does not hold"
 
 
 def test_congestion_is_judged_by_both_its_parts():
@@ -84,7 +88,7 @@ def test_congestion_is_judged_by_both_its_parts():
         (1e-9, (1e-9, 1e-9, 0.2), "holds in part"),
         (0.5, (1e-9, 1e-9), "does not hold"),
     ):
-        claim = claims.complete_congestion(WORDS, [found(first_order, unequal)])
+        claim = rivals.complete_congestion(WORDS, [found(first_order, unequal)])
         assert claim.verdict == verdict
 
 
@@ -117,10 +121,10 @@ def few(monkeypatch):
         return make(name, disks=150) if name in rivals.CROWDS else shipped(name)
 
     monkeypatch.setattr(rivals, "read_scene", small)
-    short = partial(evacuation.evacuate, people=40, until=11.0)
-    monkeypatch.setattr(evacuation, "evacuate", short)
-    monkeypatch.setattr(evacuation, "SPEEDS", (2.0,))
-    monkeypatch.setattr(evacuation, "SEEDS", (1,))
+    short = partial(rivals.evacuate, people=40, until=11.0)
+    monkeypatch.setattr(rivals, "evacuate", short)
+    monkeypatch.setattr(rivals, "SPEEDS", (2.0,))
+    monkeypatch.setattr(rivals, "SEEDS", (1,))
     monkeypatch.setattr(pressed_crowd, "BLOCKED_SEEDS", (1, 2))
     monkeypatch.setattr(pressed_crowd, "STIFFNESSES", (1e6,))
 

@@ -1,1 +1,0 @@
-"""Fig. 2: a push in a corridor."""

@@ -1,0 +1,1138 @@
+"""Fig. 6 and 2.3: percussions against first-order model, social force and Löhner's law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from scipy.optimize import brentq, root
+
+from analysis.compare.comparison import compare_run
+from analysis.compare.statistics import correlation, relative_difference
+from analysis.dumps import DumpError
+from analysis.engines import PENALTY, EngineError
+from analysis.engines.run import EngineRun
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PINK,
+    add_scale,
+    contact_lines,
+    draw_disks,
+    draw_forces,
+    draw_walls,
+)
+from analysis.pages.names import ENGINE_NAMES
+from analysis.pages.section import Cell, Claim, Section, Table, Verdict
+from analysis.pages.words import Words
+from analysis.paper.answers import unsolved
+from analysis.paper.discrete.engine_runs import installed_engine
+from analysis.paper.discrete.pressed_crowd import (
+    AT_REST_M_PER_S,
+    RING_M,
+    Arch,
+    Blocked,
+    blocked,
+    blocked_runs,
+)
+from analysis.percussions.snapshot import percussions_of
+from analysis.scene.parts import Drive
+from analysis.scene.real.separate import OverlapError, reconcile
+from analysis.scene.scene import Scene, read_scene
+from analysis.support.progress import Progress
+from nscd import Contacts, Percussions, Snapshot, Walls, _core, find_contacts, solve
+from nscd.arrays import Flags, Floats
+from nscd.rivals import (
+    FirstOrderAnswer,
+    LoehnerForces,
+    LoehnerReading,
+    SocialForceLaw,
+    SocialForces,
+    first_order,
+    loehner_force,
+    social_force,
+)
+
+RADIUS_M = 0.25
+MASS_KG = 75.0
+
+
+def pair_forces(gap: Floats, radius: float, limit: float) -> dict[str, Floats]:
+    """Compute forces (N) of pairs of equal disks with the given gaps (m), by law."""
+    n, apart = len(gap), 10.0 * np.arange(len(gap))
+    left, right = np.column_stack([0 * gap, apart]), np.column_stack([2 * radius + gap, apart])
+    pairs = Snapshot(
+        position=np.concatenate([left, right]),
+        velocity=np.zeros((2 * n, 2)),
+        radius=np.full(2 * n, radius),
+        mass=np.full(2 * n, MASS_KG),
+    )
+    contacts = find_contacts(pairs, tolerance=float(max(gap.max(), 0.0)) + 1e-9)
+    social = social_force(pairs, contacts)
+    forces = {"repulsion": social.repulsion, "body": social.body, "social": social.normal}
+    for reading in LoehnerReading:
+        forces[reading] = loehner_force(pairs, contacts, limit, reading, tolerance=1e-12).on_first
+    return forces
+
+
+def ratio_of_sizes(overlap: float, radii: tuple[float, float]) -> float:
+    """Divide the social force of a pair of the second radius (m) by that of the first at the same
+    overlap (m)."""
+    small, large = (pair_forces(np.array([-overlap]), radius, 1.0)["social"][0] for radius in radii)
+    return float(large / small)
+
+
+def jump_at_touch(limit: float) -> float:
+    """Divide Löhner's force as printed just beyond touch by that at touch."""
+    at_touch, beyond = pair_forces(np.array([0.0, 1e-6]), RADIUS_M, limit)[LoehnerReading.PRINTED]
+    return float(beyond / at_touch)
+
+
+def pair_rows(limit: float) -> list[list[float]]:
+    """Tabulate gap (mm) and forces (N) of one pair at a few gaps, by law."""
+    gap = np.array([-0.02, -0.005, 0.0, 0.02, 0.1, 0.3, 0.5])
+    rows: list[list[float]] = np.column_stack(
+        [1e3 * gap, *pair_forces(gap, RADIUS_M, limit).values()]
+    ).tolist()
+    return rows
+
+
+# A social force below this is none.
+LEFT_OUT_N = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChainForces:
+    """Normal forces at the k contacts of a chain of n, from its free end to the wall, the last.
+
+    mass, drive: (n,) kg and N
+    percussion: (k,) N, p/τ
+    first_order: (k,) N, λ m̄/τ with the mean mass m̄
+    social: (k,) N, one contact of the touching chain
+    social_section: (k,) N, all pairs that act across that contact
+    social_at_rest, gap_at_rest: (k,) N and m, one contact where the social forces balance the drive
+    loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive
+    warnings: answers that were not solved
+    """
+
+    mass: Floats
+    drive: Floats
+    percussion: Floats
+    first_order: Floats
+    social: Floats
+    social_section: Floats
+    social_at_rest: Floats
+    gap_at_rest: Floats
+    loehner_printed: Floats
+    loehner_text: Floats
+    warnings: Sequence[str]
+
+    @property
+    def equal_masses(self) -> bool:
+        """Whether everybody has the same mass."""
+        return bool(np.ptp(self.mass) == 0)
+
+
+def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
+    """Compute the forces of a chain whose left velocities are the desired ones, people being driven
+    by m u_d/τ toward the wall."""
+    snapshot, walls = scene.snapshot, scene.wall_segments()
+    found = percussions_of(scene, snapshot, tolerance=1e-10)
+    contacts, model = found.contacts, first_order(snapshot, found.contacts)
+    drive = snapshot.mass * snapshot.velocity[:, 0] / relaxation_time
+    warnings = unsolved_of(scene.name, found.answer, model)
+    law = SocialForceLaw()
+    rest, error = _social_rest(snapshot, walls, drive, law)
+    if error > 1e-6:
+        warnings.append(
+            f"{scene.name}, social force at rest: a force of {error:.1e} N is left unbalanced"
+        )
+    nearest = all_pairs(rest, walls)
+    nearest = nearest.select(_next_to(nearest, len(rest)))
+    tolerance = scene.analysis.contact_tolerance_m
+    loehner = {
+        reading: mean_received(
+            loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance)
+        )
+        for reading in LoehnerReading
+    }
+    return ChainForces(
+        mass=snapshot.mass,
+        drive=drive,
+        percussion=(found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
+        first_order=model.multiplier * snapshot.mass.mean() / relaxation_time,
+        social=social_force(snapshot, contacts, law).normal,
+        social_section=_across_sections(snapshot, all_pairs(snapshot, walls), law),
+        social_at_rest=social_force(rest, nearest, law).normal,
+        gap_at_rest=nearest.gap,
+        loehner_printed=loehner[LoehnerReading.PRINTED],
+        loehner_text=loehner[LoehnerReading.TEXT],
+        warnings=warnings,
+    )
+
+
+def unsolved_of(name: str, answer: Percussions, model: FirstOrderAnswer) -> list[str]:
+    """List which of the two answers for a scene are not solved, and why."""
+    return unsolved([(f"{name}, percussions", answer), (f"{name}, first-order model", model)])
+
+
+def mean_received(found: LoehnerForces) -> Floats:
+    """Give what the two of a pair receive on average, and the disk at a wall, (k,) N."""
+    both = 0.5 * (found.on_first + found.on_second)
+    return np.asarray(np.where(found.pairs.is_wall, found.on_first, both), dtype=np.float64)
+
+
+def gap_that_carries(force: float, law: SocialForceLaw) -> float:
+    """Find the gap (m; negative: an overlap) at which the social force of one pair is `force` N."""
+    low, high = -1.0, law.reach(min(LEFT_OUT_N, force))
+
+    def excess(gap: float) -> float:
+        return float(law.repulsion(np.array(gap)) + law.body(np.array(gap))) - force
+
+    return float(brentq(excess, low, high))
+
+
+def _social_rest(
+    snapshot: Snapshot, walls: Walls, drive: Floats, law: SocialForceLaw
+) -> tuple[Snapshot, float]:
+    """The chain where the social forces of all pairs balance the drive, and the largest unbalanced
+    force (N)."""
+    # each contact carries what is driven behind it, as the start of a search that also counts pairs
+    # further apart
+    gaps = np.array([gap_that_carries(force, law) for force in np.cumsum(drive)])
+    spread = np.cumsum(gaps[::-1])[::-1]
+
+    def at(place: Floats) -> Snapshot:
+        position = np.column_stack([place, snapshot.position[:, 1]])
+        return replace(snapshot, position=position, velocity=np.zeros_like(position))
+
+    def unbalanced(place: Floats) -> Floats:
+        forces = social_force(at(place), all_pairs(at(place), walls), law)
+        balance: Floats = forces.resultant()[:, 0] + drive
+        return balance
+
+    found = root(unbalanced, snapshot.position[:, 0] - spread, tol=1e-12)
+    return at(found.x), float(np.abs(unbalanced(found.x)).max())
+
+
+def all_pairs(snapshot: Snapshot, walls: Walls) -> Contacts:
+    """Find the pairs whose social force is beyond LEFT_OUT_N, walls included."""
+    return find_contacts(snapshot, walls, tolerance=SocialForceLaw().reach(LEFT_OUT_N))
+
+
+def _next_to(pairs: Contacts, n: int) -> Flags:
+    """Which pairs are neighbours in the chain, the last disk and the wall among them."""
+    follows = pairs.second == pairs.first + 1
+    return np.asarray(np.where(pairs.is_wall, pairs.first == n - 1, follows))
+
+
+def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -> Floats:
+    force = social_force(snapshot, pairs, law).normal
+    other = np.where(pairs.is_wall, len(snapshot), pairs.second)
+    section = np.arange(len(snapshot))[:, None]
+    across = (pairs.first <= section) & (section < other)
+    total: Floats = (across * force).sum(1)
+    return total
+
+
+def chain_rows(chain: ChainForces) -> list[tuple[float, ...]]:
+    """Tabulate the forces of one chain, a row per contact."""
+    columns = (
+        chain.percussion,
+        chain.first_order,
+        chain.social,
+        chain.social_section,
+        chain.social_at_rest,
+        1e3 * chain.gap_at_rest,
+        chain.loehner_printed,
+        chain.loehner_text,
+    )
+    return [
+        (number, float(mass), *map(float, row))
+        for number, (mass, *row) in enumerate(zip(chain.mass, *columns, strict=True), start=1)
+    ]
+
+
+PERCUSSIONS, FIRST_ORDER, SOCIAL = "percussions p/τ", "first-order model λ m̄/τ", "social force"
+PRINTED, TEXT = "Löhner as printed", "Löhner, cases exchanged"
+READINGS = {PRINTED: LoehnerReading.PRINTED, TEXT: LoehnerReading.TEXT}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Forces:
+    """What one law gives to n disks at k contacts.
+
+    contact: (k,) N normal, what the two sides receive on average
+    carried: (n,) N, the sum of the magnitudes at each disk
+    resultant: (n,2) N, the vector sum that each disk receives
+    """
+
+    contact: Floats
+    carried: Floats
+    resultant: Floats
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over mean of the contacts."""
+        return float(self.contact.std() / self.contact.mean())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ArchForces:
+    """Every law on one snapshot of a scene: n disks, k contacts.
+
+    by_law: in the words of the tables, percussions first
+    distance, inside: (k,) m of each contact from the middle of the door, and whether it is in the
+        room
+    speed_difference: rms of the first-order model's u⁺ minus the percussions', over u_d
+    undetermined: contacts whose percussion the mechanics does not fix
+    sliding: (k,) N, the social force's friction
+    drive: (n,) N, m u_d/τ
+    warnings: answers that were not solved
+    """
+
+    scene: Scene
+    engine: str
+    snapshot: Snapshot
+    contacts: Contacts
+    by_law: Mapping[str, Forces]
+    distance: Floats
+    inside: Flags
+    speed_difference: float
+    undetermined: int
+    sliding: Floats
+    drive: Floats
+    warnings: Sequence[str]
+
+    @property
+    def unequal_masses(self) -> bool:
+        """Whether people differ in mass."""
+        mass = self.snapshot.mass
+        return bool(np.ptp(mass) > 1e-6 * mass.mean())
+
+    @property
+    def deepest(self) -> float:
+        """The largest overlap (m)."""
+        return float(-self.contacts.gap.min())
+
+
+def arch_forces(scene: Scene, folder: Path) -> ArchForces:
+    """Compute the forces on the snapshot of a finished run of a driven scene.
+
+    Raises what `compare_run` does."""
+    comparison = compare_run(folder)
+    snapshot, drive, match = comparison.snapshot, scene.drive, comparison.match
+    assert drive is not None
+    contacts, n = match.contacts.select(match.in_rigid), len(snapshot)
+    penalty, rigid = (part[match.in_rigid] for part in match.normal_parts())
+    desired, time = drive.desired_velocity(snapshot.position), drive.relaxation_time_s
+    model = first_order(snapshot, contacts, left_velocity=desired)
+    wish = snapshot.mass * np.hypot(*desired.T) / time
+    social = social_force(snapshot, contacts)
+    by_law = {
+        PERCUSSIONS: _symmetric(contacts, rigid, n),
+        ENGINE_NAMES[comparison.record.engine]: _symmetric(contacts, penalty, n),
+        FIRST_ORDER: _symmetric(contacts, model.multiplier * snapshot.mass.mean() / time, n),
+        SOCIAL: Forces(
+            contact=social.normal, carried=social.magnitude_sum(), resultant=social.resultant()
+        ),
+    }
+    tolerance = scene.analysis.contact_tolerance_m
+    for name, reading in READINGS.items():
+        found = loehner_force(snapshot, contacts, wish, reading, tolerance=tolerance)
+        by_law[name] = Forces(
+            contact=mean_received(found),
+            carried=found.magnitude_sum(),
+            resultant=found.resultant(),
+        )
+    from_door = contacts.point - 0.5 * (np.array(drive.door_start_m) + np.array(drive.door_end_m))
+    difference = model.right_velocity - comparison.answer.right_velocity
+    return ArchForces(
+        scene=scene,
+        engine=ENGINE_NAMES[comparison.record.engine],
+        snapshot=snapshot,
+        contacts=contacts,
+        by_law=by_law,
+        distance=np.hypot(*from_door.T),
+        inside=from_door @ np.array(drive.outward) <= 0,
+        speed_difference=float(np.sqrt((difference**2).sum(1).mean())) / drive.speed_m_per_s,
+        undetermined=int((~match.determined[match.in_rigid]).sum()),
+        sliding=np.hypot(*social.sliding.T),
+        drive=wish,
+        warnings=unsolved_of(scene.name, comparison.answer, model),
+    )
+
+
+def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
+    """Forces that both sides of a contact receive alike."""
+    return Forces(
+        contact=force,
+        carried=contacts.sum_at_disks(np.abs(force), n),
+        resultant=contacts.momentum_change(force[:, None] * contacts.normal, n),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WithoutOverlap:
+    """The social force on the same crowd moved apart by the least displacement until nobody
+    overlaps.
+
+    contact: (k,) N at the pairs that touch
+    beyond: (m,) N at those that do not, down to LEFT_OUT_N
+    carried: (n,) N, the sum of magnitudes at each disk
+    carried_by_touching: (n,) N, its part from contacts
+    carried_apart: (n,) N, the sum if all distances were 10 % larger
+    friction: N, its largest at a contact
+    moved: m, the largest displacement
+    """
+
+    contact: Floats
+    beyond: Floats
+    carried: Floats
+    carried_by_touching: Floats
+    carried_apart: Floats
+    friction: float
+    moved: float
+
+
+def without_overlap(arch: ArchForces) -> WithoutOverlap:
+    """Move the disks of the snapshot apart and evaluate the social force. Raises OverlapError."""
+    scene, walls, drive = arch.scene, arch.scene.wall_segments(), arch.scene.drive
+    assert drive is not None
+    door = Walls(start=np.array([drive.door_start_m]), end=np.array([drive.door_end_m]))
+    crowd = arch.snapshot
+    found = reconcile(crowd.position, crowd.radius, walls, door, np.array(drive.outward))
+    apart = replace(crowd, position=found.position)
+    every = social_force(apart, all_pairs(apart, walls))
+    touching = every.pairs.gap <= scene.analysis.contact_tolerance_m
+    only = social_force(apart, every.pairs.select(touching))
+    wider = replace(apart, position=1.1 * found.position)
+    room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
+    return WithoutOverlap(
+        contact=only.normal,
+        beyond=every.normal[~touching],
+        carried=every.magnitude_sum(),
+        carried_by_touching=only.magnitude_sum(),
+        carried_apart=social_force(wider, all_pairs(wider, room)).magnitude_sum(),
+        friction=float(np.hypot(*only.sliding.T).max()),
+        moved=float(np.hypot(*(found.position - crowd.position).T).max()),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeyondTouch:
+    """Löhner's law with all pairs up to some gap.
+
+    share: of the forces' sum that pairs give which do not touch
+    ratio: the largest f_ij/f_ji
+    """
+
+    share: float
+    ratio: float
+
+
+def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, BeyondTouch]:
+    """Evaluate each reading of Löhner's law with all pairs up to `reach` (m) of gap."""
+    tolerance = arch.scene.analysis.contact_tolerance_m
+    pairs = find_contacts(arch.snapshot, tolerance=reach)
+    apart = pairs.gap > tolerance
+    out = {}
+    for name, reading in READINGS.items():
+        found = loehner_force(arch.snapshot, pairs, arch.drive, reading, tolerance=tolerance)
+        both = np.stack([found.on_first, found.on_second])
+        out[name] = BeyondTouch(
+            share=float(both[:, apart].sum() / both.sum()),
+            ratio=float((both.max(0) / both.min(0)).max()),
+        )
+    return out
+
+
+def arch_rows(arches: Sequence[ArchForces]) -> list[tuple[str | float, ...]]:
+    """Tabulate the laws on each snapshot against its percussions."""
+    rows: list[tuple[str | float, ...]] = []
+    for arch in arches:
+        reference = arch.by_law[PERCUSSIONS]
+        for name, forces in arch.by_law.items():
+            force, at_disks = forces.contact, (reference.carried, forces.carried)
+            rows.append(
+                (
+                    arch.scene.name,
+                    name,
+                    float(force.mean()),
+                    float(np.median(force)),
+                    float(force.max()),
+                    forces.spread,
+                    correlation(reference.contact, force),
+                    relative_difference(reference.contact, force),
+                    correlation(*at_disks),
+                    relative_difference(*at_disks),
+                )
+            )
+    return rows
+
+
+# kg, as in the paper's Fig. 5 here; how often they are drawn for each crowd
+LEAST_KG, MOST_KG, DRAWS = 50.0, 100.0, 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Congestion:
+    """Whether a crowd behind a blocked exit stays, by law: the fastest inside.
+
+    first_order, equal: m/s, by the first-order model, and by percussions of equal masses
+    unequal: (draws,) m/s, by percussions of masses from 50 to 100 kg
+    """
+
+    seed: int
+    stiffness: float
+    first_order: float
+    equal: float
+    unequal: tuple[float, ...]
+
+    @classmethod
+    def of(cls, crowd: Blocked) -> Congestion:
+        """Solve a blocked crowd by both models, and with other masses."""
+        arch = crowd.arch
+        model = first_order(arch.snapshot, arch.contacts, left_velocity=arch.left_velocity)
+        random = np.random.default_rng([crowd.seed, round(crowd.stiffness)])
+        masses = random.uniform(LEAST_KG, MOST_KG, (DRAWS, len(arch.snapshot)))
+        return cls(
+            seed=crowd.seed,
+            stiffness=crowd.stiffness,
+            first_order=_fastest(arch, model.right_velocity),
+            equal=_fastest(arch, arch.answer.right_velocity),
+            unequal=tuple(_fastest(arch, _with_masses(arch, mass)) for mass in masses),
+        )
+
+    @property
+    def congests(self) -> bool:
+        """Whether the first-order model stops everybody."""
+        return self.first_order < AT_REST_M_PER_S
+
+    @property
+    def freed(self) -> int:
+        """In how many draws unequal masses set somebody free."""
+        return sum(speed >= AT_REST_M_PER_S for speed in self.unequal)
+
+
+def _with_masses(arch: Arch, mass: np.ndarray) -> np.ndarray:
+    snapshot = replace(arch.snapshot, mass=mass)
+    answer = solve(snapshot, arch.contacts, left_velocity=arch.left_velocity, tolerance=1e-10)
+    return answer.right_velocity
+
+
+def _fastest(arch: Arch, velocity: np.ndarray) -> float:
+    """The largest speed (m/s) of those inside."""
+    return float(np.hypot(*velocity[arch.inside()].T).max())
+
+
+# Helbing, Farkas and Vicsek, Nature 407 (2000) 487: people of 80 kg with diameters of 0.5 to 0.7 m
+# in a room of 15 m × 15 m with an exit of 1 m, τ = 0.5 s.
+PEOPLE, EVACUATED_KG, EVACUATED_RADII_M = 200, 80.0, (0.25, 0.35)
+DIAMETER_M = sum(EVACUATED_RADII_M)  # on average
+SIDE_M, EXIT_M, TIME_S = 15.0, 1.0, 0.5
+# s: a hundredth of the period 2π √(m/2ϱ) of two people on their body force
+STEP_S = 1e-3
+# steps with one desired velocity: it follows the position, slowly
+RENEWED = 10
+# m: a pair with a larger gap gives less than 0.01 N
+REACH_M = 1.0
+# Who is so far beyond the exit (m) has left, and pushes nobody.
+GONE_M = 1.0
+# s: from here on the crowd is looked at, this often, up to there
+FROM_S, EVERY_S, UNTIL_S = 10.0, 0.25, 20.0
+SPEEDS, SEEDS = (1.0, 2.0, 4.0), (1, 2, 3)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evacuation:
+    """A crowd that leaves a room by the social force model.
+
+    speed: m/s, desired
+    looks: the social forces at the contacts of two people inside, at each look
+    crowd: at the last look
+    left: how many have left by then
+    """
+
+    speed: float
+    seed: int
+    looks: list[SocialForces]
+    crowd: Snapshot
+    left: int
+
+    @property
+    def deepest(self) -> Floats:
+        """The deepest overlap (m) at each look."""
+        return np.array([(-look.pairs.gap).max(initial=0.0) for look in self.looks])
+
+    @property
+    def forces(self) -> Floats:
+        """The normal forces (N) of all contacts at all looks."""
+        return np.concatenate([look.normal for look in self.looks])
+
+
+def room() -> tuple[Walls, Drive]:
+    """Make the walls of the room, which is x < 0, and the drive to the middle of its exit at
+    1 m/s."""
+    half, side = 0.5 * EXIT_M, 0.5 * SIDE_M
+    corners = [(0, half), (0, side), (-SIDE_M, side), (-SIDE_M, -side), (0, -side), (0, -half)]
+    walls = Walls(start=np.array(corners[:-1]), end=np.array(corners[1:]))
+    drive = Drive(
+        speed_m_per_s=1.0,
+        relaxation_time_s=TIME_S,
+        door_start_m=(0.0, -half),
+        door_end_m=(0.0, half),
+        outward=(1.0, 0.0),
+        aim="centre",
+    )
+    return walls, drive
+
+
+def placed(people: int, seed: int) -> Snapshot:
+    """Place people at rest in the room at random, without overlaps."""
+    random = np.random.default_rng(seed)
+    radius = random.uniform(*EVACUATED_RADII_M, people)
+    position = np.zeros((people, 2))
+    low = np.array([-SIDE_M, -0.5 * SIDE_M])
+    for number, r in enumerate(radius):
+        free = False
+        while not free:
+            place = random.uniform(low + r, low + SIDE_M - r)
+            apart = np.hypot(*(position[:number] - place).T) - radius[:number] - r
+            free = bool((apart > 0).all())
+        position[number] = place
+    still, mass = np.zeros_like(position), np.full(people, EVACUATED_KG)
+    return Snapshot(position=position, velocity=still, radius=radius, mass=mass)
+
+
+def evacuate(speed: float, seed: int, people: int = PEOPLE, until: float = UNTIL_S) -> Evacuation:
+    """Let people leave the room at a desired speed (m/s), and look at them from time to time."""
+    walls, drive = room()
+    drive = drive.model_copy(update={"speed_m_per_s": speed})
+    crowd, looks = placed(people, seed), []
+    for time in np.arange(EVERY_S, until + 0.5 * EVERY_S, EVERY_S):
+        crowd = advance(crowd, walls, drive, round(EVERY_S / STEP_S))
+        if time >= FROM_S:
+            inside = crowd.position[:, 0] < 0
+            pairs = find_contacts(crowd, tolerance=0.0)
+            touching = pairs.select(inside[pairs.first] & inside[pairs.second])
+            looks.append(social_force(crowd, touching))
+    left = int((crowd.position[:, 0] >= 0).sum())
+    return Evacuation(speed=speed, seed=seed, looks=looks, crowd=crowd, left=left)
+
+
+def evacuations(tell: Progress) -> list[Evacuation]:
+    """Evacuate the room at each speed with each seed."""
+    found = []
+    for number, (speed, seed) in enumerate(product(SPEEDS, SEEDS)):
+        tell("evacuations", number / (len(SPEEDS) * len(SEEDS)))
+        found.append(evacuate(speed, seed))
+    tell("evacuations", 1.0)
+    return found
+
+
+def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot:
+    """Move a crowd by so many steps of the semi-implicit Euler method: m du/dt = m (u_d − u)/τ plus
+    the social forces of people and walls."""
+    law = SocialForceLaw()
+    constants = law.strength, law.decay, law.body_stiffness, law.sliding_friction
+    position, velocity = crowd.position.copy(), crowd.velocity.copy()
+    for done in range(0, steps, RENEWED):
+        _core.social_steps(
+            position,
+            velocity,
+            drive.desired_velocity(position),
+            crowd.radius,
+            crowd.mass,
+            walls.start,
+            walls.end,
+            constants,
+            tau=TIME_S,
+            reach=REACH_M,
+            gone=GONE_M,
+            step=STEP_S,
+            steps=min(RENEWED, steps - done),
+        )
+    return replace(crowd, position=position, velocity=velocity)
+
+
+ROUNDING = 1e-6
+# An overlap below this share of a diameter is not seen in a picture.
+SEEN = 0.01
+NOTICEABLE, LARGE = 0.01, 0.1
+LAW = SocialForceLaw()
+
+
+def special_case(words: Words, equal: ChainForces, unequal: ChainForces) -> Claim:
+    """Judge whether (4) is the percussions where all masses are equal."""
+    special, unlike = (relative_difference(c.percussion, c.first_order) for c in (equal, unequal))
+    verdict = Verdict.of(special < ROUNDING)
+    return words.claim("special_case", verdict, special=special, unlike=unlike, mass=unequal.mass)
+
+
+def constant_in_a_chain(words: Words, equal: ChainForces, unequal: ChainForces) -> Claim:
+    """Judge whether the social force is constant along a chain: touching, and at rest."""
+    both = (equal, unequal)
+    touching = max(float(np.abs(chain.social / LAW.strength - 1).max()) for chain in both)
+    rest = equal.social_at_rest
+    return words.claim(
+        "constant_in_a_chain",
+        Verdict.of(touching < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE)),
+        law=LAW,
+        touching=touching,
+        section=np.ptp(equal.social_section) / LAW.strength,
+        rest=rest,
+        difference=relative_difference(equal.percussion, rest),
+        gap=1e3 * equal.gap_at_rest,
+    )
+
+
+def restrictive_mass(words: Words, unequal: ChainForces, arches: Sequence[ArchForces]) -> Claim:
+    """Judge whether equal masses restrict the first-order model: it counts as holding where every
+    difference is large, in part where one is noticeable."""
+    chain = relative_difference(unequal.percussion, unequal.first_order)
+    first = np.abs(unequal.first_order / unequal.percussion - 1)
+    crowds = []
+    parts = [chain]
+    for arch in (a for a in arches if a.unequal_masses):
+        a, b = arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER]
+        each = {
+            "contact": relative_difference(a.contact, b.contact),
+            "carried": relative_difference(a.carried, b.carried),
+            "resultant": relative_difference(a.resultant.ravel(), b.resultant.ravel()),
+        }
+        parts += each.values()
+        most = np.abs(b.contact - a.contact).max()
+        crowds.append(
+            each | {"name": arch.scene.name, "most": most, "speed": arch.speed_difference}
+        )
+    return words.claim(
+        "restrictive_mass",
+        Verdict.of(max(parts) > NOTICEABLE, min(parts) > LARGE),
+        chain=chain,
+        first=first,
+        crowds=crowds,
+        large=LARGE,
+        noticeable=NOTICEABLE,
+    )
+
+
+def complete_congestion(words: Words, found: Sequence[Congestion]) -> Claim:
+    """Judge whether equal masses are why the first-order model stops everybody: it does on the
+    blocked crowds, and percussions of unequal masses let somebody go."""
+    draws = sum(len(one.unequal) for one in found)
+    freed = sum(one.freed for one in found)
+    return words.claim(
+        "complete_congestion",
+        Verdict.of(all(one.congests for one in found), 2 * freed >= draws),
+        found=found,
+        congests=sum(one.congests for one in found),
+        draws=draws,
+        freed=freed,
+        fastest=max(max(one.unequal) for one in found),
+    )
+
+
+def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverlap) -> Claim:
+    """Judge whether the social force is constant in a crowd without overlaps, `apart`."""
+    spread = float(np.ptp(apart.contact)) / LAW.strength
+    uneven = float(apart.carried.std() / apart.carried.mean())
+    thinner = 1 - float(apart.carried_apart.mean() / apart.carried.mean())
+    constant = max(spread, apart.friction / LAW.strength) < ROUNDING
+    return words.claim(
+        "constant_without_overlap",
+        Verdict.of(constant, max(uneven, thinner) < LARGE),
+        arch=arch,
+        apart=apart,
+        social=arch.by_law[SOCIAL].contact,
+        spread=spread,
+        near=int((apart.beyond > 0.01 * LAW.strength).sum()),
+        beyond=1 - apart.carried_by_touching.sum() / apart.carried.sum(),
+        uneven=uneven,
+        thinner=thinner,
+    )
+
+
+def no_overlap(words: Words, evacuations: Sequence[Evacuation]) -> Claim:
+    """Judge whether nobody overlaps in the evacuation by the social force model, at each desired
+    speed: true where the deepest overlap of half of the looks at least is SEEN of a diameter or
+    less."""
+    found: list[dict[str, Any]] = []
+    for speed in sorted({one.speed for one in evacuations}):
+        mine = [one for one in evacuations if one.speed == speed]
+        deepest = np.concatenate([one.deepest for one in mine])
+        forces = np.concatenate([one.forces for one in mine])
+        counts = {"speed": speed, "runs": len(mine), "touching": np.mean(deepest > 0)}
+        sizes = {
+            "median": np.median(deepest),
+            "most": deepest.max(),
+            "force": forces.max(initial=0),
+        }
+        found.append(counts | sizes)
+    clear = [each["median"] <= SEEN * DIAMETER_M for each in found]
+    verdict = Verdict.of(all(clear), any(clear))
+    return words.claim("no_overlap", verdict, found=found, law=LAW, diameter=DIAMETER_M)
+
+
+def unrealistic(words: Words, arch: ArchForces) -> Claim:
+    """Judge whether the social force is blind to how the crowd presses."""
+    reference, social = arch.by_law[PERCUSSIONS], arch.by_law[SOCIAL]
+    value = correlation(reference.contact, social.contact)
+    verdict = Verdict.of(value < 0.5, social.spread < 0.5 * reference.spread)
+    return words.claim(
+        "unrealistic", verdict, arch=arch, value=value, social=social, reference=reference
+    )
+
+
+def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: float) -> Claim:
+    """Judge whether (9) sees the size of a contact: `ratio` of its forces at the same overlap (m)
+    for disks of two radii (m)."""
+    half = 0.5 * overlap
+    chords = [2 * float(np.sqrt(2 * radius * half - half**2)) for radius in radii]
+    return words.claim(
+        "surface",
+        Verdict.of(abs(ratio - 1) < ROUNDING, abs(chords[1] / chords[0] - 1) > NOTICEABLE),
+        overlap=1e3 * overlap,
+        radii=radii,
+        ratio=ratio,
+        chords=[1e3 * chord for chord in chords],
+    )
+
+
+def non_zero_apart(
+    words: Words, beyond: Mapping[str, BeyondTouch], reach: float, jump: float
+) -> Claim:
+    """Judge whether (10) acts without a contact; `beyond` up to a gap of `reach` (m), `jump` the
+    ratio of the printed law's forces just beyond and at touch."""
+    printed, text = beyond[PRINTED], beyond[TEXT]
+    verdict = Verdict.of(printed.share > 0, text.share > 0)
+    return words.claim(
+        "non_zero_apart", verdict, printed=printed, text=text, reach=reach, jump=jump
+    )
+
+
+OF_A_PAIR = (
+    ("social", "social force (9)", BLUE, "-", "s"),
+    ("repulsion", "its repulsion alone", GREEN, "--", "x"),
+    (LoehnerReading.TEXT, "Löhner (10), cases exchanged", PINK, "-.", "D"),
+    (LoehnerReading.PRINTED, "Löhner (10), as printed", PINK, ":", "v"),
+)
+OF_A_CHAIN = (
+    ("percussion", "percussions p/τ", BLACK, "o", "-", 9),
+    ("first_order", "first-order model, λ m̄/τ", ORANGE, "^", "--", 5),
+    ("social_at_rest", "social force, at rest under the drive", GREEN, "x", ":", 7),
+    ("social", "social force, touching chain", BLUE, "s", "-", 5),
+    ("loehner_text", "Löhner, cases exchanged", PINK, "D", "-.", 5),
+    ("loehner_printed", "Löhner, as printed", PINK, "v", ":", 5),
+)
+HOLLOW = ("percussion", "loehner_printed")
+# Rings with fewer contacts have no mean.
+LEAST_CONTACTS = 10
+
+
+def draw_laws(limit: float) -> Figure:
+    """Draw the force of one pair against its gap, by law; limit: N, f_max."""
+    gap = np.concatenate([np.linspace(-0.02, 0.0, 21), np.linspace(1e-6, 0.5, 200)])
+    forces = pair_forces(gap, RADIUS_M, limit)
+    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    label = "percussions: any force at touch, none beyond"
+    axes.axvline(0.0, color=BLACK, lw=4, alpha=0.25, label=label)
+    touch = int((gap <= 0).sum())
+    for name, label, colour, line, marker in OF_A_PAIR:
+        style: dict[str, Any] = {"ls": line, "color": colour, "marker": marker, "markevery": 20}
+        style |= {"ms": 5, "mfc": "none"}
+        # in two pieces, so that no line joins the two sides of the jump
+        axes.plot(1e3 * gap[touch:], forces[name][touch:], label=label, **style)
+        axes.plot(1e3 * gap[:touch], forces[name][:touch], **style)
+    strength = SocialForceLaw().strength
+    axes.annotate(
+        f"A = {strength:g} N",
+        (0.0, strength),
+        (30.0, 1.6 * strength),
+        arrowprops={"arrowstyle": "->"},
+        fontsize=9,
+    )
+    axes.set(yscale="log", xlabel="gap (mm); negative: overlap", ylabel="force of a pair (N)")
+    axes.grid(alpha=0.3, which="both")
+    axes.legend(loc="upper right", fontsize=9)
+    return figure
+
+
+def draw_chains(equal: ChainForces, unequal: ChainForces) -> Figure:
+    """Draw the force along the chain for equal and unequal masses, and what the first-order model
+    misjudges."""
+    figure = Figure(figsize=(12.5, 4.8), layout="constrained")
+    left = figure.add_subplot(1, 3, 1)
+    middle = figure.add_subplot(1, 3, 2, sharey=left)
+    for axes, chain in ((left, equal), (middle, unequal)):
+        contact = np.arange(1, len(chain.percussion) + 1)
+        for name, label, colour, marker, style, size in OF_A_CHAIN:
+            face = "none" if name in HOLLOW else colour
+            drawn: dict[str, Any] = {"ls": style, "color": colour, "ms": size, "mfc": face}
+            axes.plot(contact, getattr(chain, name), marker, lw=1.2, label=label, **drawn)
+        masses = f"{chain.mass.min():g} to {chain.mass.max():g} kg"
+        if chain.equal_masses:
+            masses = f"{chain.mass[0]:g} kg each"
+        axes.set(yscale="log", xticks=contact, title=f"Masses: {masses}")
+        axes.set_xlabel(f"contact (1: free end, {len(contact)}: wall)")
+        axes.grid(alpha=0.3, which="both")
+    left.set_ylabel("normal force (N)")
+    handles, labels = left.get_legend_handles_labels()
+    _draw_misjudged(figure.add_subplot(1, 3, 3), equal, unequal)
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9)
+    return figure
+
+
+def _draw_misjudged(axes: Axes, equal: ChainForces, unequal: ChainForces) -> None:
+    for chain, marker, style, colour, label in (
+        (equal, "o", "--", BLACK, "equal masses"),
+        (unequal, "^", "-", ORANGE, "unequal masses"),
+    ):
+        contact = np.arange(1, len(chain.percussion) + 1)
+        share = 100 * (chain.first_order / chain.percussion - 1)
+        axes.plot(contact, share, marker, ls=style, color=colour, label=label)
+        axes.set_xticks(contact)
+    axes.set(xlabel="contact", ylabel="first-order model above percussions (%)")
+    axes.set_title("First-order model, λ m̄/τ")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=9)
+
+
+def draw_arches(equal: ArchForces, unequal: ArchForces) -> Figure:
+    """Draw the distribution of the force, the force against the distance from the door, and social
+    force and first-order model against percussions."""
+    figure = Figure(figsize=(10.5, 8.6), layout="constrained")
+    (by_force, by_distance), (social, first_order) = figure.subplots(2, 2)
+    styles = {
+        PERCUSSIONS: (BLACK, "-", "o", 2.4),
+        equal.engine: (GREY, "-", "P", 2.4),
+        SOCIAL: (BLUE, "--", "s", 1.6),
+        TEXT: (PINK, "-.", "D", 1.6),
+        PRINTED: (PINK, ":", "v", 1.6),
+    }
+    for name, (colour, style, marker, width) in styles.items():
+        force = np.sort(equal.by_law[name].contact)
+        share = 1 - np.arange(len(force)) / len(force)
+        by_force.step(force, share, style, color=colour, lw=width, where="post")
+        middle, mean = _rings(equal, equal.by_law[name].contact)
+        drawn: dict[str, Any] = {"ls": style, "color": colour, "lw": width, "ms": 5}
+        by_distance.plot(middle, mean, marker, label=name, **drawn)
+    by_force.set(xscale="log", xlim=(10, None), xlabel="normal force f (N)")
+    by_force.set(ylabel="share of contacts beyond f", title=f"{equal.scene.name}: distribution")
+    by_distance.set(yscale="log", xlabel="distance from the middle of the door (m)")
+    by_distance.set_ylabel(f"mean normal force, rings of {RING_M:g} m (N)")
+    by_distance.set_title(f"{equal.scene.name}: force against distance")
+    handles, labels = by_distance.get_legend_handles_labels()
+    _scatter(social, equal, SOCIAL, "s", BLUE)
+    _scatter(first_order, unequal, FIRST_ORDER, "^", ORANGE)
+    for axes in (by_force, by_distance, social, first_order):
+        axes.grid(alpha=0.3)
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=9)
+    return figure
+
+
+def _rings(arch: ArchForces, force: Floats) -> tuple[Floats, Floats]:
+    """Middle radius (m) of rings about the door, and the mean force (N) in each."""
+    ring = (arch.distance[arch.inside] / RING_M).astype(np.int64)
+    count = np.bincount(ring)
+    enough = count >= LEAST_CONTACTS
+    total = np.bincount(ring, force[arch.inside])[enough]
+    middle = (np.flatnonzero(enough) + 0.5) * RING_M
+    return np.asarray(middle, dtype=np.float64), np.asarray(total / count[enough])
+
+
+def _scatter(axes: Axes, arch: ArchForces, name: str, marker: str, colour: str) -> None:
+    reference, force = (arch.by_law[law].contact / 1e3 for law in (PERCUSSIONS, name))
+    top = 1.05 * max(float(reference.max()), float(force.max()))
+    axes.plot([0, top], [0, top], color=BLACK, lw=0.8, label="equal")
+    axes.plot(reference, force, marker, ms=3.5, mfc="none", mec=colour, mew=0.8, ls="none")
+    axes.set(xlabel=f"{PERCUSSIONS} (kN)", ylabel=f"{name} (kN)")
+    law, alike = name.split(" λ")[0], correlation(reference, force)
+    axes.set_title(f"{arch.scene.name}: {law}, correlation {alike:.3f}")
+    axes.legend(loc="lower right", fontsize=9)
+
+
+def draw_evacuations(found: Sequence[Evacuation]) -> Figure:
+    """Draw the crowd before the exit at the last look, a panel for each desired speed, with the
+    contacts that overlap."""
+    walls, _ = room()
+    first = {one.speed: one for one in reversed(found)}
+    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    panels = figure.subplots(1, len(first), sharey=True, squeeze=False)[0]
+    norm = Normalize(0.0, 1e3 * max(one.deepest.max() for one in found))
+    for axes, (speed, one) in zip(panels, sorted(first.items()), strict=True):
+        pairs, crowd = one.looks[-1].pairs, one.crowd
+        draw_disks(axes, crowd)
+        draw_walls(axes, zip(walls.start, walls.end, strict=True))
+        draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
+        deepest = 1e3 * one.deepest[-1]
+        axes.set_title(f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
+        axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
+    panels[0].set_ylabel("y (m)")
+    add_scale(figure, list(panels), norm, "overlap of a contact (mm)")
+    return figure
+
+
+Pair = tuple[Floats, Floats]
+LOEHNER_REACH_M = 2.0
+CROWDS, CHAINS = ("arch", "arch_masses"), ("chain_wall", "chain_wall_masses")
+OVERLAP_M, RADII_M = 0.01, (0.18, 0.3)
+
+
+def engine_runs(runs: Path) -> list[EngineRun]:
+    """List the crowds of equal and of unequal masses by the first engine that is there."""
+    engine = installed_engine()
+    if engine is None:
+        return []
+    return [*(EngineRun.of(read_scene(name), engine, runs) for name in CROWDS), *blocked_runs(runs)]
+
+
+def build(runs: Path, progress: Progress | None = None) -> Section:
+    """Build the section: the laws side by side on chains pressed to a wall and on the crowds of
+    `arch` and `arch_masses`, and the verdicts.
+
+    The crowds are the first engine's that is there; its runs are taken from `runs` where they are
+    unchanged. Without an engine the section has the chains only, and a warning."""
+    tell: Progress = progress or (lambda label, share: None)
+    tell("rivals", 0.0)
+    scenes = [read_scene(name) for name in CROWDS]
+    drive = scenes[0].drive
+    assert drive is not None
+    equal, unequal = (chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS)
+    warnings = [*equal.warnings, *unequal.warnings]
+    limit = MASS_KG * drive.speed_m_per_s / drive.relaxation_time_s
+    jump = jump_at_touch(limit)
+    words = Words(__name__, drive=drive, limit=limit, radius=RADIUS_M, jump=jump)
+    arches = _arches(scenes, runs, tell, warnings)
+    pictures = [
+        words.picture("fig_6_laws", draw_laws(limit)),
+        words.picture("fig_6_chain", draw_chains(equal, unequal)),
+    ]
+    tables = [
+        words.table("table_pair", pair_rows(limit)),
+        *(words.table("table_chain", chain_rows(chain), chain=chain) for chain in (equal, unequal)),
+    ]
+    judged = [
+        special_case(words, equal, unequal),
+        restrictive_mass(words, unequal, arches),
+        constant_in_a_chain(words, equal, unequal),
+        surface(words, OVERLAP_M, RADII_M, ratio_of_sizes(OVERLAP_M, RADII_M)),
+    ]
+    if len(arches) == 2:
+        pictures.append(words.picture("fig_6_arch", draw_arches(*arches)))
+        tables.append(words.table("table_arch", arch_rows(arches)))
+        tell("rivals", 0.7)
+        crowds = blocked(runs, warnings, tell)
+        if stopped := [Congestion.of(crowd) for crowd in crowds if crowd.still]:
+            tables.append(words.table("table_congestion", _congestion_rows(stopped)))
+            judged.insert(2, complete_congestion(words, stopped))
+        judged += _crowd_claims(words, arches, _apart(arches[0], warnings), jump)
+    evacuated = evacuations(tell)
+    pictures.append(words.picture("fig_6_evacuation", draw_evacuations(evacuated)))
+    tables.append(words.table("table_evacuation", _evacuation_rows(evacuated)))
+    judged.append(no_overlap(words, evacuated))
+    tables.append(_misjudged(words, (equal, unequal), arches))
+    tell("rivals", 1.0)
+    return words.section("6", pictures=pictures, tables=tables, claims=judged, warnings=warnings)
+
+
+def _arches(
+    scenes: Sequence[Scene], runs: Path, tell: Progress, warnings: list[str]
+) -> list[ArchForces]:
+    for engine in PENALTY:
+        found = []
+        try:
+            for number, scene in enumerate(scenes):
+                tell("rivals", 0.1 + 0.3 * number)
+                run = EngineRun.of(scene, engine.NAME, runs)
+                run.record(tell)
+                found.append(arch_forces(scene, run.folder))
+        except (EngineError, DumpError) as error:
+            warnings.append(f"{engine.NAME}: {error}")
+            continue
+        warnings += [words for arch in found for words in arch.warnings]
+        return found
+    warnings.append("no engine made a pressed crowd: the laws are compared on chains only")
+    return []
+
+
+def _apart(arch: ArchForces, warnings: list[str]) -> WithoutOverlap | None:
+    try:
+        return without_overlap(arch)
+    except OverlapError as error:
+        warnings.append(f"{arch.scene.name} without overlaps: {error}")
+        return None
+
+
+def _crowd_claims(
+    words: Words, arches: list[ArchForces], apart: WithoutOverlap | None, jump: float
+) -> list[Claim]:
+    equal, unequal = arches
+    found = []
+    if apart is not None:
+        found.append(constant_without_overlap(words, equal, apart))
+    beyond = loehner_beyond_touch(unequal, LOEHNER_REACH_M)
+    return [
+        *found,
+        unrealistic(words, equal),
+        non_zero_apart(words, beyond, LOEHNER_REACH_M, jump),
+    ]
+
+
+def _misjudged(words: Words, chains: Sequence[ChainForces], arches: Sequence[ArchForces]) -> Table:
+    """Tabulate what the first-order model makes of unequal masses."""
+    rows: list[Sequence[Cell]] = []
+    for name, chain in zip(CHAINS, chains, strict=True):
+        a, b = (np.concatenate([[0.0], force]) for force in (chain.percussion, chain.first_order))
+        contact, carried = (a[1:], b[1:]), (a[1:] + a[:-1], b[1:] + b[:-1])
+        rows.append(
+            (name, *_differences(contact, carried, (np.diff(a), np.diff(b))), "all at rest", 0)
+        )
+    for arch in arches:
+        law, model = arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER]
+        differences = _differences(
+            (law.contact, model.contact),
+            (law.carried, model.carried),
+            (law.resultant.ravel(), model.resultant.ravel()),
+        )
+        rows.append((arch.scene.name, *differences, arch.speed_difference, arch.undetermined))
+    return words.table("table_misjudged", rows)
+
+
+def _congestion_rows(found: Sequence[Congestion]) -> list[tuple[float, ...]]:
+    return [
+        (one.seed, one.stiffness, one.first_order, one.equal, max(one.unequal), one.freed)
+        for one in found
+    ]
+
+
+def _evacuation_rows(evacuated: Sequence[Evacuation]) -> list[tuple[float, ...]]:
+    rows = []
+    for one in evacuated:
+        deepest, forces = 1e3 * one.deepest, one.forces
+        sizes = np.mean(deepest > 0), np.median(deepest), deepest.max()
+        force = forces.max() if len(forces) else float("nan")
+        contacts = len(forces) / len(one.looks)
+        rows.append((one.speed, one.seed, one.left, contacts, *map(float, sizes), float(force)))
+    return rows
+
+
+def _differences(contact: Pair, carried: Pair, resultant: Pair) -> tuple[float, ...]:
+    """Relative difference and largest difference per contact, relative differences at the disks."""
+    return (
+        relative_difference(*contact),
+        float(np.abs(contact[1] - contact[0]).max()),
+        relative_difference(*carried),
+        relative_difference(*resultant),
+    )

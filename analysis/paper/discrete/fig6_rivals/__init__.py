@@ -1,1 +1,0 @@
-"""Fig. 6: rival force laws."""
