@@ -116,17 +116,12 @@ $(VENV)/installed: pyproject.toml constraints.txt | system
 	rm $(VENV)/unfinished
 	touch $@
 
-$(VENV)/kernels: $(VENV)/installed $(VENV)/core
-	@echo "Compiling the kernels"
-	$(PYTHON) -m nscd
-	touch $@
-
 $(VENV)/installed-test: pyproject.toml constraints.txt | $(VENV)/installed
 	@echo "Adding what the tests need"
 	$(PIP) --no-build-isolation --editable '.[test]'
 	touch $@
 
-install: system $(VENV)/kernels
+install: system $(VENV)/core
 
 report: install
 	@$(VENV)/bin/percussions report arch gate --out report
@@ -194,7 +189,7 @@ lint: $(VENV)/installed-test
 	$(PYTHON) -m mypy
 
 test: system-test $(VENV)/installed
-	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/kernels lint
+	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/core lint
 	$(PYTHON) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 # The tests install the wheel without a network; this is the whole of it, as a stranger does it.

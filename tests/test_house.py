@@ -12,8 +12,6 @@ ROOT = Path(__file__).resolve().parents[1]
 PRODUCT = ("nscd", "analysis", "crowd_percussions", "benchmarks", "yade_scripts")
 # A docstring does not count among the lines of its function, nor `self` among the parameters.
 FUNCTION_LINES, PARAMETERS = 60, 7
-# What numba compiles takes plain arrays.
-COMPILED = {"njit", "kernel", "inner"}
 # A command has one parameter for each of its options.
 COMMANDS = ROOT / "analysis" / "cli"
 PUBLIC = (
@@ -48,14 +46,6 @@ def parameters_of(function):
     return len([name for name in names if name not in ("self", "cls")])
 
 
-def marks_of(function):
-    """The names in the decorators of a function."""
-    nodes = [node for decorator in function.decorator_list for node in ast.walk(decorator)]
-    return {node.id for node in nodes if isinstance(node, ast.Name)} | {
-        node.attr for node in nodes if isinstance(node, ast.Attribute)
-    }
-
-
 def test_functions_are_short_and_take_few_parameters():
     large = []
     for path in modules(*PRODUCT):
@@ -63,8 +53,7 @@ def test_functions_are_short_and_take_few_parameters():
             name = f"{path.relative_to(ROOT)}: {function.name}"
             if (count := lines_of(function)) > FUNCTION_LINES:
                 large.append(f"{name}: {count} lines")
-            free = COMPILED & marks_of(function) or COMMANDS in path.parents
-            if (count := parameters_of(function)) > PARAMETERS and not free:
+            if (count := parameters_of(function)) > PARAMETERS and COMMANDS not in path.parents:
                 large.append(f"{name}: {count} parameters")
     assert not large
 
@@ -83,7 +72,6 @@ ONE_HOME = {
 # For a reason of their own: nscd imports nothing from analysis; the rows of a dump stream; files of
 # others are read in a process that lasts and imports nothing of the product.
 EXCEPTED = {
-    "nscd/kernels.py",
     "nscd/show.py",
     "analysis/percussions/dump_to_csv.py",
     "analysis/support/foreign.py",
@@ -104,10 +92,9 @@ def test_what_several_rooms_need_is_written_once():
 def test_the_measures_see_what_is_too_large(tmp_path):
     path = tmp_path / "large.py"
     body = '    """Two\n    lines."""\n' + "    x = 1\n" * 60
-    path.write_text(f"@njit(cache=True)\ndef long(self, a, b, *, c):\n{body}")
+    path.write_text(f"def long(self, a, b, *, c):\n{body}")
     (function,) = functions(path)
     assert (lines_of(function), parameters_of(function)) == (61, 3)
-    assert marks_of(function) == {"njit"}
 
 
 def documented(kind, tree, prefix=""):

@@ -10,14 +10,11 @@ ROOT = Path(__file__).resolve().parent.parent
 # From the ground up; folders of one rank know nothing of each other, and neither do two of one
 # line.
 RANKS = [
-    ["nscd/compiling"],
     ["nscd"],
     ["nscd/friction"],
     ["nscd/solve.py"],
     ["nscd/rivals.py", "nscd/stepping"],
     ["nscd/__init__.py"],
-    ["nscd/kernels.py"],
-    ["nscd/__main__.py"],
     ["nscd/indeterminacy"],
     ["nscd/continuum"],
     ["nscd/continuum/rivals"],

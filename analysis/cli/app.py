@@ -18,7 +18,6 @@ import typer
 from typer.core import TyperGroup
 
 from analysis.support.files import whole_file
-from analysis.support.machine import compiles_first
 from analysis.support.parts import missing_part
 from analysis.support.progress import Progress
 from analysis.support.shipped import or_shipped
@@ -171,8 +170,6 @@ def progress() -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import Progress as Bars
 
-    if compiles_first():
-        print("the first percussions compile their kernels: about a minute", file=sys.stderr)
     console = Console(stderr=True)
     if not console.is_terminal:
         lines, ended = _Lines(), threading.Event()

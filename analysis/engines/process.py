@@ -58,7 +58,7 @@ def python_command(module: str, *words: str) -> Command:
         name: os.pathsep.join(filter(None, [str(path), os.environ.get(name, "")]))
         for name, path in paths.items()
     }
-    one = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+    one = {"OMP_NUM_THREADS": "1"}
     return Command(words=(sys.executable, "-m", module, *words), environment=environment | one)
 
 

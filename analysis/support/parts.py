@@ -30,8 +30,7 @@ def _same(*names: str) -> dict[str, str]:
 BASE = Part(
     extra="",
     what="percussions of snapshots and dumps, scenes, the rigid engine",
-    libraries=_same("numpy", "scipy", "numba", "llvmlite", "MDAnalysis")
-    | _same("pydantic", "shapely")
+    libraries=_same("numpy", "scipy", "MDAnalysis", "pydantic", "shapely")
     | {"typer": "typer", "rich": "rich", "tomli_w": "tomli-w"},
 )
 # from Python 3.14 on it reads them itself

@@ -191,7 +191,7 @@ def main() -> None:
             words = ["--what", what, "--sizes", str(disks), "--one"]
             said = subprocess.run(
                 [sys.executable, __file__, *words],
-                env=os.environ | {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
+                env=os.environ | {"OMP_NUM_THREADS": "1"},
                 stdout=subprocess.PIPE,
                 text=True,
                 check=False,

@@ -27,11 +27,11 @@ def test_finds_what_runs_here():
             [found["LAMMPS"].path, "-h"], capture_output=True, text=True, check=True
         ).stdout
     )
-    for name in ("MDAnalysis", "numba", "PedPy"):
+    for name in ("MDAnalysis", "scipy", "PedPy"):
         assert found[name].state == "ok"
         assert found[name].version == importlib.metadata.version(name)
         assert found[name].path.is_dir()
-    assert (found["numba"].part, found["PedPy"].part) == ("", "real")
+    assert (found["scipy"].part, found["PedPy"].part) == ("", "real")
 
 
 def test_yade_is_found_where_it_is_installed():

@@ -88,7 +88,7 @@ def test_help_does_not_wait_for_libraries(percussions):
     )
     *shown, modules = made.stdout.splitlines()
     assert any("stability" in line for line in shown)
-    for heavy in ("numpy", "scipy", "numba", "MDAnalysis", "pydantic", "matplotlib", "nscd"):
+    for heavy in ("numpy", "scipy", "MDAnalysis", "pydantic", "matplotlib", "nscd"):
         assert f"'{heavy}'" not in modules
 
 

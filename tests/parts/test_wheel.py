@@ -77,20 +77,7 @@ def bare(wheel, tmp_path_factory):
     called(*pip, "install", "--quiet", "--no-deps", "--no-compile", "--no-index", str(wheel))
     (site,) = folder.glob("lib/python*/site-packages")
     (site / "lent.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    lend_kernels(site)
     return folder
-
-
-def lend_kernels(site):
-    """Numba takes a kernel from its cache where the file has the time and size of when it was
-    compiled."""
-    for source in (path for name in ("nscd", "analysis") for path in (ROOT / name).rglob("*.py")):
-        installed = site / source.relative_to(ROOT)
-        shutil.copystat(source, installed)
-        kept = installed.parent / "__pycache__"
-        kept.mkdir(exist_ok=True)
-        for kernel in source.parent.glob(f"__pycache__/{source.stem}.*.nb[ic]"):
-            shutil.copy2(kernel, kept)
 
 
 def outside(tmp_path):
