@@ -6,8 +6,6 @@ measures every setting on them, and prints what was promised beside what came ou
 benchmarks/advice.py impacts` does so for engines in unseen impacts, against their own model. Runs
 are kept in `--runs` (out/advice): interrupted, all three go on where they stopped."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import sys
@@ -19,9 +17,8 @@ from pathlib import Path
 import numpy as np
 from advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
 
-from analysis.advice.advised_run import setting
 from analysis.advice.candidates import Candidate, Question, rates_of
-from analysis.advice.choice import SHARES, advise
+from analysis.advice.choice import SHARES, advise, setting
 from analysis.advice.library import FILE, Entry, Library, library_text, stored_library
 from analysis.pages.numbers import percent
 from analysis.scene.scene import Scene
@@ -29,8 +26,7 @@ from analysis.support.files import write_text
 from analysis.support.parallel import workers
 from analysis.work_precision.chart import measure
 from analysis.work_precision.point import Point, PointStatus
-from analysis.work_precision.soft_runs import Grid, settings_of, soft_engines
-from analysis.work_precision.window_start import prepare_window
+from analysis.work_precision.soft import Grid, prepare_window, settings_of, soft_engines
 
 STORED = Path(__file__).resolve().parent.parent / "analysis" / "advice" / FILE
 ASKED = (0.01, 0.05, 0.2)
@@ -60,17 +56,14 @@ QUESTIONS = {
 class Outcome:
     """One question, one scene, one asked error.
 
-    words: the question, in words.
-    choice: None: refused.
-    measured: with that very setting; None where the run did not end well.
     times_best: its measured cost over that of the cheapest setting that reaches the asked error;
     None where none does."""
 
     scene: str
-    words: str
+    words: str  # the question, in words
     asked: float
-    choice: Candidate | None
-    measured: float | None
+    choice: Candidate | None  # None: refused
+    measured: float | None  # with that very setting; None where the run did not end well
     times_best: float | None
     reachable: bool
 

@@ -1,7 +1,5 @@
 """The scenes that the advice is made from, and others, unseen by it, on which it is tested."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

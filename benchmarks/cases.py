@@ -5,8 +5,6 @@ Scaled, without dissipation. Primal: min ½|y|² − y⁻·y subject to G y ≤ 
 ‖u⁻‖∞), G = C M^(−1/2) with rows divided by √w, and multipliers z = √w λ / (√m̄ ‖u⁻‖∞). Dual: min ½
 z·GGᵀz − z·Gy⁻ subject to z ≥ 0."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ pressure under refinement.
 python benchmarks/continuum.py [--largest 100000]
 """
 
-from __future__ import annotations
-
 import argparse
 import time
 from typing import NamedTuple

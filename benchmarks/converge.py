@@ -8,8 +8,6 @@ they are; with --read nothing is run, and models are compared on the crowds that
 Prints a table, writes FOLDER/converge.png and FOLDER/whole_runs.json and .csv. With --store the
 statistics named take the place of those that advice reads (analysis/advice/whole_runs.json)."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

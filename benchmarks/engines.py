@@ -4,8 +4,6 @@ percussions.
 Usage: python benchmarks/engines.py [--disks N] [--duration S]
 """
 
-from __future__ import annotations
-
 import argparse
 import platform
 import tempfile

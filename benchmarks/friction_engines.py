@@ -8,8 +8,6 @@ only: where contacts stick it leaves forces open. So an engine's forces are held
 ones that are admissible: how far each normal and tangential force lies outside its interval, over
 the mean normal force."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -4,8 +4,6 @@ the medians and of the least of each.
 Usage: python benchmarks/guard.py [--repeats N] [--engine lammps|yade] [SCENE …]
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import resource

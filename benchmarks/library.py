@@ -8,8 +8,6 @@ Without friction the contest of percussions.py runs, with friction that of frict
 adapters, processes and limits. Answers that are there are kept, so that a run can be ended and gone
 on with."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -4,8 +4,6 @@ contact problems.
 Usage: python benchmarks/percussions.py [--sizes 594 5000] [--families heap jammed] [--peers piqp
 osqp] [--limit 100]"""
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import signal

@@ -9,8 +9,6 @@ frame alone, and how far those of a block of frames are from them.
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import resource
@@ -27,15 +25,10 @@ from analysis.dumps import index_dump, open_bodies
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.library.families import heap
-from analysis.percussions.at_once import solve_at_once
-from analysis.percussions.dump_to_csv import (
-    DumpToSolve,
-    executor_for,
-    solve_dump,
-)
-from analysis.percussions.rows import is_parquet
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import percussions_of
+from analysis.percussions.solving import DumpToSolve, executor_for, solve_at_once, solve_dump
+from analysis.percussions.table import is_parquet
 from analysis.scene.shipped_scenes import make
 from nscd import solve
 

@@ -1,7 +1,5 @@
 """The array types of the whole tree, and the checks of what comes from outside."""
 
-from __future__ import annotations
-
 import reprlib
 from numbers import Real
 from typing import Any, TypeVar

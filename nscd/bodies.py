@@ -1,7 +1,5 @@
 """What a crowd is at one instant: disks and straight walls."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -4,8 +4,6 @@ of the one before.
 What a frame gives does not depend on the others but for rounding. A frame that is not answered here
 is left to `find_contacts` and `solve`, which say why."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from nscd import _core

@@ -1,7 +1,5 @@
 """The contact law of the collision: what a contact dissipates and gives back."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The nearest velocities, or displacements, that satisfy the constraints of contacts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from nscd import _core

@@ -1,8 +1,6 @@
 """Rival contact forces on the same snapshot: the first-order model, the social force and Löhner's
 law."""
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Nearest points of straight segments, and how walls meet."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,8 +1,6 @@
 """`solve`: percussions of a snapshot, with a certificate recomputed from the answer. They are solved
 in the native core: `nscd/core/answer.cpp` has the way from one method to the next."""
 
-from __future__ import annotations
-
 import math
 import time
 from typing import Any, TypedDict, Unpack

@@ -5,8 +5,6 @@ Matter 14 (2012) 289–294. A disk counts as a point at its centre; a contact ca
 along the branch ℓ from centre to centre, or from the centre to the contact point on a wall. With
 percussions (N·s) stresses are in N·s/m, with forces (N) in N/m."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

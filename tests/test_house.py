@@ -73,7 +73,7 @@ ONE_HOME = {
 # others are read in a process that lasts and imports nothing of the product.
 EXCEPTED = {
     "nscd/show.py",
-    "analysis/percussions/dump_to_csv.py",
+    "analysis/percussions/solving.py",
     "analysis/support/foreign.py",
     "analysis/support/foreign_child.py",
 }

@@ -1,7 +1,5 @@
 """What is asked, and the settings that may answer it, each with its expected error and cost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil
@@ -9,12 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from analysis.advice.library import NEAR, Curves, Entry, Rates
-from analysis.advice.price import price_of
+from analysis.advice.library import NEAR, Curves, Entry, Rates, price_of
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Scene
 from analysis.work_precision.point import Method, Point, PointStatus
-from analysis.work_precision.soft_runs import LAWS, STIFFER
+from analysis.work_precision.soft import LAWS, STIFFER
 from analysis.work_precision.window import Window
 from nscd import find_contacts
 
@@ -32,16 +29,14 @@ class Question:
     """What is asked.
 
     error: a share, at most; rms over all components relative to the rms of the rigid model's.
-    quantity: one of LOADS.
     against: `rigid`: numerical and model error count, and law and stiffness are free; `model`: the
     numerical error alone, with the scene's own law and stiffness.
-    methods: to choose from.
     whole_run: whether prices and time steps are of the scene's whole run, or of its window."""
 
     error: float
-    quantity: str = "disk-load"
+    quantity: str = "disk-load"  # one of LOADS
     against: Against = "rigid"
-    methods: tuple[str, ...] = ("rigid", "lammps", "yade")
+    methods: tuple[str, ...] = ("rigid", "lammps", "yade")  # to choose from
     whole_run: bool = False
 
     @property
@@ -185,15 +180,12 @@ FEW_STEPS = 10
 class Candidate(Method):
     """A method with a setting on the scene.
 
-    time_step_s: s, as it is run; time_step_share: of the safe one, at most.
-    numerical_error, model_error: expected.
-    promised_error: their sum with safety factors.
-    cpu_seconds: s, what it should cost."""
+    time_step_s: s, as it is run; time_step_share: of the safe one, at most."""
 
-    numerical_error: float
-    model_error: float
-    promised_error: float
-    cpu_seconds: float
+    numerical_error: float  # expected
+    model_error: float  # expected
+    promised_error: float  # their sum with safety factors
+    cpu_seconds: float  # s, what it should cost
 
 
 @dataclass(frozen=True, slots=True)

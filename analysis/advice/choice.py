@@ -1,24 +1,134 @@
-"""The choice among candidates, tried by pilot runs."""
+"""The choice among candidates, tried by pilot runs; advice in words, and a scene as advised."""
 
-from __future__ import annotations
-
+import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from analysis.advice.candidates import TRIED, Candidate, Known, Question, Safety, safety_of
-from analysis.advice.library import Curves, Entry, Library, Likeness, check_model, likeness_of
+from analysis.advice.candidates import (
+    LOADS,
+    TRIED,
+    Candidate,
+    Known,
+    Question,
+    Safety,
+    asked_error,
+    safety_of,
+    timing_of,
+)
+from analysis.advice.library import (
+    Curves,
+    Entry,
+    Library,
+    Likeness,
+    check_model,
+    likeness_of,
+    stored_library,
+)
+from analysis.engines import EngineError
+from analysis.engines import engine as find_engine
 from analysis.engines.penalty import penalty_of
+from analysis.pages.names import engine_name
+from analysis.pages.numbers import percent, seconds, significant
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
+from analysis.support.files import write_json
 from analysis.work_precision.point import WORTH, Point, PointStatus
-from analysis.work_precision.points_of import Answer, Converged, Judge
-from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.rigid_solves import solve_rigid
-from analysis.work_precision.soft_reference import ReferenceError, leapfrog, soft_reference
-from analysis.work_precision.soft_runs import LAWS, SoftSetting, scene_of
-from analysis.work_precision.window import impact_window
+from analysis.work_precision.soft import (
+    LAWS,
+    ReferenceError,
+    SoftSetting,
+    leapfrog,
+    prepare_window,
+    scene_of,
+    soft_engines,
+    soft_reference,
+)
+from analysis.work_precision.window import (
+    Answer,
+    Converged,
+    Judge,
+    Window,
+    impact_window,
+    rigid_reference,
+)
 from nscd import ContactLaw
+from nscd.contacts import find_islands
+from nscd.percussions import Status
+
+# An impulse below this share of the largest is none.
+NOTHING = 1e-9
+
+
+def left_out(scene: Scene, folder: Path) -> list[str]:
+    """List what is left out, a line each: friction, spin, the restitution of a pressed crowd,
+    islands that nothing presses, disks that carry nothing.
+
+    A crowd that is still to be pressed together is pressed first, by an engine, and kept in the
+    folder; without an engine a line says that its contacts are not known. The scene is one without
+    friction (`likeness_of` refuses others)."""
+    n = len(scene.snapshot)
+    lines = [
+        "friction cone: μ = 0, one unknown per contact instead of two",
+        f"spin: no tangential forces, {2 * n} unknown velocities instead of {3 * n}",
+    ]
+    if scene.drive is not None and scene.contact.restitution:
+        lines.append(
+            f"restitution e = {significant(scene.contact.restitution)}: "
+            "forces of a crowd that is pressed and rests do not depend on it"
+        )
+    elif scene.contact.restitution == 1:
+        return [
+            *lines,
+            "islands, disks that carry nothing: not known, the rigid model has no e = 1",
+        ]
+    to_press = scene.drive is not None and scene.reconciliation is None
+    if to_press and not soft_engines():
+        return [
+            *lines,
+            "islands, disks that carry nothing: not known, no engine is there to press the crowd "
+            "together",
+        ]
+    folder.mkdir(parents=True, exist_ok=True)
+    window = prepare_window(scene, folder)
+    if gone := n - len(window.scene.snapshot):
+        lines.append(f"people who have passed the door: {gone} of {n}")
+    return [*lines, *_islands(window), *_idle(window)]
+
+
+def _islands(window: Window) -> Iterator[str]:
+    snapshot, contacts = window.scene.snapshot, window.contacts
+    islands = find_islands(snapshot, contacts, window.left_velocity)
+    idle = (islands.contacts > 0) & ~islands.pressed
+    if alone := int((islands.contacts == 0).sum()):
+        yield f"disks that touch nothing: {alone} of {len(snapshot)}"
+    if idle.any():
+        disks = int(islands.disks[idle].sum())
+        yield f"islands that nothing presses: {int(idle.sum())} with {disks} disks"
+
+
+def _idle(window: Window) -> Iterator[str]:
+    snapshot, contacts = window.scene.snapshot, window.contacts
+    answer = percussions_of(window.setting, snapshot, window.law, canonical=False).answer
+    if answer.status != Status.SOLVED:
+        why = f"the solution is {answer.status}: {answer.reason}"
+        yield f"disks that carry nothing: not known, {why}"
+        return
+    impulse = np.hypot(*answer.impulse.T)
+    loaded, pairs = impulse > NOTHING * impulse.max(initial=0.0), ~contacts.is_wall
+    carries, touching = np.zeros(len(snapshot), dtype=bool), np.zeros(len(snapshot), dtype=bool)
+    for disks, chosen in ((carries, loaded), (touching, np.ones_like(loaded))):
+        disks[contacts.first[chosen]] = True
+        disks[contacts.second[chosen & pairs]] = True
+    if idle := int((touching & ~carries).sum()):
+        yield f"disks that touch others and carry nothing: {idle} of {len(snapshot)}"
+    if unloaded := int((~loaded).sum()):
+        yield f"contacts that carry nothing: {unloaded} of {len(contacts)}"
+
 
 # Shares of the safe time step that are stepped through.
 SHARES = (1 / 16, 1 / 4, 1.0, 4.0)
@@ -128,29 +238,22 @@ BETTER = 0.5
 class Advice:
     """What was asked and what is advised.
 
-    choice: None where nothing reaches the asked error.
     better: the cheapest with half the choice's error or less; None where there is none.
     best: the smallest error promised, whatever it costs; None where nothing is known.
-    found: all candidates.
-    curve: the candidates that no cheaper one beats, from cheap to accurate.
-    by_method: the cheapest of each method that reaches the asked error.
-    read: which scenes it was read from, with their weights.
-    own: whether it was read from a chart of this very scene.
-    tried: whether this very scene was tried here: an impact (see `tried`).
     measured: machine and date of what was read, and of what prices were fitted to."""
 
     scene: Scene
     likeness: Likeness
     question: Question
-    choice: Candidate | None
+    choice: Candidate | None  # None where nothing reaches the asked error
     better: Candidate | None
     best: Candidate | None
-    found: tuple[Candidate, ...]
-    curve: tuple[Candidate, ...]
-    by_method: tuple[Candidate, ...]
-    read: tuple[tuple[str, float], ...]
-    own: bool
-    tried: bool
+    found: tuple[Candidate, ...]  # all candidates
+    curve: tuple[Candidate, ...]  # the candidates that no cheaper one beats, from cheap to accurate
+    by_method: tuple[Candidate, ...]  # the cheapest of each method that reaches the asked error
+    read: tuple[tuple[str, float], ...]  # which scenes it was read from, with their weights
+    own: bool  # whether it was read from a chart of this very scene
+    tried: bool  # whether this very scene was tried here: an impact (see `tried`)
     measured: tuple[str, ...]
 
 
@@ -237,3 +340,179 @@ def _front(candidates: Iterable[Candidate]) -> Iterator[Candidate]:
         if candidate.promised_error < (1 - WORTH) * least:
             least = candidate.promised_error
             yield candidate
+
+
+def setting(candidate: Candidate) -> str:
+    """Write a method with its setting."""
+    name = engine_name(candidate.method)
+    if candidate.time_step_s is None:
+        return f"{name}, solver {candidate.solver}, tolerance {candidate.tolerance:g}"
+    return (
+        f"{name}, {candidate.law}, k = {candidate.stiffness_N_per_m:.3g} N/m, "
+        f"Δt = {candidate.time_step_s:.3g} s ({candidate.time_step_share:g} × safe)"
+    )
+
+
+def headline(advice: Advice) -> str:
+    """Write the choice in one line; or that there is none, and the best that is reached."""
+    quantity, best = advice.question.quantity, advice.best
+    if (choice := advice.choice) is not None:
+        return f"{setting(choice)}: error of {quantity} {_offer(choice)}"
+    if best is None:
+        return f"nothing is known of {quantity} in {advice.scene.name}: {_nothing_like(advice)}"
+    return (
+        f"nothing reaches {percent(advice.question.error, 2)} in {quantity}; the best, "
+        f"{setting(best)}, promises {percent(best.promised_error, 2)}"
+    )
+
+
+def _nothing_like(advice: Advice) -> str:
+    if advice.likeness.driven:
+        return "no measured scene is enough like it"
+    if advice.likeness.disks > MOST_DISKS:
+        return f"an impact of more than {MOST_DISKS} disks is not tried"
+    return "the mechanics does not determine it, or no method asked about could be tried"
+
+
+def _offer(candidate: Candidate) -> str:
+    promise = percent(candidate.promised_error, 2)
+    return f"at most {promise}, {seconds(candidate.cpu_seconds)} CPU"
+
+
+def report(advice: Advice, left: Sequence[str]) -> list[str]:
+    """Write all lines: the question, the choice, the next better one, each method, the curve, where
+    it was read, what was left out."""
+    lines = [*_question(advice), "", *_choice(advice), "", *_curve(advice)]
+    lines += [f"measured on {where}" for where in advice.measured]
+    lines += ["", "left out of the model:", *(f"  {line}" for line in left)]
+    return lines
+
+
+def _question(advice: Advice) -> Iterator[str]:
+    scene, question = advice.scene, advice.question
+    disks, quantity = len(scene.snapshot), question.quantity
+    yield f"{scene.name}: {disks} disks; {quantity}, {LOADS[quantity]},"
+    against = "the rigid model (numerical and model error)"
+    if question.against == "model":
+        law = scene.contact.law
+        against = f"{law} contacts of the scene's stiffness, exactly solved (numerical error)"
+    yield f"within {percent(question.error, 2)} of {against}"
+
+
+def _choice(advice: Advice) -> Iterator[str]:
+    choice, better = advice.choice, advice.better
+    if choice is None:
+        yield headline(advice)
+        return
+    yield "advised: " + headline(advice)
+    if better is None:
+        yield "next better: nothing promises half that error"
+    else:
+        times = better.cpu_seconds / choice.cpu_seconds
+        yield f"next better: {setting(better)}: {_offer(better)} ({times:.2g} times the price)"
+    for other in advice.by_method:
+        if other != choice:
+            yield f"or with {setting(other)}: {_offer(other)}"
+
+
+def _curve(advice: Advice) -> Iterator[str]:
+    yield "the curve, from cheap to accurate:"
+    yield f"  {'':<70}{'numerical':>12}{'model':>12}{'promised':>12}{'CPU':>10}"
+    for c in advice.curve:
+        errors = (c.numerical_error, c.model_error, c.promised_error)
+        shown = "".join(f"{percent(error, 2):>12}" for error in errors)
+        mark = "→" if c == advice.choice else " "
+        yield f"{mark} {setting(c):<70}{shown}{seconds(c.cpu_seconds):>10}"
+    scenes = ", ".join(f"{name} ({percent(weight, 2)})" for name, weight in advice.read)
+    if advice.tried:
+        yield "errors found on this very impact: solved here, and stepped through as engines do"
+    elif advice.own:
+        yield "read from the chart of this scene"
+    else:
+        yield f"read from the scenes most like it: {scenes}" if scenes else _nothing_like(advice)
+
+
+def write_advice(advice: Advice, left: Sequence[str], folder: Path) -> Path:
+    """Write advice.json into the folder, whole or not at all; return its path."""
+
+    def one(candidate: Candidate | None) -> dict[str, Any] | None:
+        return None if candidate is None else dataclasses.asdict(candidate)
+
+    content = {
+        "scene": advice.scene.name,
+        "quantity": advice.question.quantity,
+        "against": advice.question.against,
+        "asked_error": advice.question.error,
+        "likeness": dataclasses.asdict(advice.likeness),
+        "choice": one(advice.choice),
+        "next_better": one(advice.better),
+        "best": one(advice.best),
+        "by_method": [one(c) for c in advice.by_method],
+        "curve": [one(c) for c in advice.curve],
+        "read": [{"scene": name, "weight": weight} for name, weight in advice.read],
+        "from_own_chart": advice.own,
+        "tried": advice.tried,
+        "measured": list(advice.measured),
+        "left_out": list(left),
+    }
+    write_json(folder / "advice.json", content)
+    return folder / "advice.json"
+
+
+RIGID = "rigid"
+
+
+def methods_here(asked: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Give the methods asked for; all that are installed by default. Raises ValueError for an
+    unknown one."""
+    if not asked:
+        return RIGID, *soft_engines()
+    known = (RIGID, *LAWS)
+    for name in asked:
+        if name not in known:
+            raise ValueError(f"method: unknown {name!r}; there are: {', '.join(known)}")
+    return tuple(dict.fromkeys(asked))
+
+
+def scene_within(
+    scene: Scene, error: str, engine_name: str | None = None
+) -> tuple[Scene, str, str]:
+    """Give the scene to run, the engine (the cheapest that is installed by default) and the choice
+    in words, for an error such as `5%` of what each disk receives, against the rigid model.
+
+    Raises ValueError for an engine without soft contacts, and naming the best where nothing reaches
+    it; EngineError where there is no engine."""
+    if engine_name is not None:
+        find_engine(engine_name)
+        if engine_name not in LAWS:
+            raise ValueError(
+                f"error: it is for {' and '.join(LAWS)}; {engine_name} has no stiffness"
+            )
+    engines = [engine_name] if engine_name else soft_engines()
+    if not engines:
+        raise EngineError("no engine: nothing can run the scene; see: percussions doctor")
+    question = Question(error=asked_error(error), methods=tuple(engines), whole_run=True)
+    advice = advise(scene, question, library=stored_library())
+    words = headline(advice)
+    if advice.choice is None:
+        raise ValueError(f"error: {words}")
+    if scene.drive is not None:
+        window = Window(scene=scene).duration(scene.contact.stiffness_N_per_m)
+        # in a run people collide: the force at an instant is no mean over a window
+        words += (
+            f"; the error is that of mean forces over {window:g} s of a crowd pressed "
+            "together, not of an instant"
+        )
+    return advised_scene(scene, advice.choice), advice.choice.method, words
+
+
+def advised_scene(scene: Scene, candidate: Candidate) -> Scene:
+    """Give the scene with the law, stiffness and time step of an engine's candidate (of a whole
+    run); an impact lasts as many √(m/k) as in the scene."""
+    assert candidate.stiffness_N_per_m is not None
+    assert candidate.time_step_s is not None
+    stiffness = candidate.stiffness_N_per_m
+    timing = timing_of(scene, stiffness, candidate.time_step_s, whole_run=True)
+    return scene.with_contact(law=candidate.law, stiffness_N_per_m=stiffness).with_run(
+        duration_s=timing.duration_s, frames=timing.frames, time_step_s=timing.step_s
+    )

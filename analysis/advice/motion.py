@@ -1,8 +1,6 @@
 """Advice for whole runs: the cheapest engine and setting whose measured error of a mean over time
 is within what is asked."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.advice.library import likeness_of
-from analysis.advice.price import expected_seconds
+from analysis.advice.library import expected_seconds, likeness_of
 from analysis.engines import engine
 from analysis.pages.numbers import percent, seconds
 from analysis.scene.scene import Scene
@@ -39,17 +36,14 @@ FARTHEST, PUSH = 1.0, 1.5
 class MotionCandidate:
     """Hold a setting on the scene.
 
-    setting: as it is run on this scene
-    error: share, what was measured at most: the farther end of the 90 % interval
     bias, crowds: what was measured, and on how many crowds
-    cpu_seconds: s, what a whole run should cost
     """
 
-    setting: Setting
-    error: float
+    setting: Setting  # as it is run on this scene
+    error: float  # share, what was measured at most: the farther end of the 90 % interval
     bias: float
     crowds: int
-    cpu_seconds: float
+    cpu_seconds: float  # s, what a whole run should cost
 
     @property
     def words(self) -> str:
@@ -62,20 +56,15 @@ class MotionCandidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionAdvice:
-    """Hold what was asked and what is advised.
-
-    choice: None where nothing that was measured is within the error
-    found: all candidates, from cheap to dear
-    why_not: why nothing is known; "" where something is
-    """
+    """Hold what was asked and what is advised."""
 
     scene: Scene
     quantity: str
     asked: float
-    choice: MotionCandidate | None
-    found: Sequence[MotionCandidate]
+    choice: MotionCandidate | None  # None where nothing that was measured is within the error
+    found: Sequence[MotionCandidate]  # all candidates, from cheap to dear
     measured: Sequence[WholeRunPoint]
-    why_not: str = ""
+    why_not: str = ""  # why nothing is known; "" where something is
 
 
 def stored_whole_runs() -> list[WholeRunPoint]:

@@ -60,9 +60,9 @@ def advise(
 
     Example: percussions advise arch --error 5% --quantity wall-load
     """
-    from analysis.advice.advised_run import methods_here, report, write_advice
     from analysis.advice.candidates import Question, asked_error
     from analysis.advice.choice import advise as choose
+    from analysis.advice.choice import left_out, methods_here, report, write_advice
     from analysis.advice.library import stored_library
     from analysis.advice.motion import (
         FILE,
@@ -77,7 +77,6 @@ def advise(
         ladder_lines,
         write_body_advice,
     )
-    from analysis.advice.unneeded import left_out
     from analysis.scene.scene import read_scene
     from analysis.work_precision.point import read_points
 

@@ -18,8 +18,8 @@ import typer
 from typer.core import TyperGroup
 
 from analysis.support.files import whole_file
+from analysis.support.parallel import Progress
 from analysis.support.parts import missing_part
-from analysis.support.progress import Progress
 from analysis.support.shipped import or_shipped
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ def given(**options: object) -> dict[str, Any]:
 
 def say_runs(runs: Iterable[EngineRun], what: str = "") -> None:
     """Say before runs of engines about how long those take that are not there yet."""
-    from analysis.advice.price import expected_seconds
+    from analysis.advice.library import expected_seconds
 
     missing = [run for run in runs if not run.is_finished()]
     seconds = sum(expected_seconds(run.scene, run.engine) for run in missing)

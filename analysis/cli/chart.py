@@ -61,6 +61,7 @@ def chart(
     from analysis.scene.scene import read_scene
     from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart
+    from analysis.work_precision.soft import check_chart
     from analysis.work_precision.whole_runs import (
         measure,
         points_of,
@@ -68,7 +69,6 @@ def chart(
         whole_runs_section,
         write_whole_runs,
     )
-    from analysis.work_precision.window_start import check_chart
 
     chosen = read_scene(scene)
     check_chart(chosen)
@@ -100,11 +100,17 @@ def chart(
 def _say_expected(
     scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[SettingRuns]
 ) -> None:
-    from analysis.advice.price import expected_seconds
+    from analysis.advice.library import expected_seconds
     from analysis.engines import PENALTY
-    from analysis.work_precision.soft_runs import FULL, QUICK, run_folder, scene_of, settings_of
+    from analysis.work_precision.soft import (
+        FULL,
+        QUICK,
+        pressing,
+        run_folder,
+        scene_of,
+        settings_of,
+    )
     from analysis.work_precision.window import driven_window, impact_window
-    from analysis.work_precision.window_start import pressing
 
     driven = scene.drive is not None
     window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)

@@ -84,10 +84,8 @@ def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> boo
 
 
 def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
-    from analysis.motion.intervals import more_words
     from analysis.motion.pairwise import compare_windows, write_windows
-    from analysis.motion.series import MEASURES, SHORTEST_S
-    from analysis.motion.study import model_title
+    from analysis.motion.study import MEASURES, SHORTEST_S, model_title, more_words
     from analysis.pages.numbers import decimals, significant
 
     compared = compare_windows(first, other, window or SHORTEST_S, last)

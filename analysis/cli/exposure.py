@@ -23,8 +23,13 @@ def exposure(
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml
     """
-    from analysis.exposure.exposure import HEAD, exposure_rows, read_exposure, write_exposure
-    from analysis.exposure.limits import known_limits
+    from analysis.exposure.exposure import (
+        HEAD,
+        exposure_rows,
+        known_limits,
+        read_exposure,
+        write_exposure,
+    )
 
     known = known_limits(limits or [])
     found = read_exposure(run, window)

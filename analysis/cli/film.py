@@ -60,9 +60,9 @@ def film(
     Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml
     """
     from analysis.film.export import export as export_film
+    from analysis.film.export import film_runs
     from analysis.film.frame import Frames
     from analysis.film.page import write_film
-    from analysis.film.reels import film_runs
     from analysis.film.summary import write_table
 
     if parquet:
@@ -79,7 +79,7 @@ def film(
     elif room is None:
         raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
     else:
-        from analysis.film.reels import film_heads
+        from analysis.film.export import film_heads
         from analysis.scene.real.trajectory import Recording
 
         recording = Recording.read(target[0], unit=unit, frame_rate=frame_rate)

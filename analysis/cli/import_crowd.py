@@ -94,8 +94,7 @@ def import_(
     if frame is None or one_disk:
         raise ValueError("--frame: of a trajectory it is needed, and --one-disk is for LEMONS")
     from analysis.scene.anthropometry import Varied
-    from analysis.scene.real.import_crowd import import_crowd
-    from analysis.scene.real.other_frames import with_other_frames
+    from analysis.scene.real.import_crowd import import_crowd, with_other_frames
     from analysis.scene.real.trajectory import Recording
 
     recording = Recording.read(file, unit=unit, frame_rate=frame_rate)

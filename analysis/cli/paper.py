@@ -49,9 +49,8 @@ def paper(
 
 
 def _say_expected(names: list[str], runs: Path, figures: list[str] | None) -> None:
-    from analysis.advice.price import expected_seconds
-    from analysis.paper.build import folder_of, kept
-    from analysis.paper.page import PAGES
+    from analysis.advice.library import expected_seconds
+    from analysis.paper.page import PAGES, folder_of, kept
 
     seconds = 0.0
     for part in (part for name in names for part in PAGES[name].parts):

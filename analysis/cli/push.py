@@ -1,7 +1,5 @@
 """percussions push."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -93,7 +93,7 @@ def run(
     timing = given(time_step_s=time_step, duration_s=duration, impulses=impulses or None)
     chosen = chosen.with_contact(**contact).with_run(**timing)
     if error is not None:
-        from analysis.advice.advised_run import scene_within
+        from analysis.advice.choice import scene_within
 
         chosen, engine, choice = scene_within(chosen, error, engine)
         print(f"advised: {choice}")

@@ -15,7 +15,7 @@ from analysis.cli.app import Scheduler, count, given, path, processes, progress,
 from analysis.cli.options import Openness, Restitution, Taken, flat
 
 if TYPE_CHECKING:
-    from analysis.percussions.dump_to_csv import DumpToSolve, SolvedDump
+    from analysis.percussions.solving import DumpToSolve, SolvedDump
 
 Dump = Annotated[
     Path,
@@ -61,9 +61,9 @@ def solve(
 
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""
-    from analysis.exchange.layout import is_hdf5
-    from analysis.percussions.dump_to_csv import DumpToSolve
+    from analysis.exchange.problem import is_hdf5
     from analysis.percussions.setting import setting_beside
+    from analysis.percussions.solving import DumpToSolve
 
     if out.is_file() and any(
         out.samefile(file) for file in (dump, taken.room) if file and file.exists()
@@ -96,9 +96,9 @@ def _solve_dump(
     job: DumpToSolve, out: Path, part_frames: int | None, workers: int, scheduler: str | None
 ) -> SolvedDump:
     """Solve a dump into one table, or into parts."""
-    from analysis.percussions.dump_to_csv import executor_for, solve_dump
     from analysis.percussions.in_parts import solve_in_parts
-    from analysis.percussions.rows import is_parquet
+    from analysis.percussions.solving import executor_for, solve_dump
+    from analysis.percussions.table import is_parquet
 
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet; end --out in .parquet")
@@ -118,7 +118,7 @@ def _solve_problem(
 ) -> None:
     """Solve an FCLIB problem; `others` are options that it has no use for."""
     from analysis.exchange.solved import solve_file
-    from analysis.percussions.rows import is_parquet
+    from analysis.percussions.table import is_parquet
 
     if others:
         name = others[0].replace("_", "-")

@@ -1,7 +1,5 @@
 """A run compared with the percussions of its snapshot, contact by contact."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ from analysis.dumps import (
     open_bodies,
     snapshot_of,
 )
-from analysis.dumps.impulses import integrate_contacts
+from analysis.dumps.contacts import integrate_contacts
 from analysis.engines.record import RunRecord
 from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, percussions_of
 from analysis.percussions.table import openness_of

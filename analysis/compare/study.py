@@ -9,13 +9,13 @@ import numpy as np
 
 from analysis.compare.comparison import Comparison, at_rest, begun_anew, compare_run, folder_of
 from analysis.dumps import DumpError
-from analysis.dumps.impulses import FRAMES_NEEDED_FROM
+from analysis.dumps.contacts import FRAMES_NEEDED_FROM
 from analysis.engines.guard import RunStoppedError
 from analysis.engines.record import EngineError
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.run import run_engine, run_folder
 from analysis.scene.scene import Scene
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import ContactLaw
 
 # Overlap over mean radius that a twentieth of the contacts may exceed: at 0.03 the loads of people

@@ -9,9 +9,8 @@ from analysis.dumps.contacts import (
     read_contacts,
 )
 from analysis.dumps.frame import DumpError
-from analysis.dumps.index import index_dump
+from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import frame_at, open_bodies, snapshot_of
-from analysis.dumps.table import DumpIndex
 
 __all__ = [
     "CONTACT_COLUMNS",

@@ -11,8 +11,6 @@ A frame is a head and, of each process that LAMMPS ran on, the number of its num
     int32      columns; int32 length and bytes of the units; int8 whether float64 s, the time, follows
     int32      length and bytes of the columns' names; int32 processes"""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 from pathlib import Path

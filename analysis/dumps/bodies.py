@@ -1,14 +1,11 @@
 """The disks of many frames at once, from their text."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.dumps.columns import BodyColumns
-from analysis.dumps.frame import LARGEST_LENGTH
-from analysis.dumps.table import WORDS, DumpIndex
+from analysis.dumps.frame import LARGEST_LENGTH, BodyColumns
+from analysis.dumps.index import WORDS, DumpIndex
 from nscd import Snapshot
 from nscd.arrays import LARGEST, Floats, Indices
 

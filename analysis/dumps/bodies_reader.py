@@ -1,7 +1,5 @@
 """Body dumps in MDAnalysis: every column in float64, id order, whatever the row order."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -11,10 +9,8 @@ from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
 from analysis.dumps.bodies import Bodies, bodies_of
-from analysis.dumps.columns import FLAT, UNITS, BodyColumns
-from analysis.dumps.frame import LARGEST_LENGTH, DumpError, Frame
-from analysis.dumps.index import index_dump
-from analysis.dumps.table import WORDS, DumpIndex
+from analysis.dumps.frame import FLAT, LARGEST_LENGTH, UNITS, BodyColumns, DumpError, Frame
+from analysis.dumps.index import WORDS, DumpIndex, index_dump
 from nscd.arrays import Floats
 
 # What begins so are columns of a user's own computes, fixes and variables.

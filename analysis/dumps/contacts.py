@@ -1,17 +1,21 @@
-"""Contact dumps: who touches whom, and with which force, as an engine wrote it."""
+"""Contact dumps: who touches whom and with which force, and the impulses that these forces sum to."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from analysis.dumps.frame import DumpError
-from analysis.dumps.index import index_dump
-from analysis.dumps.table import DumpIndex
+from analysis.dumps.index import DumpIndex, index_dump
+from analysis.dumps.reader import snapshot_of
+from nscd import Contacts, Snapshot
 from nscd.arrays import Flags, Floats, Indices
+from nscd.contacts import sum_at_disks
 
 CONTACT_COLUMNS = ("first", "second", "is_wall", "nx", "ny", "overlap", "fx", "fy")
 # Normals are unit vectors to this.
@@ -109,3 +113,140 @@ def read_contacts(path: Path) -> Iterator[EngineContacts]:
     """Read the contacts of a dump, frame by frame."""
     index = index_contacts(path)
     return (contacts_at(index, number) for number in range(len(index.frames)))
+
+
+Key = tuple[int, int, bool]
+# Impulses that miss the momentum change by more than this share deserve more frames.
+FRAMES_NEEDED_FROM = 0.01
+# The rule's order is between that of a jump and that of a smooth force.
+LEAST_ORDER, MOST_ORDER = 1.0, 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Impulses:
+    """Hold what the contacts of an impact gave, all frames together.
+
+    contacts: as the engine wrote them; their `force` is ∫f dt, (k,2) N·s
+    change: (n,2) N·s, m(u_end − u_start − g T) of each disk, T the whole time
+    error: the largest distance of that change from what these impulses give, as a share of the
+        largest change
+    frames_needed: about so many would bring the error to 1 %, by the error of every second frame
+    """
+
+    contacts: EngineContacts
+    change: Floats
+    error: float
+    frames_needed: int
+
+
+def integrate_contacts(
+    index: DumpIndex,
+    trajectory: Any,
+    touching: Contacts,
+    start: Snapshot,
+    check: Callable[[int, EngineContacts], None],
+    acceleration: Floats,
+) -> Impulses:
+    """Integrate every contact's force over all frames by the trapezoidal rule: ∫f dt.
+
+    touching: contacts at the start; they jump to their damping force at once. Where frame 0 shows
+        no force yet, theirs at t = 0 is extrapolated from the next two frames
+    check: called with the number and the contacts of every frame
+    acceleration: (2,) m/s², g of a body force"""
+    times = np.array(index.steps) * trajectory.dt
+    sums = [_Sum(times), _Sum(times[::2])]
+    numbers: dict[Key, int] = {}
+    seen: list[EngineContacts] = []
+    for frame in range(len(times)):
+        contacts = contacts_at(index, frame)
+        check(frame, contacts)
+        keys: list[Key] = list(
+            zip(
+                contacts.first.tolist(),
+                contacts.second.tolist(),
+                contacts.is_wall.tolist(),
+                strict=True,
+            )
+        )
+        seen.append(contacts.select(np.array([key not in numbers for key in keys], dtype=bool)))
+        places = [numbers.setdefault(key, len(numbers)) for key in keys]
+        sums[0].add(frame, places, contacts.force)
+        if frame % 2 == 0:
+            sums[1].add(frame // 2, places, contacts.force)
+    at_start = _touching_at_start(numbers, touching, start)
+    every, end = EngineContacts.joined(seen), snapshot_of(trajectory[-1])
+    gained = end.velocity - start.velocity - acceleration * (times[-1] - times[0])
+    fine, coarse = (
+        _against_change(replace(every, force=one.total(len(numbers), at_start)), start, gained)
+        for one in sums
+    )
+    return replace(fine, frames_needed=_frames_needed(len(times) - 1, fine.error, coarse.error))
+
+
+class _Sum:
+    """∫f dt of numbered contacts over frames at some times (s)."""
+
+    def __init__(self, times: Floats) -> None:
+        self.intervals = np.diff(times)
+        self.weights = 0.5 * (np.pad(self.intervals, (0, 1)) + np.pad(self.intervals, (1, 0)))
+        self.sum = np.zeros((0, 2))
+        self.early: list[dict[int, Floats]] = []
+
+    def add(self, frame: int, places: list[int], force: Floats) -> None:
+        """Add a frame: the numbers of its contacts and their forces (N)."""
+        self.sum = _grown(self.sum, max(places, default=-1) + 1)
+        self.sum[places] += self.weights[frame] * force
+        if frame < 3:
+            self.early.append(dict(zip(places, force, strict=True)))
+
+    def total(self, count: int, touching: list[int]) -> Floats:
+        """The impulses (count,2) N·s, those of contacts that touch at the start corrected."""
+        total = _grown(self.sum, count)
+        if len(self.early) == 3:
+            for number in touching:
+                first, second, third = (forces.get(number, np.zeros(2)) for forces in self.early)
+                if not first.any():
+                    total[number] += 0.5 * self.intervals[0] * (2 * second - third)
+        return total
+
+
+def _grown(rows: Floats, count: int) -> Floats:
+    return np.pad(rows, ((0, max(0, count - len(rows))), (0, 0)))
+
+
+def _touching_at_start(numbers: dict[Key, int], touching: Contacts, start: Snapshot) -> list[int]:
+    """The numbers of the contacts that touch at t = 0, of those that the engine ever had."""
+    keys = (
+        (int(start.ids[i]), j + 1 if wall else int(start.ids[j]), wall)
+        for i, j, wall in zip(
+            touching.first.tolist(),
+            touching.second.tolist(),
+            touching.is_wall.tolist(),
+            strict=True,
+        )
+    )
+    return [numbers[key] for key in keys if key in numbers]
+
+
+def _against_change(contacts: EngineContacts, start: Snapshot, gained: Floats) -> Impulses:
+    """Impulses, in order of their first appearance, against the velocity (n,2) m/s that they
+    gave."""
+    wall = contacts.is_wall
+    first = np.searchsorted(start.ids, contacts.first)
+    second = np.searchsorted(start.ids, np.where(wall, start.ids[0], contacts.second))
+    given = sum_at_disks(
+        first, np.where(wall, -1, second), -contacts.force, contacts.force, len(start)
+    )
+    change = start.mass[:, None] * gained
+    error = float(np.abs(change - given).max()) / (float(np.abs(change).max()) or 1.0)
+    return Impulses(contacts=contacts, change=change, error=error, frames_needed=0)
+
+
+def _frames_needed(frames: int, error: float, error_of_half: float) -> int:
+    """About how many frames bring the error to 1 %: it falls with the order that halving shows."""
+    if not error > FRAMES_NEEDED_FROM:
+        return frames
+    order = LEAST_ORDER
+    if error_of_half > error:
+        order = min(MOST_ORDER, max(LEAST_ORDER, math.log2(error_of_half / error)))
+    return int(np.ceil(frames * (error / FRAMES_NEEDED_FROM) ** (1 / order)))

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.dumps.columns import UNITS
-from analysis.dumps.frame import DumpError
+from analysis.dumps.frame import UNITS, DumpError
 from analysis.dumps.index import index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from analysis.dumps.frame import DumpError
-from analysis.dumps.index import index_dump
+from analysis.dumps.index import DumpIndex, index_dump
 from analysis.dumps.reader import open_bodies, snapshot_of
-from analysis.dumps.table import DumpIndex
 from analysis.support.frames import IMPULSE_COLUMNS
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices

@@ -1,15 +1,12 @@
 """The engines: each is a module that fits `Engine`; what simulates a scene with one is in `run`."""
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 from typing import Protocol
 
 from analysis.engines import lammps, rigid, yade
 from analysis.engines.process import Command, said
-from analysis.engines.record import EngineError, RunRecord
-from analysis.engines.timing import Timing
+from analysis.engines.record import EngineError, RunRecord, Timing
 from analysis.scene.scene import Scene
 
 __all__ = [

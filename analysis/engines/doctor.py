@@ -1,8 +1,6 @@
 """What is installed: the engines and the libraries of each part, their versions, and what to do
 about a missing one."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.metadata
 import platform

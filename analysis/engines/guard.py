@@ -18,8 +18,8 @@ import numpy as np
 
 from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
-from analysis.scene.contact import BODY, body_energy
 from analysis.scene.scene import Scene
+from analysis.scene.schema import BODY, body_energy
 from nscd import find_contacts
 from nscd.arrays import Flags, Floats
 

@@ -1,8 +1,6 @@
 """The process of an engine: run a command in a folder, end it with whoever started it, and say what
 it cost."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

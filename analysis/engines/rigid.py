@@ -1,7 +1,5 @@
 """The rigid engine: Moreau–Jean time stepping over the percussions of each step, on a scene."""
 
-from __future__ import annotations
-
 import functools
 import sys
 from importlib.metadata import version as version_of
@@ -10,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.engines.process import Command, digest_of, python_command
-from analysis.engines.record import EngineError
-from analysis.engines.timing import Timing, divided
+from analysis.engines.record import EngineError, Timing, divided
 from analysis.scene.scene import Scene
 
 NAME, TITLE, COMMAND, ASK = "rigid", "the rigid engine", "python", "--version"

@@ -1,29 +1,258 @@
-"""Runs of engines: where they live, which are finished, and running those that are not, one by one
-or several at once."""
+"""Runs of engines: where they live, which are finished, whether what they wrote can be right, and
+running those that are not finished, one by one or side by side."""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import fcntl
 import logging
 import os
 import re
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.dumps import DumpError
+import numpy as np
+
+from analysis.dumps import DumpError, index_contacts, index_dump
 from analysis.engines import PENALTY, engine, installed
-from analysis.engines.dump_checks import check_bodies, check_contacts, damaged
-from analysis.engines.guard import TIME, RunStoppedError, died, full_disk
-from analysis.engines.joints import friction_at_joints
+from analysis.engines.guard import (
+    CENTRES_SHARE,
+    ENERGY_SHARE,
+    TIME,
+    RunStoppedError,
+    died,
+    elastic_energy,
+    energy_besides,
+    full_disk,
+    garbage,
+)
+from analysis.engines.penalty import friction_at_joints
 from analysis.engines.process import run_command
-from analysis.engines.record import EngineError, RunRecord
+from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.engines.softness import softness_warning
-from analysis.engines.staging import locked, staged
 from analysis.scene.scene import Scene, read_scene
-from analysis.support.parallel import Task, do_all, workers
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress, Task, do_all, workers
+from nscd.arrays import Floats
+
+NEEDED = ("id", "x", "y", "radius", "mass", "vx", "vy", "omegaz")
+
+
+def check_bodies(path: Path, record: RunRecord, scene: Scene) -> Floats:
+    """Read the whole body dump; return (2, frames) J: the kinetic energy of each frame, ½ Σ m u² +
+    ½ Σ I ω², and the work of the body force until then, Σ m g·(x − x₀).
+
+    Raises RunStoppedError naming the time of the first frame that cannot be right: disks that are
+    missing or not those of the scene, values that are not finite, frames that are missing, the last
+    step included."""
+    energies = []
+    order = np.argsort(scene.snapshot.ids)
+    position, mass = scene.snapshot.position[order], scene.snapshot.mass[order]
+    weight = mass[:, None] * np.array(scene.acceleration())
+    try:
+        index = index_dump(path)
+        if missing := [name for name in NEEDED if name not in index.columns]:
+            raise DumpError(f"{path}: missing columns: {', '.join(missing)}")
+        columns = [index.columns.index(name) for name in NEEDED]
+        for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
+            if count != record.disks:
+                lost = f"{record.disks - count} of {record.disks} disks are lost"
+                raise garbage(record, lost, step, "lost")
+            table = index.table(frame)
+            if not np.isfinite(table).all():
+                bad = index.columns[int(np.argmin(np.isfinite(table).all(0)))]
+                raise garbage(record, f"not a finite number in column {bad}", step, "finite")
+            row = dict(zip(NEEDED, table[:, columns].T, strict=True))
+            if other := _not_of(scene, row, start=frame == 0):
+                raise garbage(record, f"{other}: not those of the scene's disks", step)
+            turning = 0.5 * (row["radius"] * row["omegaz"]) ** 2
+            kinetic = 0.5 * float(mass @ (row["vx"] ** 2 + row["vy"] ** 2 + turning))
+            moved = np.column_stack([row["x"], row["y"]]) - position
+            energies.append((kinetic, float((weight * moved).sum())))
+    except (DumpError, ValueError) as error:
+        raise damaged(record, error, path.parent) from None
+    expected = tuple(range(0, record.steps + 1, record.frame_interval))
+    if index.steps != expected:
+        raise garbage(record, f"{len(index.steps)} frames where {len(expected)} are due")
+    return np.array(energies).T
+
+
+def _not_of(scene: Scene, row: Mapping[str, Floats], *, start: bool) -> str:
+    """The column in which the disks of a frame, sorted by id, are not the scene's; empty if none.
+    Positions count at the start."""
+    snapshot = scene.snapshot
+    x, y = snapshot.position.T
+    own = {"id": snapshot.ids, "radius": snapshot.radius, "mass": snapshot.mass}
+    own |= {"x": x, "y": y} if start else {}
+    order = np.argsort(snapshot.ids)
+    same = (name for name in own if not np.allclose(row[name], own[name][order], 1e-9, 1e-9))
+    return next(same, "")
+
+
+def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene) -> float:
+    """Read the whole contact dump; return the largest overlap of its frames as a share of the
+    smaller radius. Raise RunStoppedError naming the time of the first frame that cannot be right.
+
+    Overlap: two centres nearer than half the smallest radius. Energy: E = K + V − W with the kinetic energy K and
+    the work W of the body force of each frame, energies (2, frames) J, and V = Σ ½ k δ² (hertz ⅖ K
+    √R δ^2.5). Without drive E never grows; with drive K stays below max(E at the start, ½ M (U + g
+    τ)²) and the largest V so far (docs/results/guard.md)."""
+    snapshot, drive = scene.snapshot, scene.drive
+    start = 0.5 * float(snapshot.mass @ (snapshot.velocity**2).sum(1)) + energy_besides(scene)
+    desired = 0.0
+    if drive:
+        speed = drive.speed_m_per_s + np.hypot(*scene.acceleration()) * drive.relaxation_time_s
+        desired = 0.5 * float(snapshot.mass.sum() * speed**2)
+    margin = ENERGY_SHARE * (start + desired) + 1e-12
+    # a tangential spring holds energy that is not in V and comes back
+    keeps_all = not drive and scene.contact.friction == 0
+    most, stored, deepest = max(start, desired), 0.0, 0.0
+    nearest = CENTRES_SHARE * float(snapshot.radius.min())
+    try:
+        index = index_contacts(path)
+        if len(index.steps) != len(energies[0]):
+            raise garbage(
+                record, f"{len(index.steps)} frames of contacts for {len(energies[0])} of bodies"
+            )
+        for frame, step in enumerate(index.steps):
+            rows = index.table(frame)
+            ids = np.where(rows[:, 2:3] > 0, rows[:, :1], rows[:, :2])
+            if not np.isin(ids, snapshot.ids).all():
+                raise garbage(record, "a contact of a disk that is not there", step)
+            apart, overlap, elastic = _stored(rows, scene) if len(rows) else (np.inf, 0.0, 0.0)
+            if not apart >= nearest:
+                deep = f"overlap: two centres are {apart:.3g} m apart"
+                raise garbage(record, deep, step, "overlap")
+            deepest = max(deepest, overlap)
+            kinetic, fallen = map(float, energies[:, frame])
+            energy = kinetic + (0.0 if drive else elastic - fallen)
+            stored = max(stored, elastic)
+            most_now = most + stored if drive else most
+            if energy > most_now + margin + ENERGY_SHARE * abs(fallen):
+                what = "kinetic energy" if drive else "kinetic energy with that of the overlaps"
+                grown = f"{what} {energy:.4g} J; there can be {most_now:.4g} J"
+                raise garbage(record, grown, step, "energy")
+            if keeps_all:
+                most = min(most, energy)
+    except DumpError as error:
+        raise damaged(record, error, path.parent) from None
+    return deepest
+
+
+def damaged(record: RunRecord, error: ValueError, folder: Path) -> RunStoppedError:
+    """Return the end of a run whose dumps in the folder cannot be read; the folder is not named,
+    since it will be gone."""
+    return garbage(record, str(error).replace(f"{folder}/", ""))
+
+
+def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
+    """The smallest distance of two centres (m), the largest overlap as a share of the smaller
+    radius, and the energy of all overlaps (J)."""
+    ids, radius = scene.snapshot.ids, scene.snapshot.radius
+    order = np.argsort(ids)
+    wall, overlap = rows[:, 2] > 0, rows[:, 5]
+    first = radius[order[np.searchsorted(ids[order], rows[:, 0])]]
+    other = radius[order[np.searchsorted(ids[order], np.where(wall, rows[:, 0], rows[:, 1]))]]
+    # against a wall the effective radius is the disk's own
+    effective = np.where(wall, first, first * other / (first + other))
+    energy = float(elastic_energy(scene, overlap, effective, wall).sum())
+    apart = np.where(wall, np.inf, first + other - overlap)
+    return float(apart.min()), float((overlap / np.minimum(first, other)).max()), energy
+
+
+_log = logging.getLogger(__name__)
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Be the only one who runs into this folder; wait for another process that does."""
+    folder = folder.resolve()
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    path = folder.with_name(f".{folder.name}.lock")
+    while True:
+        file = path.open("w")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            _log.warning("%s: another process runs into this folder; waiting for it", folder)
+            fcntl.flock(file, fcntl.LOCK_EX)
+        # who had it before has taken the file away
+        if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
+            break
+        file.close()
+    try:
+        yield
+    finally:
+        path.unlink(missing_ok=True)
+        file.close()
+
+
+@contextlib.contextmanager
+def staged(folder: Path, resume: RunRecord | None = None) -> Iterator[Path]:
+    """Make an empty hidden folder beside `folder` for the block to work in.
+
+    When the block ends well it becomes `folder`; when it does not (an error, Ctrl-C), it is removed
+    and `folder` stays as it was. A run that was stopped or failed becomes `folder` too, with the
+    reason in its record, where no finished run is there. To be used while the folder is locked.
+
+    resume: the record of a run that can go on where it was interrupted: the hidden folder then
+        stays when the block is interrupted, and is taken again for the same record"""
+    folder = folder.resolve()  # a link to a folder stays
+    staging = folder.with_name(f".{folder.name}.next")
+    earlier = folder.with_name(f".{folder.name}.earlier")
+    if earlier.exists() and not folder.exists():
+        earlier.rename(folder)  # a process was killed between the two renames of `_publish`
+    if resume is None or _record_in(staging) != resume:
+        shutil.rmtree(staging, ignore_errors=True)
+    staging.mkdir(parents=True, exist_ok=True)
+    interrupted = False
+    try:
+        try:
+            yield staging
+        except RunStoppedError as end:
+            if not _holds_results(folder):
+                end.record.write(staging)
+                _publish(staging, folder)
+            raise
+        _publish(staging, folder)
+    except OSError as error:
+        if str(staging) in str(error.filename):  # a name that will be gone
+            error.filename = str(error.filename).replace(str(staging), str(folder))
+        raise
+    except KeyboardInterrupt:
+        interrupted = True
+        raise
+    finally:
+        if not (interrupted and resume is not None):
+            shutil.rmtree(staging, ignore_errors=True)
+
+
+def _record_in(folder: Path) -> RunRecord | None:
+    try:
+        return RunRecord.read(folder)
+    except EngineError:
+        return None
+
+
+def _publish(staging: Path, folder: Path) -> None:
+    earlier = folder.with_name(f".{folder.name}.earlier")
+    shutil.rmtree(earlier, ignore_errors=True)
+    if folder.exists():
+        folder.rename(earlier)
+    staging.rename(folder)
+    shutil.rmtree(earlier, ignore_errors=True)
+
+
+def _holds_results(folder: Path) -> bool:
+    """Whether there is anything that a stopped run must not replace: all but another stopped
+    run."""
+    try:
+        return RunRecord.read(folder, even_stopped=True).exit_state not in (STOPPED, FAILED)
+    except EngineError:
+        return folder.exists()
+
 
 DECKS = "decks"
 # LAMMPS counts no further in one run.

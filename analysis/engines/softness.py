@@ -1,8 +1,6 @@
 """How soft a crowd is: the total drive over stiffness times radius, s = N F/(k r), and what that
 changes."""
 
-from __future__ import annotations
-
 import functools
 import tomllib
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """YADE as an engine: yade_scripts/crowd.py on a scene, without network ports."""
 
-from __future__ import annotations
-
 import functools
 import shutil
 from pathlib import Path
@@ -9,8 +7,8 @@ from pathlib import Path
 from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.engines.record import EngineError
-from analysis.scene.contact import AS_HERTZ
 from analysis.scene.scene import Scene
+from analysis.scene.schema import AS_HERTZ
 from analysis.support.shipped import shipped
 
 NAME, TITLE, COMMAND, ASK = "yade", "YADE", "yade", "--version"

@@ -1,8 +1,6 @@
 """What FCLIB's form leaves out of a crowd: bodies, contacts, walls and time, with their units, and
 what is known of the answer."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping
@@ -11,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.exchange.layout import Group, put_numbers, put_whole, put_words
-from analysis.exchange.problem import GlobalProblem
+from analysis.exchange.problem import GlobalProblem, Group, put_numbers, put_whole, put_words
 from analysis.percussions import Setting, SnapshotPercussions
 from analysis.percussions.table import Openness, openness_of
 from nscd import Contacts, Snapshot, Walls, solve
@@ -34,18 +31,13 @@ CONTACTS = {"normal": "1", "gap": "m", "point": "m"}
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CrowdProblem:
-    """Hold a problem that this program wrote: a crowd at one instant.
+    """Hold a problem that this program wrote: a crowd at one instant."""
 
-    setting: walls and their names, friction
-    left_velocity: (n,2) m/s, u⁻
-    window: s, the time that turns percussions into forces; None for an impact
-    """
-
-    setting: Setting
+    setting: Setting  # walls and their names, friction
     snapshot: Snapshot
     contacts: Contacts
-    left_velocity: Floats
-    window: float | None
+    left_velocity: Floats  # (n,2) m/s, u⁻
+    window: float | None  # s, the time that turns percussions into forces; None for an impact
 
     def matrices(self, friction: Floats) -> GlobalProblem:
         """State it as matrices, with μ (k,)."""
@@ -124,11 +116,10 @@ def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> Non
 class Truth:
     """Hold what is known of the reactions along the normal of a problem with k contacts.
 
-    determined: (k,) 1: the same in every answer, 0: not, −1: not known
     lower, upper: (k,) N·s, least and largest; nan where there is no end, or none is known
     """
 
-    determined: Indices
+    determined: Indices  # (k,) 1: the same in every answer, 0: not, −1: not known
     lower: Floats
     upper: Floats
 

@@ -1,7 +1,5 @@
 """Contact problems as FCLIB files: the problem of a snapshot out, any problem in the plane in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,9 +15,11 @@ from analysis.exchange.crowd import (
     read_crowd,
     read_truth,
 )
-from analysis.exchange.layout import (
+from analysis.exchange.problem import (
     ExchangeError,
+    GlobalProblem,
     Group,
+    LocalProblem,
     new_file,
     opened,
     put_matrix,
@@ -27,7 +27,6 @@ from analysis.exchange.layout import (
     put_whole,
     put_words,
 )
-from analysis.exchange.problem import GlobalProblem, LocalProblem
 from analysis.percussions import SnapshotPercussions
 from analysis.percussions.table import Openness
 from nscd.arrays import Floats

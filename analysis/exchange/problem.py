@@ -1,15 +1,28 @@
-"""A contact problem as matrices, in the forms that FCLIB knows."""
+"""Contact problems as matrices in the forms that FCLIB knows, and its layout in HDF5.
+
+FCLIB: fclib.h of the Frictional Contact Library (Apache-2.0), Acary et al., Inria technical report
+RT-444 (2014)."""
 
 from __future__ import annotations
 
+import contextlib
+import io
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, diags_array
+from numpy.typing import ArrayLike
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
+from analysis.support.files import whole_file
+from analysis.support.foreign import Part, read_foreign
+from analysis.support.parts import load
+from analysis.support.reading import UnreadableError, begins
 from nscd import Snapshot
-from nscd.arrays import Floats
+from nscd.arrays import LARGEST, Floats
 from nscd.contacts import Contacts
 
 
@@ -17,21 +30,15 @@ from nscd.contacts import Contacts
 class GlobalProblem:
     """Hold the problem M v = f + H r, u = Hᵀ v + w, of k contacts in the plane.
 
-    mass: M (v,v) kg, kg m²
-    transfer: H (v,2k), columns in the order normal, tangent of each contact
-    momentum: f (v,) N·s
-    offset: w (2k,) m/s
-    friction: μ (k,)
-
     Of each contact u_n opens, r_n presses, and Coulomb's law is 0 ≤ r_n ⟂ u_n ≥ 0, |r_t| ≤ μ r_n,
     r_t u_t = −μ r_n |u_t|.
     """
 
-    mass: csc_array
-    transfer: csc_array
-    momentum: Floats
-    offset: Floats
-    friction: Floats
+    mass: csc_array  # M (v,v) kg, kg m²
+    transfer: csc_array  # H (v,2k), columns in the order normal, tangent of each contact
+    momentum: Floats  # f (v,) N·s
+    offset: Floats  # w (2k,) m/s
+    friction: Floats  # μ (k,)
 
     @classmethod
     def of(
@@ -73,12 +80,9 @@ class GlobalProblem:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LocalProblem:
-    """Hold the problem u = W r + q of k contacts in the plane, without its bodies.
+    """Hold the problem u = W r + q of k contacts in the plane, without its bodies."""
 
-    delassus: W (2k,2k) 1/kg; free: q (2k,) m/s; friction: μ (k,)
-    """
-
-    delassus: csc_array
+    delassus: csc_array  # W (2k,2k) 1/kg; free: q (2k,) m/s; friction: μ (k,)
     free: Floats
     friction: Floats
 
@@ -110,3 +114,207 @@ def _transfer(snapshot: Snapshot, contacts: Contacts, n: int, k: int) -> csc_arr
     found.eliminate_zeros()
     found.sort_indices()
     return found
+
+
+# The first bytes of an HDF5 file.
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+# Its groups that are read.
+KNOWN = ("fclib_global", "fclib_local", "solution", "truth", "crowd")
+# What `nz` says of a matrix that is no list of triplets.
+COLUMNS, ROWS = -1, -2
+
+
+class ExchangeError(ValueError):
+    """Refuse a file of another program; the message names the file and the group or dataset."""
+
+
+def is_hdf5(path: Path) -> bool:
+    """Tell whether a file begins as HDF5 does. Raises UnreadableError for what is no file."""
+    return begins(path, SIGNATURE)
+
+
+def hdf5() -> Any:
+    """Import h5py. Raises MissingPartError saying how to install it."""
+    return load("h5py")
+
+
+@contextlib.contextmanager
+def new_file(path: Path) -> Iterator[Any]:
+    """Open an HDF5 file for writing, which takes its name only if the block ends well."""
+    content = io.BytesIO()
+    with hdf5().File(content, "w") as file:
+        yield file
+    with whole_file(path, "wb") as whole:
+        whole.write(content.getvalue())
+
+
+def opened(path: Path) -> Group:
+    """Read the parts of an HDF5 file that FCLIB and this program know. Raises ExchangeError naming
+    it."""
+    hdf5()
+    if not is_hdf5(path):
+        raise ExchangeError(f"{path}: no HDF5 file")
+    try:
+        return Group(path, read_foreign(path, "hdf5", KNOWN))
+    except UnreadableError as error:
+        raise ExchangeError(str(error)) from None
+
+
+def put_words(group: Any, name: str, words: str) -> None:
+    """Write a text as FCLIB does: fixed length, ended by a zero byte."""
+    library, content = hdf5(), words.encode() + b"\0"
+    kind = library.h5t.C_S1.copy()
+    kind.set_size(len(content))
+    kind.set_strpad(library.h5t.STR_NULLTERM)
+    space = library.h5s.create(library.h5s.SCALAR)
+    # without the time, so that the same problem is the same file
+    undated = library.h5p.create(library.h5p.DATASET_CREATE)
+    undated.set_obj_track_times(False)
+    made = library.h5d.create(group.id, name.encode(), kind, space, undated)
+    made.write(library.h5s.ALL, library.h5s.ALL, np.array(content), mtype=kind)
+
+
+def put_whole(group: Any, name: str, value: int) -> None:
+    """Write a whole number as FCLIB does: one element of 32 bits."""
+    group.create_dataset(name, data=np.array([value], dtype=np.int32))
+
+
+def put_numbers(group: Any, name: str, values: ArrayLike, unit: str | None = None) -> None:
+    """Write an array of float64, with its unit as an attribute where one is given."""
+    made = group.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+    if unit is not None:
+        made.attrs["unit"] = unit
+
+
+def put_matrix(group: Any, name: str, matrix: csc_array) -> None:
+    """Write a matrix in compressed columns."""
+    place, matrix = group.create_group(name), csc_array(matrix)
+    put_whole(place, "nzmax", matrix.nnz)
+    put_whole(place, "m", matrix.shape[0])
+    put_whole(place, "n", matrix.shape[1])
+    put_whole(place, "nz", COLUMNS)
+    place.create_dataset("p", data=matrix.indptr.astype(np.int32))
+    place.create_dataset("i", data=matrix.indices.astype(np.int32))
+    put_numbers(place, "x", matrix.data)
+
+
+class Group:
+    """A group of a file that is read, each part checked for its kind, shape and numbers."""
+
+    def __init__(self, path: Path, content: Part, name: str = "") -> None:
+        self.path, self.content, self.name = path, content, name
+
+    def refuse(self, key: str, why: str) -> ExchangeError:
+        """Make the error that names the file and the part."""
+        return ExchangeError(f"{self.path}: {self.name}/{key}: {why}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.content.below
+
+    def group(self, key: str) -> Group:
+        """Open a group below this one."""
+        if key not in self:
+            raise self.refuse(key, "missing group")
+        below = self.content.below[key]
+        if below.values is not None:
+            raise self.refuse(key, "no group")
+        return Group(self.path, below, f"{self.name}/{key}")
+
+    def _dataset(self, key: str) -> Any:
+        if key not in self:
+            raise self.refuse(key, "missing")
+        found = self.content.below[key].values
+        if found is None:
+            raise self.refuse(key, "no dataset")
+        return found
+
+    def length(self, key: str) -> int:
+        """Read how many rows a dataset has."""
+        found = self._dataset(key)
+        if not found.shape:
+            raise self.refuse(key, "an array is needed")
+        return int(found.shape[0])
+
+    def words(self, key: str) -> str:
+        """Read a text."""
+        found = self._dataset(key)
+        if found.shape or found.dtype.kind != "S":
+            raise self.refuse(key, "a text is needed")
+        return bytes(found[()]).rstrip(b"\0").decode("utf-8", "replace")
+
+    def whole(self, key: str, least: int = 0) -> int:
+        """Read one whole number."""
+        found = self._dataset(key)
+        if found.size != 1 or found.dtype.kind not in "iu":
+            raise self.refuse(key, "one whole number is needed")
+        value = int(np.ravel(found[()])[0])
+        if value < least:
+            raise self.refuse(key, f"{value}; at least {least} is needed")
+        return value
+
+    def wholes(self, key: str, shape: tuple[int, ...]) -> Any:
+        """Read an array of whole numbers of this shape."""
+        found = self._dataset(key)
+        if found.dtype.kind not in "iub" or found.shape != shape:
+            raise self.refuse(key, f"whole numbers of shape {shape} are needed, not {found.shape}")
+        return found[()].astype(np.int64)
+
+    def numbers(
+        self, key: str, shape: tuple[int, ...], unit: str | None = None, *, gaps: bool = False
+    ) -> Floats:
+        """Read an array of finite numbers of this shape, in this unit where one is asked for; numbers
+        that cannot be computed with are refused, but for nan where there may be gaps."""
+        found = self._dataset(key)
+        if found.dtype.kind not in "fiu" or found.shape != shape:
+            raise self.refuse(key, f"numbers of shape {shape} are needed, not {found.shape}")
+        said = self.content.below[key].attributes.get("unit")
+        if unit is not None and said != unit:
+            raise self.refuse(key, f"unit {said!r} where {unit!r} is needed")
+        values: Floats = found[()].astype(np.float64)
+        sound = (np.abs(values.ravel()) <= LARGEST) | (gaps & np.isnan(values.ravel()))
+        if not sound.all():
+            place = int(np.argmin(sound))
+            raise self.refuse(
+                key,
+                f"entry {place + 1}: {values.flat[place]:g}; numbers up to {LARGEST:g} are needed",
+            )
+        return values
+
+    def matrix(self, key: str, rows: int | None = None) -> csc_array:
+        """Read a matrix in compressed columns (nz = −1), rows (−2) or triplets (≥ 0), with this
+        number of rows where it is given."""
+        place = self.group(key)
+        m, n = place.whole("m"), place.whole("n")
+        if rows is not None and m != rows:
+            raise place.refuse("m", f"{m} where {rows} is needed")
+        nz, entries = place.whole("nz", ROWS), place.whole("nzmax")
+        if nz >= 0:
+            return place.triplets(nz, m, n)
+        major, minor = (n, m) if nz == COLUMNS else (m, n)
+        starts = place.wholes("p", (major + 1,))
+        if starts[0] or starts[-1] > entries or (np.diff(starts) < 0).any():
+            raise place.refuse(
+                "p", f"from 0 to at most nzmax = {entries}, never falling, is needed"
+            )
+        indices, values = place.wholes("i", (entries,)), place.numbers("x", (entries,))
+        place.check_range("i", indices, minor)
+        kind = csc_array if nz == COLUMNS else csr_array
+        end = starts[-1]
+        whole = kind((values[:end], indices[:end], starts), shape=(m, n))
+        # entries that are given twice count twice
+        found = csc_array(whole)
+        found.sum_duplicates()
+        return found
+
+    def triplets(self, count: int, rows: int, columns: int) -> csc_array:
+        """Read the entries of a matrix by row and column."""
+        row, column = self.wholes("p", (count,)), self.wholes("i", (count,))
+        self.check_range("p", row, rows)
+        self.check_range("i", column, columns)
+        values = self.numbers("x", (count,))
+        return csc_array(coo_array((values, (row, column)), shape=(rows, columns)))
+
+    def check_range(self, key: str, indices: Any, end: int) -> None:
+        """Refuse indices outside of 0 … end − 1."""
+        if len(indices) and not (indices.min() >= 0 and indices.max() < end):
+            raise self.refuse(key, f"an index outside of 0 … {end - 1}")

@@ -1,7 +1,5 @@
 """The answer of a problem that came as a file, written as CSV."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 
@@ -9,8 +7,7 @@ import numpy as np
 
 from analysis.exchange.crowd import CrowdProblem
 from analysis.exchange.fclib import read_problem, read_velocities
-from analysis.exchange.layout import ExchangeError
-from analysis.exchange.problem import LocalProblem
+from analysis.exchange.problem import ExchangeError, LocalProblem
 from analysis.percussions.table import COLUMNS, Cells, Openness, cells_of
 from analysis.support.files import write_rows
 from nscd.arrays import Floats
@@ -25,16 +22,14 @@ BARE = ("contact", "mu", "r_n", "r_t", "u_n", "u_t", "status", "residual")
 class SolvedFile:
     """Say what a problem's answer is worth.
 
-    residual: dimensionless, see `nscd.solve` and `nscd.friction.planar.solve_planar`
     difference: largest difference of u from the solution in the file, in the file's unit; None
         where it has none
-    why: of what is not solved, empty where it is
     """
 
     contacts: int
-    residual: float
+    residual: float  # dimensionless, see `nscd.solve` and `nscd.friction.planar.solve_planar`
     difference: float | None
-    why: str
+    why: str  # of what is not solved, empty where it is
 
 
 def solve_file(path: Path, out: Path, tolerance: float, openness: Openness) -> SolvedFile:

@@ -13,12 +13,12 @@ from analysis.compare.comparison import Match, keys_of, match_contacts
 from analysis.dumps import EngineContacts
 from analysis.dumps.windows import Window
 from analysis.exposure.exposure import exposure_values
-from analysis.motion.series import MEASURES, Measure, near_door, values_of
+from analysis.motion.study import MEASURES, Measure, near_door, values_of
 from analysis.percussions.setting import FORCE
 from analysis.percussions.snapshot import SnapshotPercussions
 from analysis.percussions.table import openness_of
-from analysis.scene.account import Reconciliation
 from analysis.scene.scene import Scene
+from analysis.scene.schema import Reconciliation
 from nscd import Snapshot
 from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.admissible import Admissible, ProgramError
@@ -35,12 +35,11 @@ class Frames:
     """Choose every `step`-th frame from the first to the last, both included.
 
     first, last: those of the file where left out
-    step: about 50 frames where left out
     """
 
     first: int | None = None
     last: int | None = None
-    step: int | None = None
+    step: int | None = None  # about 50 frames where left out
 
     @classmethod
     def parse(cls, text: str) -> Frames:
@@ -81,15 +80,13 @@ NONE = (float("nan"), float("nan"))
 class Openness:
     """Hold what the mechanics leaves open in a frame.
 
-    determined: (k,) 1, 0, or −1 where that is not known
     lower, upper: (k,) N (N·s), NaN where there is no end or none was computed
-    values: low and high of each headline number
     """
 
-    determined: list[int]
+    determined: list[int]  # (k,) 1, 0, or −1 where that is not known
     lower: Floats
     upper: Floats
-    values: Mapping[str, tuple[float, float]]
+    values: Mapping[str, tuple[float, float]]  # low and high of each headline number
 
 
 def openness_at(scene: Scene, found: SnapshotPercussions, values: Mapping[str, float]) -> Openness:
@@ -226,30 +223,25 @@ class Ends:
 class Frame:
     """Hold one instant of a film.
 
-    number: of the frame in its file
-    time: s
     found: the percussions; None where people could not be moved apart
     match: the contacts of both models, forces in N (of an impact percussions in N·s)
     determined: (k,) of the percussions: 1, 0, or −1 where that is not known
     lower, upper: (k,) the ends of the percussions, NaN where there is none or none was computed
     values: of each model, HEADLINES, how many people are above each limit, and MOVED_FAR
-    status: of the percussions, with the reason where they are not solved
-    heads: (n,2) m, where people were filmed; None of a run
-    account: what was done to them
     """
 
-    number: int
-    time: float
+    number: int  # of the frame in its file
+    time: float  # s
     found: SnapshotPercussions | None = None
     match: Match | None = None
     determined: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     lower: Floats = field(default_factory=lambda: np.zeros(0))
     upper: Floats = field(default_factory=lambda: np.zeros(0))
     values: Mapping[str, Mapping[str, Ends]] = field(default_factory=dict)
-    status: str = Status.SOLVED
+    status: str = Status.SOLVED  # of the percussions, with the reason where they are not solved
     reason: str = ""
-    heads: Floats | None = None
-    account: Reconciliation | None = None
+    heads: Floats | None = None  # (n,2) m, where people were filmed; None of a run
+    account: Reconciliation | None = None  # what was done to them
 
     def unit(self, model: str) -> str:
         """Name the unit of what contacts carry in a model."""
@@ -269,21 +261,14 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reel:
-    """Hold the frames of one run, or of a filmed crowd with one radius.
+    """Hold the frames of one run, or of a filmed crowd with one radius."""
 
-    title: as a page names it
-    engine: its name in commands; nothing of a filmed crowd
-    scene: walls and drive
-    radius: m, of a filmed crowd
-    shift: what was added to the ids of its file, since those of disks begin at 1
-    """
-
-    title: str
-    engine: str
-    scene: Scene
+    title: str  # as a page names it
+    engine: str  # its name in commands; nothing of a filmed crowd
+    scene: Scene  # walls and drive
     frames: Sequence[Frame]
-    radius: float | None = None
-    shift: int = 0
+    radius: float | None = None  # m, of a filmed crowd
+    shift: int = 0  # what was added to the ids of its file, since those of disks begin at 1
 
     @property
     def models(self) -> list[str]:

@@ -1,7 +1,5 @@
 """The page of a film: one self-contained HTML file that plays, with its charts."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json
@@ -18,8 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
 
-from analysis.exposure.exposure import above_key, limits_of_people
-from analysis.exposure.limits import QUANTITIES
+from analysis.exposure.exposure import QUANTITIES, above_key, limits_of_people
 from analysis.film.frame import ENGINE, HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
 from analysis.film.summary import (
     JUMP,

@@ -1,7 +1,5 @@
 """A film in numbers: its headlines as intervals, and a row per frame and model."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -11,7 +9,7 @@ import numpy as np
 
 from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Ends, Reel
 from analysis.motion.inference import LEVEL, correlation_windows
-from analysis.motion.intervals import two
+from analysis.motion.study import two
 from analysis.pages.numbers import NONE
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_rows
@@ -31,18 +29,15 @@ Band = tuple[Sequence[Reel], str]
 class Headline:
     """Hold a number of a film as an interval.
 
-    median: of the frames, of the middle radius
     low, high: of nine tenths of the frames, over all radii and all that the mechanics allows
-    frames: how many there are
-    independent: how many of them count as independent, by their correlation time
     unbounded: frames whose ends were not computed, or have no high end; the answer stands there
     """
 
-    median: float
+    median: float  # of the frames, of the middle radius
     low: float
     high: float
-    frames: int
-    independent: float
+    frames: int  # how many there are
+    independent: float  # how many of them count as independent, by their correlation time
     unbounded: int
 
 

@@ -8,8 +8,6 @@ gate, the scene `gate`, in its one size; push: a row of people before a wall, th
 pushed. The left velocity is 2 m/s toward the nearest point of the exit (along the chain; in `gate`
 the scene's own; in `push` of the last alone)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

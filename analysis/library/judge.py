@@ -11,8 +11,7 @@ import numpy as np
 
 from analysis.exchange.crowd import CrowdProblem, Truth
 from analysis.exchange.fclib import read_answer, read_problem, read_truth_of
-from analysis.exchange.layout import ExchangeError
-from analysis.exchange.problem import GlobalProblem, LocalProblem
+from analysis.exchange.problem import ExchangeError, GlobalProblem, LocalProblem
 from nscd.arrays import Floats
 from nscd.friction.planar import natural_map
 
@@ -25,22 +24,14 @@ THRESHOLDS = {"residual": 1e-8, "velocity": 1e-6, "reaction": 1e-4}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """Say how good an answer is. All errors are dimensionless; nan where nothing is judged.
+    """Say how good an answer is. All errors are dimensionless; nan where nothing is judged."""
 
-    residual: natural map over max |q|, from the matrices and r alone
-    velocity: largest |v − v*| of a disk over max |u⁻|
-    determined: largest |r_n − r_n*| where balance determines it, over max r_n*
-    outside: how far the worst other r_n lies outside its interval, over max r_n*
-    seconds: CPU seconds that the answer says it took; None where it says nothing
-    why: what is wrong with it; empty where nothing is
-    """
-
-    residual: float
-    velocity: float
-    determined: float
-    outside: float
-    seconds: float | None
-    why: str
+    residual: float  # natural map over max |q|, from the matrices and r alone
+    velocity: float  # largest |v − v*| of a disk over max |u⁻|
+    determined: float  # largest |r_n − r_n*| where balance determines it, over max r_n*
+    outside: float  # how far the worst other r_n lies outside its interval, over max r_n*
+    seconds: float | None  # CPU seconds that the answer says it took; None where it says nothing
+    why: str  # what is wrong with it; empty where nothing is
 
     @property
     def right(self) -> bool:

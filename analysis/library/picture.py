@@ -1,7 +1,5 @@
 """Performance profiles as a picture."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

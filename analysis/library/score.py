@@ -14,7 +14,7 @@ import numpy as np
 from analysis.library.judge import Verdict, judge
 from analysis.library.writing import UNIQUE, read_manifest
 from analysis.support.files import write_rows
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 
 # Added to the seconds of each problem before their geometric mean is taken, so that microseconds on
@@ -31,11 +31,10 @@ MISSING = "missing"
 class Scores:
     """Hold the verdicts on s solvers and p problems.
 
-    solvers: names; problems: what the manifest says of each
     verdicts: by solver and problem; None where there is no answer
     """
 
-    solvers: tuple[str, ...]
+    solvers: tuple[str, ...]  # names; problems: what the manifest says of each
     problems: tuple[dict[str, Any], ...]
     verdicts: tuple[tuple[Verdict | None, ...], ...]
 

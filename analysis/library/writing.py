@@ -1,7 +1,5 @@
 """The problems of the library, and their files."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 from collections.abc import Sequence
@@ -14,15 +12,14 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from analysis.exchange.fclib import write_problem
-from analysis.exchange.layout import ExchangeError, hdf5
+from analysis.exchange.problem import ExchangeError, hdf5
 from analysis.library.families import FAMILIES
 from analysis.library.judge import THRESHOLDS, judge
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness
 from analysis.support.files import write_json
-from analysis.support.parallel import Task, do_all
+from analysis.support.parallel import Progress, Task, do_all
 from analysis.support.parts import load
-from analysis.support.progress import Progress
 from analysis.support.reading import read_text
 from analysis.support.shipped import shipped
 from nscd import ContactLaw, solve
@@ -40,18 +37,12 @@ Family = Literal["heap", "jammed", "hexagonal", "masses", "chain", "gate", "push
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Say which problem it is.
+    """Say which problem it is."""
 
-    family: of `analysis.library.families`, or real: a frame of the shipped excerpt
-    size: how many disks are asked for; the frame of a real crowd
-    friction: μ at all contacts
-    seed: of the random numbers
-    """
-
-    family: Family
-    size: int
-    friction: float = 0.0
-    seed: int = 1
+    family: Family  # of `analysis.library.families`, or real: a frame of the shipped excerpt
+    size: int  # how many disks are asked for; the frame of a real crowd
+    friction: float = 0.0  # μ at all contacts
+    seed: int = 1  # of the random numbers
 
     @property
     def name(self) -> str:

@@ -1,7 +1,5 @@
 """The first screen about one scene in motion: who bears how much, beside the limits of people."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -12,24 +10,32 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from analysis.engines.softness import DOUBTFUL, NO_CROWD, known_bodies, softness
-from analysis.exposure.exposure import above_key, limits_of_people, loads_of
-from analysis.exposure.limits import QUANTITIES, Limit, known_limits
-from analysis.motion.intervals import (
+from analysis.exposure.exposure import (
+    QUANTITIES,
+    Limit,
+    above_key,
+    known_limits,
+    limits_of_people,
+    loads_of,
+)
+from analysis.motion.section import against_rigid, changed_by, stop
+from analysis.motion.study import (
+    MEASURES,
+    Ensemble,
+    Measure,
+    MotionStudy,
     count_cell,
     difference_cell,
     interval_cell,
     split,
 )
-from analysis.motion.section import against_rigid, changed_by, stop
-from analysis.motion.series import MEASURES, Measure
-from analysis.motion.study import Ensemble, MotionStudy
 from analysis.pages.bodies import ladder_table
 from analysis.pages.drawing import NARROW_IN, SHADES, draw_disks, draw_walls, frame
 from analysis.pages.numbers import NONE, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
-from analysis.scene.variation import how_varied
+from analysis.scene.shipped_scenes import how_varied
 from nscd.arrays import Flags, Floats
 
 QUANTITY = "contact_largest"

@@ -42,16 +42,13 @@ NEXT_TO_ZERO = 0.1
 class Sample:
     """Hold a quantity of one model, one number per replicate.
 
-    values: (n,) means over windows; of a count how many were counted
-    noise: variance that such a number has from the chance within a replicate
     unit: of the quantity per unit of the values: 1, or 1/s where counts become a rate
-    is_count: whether the values are counts
     """
 
-    values: Floats
-    noise: float = 0.0
+    values: Floats  # (n,) means over windows; of a count how many were counted
+    noise: float = 0.0  # variance that such a number has from the chance within a replicate
     unit: float = 1.0
-    is_count: bool = False
+    is_count: bool = False  # whether the values are counts
 
     @classmethod
     def of_windows(cls, windows: Sequence[Floats]) -> Sample:
@@ -82,8 +79,6 @@ class Difference:
     low, high: the joint 90 % interval of all quantities of this pair of models
     least: the smallest difference, either way, that these replicates would have shown; infinite
         where they are too few for any
-    relative: whether all of these are shares
-    probability: p of the joint permutation test
     stops: whether one model counts nothing in any replicate and the other something in each
     """
 
@@ -91,8 +86,8 @@ class Difference:
     low: float
     high: float
     least: float
-    relative: bool
-    probability: float
+    relative: bool  # whether all of these are shares
+    probability: float  # p of the joint permutation test
     stops: bool = False
 
     @property

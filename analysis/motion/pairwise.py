@@ -1,8 +1,6 @@
 """Two runs of one crowd compared window by window: impulses contact by contact, loads, and files of
 both."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -16,7 +14,7 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines.record import RunRecord
 from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
-from analysis.motion.series import MEASURES, SHORTEST_S, passed, values_of
+from analysis.motion.study import MEASURES, SHORTEST_S, passed, values_of
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.files import write_json, write_rows
 from nscd.arrays import Floats, Indices
@@ -62,21 +60,16 @@ SAME = 1e-3
 class Both:
     """Hold one window of both runs.
 
-    start, end: s
-    keys: (k,3) of every contact that either has, as a window has them
-    impulses: (2,k,2) N·s, first and second run; 0 where it has not the contact
-    has: (2,k)
     values: of the first and the second run, measure by measure
-    loads: Σ of impulses at each person over the time, (2,n) N
     """
 
-    start: float
-    end: float
-    keys: Indices
-    impulses: Floats
-    has: np.ndarray[tuple[int, int], np.dtype[np.bool_]]
+    start: float  # s
+    end: float  # s
+    keys: Indices  # (k,3) of every contact that either has, as a window has them
+    impulses: Floats  # (2,k,2) N·s, first and second run; 0 where it has not the contact
+    has: np.ndarray[tuple[int, int], np.dtype[np.bool_]]  # (2,k)
     values: tuple[dict[str, float], dict[str, float]]
-    loads: Floats
+    loads: Floats  # Σ of impulses at each person over the time, (2,n) N
 
     def agreement(self) -> dict[str, float]:
         """Say how far the second run is from the first: rms differences over rms per contact that
@@ -102,19 +95,15 @@ class Paired:
     """Hold means over windows, and by how much the second is above the first. One pair of runs has
     no verdict: its windows follow from each other, and other replicates would have others.
 
-    first, second: in the unit of the measure
-    more: of the second than of the first
     relative: whether that is a share of the first; in its unit where the first is next to zero
-    autocorrelation: of the difference from one window to the next; NaN of a constant one
-    independent: how many windows count as such, by the correlation time of the differences
     """
 
-    first: float
-    second: float
-    more: float
+    first: float  # in the unit of the measure
+    second: float  # in the unit of the measure
+    more: float  # of the second than of the first
     relative: bool
-    autocorrelation: float
-    independent: float
+    autocorrelation: float  # of the difference from one window to the next; NaN of a constant one
+    independent: float  # how many windows count as such, by the correlation time of the differences
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -122,12 +111,11 @@ class WindowComparison:
     """Set two runs of one crowd side by side.
 
     scenes, records: of the first and the second run
-    windows: in order of time
     """
 
     scenes: tuple[Scene, Scene]
     records: tuple[RunRecord, RunRecord]
-    windows: Sequence[Both]
+    windows: Sequence[Both]  # in order of time
 
     def paired(self) -> dict[str, Paired]:
         """Compare the means over all windows, measure by measure, window with window."""

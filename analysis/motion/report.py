@@ -1,7 +1,5 @@
 """The scenes of a report in motion: which runs they need, and what the report takes of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +12,7 @@ from analysis.motion.section import motion_numbers, motion_section
 from analysis.motion.study import FEW, FRICTION, MANY, motion_runs, study_motion
 from analysis.pages.report import InMotion
 from analysis.scene.scene import Scene
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,7 +1,5 @@
 """The section of a page about one scene in motion, with its picture and numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -9,16 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from analysis.engines.rigid import NAME as RIGID
-from analysis.motion.intervals import interval_cell, split
-from analysis.motion.series import MEASURES, Series
-from analysis.motion.study import Ensemble, MotionStudy
+from analysis.motion.study import MEASURES, Ensemble, MotionStudy, Series, interval_cell, split
 from analysis.pages.drawing import COLOURS, GRID, LINES, NARROW_IN
 from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import significant
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
-from analysis.scene.variation import how_varied
+from analysis.scene.shipped_scenes import how_varied
 from nscd.arrays import Floats
 
 

@@ -1,7 +1,5 @@
 """What rigid disks over- and understate at the stiffness of people, as a table of any page."""
 
-from __future__ import annotations
-
 from analysis.engines.softness import judged, known_bodies, rigid_over_soft, softness_of
 from analysis.pages.numbers import interval, signed
 from analysis.pages.section import Cell, Table

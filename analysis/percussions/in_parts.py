@@ -1,8 +1,6 @@
 """Percussions of a dump as a folder of Parquet files, each of some frames: what is finished is
 kept."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json
@@ -16,11 +14,11 @@ import numpy as np
 from pydantic import BaseModel
 
 from analysis.dumps import DumpError
-from analysis.percussions.dump_to_csv import DumpToSolve, SolvedDump, frames_in
-from analysis.percussions.rows import schema_of
+from analysis.percussions.solving import DumpToSolve, SolvedDump, frames_in
+from analysis.percussions.table import schema_of
 from analysis.support.files import whole_file, write_json
+from analysis.support.parallel import Progress
 from analysis.support.parts import load
-from analysis.support.progress import Progress
 from analysis.support.reading import read_text
 
 # Readers of partitioned Parquet leave files out that begin so.

@@ -1,30 +1,103 @@
-"""A dump to solve: some of its frames, as rows of a table."""
+"""A dump to solve: some of its frames, many in one compiled call, as rows of a table or a file."""
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import functools
 import math
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from analysis.dumps import DumpError, open_bodies, snapshot_of
-from analysis.percussions.at_once import FramesAtOnce, solve_at_once
-from analysis.percussions.csv_lines import Column
-from analysis.percussions.rows import Rows, rows_of
+from analysis.dumps import Bodies, DumpError, open_bodies, snapshot_of
+from analysis.percussions.setting import Setting
 from analysis.percussions.snapshot import (
     FORCE,
     IMPULSE,
-    Setting,
     SnapshotPercussions,
     percussions_of,
 )
-from analysis.percussions.table import COLUMNS, Openness, columns_of
+from analysis.percussions.table import (
+    COLUMNS,
+    Column,
+    Openness,
+    Rows,
+    certificate,
+    columns_of,
+    is_parquet,
+    rows_of,
+    table_file,
+    walls_of,
+    when,
+)
+from analysis.support.parallel import Progress
+from analysis.support.parallel import workers as processes
 from nscd import ContactLaw, Snapshot, _core
+from nscd.arrays import LARGEST
+from nscd.frames import Asked, Disks, Found, solve_frames
+from nscd.percussions import Status
+from nscd.show import arrays
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FramesAtOnce:
+    """Hold the answers of f frames.
+
+    bodies, setting: what was solved
+    found: contacts, and what they carry
+    window: s, the time that turns percussions into forces; None for an impact
+    """
+
+    bodies: Bodies
+    setting: Setting
+    found: Found
+    window: float | None
+
+    def columns(self, first: int, end: int) -> dict[str, Any]:
+        """Name the columns of the contacts of some frames, as `columns_of` does for one."""
+        found, bodies = self.found, self.bodies
+        start = found.start[first : end + 1]
+        those = slice(start[0], start[-1])
+        some = found._replace(
+            first=found.first[those], second=found.second[those], is_wall=found.is_wall[those],
+            normal=found.normal[those], gap=found.gap[those],
+        )  # fmt: skip
+        each = np.repeat(np.arange(first, end), np.diff(start))
+        known = not np.isnan(bodies.times).any()
+        cells = when(bodies.times[each] if known else None, np.array(bodies.steps)[each])
+        cells |= arrays(bodies, some, found.reaction[those], found.impulse[those], self.window)
+        cells |= walls_of(self.setting, some)
+        return cells | certificate(
+            str(Status.SOLVED), found.residual[each], found.velocity_error[each]
+        )
+
+    def largest(self, number: int) -> float:
+        """Give the largest magnitude that a contact of a frame carries: N, or N·s in an impact."""
+        impulse = self.found.impulse[slice(*self.found.start[number : number + 2].tolist())]
+        return float(np.hypot(*(impulse / (self.window or 1.0)).T).max(initial=0.0))
+
+
+def solve_at_once(bodies: Bodies, setting: Setting, tolerance: float) -> FramesAtOnce | None:
+    """Solve frames without friction and dissipation; those that are not `answered` are left to
+    `percussions_of`, and all of them where this gives None.
+
+    Raises ValueError where the left velocity lacks a drive or a window."""
+    left, window = setting.left(bodies)
+    if not np.abs(left).max(initial=0.0) <= LARGEST:
+        return None
+    disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
+    asked = Asked(setting.contact_tolerance, setting.largest_overlap, tolerance)
+    found = solve_frames(disks, setting.walls, asked)
+    return FramesAtOnce(bodies=bodies, setting=setting, found=found, window=window)
+
 
 # Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
 BLOCK, MOST = 1 << 22, 64
@@ -227,3 +300,103 @@ def _trajectory(dump: DumpToSolve) -> Any:
 @functools.lru_cache(maxsize=1)
 def _opened(path: Path, time_step: float | None, unit: str | None, _changed: int) -> Any:
     return open_bodies(path, time_step, unit).trajectory
+
+
+__all__ = [
+    "DumpToSolve",
+    "SolvedDump",
+    "executor_for",
+    "frames_in",
+    "solve_dump",
+]
+# Blocks under way for each worker: the answers need not fit in memory.
+AHEAD = 2
+
+
+@contextlib.contextmanager
+def executor_for(
+    dump: DumpToSolve, workers: int = 1, scheduler: str | None = None
+) -> Iterator[Executor | None]:
+    """An executor for `solve_dump`: threads where these serve, else processes, or that of a Dask
+    cluster; None for one worker."""
+    if scheduler is None and workers <= 1:
+        yield None
+    elif scheduler is None and dump.at_once:
+        with ThreadPoolExecutor(workers) as threads:
+            yield threads
+    else:
+        with processes(workers, scheduler) as others:
+            yield others
+
+
+def solve_dump(
+    dump: DumpToSolve,
+    out: Path,
+    *,
+    executor: Executor | None = None,
+    workers: int = 1,
+    progress: Progress | None = None,
+    expected: Callable[[float], None] | None = None,
+) -> SolvedDump:
+    """Solve every frame and write `out`, one row per contact (columns: docs/columns.md): CSV, or
+    Parquet where its name ends in .parquet.
+
+    executor: of `executor_for`, with so many workers; this thread where left out
+    expected: called with the seconds that all this will take, once they are known
+
+    Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
+    one without any contact; then `out` stays as it was."""
+    dump = dataclasses.replace(dump, parquet=is_parquet(out))
+    frames = frames_in(dump)
+    whole = SolvedDump(unsolved=[])
+    with table_file(out) as add:
+        for some in _rows(dump, frames, executor, workers, expected):
+            if some.said.contacts:
+                add(some.columns, some.rows)
+            whole.join(some.said)
+            if progress:
+                progress(f"percussions of {dump.path}", whole.frames / frames)
+        if not whole.contacts:
+            raise DumpError(
+                f"{dump.path}: no contact in any frame (gap ≤ "
+                f"{dump.setting.contact_tolerance:g} m); nothing was written"
+            )
+    return whole
+
+
+def _rows(
+    dump: DumpToSolve,
+    frames: int,
+    executor: Executor | None,
+    workers: int,
+    expected: Callable[[float], None] | None,
+) -> Iterator[SolvedRows]:
+    """All frames in order. The first one loads what is compiled; the second says how long one
+    takes."""
+    first = min(2, frames)
+    seconds = 0.0
+    for number in range(first):
+        began = time.perf_counter()
+        yield from dump.solve(range(number, number + 1))
+        seconds = time.perf_counter() - began
+    if expected:
+        expected(seconds * (frames - first) / workers)
+    blocks = dump.blocks(range(first, frames))
+    if executor is None:
+        for block in blocks:
+            yield from dump.solve(block)
+        return
+    # of threads one reads, forwards; others read what they solve
+    threads = isinstance(executor, ThreadPoolExecutor)
+    under_way: deque[Any] = deque()
+    try:
+        for block in blocks:
+            text = dump.read(block) if threads else None
+            under_way.append(executor.submit(dump.solve, block, text))
+            if len(under_way) >= AHEAD * workers:
+                yield from under_way.popleft().result()
+        while under_way:
+            yield from under_way.popleft().result()
+    finally:
+        for left in under_way:
+            left.cancel()

@@ -1,7 +1,5 @@
 """A push trial computed after the event, and the scores of models and baselines."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from itertools import product
@@ -22,7 +20,7 @@ from analysis.push.row import (
     steps,
 )
 from analysis.push.trial import SPEED_OVER_S, Trial, onset, speed_of
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Flags, Floats
 
 # Who does not move has this onset (s); positions are compared for so long after the push (s).
@@ -41,14 +39,10 @@ NEAREST = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scored:
-    """Hold what a model or a baseline scores in s cases.
+    """Hold what a model or a baseline scores in s cases."""
 
-    onset: (s, n) s after the push reached the first
-    scores: (s,) each of SCORES, root mean squares over all but the first
-    """
-
-    onset: Floats
-    scores: Mapping[str, Floats]
+    onset: Floats  # (s, n) s after the push reached the first
+    scores: Mapping[str, Floats]  # (s,) each of SCORES, root mean squares over all but the first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,12 +50,11 @@ class Cases(Scored):
     """Hold what a model scores in s cases, and the contact with the first.
 
     largest, impulse: (s,) N and N·s; largest is NaN for rigid people
-    possible: (s,) whether the case can be
     """
 
     largest: Floats
     impulse: Floats
-    possible: Flags
+    possible: Flags  # (s,) whether the case can be
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,17 +208,13 @@ STEP_S, PERSON_S = 2e-5, 5e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hindcast:
-    """Hold a trial, what was not known of it, and what came out.
-
-    models: what each makes of all cases, by name; base: scores of baselines
-    odds: over the likeliest, of each model that has a possible case
-    """
+    """Hold a trial, what was not known of it, and what came out."""
 
     trial: Trial
     inputs: Inputs
-    models: dict[str, Cases]
+    models: dict[str, Cases]  # what each makes of all cases, by name; base: scores of baselines
     base: dict[str, Scored]
-    odds: dict[str, Odds]
+    odds: dict[str, Odds]  # over the likeliest, of each model that has a possible case
 
     def together(self) -> list[str]:
         """Name the models that are not ten times less likely than the likeliest."""

@@ -1,7 +1,5 @@
 """The page of a hindcast, and its numbers as CSV."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 The row is straight, so a contact is one gap. Many cases, each with its own gaps and floor, are
 computed side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -33,31 +31,26 @@ class Inputs:
     arms: (s,) share of the room between chests that is bridged from the start: 0 where chests
         meet, 1 where arms touch already; wall: (s,) the same share before the wall, an input of
         its own (0 without a wall)
-    tau: (s,) s, in which the floor takes a speed
-    gap: (s, g) m, from the start to contact; the last one at the wall, where there is one
-    batch: (s,) number of the batch, drawn on its own
     """
 
     arms: Floats
     wall: Floats
-    tau: Floats
-    gap: Floats
-    batch: Indices
+    tau: Floats  # (s,) s, in which the floor takes a speed
+    gap: Floats  # (s, g) m, from the start to contact; the last one at the wall, where there is one
+    batch: Indices  # (s,) number of the batch, drawn on its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moved:
     """Hold what a model makes of the cases.
 
-    along: (f, n, s) m, heads along the row
     largest, impulse: (s,) N and N·s of the contact with the first; largest is NaN for rigid people
-    possible: (s,) whether the case can be (see `rigid` and `soft`)
     """
 
-    along: Floats
+    along: Floats  # (f, n, s) m, heads along the row
     largest: Floats
     impulse: Floats
-    possible: Flags
+    possible: Flags  # (s,) whether the case can be (see `rigid` and `soft`)
 
 
 def inputs_of(trial: Trial, arms: Sequence[float], batch: int) -> Inputs:

@@ -1,7 +1,5 @@
 """A push trial: heads of people in a row, read, checked and their speeds."""
 
-from __future__ import annotations
-
 import io
 import re
 import warnings
@@ -159,26 +157,21 @@ class Trial:
 
     name: of the file; people: their names; notes: what was missing in the file and is taken from
     elsewhere
-    time: (f,) s, from 0.08 s before the push reaches the first
-    start_s: s, when it reaches the first, on that clock
-    along: (f, n) m, heads along the row, from the first head's start
     pushed: (f,) m, the way of the first that models are given: its speeds over 0.08 s summed, since
         the noise of single frames would be blows
-    depth: (n,) m, of the chests; depth_sd: m, of the mean of two; mass: (n,) kg
-    wall: m, along the row, None without
     """
 
     name: str
     people: tuple[str, ...]
     notes: tuple[str, ...]
-    time: Floats
-    start_s: float
-    along: Floats
+    time: Floats  # (f,) s, from 0.08 s before the push reaches the first
+    start_s: float  # s, when it reaches the first, on that clock
+    along: Floats  # (f, n) m, heads along the row, from the first head's start
     pushed: Floats
-    depth: Floats
+    depth: Floats  # (n,) m, of the chests; depth_sd: m, of the mean of two; mass: (n,) kg
     depth_sd: float
     mass: Floats
-    wall: float | None
+    wall: float | None  # m, along the row, None without
 
     @property
     def speed(self) -> Floats:

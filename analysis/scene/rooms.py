@@ -1,7 +1,5 @@
 """A scene of one's own: a room, its doors, and a crowd before them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,9 +9,7 @@ import shapely
 from pydantic import ValidationError
 
 from analysis.scene.anthropometry import Varied, apart
-from analysis.scene.floors import polygon_of
-from analysis.scene.outline import opened, point
-from analysis.scene.parts import Goal
+from analysis.scene.floors import opened, point, polygon_of
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -25,6 +21,7 @@ from analysis.scene.scene import (
     Wall,
     first_problem,
 )
+from analysis.scene.schema import Goal
 from analysis.scene.waiting import (
     MOST_COVER,
     Doorway,

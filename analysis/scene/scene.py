@@ -15,13 +15,24 @@ from typing import Annotated, Any, Literal, TypeVar
 import tomli_w
 from pydantic import ConfigDict, Field, Strict, ValidationError
 
-from analysis.scene.account import OtherFrames, Reconciliation
 from analysis.scene.anthropometry import apart, bodies_of
-from analysis.scene.contact import AS_HERTZ, BODY, ContactModel
 from analysis.scene.lammps_data import read_data, write_data, written_mass
-from analysis.scene.parts import Analysis, Drive, Room, Run, Wall
 from analysis.scene.placement import check_room
-from analysis.scene.values import FileName, Means, Part
+from analysis.scene.schema import (
+    AS_HERTZ,
+    BODY,
+    Analysis,
+    ContactModel,
+    Drive,
+    FileName,
+    Means,
+    OtherFrames,
+    Part,
+    Reconciliation,
+    Room,
+    Run,
+    Wall,
+)
 from analysis.support.files import write_text
 from analysis.support.reading import UnreadableError, read_text
 from analysis.support.shipped import or_shipped, shipped

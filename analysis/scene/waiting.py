@@ -1,7 +1,5 @@
 """Where a crowd waits: random positions before its doors, where disks cover a given share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

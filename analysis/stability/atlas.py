@@ -8,8 +8,7 @@ from pathlib import Path
 from analysis.engines.record import EngineError
 from analysis.stability.case import Boundary, Case, Cell, Cells, Map, Outcome, Row
 from analysis.stability.cases import penalty, percussions, stepping
-from analysis.support.parallel import Task, do_all, workers
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress, Task, do_all, workers
 
 CASES = (
     penalty.time_step,

@@ -48,15 +48,11 @@ class By:
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One parameter of a map.
+    """One parameter of a map."""
 
-    label: with the unit.
-    values: in order.
-    whole: whether they are whole numbers."""
-
-    label: str
-    values: tuple[Row, ...]
-    whole: bool = False
+    label: str  # with the unit
+    values: tuple[Row, ...]  # in order
+    whole: bool = False  # whether they are whole numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,16 +60,14 @@ class Cell:
     """One attempt.
 
     outcome, reason: how it ended, and why.
-    said: what the method said of itself, an engine's exit status or a solver's status.
     numbers: measured, in the order of the case's quantities; NaN where there is none.
-    guard: what the product's guard makes of the same run; "" where it was not asked.
     reused: whether a run that was unchanged since an earlier atlas was taken as it was."""
 
     outcome: Outcome
     reason: str
-    said: str
+    said: str  # what the method said of itself, an engine's exit status or a solver's status
     numbers: tuple[float, ...]
-    guard: str = ""
+    guard: str = ""  # what the product's guard makes of the same run; "" where it was not asked
     reused: bool = False
 
     @property
@@ -86,20 +80,17 @@ class Cell:
 class Case:
     """A way to fail, over one or two parameters, with its words in cases/words.md.
 
-    values: what its words have slots for.
     attempt: (column, row, folder) → a cell, its runs kept in the folder, which is its own; a
-    function of a module, so that another process can call it.
-    fails_as: the outcomes whose boundary is looked for along the columns.
-    theory: row → where along the columns that boundary is."""
+    function of a module, so that another process can call it."""
 
     name: str
     columns: Axis
     rows: Axis
     quantities: tuple[str, ...]
     attempt: Callable[[Any, Row, Path], Cell]
-    fails_as: tuple[Outcome, ...]
-    theory: Callable[[Row], float] | None = None
-    values: dict[str, float] = field(default_factory=dict)
+    fails_as: tuple[Outcome, ...]  # the outcomes whose boundary is looked for along the columns
+    theory: Callable[[Row], float] | None = None  # row → where along the columns that boundary is
+    values: dict[str, float] = field(default_factory=dict)  # what its words have slots for
 
     def fails_at(self, column: float, row: Row, folder: Path) -> bool:
         """Try a column of a row: whether it ends as one of `fails_as`."""
@@ -108,9 +99,7 @@ class Case:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class case:  # noqa: N801
-    """Decorate the attempt of a case, whose name becomes the case's; the fields as in `Case`.
-
-    whole: whether the columns are whole numbers."""
+    """Decorate the attempt of a case, whose name becomes the case's; the fields as in `Case`."""
 
     columns: Span
     rows: Span
@@ -118,7 +107,7 @@ class case:  # noqa: N801
     fails_as: tuple[Outcome, ...]
     theory: Callable[[Any], float] | None = None
     values: dict[str, float] = field(default_factory=dict)
-    whole: bool = False
+    whole: bool = False  # whether the columns are whole numbers
 
     def __call__(self, attempt: Callable[[Any, Any, Path], Cell]) -> Declared:
         return Declared(self, attempt)

@@ -47,7 +47,6 @@ class Trial:
 
     folder: of its dumps; engine: name; status: exit status, in words where it had to be killed;
     last_words: the end of what the engine said; time_step_s: s; steps: number; seconds: s, wall;
-    reused: whether it was taken from an earlier build.
     """
 
     folder: Path
@@ -57,7 +56,7 @@ class Trial:
     time_step_s: float
     steps: int
     seconds: float
-    reused: bool
+    reused: bool  # whether it was taken from an earlier build
 
 
 def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = ()) -> Trial:
@@ -132,29 +131,20 @@ COLUMNS = ("id", "x", "y", "vx", "vy", "omegaz")
 class Frames:
     """Frames of a trial that can be read (f of them).
 
-    trial: the run.
-    time: (f,) s.
-    position, velocity: (f,n,2) m, m/s.
-    spin: (f,n) rad/s.
-    kinetic, elastic: (f,) J, ½mu² and Σ½k·overlap² of the linear law, from the positions.
-    overlap: (f,) the largest over the smaller radius.
-    drift: the largest change of Σmu over the largest Σm|u|; NaN where walls or a drive act.
-    disks: how many the last frame has.
-    lost: whether disks are gone from the dump, or nowhere.
-    trouble: why later frames are not here, "" if all are."""
+    kinetic, elastic: (f,) J, ½mu² and Σ½k·overlap² of the linear law, from the positions."""
 
-    trial: Trial
-    time: Floats
-    position: Floats
-    velocity: Floats
-    spin: Floats
+    trial: Trial  # the run
+    time: Floats  # (f,) s
+    position: Floats  # (f,n,2) m, m/s
+    velocity: Floats  # (f,n,2) m, m/s
+    spin: Floats  # (f,n) rad/s
     kinetic: Floats
     elastic: Floats
-    overlap: Floats
-    drift: float
-    disks: int
-    lost: bool
-    trouble: str
+    overlap: Floats  # (f,) the largest over the smaller radius
+    drift: float  # the largest change of Σmu over the largest Σm|u|; NaN where walls or a drive act
+    disks: int  # how many the last frame has
+    lost: bool  # whether disks are gone from the dump, or nowhere
+    trouble: str  # why later frames are not here, "" if all are
 
     @property
     def energy(self) -> Floats:

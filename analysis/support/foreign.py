@@ -37,13 +37,11 @@ class Part:
     """Hold a table, a group or a dataset of a file.
 
     attributes: texts and single numbers; None for other kinds
-    below: what is in a group or table
-    values: of a column or dataset; None for a group
     """
 
     attributes: dict[str, Any] = field(default_factory=dict)
-    below: dict[str, Part] = field(default_factory=dict)
-    values: NDArray[Any] | None = None
+    below: dict[str, Part] = field(default_factory=dict)  # what is in a group or table
+    values: NDArray[Any] | None = None  # of a column or dataset; None for a group
 
     def texts(self, column: str) -> list[str]:
         """Read a column of texts."""

@@ -6,8 +6,6 @@ read, or `bytes` of an .npz that follow. That has the arrays `0`, `1`, … and `
 [name, number of the array or null, attributes]. Beyond its CPU time the process is ended by a signal.
 It imports nothing of the product, and nothing that it does not need."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,4 +1,4 @@
-"""Work done in other processes: on the cores that there are, or on a Dask cluster."""
+"""Work done in other processes, on the cores that there are or on a Dask cluster, and its progress."""
 
 import contextlib
 import multiprocessing
@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.support.parts import load
-from analysis.support.progress import Progress
+
+# Called with a label and the share that is done, 0 to 1.
+Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

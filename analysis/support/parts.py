@@ -1,7 +1,5 @@
 """The parts that are installed by an extra of their own, and what is said where one is missing."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Mapping
@@ -11,16 +9,11 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Describe a part of the product that can be left out.
+    """Describe a part of the product that can be left out."""
 
-    extra: its name after the product's, empty for what everything needs
-    what: what cannot be done without it, in the plural
-    libraries: as they are imported → as they are installed
-    """
-
-    extra: str
-    what: str
-    libraries: Mapping[str, str]
+    extra: str  # its name after the product's, empty for what everything needs
+    what: str  # what cannot be done without it, in the plural
+    libraries: Mapping[str, str]  # as they are imported → as they are installed
 
 
 def _same(*names: str) -> dict[str, str]:

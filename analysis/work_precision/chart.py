@@ -1,8 +1,6 @@
 """The chart of a scene: its points, every method with every setting, and cost against the number of
 disks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -11,34 +9,34 @@ from typing import Any
 
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
-from analysis.support.parallel import Task, do_all, workers
-from analysis.support.progress import Progress
-from analysis.work_precision.continuum.ladder import (
-    COARSE,
-    SIDES,
-    ContinuumLadder,
-    continuum_ladder,
-)
+from analysis.support.parallel import Progress, Task, do_all, workers
+from analysis.work_precision.continuum import COARSE, SIDES, ContinuumLadder, continuum_ladder
 from analysis.work_precision.point import Point, PointStatus
-from analysis.work_precision.points_of import Converged, Judge
-from analysis.work_precision.rigid_reference import RigidReference, rigid_reference
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
-from analysis.work_precision.soft_reference import SoftReference, kept_reference
-from analysis.work_precision.soft_runs import (
+from analysis.work_precision.soft import (
     FULL,
     LAWS,
     QUICK,
     STIFFER,
     Grid,
+    SoftReference,
     SoftSetting,
+    kept_reference,
+    prepare_window,
     run_folder,
     run_soft,
     scene_of,
     settings_of,
     soft_engines,
 )
-from analysis.work_precision.window import Quantity, Window
-from analysis.work_precision.window_start import prepare_window
+from analysis.work_precision.window import (
+    Converged,
+    Judge,
+    Quantity,
+    RigidReference,
+    Window,
+    rigid_reference,
+)
 
 # What starting a process is worth, in particle-steps.
 START = 3e5
@@ -48,18 +46,14 @@ INTEGRATION = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measured:
-    """What was measured on a window.
-
-    rigid: the rigid reference.
-    no_continuum: why there is no continuum; "" if there is.
-    warnings: the references that failed, in words."""
+    """What was measured on a window."""
 
     window: Window
-    rigid: RigidReference
+    rigid: RigidReference  # the rigid reference
     quantities: tuple[Quantity, ...]
     points: tuple[Point, ...]
-    no_continuum: str
-    warnings: tuple[str, ...]
+    no_continuum: str  # why there is no continuum; "" if there is
+    warnings: tuple[str, ...]  # the references that failed, in words
 
 
 def measure(
@@ -181,15 +175,13 @@ SIZES = Grid(stiffer=STIFFER[len(STIFFER) // 2 :][:1], shares=(1.0, 4.0, 8.0))
 class Chart:
     """A scene and what was measured on its window.
 
-    scaling: the points of cost against size; none for a scene of fixed size, or a quick chart.
-    warnings: what went wrong on the way.
-    quick: whether it was measured with few settings."""
+    scaling: the points of cost against size; none for a scene of fixed size, or a quick chart."""
 
     scene: Scene
     measured: Measured
     scaling: tuple[Point, ...]
-    warnings: tuple[str, ...]
-    quick: bool = False
+    warnings: tuple[str, ...]  # what went wrong on the way
+    quick: bool = False  # whether it was measured with few settings
 
     @property
     def mesh_sides(self) -> tuple[float, ...]:

@@ -1,7 +1,5 @@
 """Pictures of a chart: error against cost, and cost against size."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple

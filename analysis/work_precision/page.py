@@ -1,8 +1,6 @@
 """The page of a chart: one self-contained HTML file, with its pictures and numbers as files beside
 it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 

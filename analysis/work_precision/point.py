@@ -1,8 +1,6 @@
 """One point of a work–precision chart: a method with its settings, what it cost, and its two
 errors."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Sequence
@@ -34,50 +32,43 @@ class PointStatus(StrEnum):
 class Method:
     """A method with one setting; None or "" for what it does not have.
 
-    method: `lammps`, `yade`, `rigid`, `continuum`, or a rival's name.
     law: contact law of a soft method (hooke, hertz), model of the continuum (deformable,
     first_order).
-    solver, tolerance: of the rigid model.
-    time_step_s, stiffness_N_per_m: s, N/m, of a soft method.
-    time_step_share: of the safe time step.
-    mesh_side_m: m, of the continuum's triangles."""
+    time_step_s, stiffness_N_per_m: s, N/m, of a soft method."""
 
-    method: str
+    method: str  # `lammps`, `yade`, `rigid`, `continuum`, or a rival's name
     law: str = ""
-    solver: str = ""
+    solver: str = ""  # of the rigid model
     time_step_s: float | None = None
-    time_step_share: float | None = None
+    time_step_share: float | None = None  # of the safe time step
     stiffness_N_per_m: float | None = None  # noqa: N815  (the unit is newton)
-    tolerance: float | None = None
-    mesh_side_m: float | None = None
+    tolerance: float | None = None  # of the rigid model
+    mesh_side_m: float | None = None  # m, of the continuum's triangles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point(Method):
     """One method with one setting on one scene, for one quantity.
 
-    scene, disks: where it was measured.
     cpu_seconds: s, of the engine's process, its start included, or of the solution from the
     snapshot on.
     quantity, unit: what is compared (see `Window.quantities`), and in what.
     numerical_error: from the method's own model, converged; like all errors rms over all
     components, relative to the rms of the rigid reference.
-    model_error: of that converged model from the rigid reference.
-    total_error: of the point from the rigid reference, at most their sum.
     numerical_bar, model_bar: how well those references are known, in the same measure.
     status, reason: `ok`, `inaccurate` or `failed`, and why.
     machine, date: where and when it was measured (ISO date)."""
 
-    scene: str
-    disks: int
+    scene: str  # where it was measured
+    disks: int  # where it was measured
     cpu_seconds: float | None
     quantity: str
     unit: str
     numerical_error: float | None
     numerical_bar: float | None
-    model_error: float | None
+    model_error: float | None  # of that converged model from the rigid reference
     model_bar: float | None
-    total_error: float | None
+    total_error: float | None  # of the point from the rigid reference, at most their sum
     status: PointStatus
     reason: str
     machine: str

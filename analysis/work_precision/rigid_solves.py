@@ -1,8 +1,6 @@
 """The rigid model by each solver, and the rival force laws, on the start of a window: answers and
 their cost."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from functools import partial
@@ -12,8 +10,7 @@ import numpy as np
 
 from analysis.percussions.snapshot import percussions_of
 from analysis.work_precision.point import PointStatus
-from analysis.work_precision.points_of import Answer
-from analysis.work_precision.window import CONTACT_FORCE, DISK_FORCE, WALL_FORCE, Window
+from analysis.work_precision.window import CONTACT_FORCE, DISK_FORCE, WALL_FORCE, Answer, Window
 from nscd import find_contacts
 from nscd.arrays import Floats
 from nscd.percussions import Percussions, Status

@@ -21,22 +21,20 @@ from scipy.stats import t as student
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
 from analysis.engines import ENGINES, PENALTY, EngineError, engine
-from analysis.engines.record import RunRecord
+from analysis.engines.record import RunRecord, divided
 from analysis.engines.run import EngineRun, run_ahead, run_folder
-from analysis.engines.timing import divided
 from analysis.motion.inference import LEVEL
-from analysis.motion.intervals import in_all
-from analysis.motion.series import Measure, Series, read_series
+from analysis.motion.study import Measure, Series, in_all, read_series
 from analysis.pages.drawing import COLOURS, GRID, MARKERS
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, number, signed, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene, first_problem
-from analysis.scene.variation import how_varied, variant
+from analysis.scene.shipped_scenes import how_varied, variant
 from analysis.support.files import write_json, write_rows
 from analysis.support.machine import machine
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 
 RIGID = "rigid"
@@ -52,17 +50,14 @@ FRAMES_OF_IMPACT = 3
 class Setting:
     """Name an engine with what decides its error.
 
-    step_s: s, of the rigid engine
-    tolerance: of its contact problem; None: its own
     stiffness_N_per_m: N/m, of an engine with springs
-    longer: its step over the safe one
     """
 
     engine: str
-    step_s: float | None = None
-    tolerance: float | None = None
+    step_s: float | None = None  # s, of the rigid engine
+    tolerance: float | None = None  # of its contact problem; None: its own
     stiffness_N_per_m: float | None = None  # noqa: N815  (the unit is newton)
-    longer: float = 1.0
+    longer: float = 1.0  # its step over the safe one
 
     @property
     def is_coarse(self) -> bool:
@@ -136,12 +131,11 @@ def crowds_of(scene: Scene, count: int) -> list[Scene]:
 class SettingRuns:
     """Hold the runs of one setting.
 
-    crowds: by their numbers, with impulses
     alone: crowd 0 without: what the engine's own work costs; None where impulses cost nothing
     """
 
     setting: Setting
-    crowds: Mapping[int, EngineRun]
+    crowds: Mapping[int, EngineRun]  # by their numbers, with impulses
     alone: EngineRun | None
 
     @property
@@ -200,14 +194,13 @@ class Bias:
 
     error: standard error of the share; low, high: its 90 % interval (Student's t); NaN of fewer
         than two crowds, and where all differ alike, which does not say how far chance reaches
-    crowds: how many both have
     """
 
     share: float
     error: float
     low: float
     high: float
-    crowds: int
+    crowds: int  # how many both have
 
     @property
     def within(self) -> float:
@@ -222,19 +215,13 @@ def farther(low: float, high: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measured:
-    """Hold the statistics of one setting, crowd by crowd.
-
-    crowds: (c,) their numbers
-    values: (c,) per statistic, in its unit
-    cpu_seconds: s, of a whole run: of crowd 0 without impulses, else the median
-    with_impulses: s, the median of the runs that sum impulses
-    """
+    """Hold the statistics of one setting, crowd by crowd."""
 
     setting: Setting
-    crowds: Sequence[int]
-    values: Mapping[str, Floats]
-    cpu_seconds: float
-    with_impulses: float
+    crowds: Sequence[int]  # (c,) their numbers
+    values: Mapping[str, Floats]  # (c,) per statistic, in its unit
+    cpu_seconds: float  # s, of a whole run: of crowd 0 without impulses, else the median
+    with_impulses: float  # s, the median of the runs that sum impulses
 
     def mean(self, name: str) -> tuple[float, float]:
         """Give the mean of the crowds and its standard error, NaN of one crowd and of equal ones."""
@@ -267,18 +254,12 @@ def _standard_error(values: Floats) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Precision:
-    """Hold what whole runs of a scene said.
+    """Hold what whole runs of a scene said."""
 
-    scene: crowd 0
-    crowds: how many were asked for
-    every: the settings that have results, the reference first
-    failures: runs that did not end well, and why
-    """
-
-    scene: Scene
-    crowds: int
-    every: Sequence[Measured]
-    failures: Sequence[str]
+    scene: Scene  # crowd 0
+    crowds: int  # how many were asked for
+    every: Sequence[Measured]  # the settings that have results, the reference first
+    failures: Sequence[str]  # runs that did not end well, and why
 
     @property
     def reference(self) -> Measured:
@@ -393,35 +374,31 @@ FORMAT, NAME = 1, "whole_runs"
 class WholeRunPoint:
     """Hold one statistic of one setting.
 
-    scene, disks, duration_s: what was run
     method, step_s, tolerance, stiffness_N_per_m, longer: as in `Setting`
-    crowds: how many
     cpu_seconds, with_impulses_s: s, of a whole run, as in `Measured`
-    quantity, unit, mean, standard_error: over the crowds, in the unit
     bias, bias_low, bias_high: by what share the mean is above the reference, and the 90 % interval
-    reference: whether it is what the others are measured from
     machine, date: where and when it was measured (ISO date)
     """
 
-    scene: str
-    disks: int
-    duration_s: float
+    scene: str  # what was run
+    disks: int  # what was run
+    duration_s: float  # what was run
     method: str
     step_s: float | None
     tolerance: float | None
     stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
     longer: float
-    crowds: int
+    crowds: int  # how many
     cpu_seconds: float | None
     with_impulses_s: float | None
-    quantity: str
-    unit: str
-    mean: float
-    standard_error: float | None
+    quantity: str  # over the crowds, in the unit
+    unit: str  # over the crowds, in the unit
+    mean: float  # over the crowds, in the unit
+    standard_error: float | None  # over the crowds, in the unit
     bias: float | None
     bias_low: float | None
     bias_high: float | None
-    reference: bool
+    reference: bool  # whether it is what the others are measured from
     machine: str
     date: str
 

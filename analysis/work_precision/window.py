@@ -1,14 +1,17 @@
-"""What is compared: one crowd, one short window of time, and quantities that every method gives."""
+"""A window of a scene, its rigid reference, and the points that runs and solves make of it."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from analysis.percussions.setting import Setting, law_of
 from analysis.scene.scene import Scene
+from analysis.support.machine import machine
+from analysis.work_precision.point import Method, Point, PointStatus
 from nscd import ContactLaw, Contacts, Snapshot
 from nscd.arrays import Floats
 
@@ -245,3 +248,230 @@ def driven_window(scene: Scene, position: Floats) -> Window:
     return Window(
         scene=scene.model_copy(update={"snapshot": start, "name": f"{scene.name}_window"})
     )
+
+
+# Rounding, as a share of the kinetic norm.
+ROUNDING = 1e-15
+# Singular values below this share of the largest are none.
+RANK = 1e-10
+# Normals this near to one line count as aligned.
+ALIGNED = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RigidReference:
+    """The rigid model, solved."""
+
+    right_velocity: Floats  # (n,2) m/s, u⁺
+    origin: str  # how it was found
+    bound: float  # kg^½ m/s, of its error |u⁺ − exact|_M
+
+
+def rigid_reference(
+    snapshot: Snapshot, contacts: Contacts, left_velocity: Floats, law: ContactLaw | None = None
+) -> RigidReference:
+    """Solve M(u⁺ − u⁻) + Cᵀ(κ + λ) = 0, 0 ≤ λ ⟂ −C u⁺ ≥ 0, κ = k max(C(u⁺ + u⁻), 0) (see
+    `ContactLaw`).
+
+    Without dissipation (k = 0) in closed form for a line of touching disks that is pressed together
+    everywhere (paper eqs. (5), (6)). Else by Lawson and Hanson's active set on dense matrices
+    (scipy): with s = κ/k − C u⁻ the pair (u⁺, s) is the nearest to (u⁻, −C u⁻), in the norm of N =
+    diag(M, K), of all with C u ≤ 0 and C u ≤ s; λ and κ minimise the distance of N^(−½)Eᵀ(λ, κ) to
+    it, E the rows of these constraints. The bound: what was found is the exact answer for E y ≤ c,
+    with c = E y where a percussion is > 0 and max(E y, 0) elsewhere, tiny. A shift by w with E w =
+    c turns one problem into the other, so |u⁺ − exact|_M ≤ 2 |w|_N ≤ 2 |c| / σ_min(E N^(−½)). Where
+    E lacks full row rank: |u⁺ − exact|²_M ≤ |p·v| + Σp* max(v, 0), from monotonicity, where Σp
+    stands for Σp*."""
+    n, mass = len(snapshot), np.repeat(snapshot.mass, 2)
+    root, left = np.sqrt(mass), left_velocity.ravel()
+    norm = float(np.linalg.norm(root * left))
+    weight = (law or ContactLaw()).acting(contacts, snapshot.mass, left_velocity)[0]
+    if not weight.any():
+        closed = _pressed_line(snapshot, contacts, left_velocity)
+        if closed is not None:
+            return RigidReference(
+                right_velocity=closed, origin="closed form of a pressed line", bound=ROUNDING * norm
+            )
+    matrix = contacts.normal_matrix(n).toarray()
+    soft = np.flatnonzero(weight)
+    stiff = np.sqrt(weight[soft])
+    below = np.zeros((len(soft), len(contacts)))
+    columns = np.block(
+        [[matrix.T / root[:, None], matrix[soft].T / root[:, None]], [below, -np.diag(1 / stiff)]]
+    )
+    wanted = np.concatenate([root * left, -stiff * (matrix[soft] @ left)])
+    from scipy.optimize import nnls
+
+    percussion, _ = nnls(columns, wanted, maxiter=30 * (columns.shape[1] + 1))
+    found = wanted - columns @ percussion
+    right, closing = found[: 2 * n] / root, columns.T @ found
+    size = np.linalg.svd(columns, compute_uv=False)
+    if columns.shape[1] <= columns.shape[0] and size[-1] > RANK * size[0]:
+        offset = np.where(percussion > 0, closing, np.maximum(closing, 0.0))
+        bound = 2.0 * float(np.linalg.norm(offset)) / float(size[-1])
+    else:
+        most = max(float(closing.max(initial=0.0)), 0.0)
+        bound = float(np.sqrt(abs(float(percussion @ closing)) + float(percussion.sum()) * most))
+    return RigidReference(
+        right_velocity=right.reshape(n, 2),
+        origin="dense non-negative least squares (Lawson–Hanson)",
+        bound=bound + ROUNDING * norm,
+    )
+
+
+def _pressed_line(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> Floats | None:
+    """The common velocity (n,2) m/s where all disks are one straight line, free or with one end at
+    a wall, that moves along itself and in which every contact presses; else None."""
+    n, k = len(snapshot), len(contacts)
+    walls = int(contacts.is_wall.sum())
+    if walls > 1 or k != n - 1 + walls or n < 2:
+        return None
+    axis = contacts.normal[0]
+    across = np.array([-axis[1], axis[0]])
+    if np.abs(contacts.normal @ across).max() > ALIGNED or np.abs(left_velocity @ across).max() > 0:
+        return None
+    order = np.argsort(snapshot.position @ axis)
+    pairs = contacts.select(~contacts.is_wall)
+    place = np.empty(n, dtype=np.int64)
+    place[order] = np.arange(n)
+    links = np.sort(np.column_stack([place[pairs.first], place[pairs.second]]), axis=1)
+    if not np.array_equal(
+        links[np.argsort(links[:, 0])], np.column_stack([np.arange(n - 1), np.arange(1, n)])
+    ):
+        return None
+    mass, speed = snapshot.mass[order], (left_velocity @ axis)[order]
+    if walls:
+        at = int(place[contacts.first[contacts.is_wall][0]])
+        inward = float(contacts.normal[contacts.is_wall][0] @ axis)
+        if at not in (0, n - 1) or (inward > 0) != (at == n - 1):
+            return None
+    common = 0.0 if walls else float(mass @ speed / mass.sum())
+    momentum = mass * (speed - common)
+    # what each contact passes on, counted from the free end
+    passed = (
+        np.cumsum(momentum)
+        if not walls or place[contacts.first[contacts.is_wall][0]]
+        else -np.cumsum(momentum[::-1])
+    )
+    if (passed < -1e-12 * np.abs(momentum).sum()).any():
+        return None
+    return np.tile(common * axis, (n, 1))
+
+
+# A sum over the walls below this share of what the disks carry is rounding.
+NOTHING = 1e-9
+# An answer that is wrong by more than all of it is none.
+WRONG = 1.0
+
+
+def today() -> str:
+    """Give the date, as ISO has it."""
+    return datetime.now(UTC).date().isoformat()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Answer(Method):
+    """What a method gave on a window, and at what cost."""
+
+    cpu_seconds: float | None  # as in `Point`
+    values: Values | None  # what it says of each quantity; None without an answer
+    lacks: tuple[Quantity, ...] = ()  # quantities that the method does not have
+    status: PointStatus = PointStatus.OK  # as in `Point`
+    reason: str = ""  # as in `Point`
+    machine: str = field(default_factory=machine)  # as in `Point`
+    date: str = field(default_factory=today)  # as in `Point`
+
+
+KNOWN = tuple(
+    name
+    for name in Answer.__dataclass_fields__
+    if name not in ("values", "lacks", "status", "reason")
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Converged:
+    """A method's own model, solved to convergence.
+
+    own, looser: its values, and those of a coarser solution, whose difference is the error bar;
+    None where there are none."""
+
+    own: Values | None = None
+    looser: Values | None = None
+    why: str = ""  # why there are none
+    wrong: str  # said of an answer that misses the model by more than all of it
+
+
+class _Errors(NamedTuple):
+    numerical: float | None = None
+    numerical_bar: float | None = None
+    model: float | None = None
+    model_bar: float | None = None
+
+
+class Judge:
+    """Measures answers against the rigid reference of a window in all quantities.
+
+    exact: the reference's values.
+    bar: how far each may be off, relative to its rms."""
+
+    def __init__(self, *, window: Window, name: str, rigid: RigidReference) -> None:
+        self.window, self.name = window, name
+        exact = window.rigid_values(rigid.right_velocity)
+        largest = max(float(np.abs(v).max(initial=0.0)) for q, v in exact.items() if q.unit != "m")
+        self.exact = {
+            q: v
+            for q, v in exact.items()
+            if q.unit == "m" or np.abs(v).max(initial=0.0) > NOTHING * largest
+        }
+        bounds = window.bounds(rigid.bound)
+        self.bar = {q: bounds[q] / float(np.sqrt((v**2).mean())) for q, v in self.exact.items()}
+
+    def points(self, answer: Answer, converged: Converged | None = None) -> Iterator[Point]:
+        """Yield a point per quantity. Without a converged model of its own, the error of an answer
+        is numerical where the method is the rigid model, and the model's where it is another."""
+        for quantity, exact in self.exact.items():
+            given = answer.values
+            if quantity in answer.lacks or (given is not None and quantity not in given):
+                continue
+            total = None if given is None else relative_error(given[quantity], exact, exact)
+            bar, status, reason = self.bar[quantity], answer.status, answer.reason
+            if converged is not None:
+                errors = self._errors(quantity, given, converged)
+                if status == PointStatus.OK:
+                    status, reason = _judged(errors.numerical, reason, converged)
+            elif answer.method == "rigid":
+                errors = _Errors(total, bar, 0.0, 0.0)
+            else:
+                errors = _Errors(None, None, total, bar)
+            yield Point(
+                **{name: getattr(answer, name) for name in KNOWN},
+                scene=self.name,
+                disks=len(self.window.scene.snapshot),
+                quantity=quantity.name,
+                unit=quantity.unit,
+                numerical_error=errors.numerical,
+                numerical_bar=errors.numerical_bar,
+                model_error=errors.model,
+                model_bar=errors.model_bar,
+                total_error=total,
+                status=status,
+                reason=reason,
+            )
+
+    def _errors(self, quantity: Quantity, given: Values | None, model: Converged) -> _Errors:
+        exact = self.exact[quantity]
+        if model.own is None or model.looser is None:
+            return _Errors()
+        own = model.own[quantity]
+        bar = relative_error(model.looser[quantity], own, exact)
+        numerical = None if given is None else relative_error(given[quantity], own, exact)
+        off = relative_error(own, exact, exact)
+        return _Errors(numerical, bar, off, bar + self.bar[quantity])
+
+
+def _judged(numerical: float | None, reason: str, model: Converged) -> tuple[PointStatus, str]:
+    """Status and reason of an answer that the method itself calls well."""
+    if numerical is not None and not numerical <= WRONG:
+        return PointStatus.INACCURATE, f"{model.wrong} by {numerical:.2g} times the whole"
+    return PointStatus.OK, f"no numerical error: {model.why}" if model.own is None else reason

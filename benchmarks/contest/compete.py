@@ -1,8 +1,6 @@
 """Solvers on a case, each in a process of its own with a limit: attempts in, the attempt that
 counts out."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

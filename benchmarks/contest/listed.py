@@ -1,8 +1,6 @@
 """Solvers that qpsolvers lists and that have no adapter of their own (`contest/peers.py`), as they
 come through it, on the primal."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

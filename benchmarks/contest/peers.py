@@ -8,8 +8,6 @@ That function takes the accuracy to ask for. Interior points are asked for a num
 instead, and for more until our residual is reached: what they stop at themselves bounds ours badly,
 and beyond it some go on for hundreds in vain."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import tempfile

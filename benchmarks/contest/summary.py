@@ -1,7 +1,5 @@
 """The short table of docs/results/solvers.md: this product beside the best peer, case by case."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from contest.compete import CANONICAL, NEAR, TARGET

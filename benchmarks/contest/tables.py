@@ -1,7 +1,5 @@
 """Outcomes of the contest as rows, Markdown and CSV, with ratios and cost exponents."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Sequence

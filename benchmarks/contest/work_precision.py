@@ -1,8 +1,6 @@
 """What accuracy costs: residual and error of u⁺ against CPU seconds, for tolerances from loose to
 tight."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

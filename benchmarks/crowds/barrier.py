@@ -11,8 +11,6 @@ have the push of 213 N a person that the table implies at its own density. Print
 metre of wall as shares of the row's, median and range over seeds. Runs that are in the
 folder are taken as they are."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -23,9 +21,8 @@ import numpy as np
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import EngineRun
 from analysis.scene.anthropometry import apart, bodies_of
-from analysis.scene.contact import ContactModel
-from analysis.scene.parts import Analysis, Drive, Room, Run, Wall
 from analysis.scene.scene import Scene
+from analysis.scene.schema import Analysis, ContactModel, Drive, Room, Run, Wall
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats
 
@@ -45,18 +42,12 @@ MODELS: Mapping[str, tuple[str, dict[str, object]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Choose a crowd.
+    """Choose a crowd."""
 
-    depth: m, of the pressed crowd
-    people: how many
-    push: N, of each
-    model: of MODELS
-    """
-
-    depth: float
-    people: int
-    push: float
-    model: str
+    depth: float  # m, of the pressed crowd
+    people: int  # how many
+    push: float  # N, of each
+    model: str  # of MODELS
 
     @property
     def speed(self) -> float:

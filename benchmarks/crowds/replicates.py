@@ -7,8 +7,6 @@ as they are. Of these crowds 3, 5 and 10 are drawn as the replicates of a report
 against all other crowds, and its verdicts against as many other crowds of the same model: no
 difference is there. Prints the table of docs/results/report.md."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 
@@ -16,8 +14,7 @@ import numpy as np
 
 from analysis.engines.run import EngineRun
 from analysis.motion.inference import Sample, differences
-from analysis.motion.series import Series, read_series
-from analysis.motion.study import COMPARED, Ensemble
+from analysis.motion.study import COMPARED, Ensemble, Series, read_series
 from analysis.scene.shipped_scenes import make
 from nscd.arrays import Indices
 

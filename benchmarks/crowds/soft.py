@@ -8,8 +8,6 @@ s = 3.5. Runs that are in the folder are taken as they are, and what was read of
 FOLDER/soft.csv: with --read nothing is run. Writes FOLDER/soft.png and prints the tables of
 docs/results/rigid_or_soft.md."""
 
-from __future__ import annotations
-
 import argparse
 import csv
 import dataclasses
@@ -25,7 +23,7 @@ from analysis.dumps.windows import RunWindows
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.engines.softness import DOUBTFUL, SOUND
-from analysis.motion.series import passed, pressing, values_of
+from analysis.motion.study import passed, pressing, values_of
 from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene

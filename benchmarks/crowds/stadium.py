@@ -10,8 +10,6 @@ difference is what its steps cost without its start. Memory of all people in one
 steps. Prints the tables of docs/results/stadium.md; runs that are in the folder are not run
 again."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import resource
@@ -25,9 +23,9 @@ from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.engines.softness import judged, softness
 from analysis.pages.numbers import number
-from analysis.percussions.rows import table_file
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.solving import DumpToSolve
+from analysis.percussions.table import table_file
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.machine import machine

@@ -6,8 +6,6 @@ CHOLMOD and PARDISO.
 
 Cases are files that `benchmarks/percussions.py --cases FOLDER` left."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -1,7 +1,5 @@
 """How fast one front is eliminated, and the matrix product of the BLAS at the same size."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

@@ -1,8 +1,6 @@
 """The factorisation of Â + CᵀΘC by this product, CHOLMOD and PARDISO: the same matrices, the same
 right sides, one thread."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -6,8 +6,6 @@ by minimum degree and by METIS (where pymetis is installed).
 Cases are files that `benchmarks/percussions.py --cases FOLDER` left. An entry is a block of one
 disk and another; arithmetic is Σ c² over the columns of the factor, c its entries."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -4,8 +4,6 @@ reached.
 Started by percussions.py, which ends it when its time is over. Prints `ready` and one line of JSON
 an attempt, whose velocities go to FOLDER/ATTEMPT.npy and reactions to FOLDER/ATTEMPT_reaction.npy."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import resource

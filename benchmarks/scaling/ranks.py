@@ -4,8 +4,6 @@ least of each, and their ratios to the first number of ranks.
 Usage: python benchmarks/scaling/ranks.py [--disks N …] [--ranks N …] [--steps N] [--repeats N]
 """
 
-from __future__ import annotations
-
 import argparse
 import logging
 import sys

@@ -9,8 +9,6 @@ step begins with the heap at rest, of which everybody pushes at 2 m/s to the exi
 LAMMPS a short run is taken from a long one, so that start and dumps do not count. Residuals are
 max|min(wλ, −Cu)| over ‖u⁻‖∞, recomputed; of the rigid engine the largest of its steps' own."""
 
-from __future__ import annotations
-
 import argparse
 import csv
 import dataclasses

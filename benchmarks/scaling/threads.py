@@ -10,8 +10,6 @@ included; "critical path" is the least CPU time of the thread that asks, which i
 shows where nobody else uses the cores. The residual, max|min(wλ, −Cu)| over ‖u⁻‖∞, is recomputed
 from λ."""
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import resource

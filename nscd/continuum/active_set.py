@@ -1,8 +1,6 @@
 """Bound-constrained quadratic problems by a primal-dual active set, and what a residual allows to
 say of an answer."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

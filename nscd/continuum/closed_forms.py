@@ -1,8 +1,6 @@
 """Answers in closed form: a chain against a wall (paper (12)–(14), corrected), half an annulus of
 people pressed to its middle, and a crowd that walks to one point of a long wall."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -2,8 +2,6 @@
 
 It is solved for w = u⁺ + u⁻, which is in H¹ although u⁻ need not be."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Left velocities u⁻ of a continuous crowd: toward the exit, random, from disks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

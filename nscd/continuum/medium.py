@@ -1,7 +1,5 @@
 """What a crowd is as a material: how dense, and how much it dissipates; Table 1 of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Triangle meshes of a room, fine at the jambs, with the border named; made by Netgen."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -4,8 +4,6 @@ At a jamb σ ~ r^(−1/2), so the largest nodal pressure grows without limit und
 (`largest_pressures` shows it). What is published is the mean over a body: ∫_Ω p(y)φ(x − y)dy / ∫_Ω
 φ(x − y)dy."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

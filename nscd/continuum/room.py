@@ -1,7 +1,5 @@
 """A polygonal room: the border of the crowd, cut into walls, exits and free border (Fig. 7)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args

@@ -1,8 +1,6 @@
 """Where w = u⁺ + u⁻ lives: P1 or P2 vector elements, the walls' normal constraints on it, and data
 at its points."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple

@@ -1,8 +1,6 @@
 """Percussions with Coulomb friction, certified. They are solved in the native core:
 `nscd/core/friction_answer.cpp` has the way from one method to the next."""
 
-from __future__ import annotations
-
 import math
 import time
 from typing import Any

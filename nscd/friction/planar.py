@@ -1,7 +1,5 @@
 """Contact problems in the plane that are given by their matrix alone, whatever the bodies are."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """An impact with Coulomb friction as arrays."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

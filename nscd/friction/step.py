@@ -1,8 +1,6 @@
 """The percussions of one step of a moving crowd: a search that begins from those of the step
 before."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Which contact forces the mechanics determines: by balance alone, and by balance of forces that
 only push."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 """How much a contact, a disk or a wall can carry: proven intervals over all admissible
 percussions."""
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 """The admissible percussion of least elastic energy: what soft contacts choose when loaded from
 rest and stiff."""
 
-from __future__ import annotations
-
 import logging
 from typing import Any
 

@@ -1,8 +1,6 @@
 """Orthogonal factorisation of the contact matrix C, sparse and rank-revealing: self-stresses and
 least norms."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What moves the disks of a motion besides their contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

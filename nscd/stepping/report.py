@@ -1,7 +1,5 @@
 """What a step of a rigid crowd did, or that it has no answer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Neighbours of a step: all pairs and walls within a margin."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from nscd import _core

@@ -1,7 +1,5 @@
 """Impulses over windows of time: what a pair or a wall received, never the force of one step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

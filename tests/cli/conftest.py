@@ -7,12 +7,12 @@ import sys
 import pytest
 
 # what the commands import when they are called, so that forks have it
-import analysis.advice.advised_run
+import analysis.advice.choice
 import analysis.compare.study
 import analysis.film.page
 import analysis.motion.report
 import analysis.paper.page
-import analysis.percussions.dump_to_csv
+import analysis.percussions.solving
 import analysis.scene.real.import_crowd
 import analysis.stability.page
 import analysis.work_precision.page

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from analysis.advice.advised_run import scene_within
+from analysis.advice.choice import scene_within
 from analysis.advice.library import stored_library
 from analysis.cli.commands import app
 from analysis.compare.comparison import compare_run

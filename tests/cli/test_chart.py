@@ -17,17 +17,11 @@ from analysis.scene.shipped_scenes import make
 from analysis.stability.atlas import build, choose
 from analysis.stability.case import Outcome
 from analysis.support.parallel import Task, do_all, workers
-from analysis.work_precision import soft_runs
+from analysis.work_precision import soft
 from analysis.work_precision.chart import Chart, measure
 from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, read_points
-from analysis.work_precision.soft_runs import (
-    SoftSetting,
-    run_folder,
-    run_soft,
-    scene_of,
-    settings_of,
-)
+from analysis.work_precision.soft import SoftSetting, run_folder, run_soft, scene_of, settings_of
 from analysis.work_precision.whole_runs import read_whole_runs, whole_runs_of
 from analysis.work_precision.window import driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
@@ -105,7 +99,7 @@ def test_what_is_there_is_not_run_again(window, tmp_path, monkeypatch):
     def never(*_):
         raise AssertionError("run again")
 
-    monkeypatch.setattr(soft_runs, "run_engine", never)
+    monkeypatch.setattr(soft, "run_engine", never)
     again = run_soft(scene, setting(4.0), folder)
     assert (again.motion.velocity == first.motion.velocity).all()
     assert (again.answer.cpu_seconds, again.answer.date) == (

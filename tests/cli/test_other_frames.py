@@ -7,11 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from analysis.cli.commands import app
-from analysis.scene.real.import_crowd import import_crowd
-from analysis.scene.real.other_frames import frames_near, with_other_frames
+from analysis.scene.real.import_crowd import frames_near, import_crowd, with_other_frames
 from analysis.scene.real.trajectory import Recording, read_heads
 from analysis.scene.scene import SceneError, read_scene
-from analysis.scene.variation import PLACE_M, how_varied, variant
+from analysis.scene.shipped_scenes import PLACE_M, how_varied, variant
 
 ROOT = Path(__file__).resolve().parents[2]
 FORMATS = ROOT / "tests" / "data" / "trajectories"

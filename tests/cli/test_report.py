@@ -7,7 +7,7 @@ import pytest
 
 from analysis.engines.softness import known_bodies
 from analysis.motion.report import in_motion, motion_of
-from analysis.motion.series import MEASURES
+from analysis.motion.study import MEASURES
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.cli.browser import BROWSER, opened, rows_of

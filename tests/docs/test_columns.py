@@ -40,8 +40,7 @@ def test_no_column_is_named_that_nobody_writes():
     )
     written |= columns_of_film()
     pages = ["stability/page.py", "paper/page.py", "compare/comparison.py", "dumps/contacts.py"]
-    pages += ["support/frames.py"]
-    pages += ["exposure/limits.py", "exposure/exposure.py", "motion/pairwise.py"]
+    pages += ["support/frames.py", "exposure/exposure.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/hindcast.py"]
     pages += ["exchange/solved.py", "library/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))

@@ -14,8 +14,7 @@ from analysis import engines
 from analysis.compare.comparison import compare_run, write_contacts
 from analysis.dumps import read_contacts
 from analysis.engines.run import simulate
-from analysis.paper import build
-from analysis.paper import page as paper
+from analysis.paper import page
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.docs.documented import ROOT, blocks, columns, write_files
@@ -84,11 +83,11 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     importlib.invalidate_caches()
     fig0 = importlib.import_module("fig0_pair")
-    part = build.Part(number="0", seconds=1, build=lambda runs, progress: fig0.build(progress))
-    monkeypatch.setattr(build, "DISCRETE", (*build.DISCRETE, part))
-    page = dataclasses.replace(paper.PAGES["discrete"], parts=build.DISCRETE)
-    monkeypatch.setitem(paper.PAGES, "discrete", page)
-    pages, warnings = paper.write_pages(
+    part = page.Part(number="0", seconds=1, build=lambda runs, progress: fig0.build(progress))
+    monkeypatch.setattr(page, "DISCRETE", (*page.DISCRETE, part))
+    discrete = dataclasses.replace(page.PAGES["discrete"], parts=page.DISCRETE)
+    monkeypatch.setitem(page.PAGES, "discrete", discrete)
+    pages, warnings = page.write_pages(
         ["discrete"], tmp_path / "paper", tmp_path / "runs", "percussions paper", ["0"]
     )
     assert warnings == []

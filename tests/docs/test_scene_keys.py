@@ -7,9 +7,8 @@ from fractions import Fraction
 import pytest
 from pydantic import BaseModel
 
-from analysis.scene.contact import Material
-from analysis.scene.parts import Goal, Push
 from analysis.scene.scene import _SceneFile
+from analysis.scene.schema import Goal, Material, Push
 from tests.docs.documented import ROOT
 
 PAGE = ROOT / "docs/scenes.md"

@@ -12,14 +12,13 @@ sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
 from advice_cases import IMPACTS
 
-from analysis.advice.advised_run import headline
 from analysis.advice.candidates import Question
-from analysis.advice.choice import advise
+from analysis.advice.choice import advise, headline
 from analysis.advice.library import stored_library
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import workers
 from analysis.work_precision.chart import measure
-from analysis.work_precision.soft_runs import SoftSetting
+from analysis.work_precision.soft import SoftSetting
 from analysis.work_precision.window import impact_window
 
 SHARES = (0.25, 1.0, 4.0)

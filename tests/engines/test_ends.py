@@ -16,8 +16,7 @@ from analysis.compare.study import study
 from analysis.engines import EngineError, RunRecord
 from analysis.engines import lammps as lammps_engine
 from analysis.engines.guard import died, garbage
-from analysis.engines.run import run_folder, simulate
-from analysis.engines.staging import staged
+from analysis.engines.run import run_folder, simulate, staged
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.engines.at_hand import ROOT, require

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.engines.joints import friction_at_joints
+from analysis.engines.penalty import friction_at_joints
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
 from nscd import Snapshot
 

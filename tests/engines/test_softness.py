@@ -18,9 +18,8 @@ from analysis.engines.softness import (
     softness_of,
     softness_warning,
 )
-from analysis.scene.contact import body_force
-from analysis.scene.parts import Analysis
 from analysis.scene.scene import read_scene
+from analysis.scene.schema import Analysis, body_force
 from analysis.scene.shipped_scenes import make
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,14 +10,17 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import Window
 from analysis.engines.run import simulate
 from analysis.exposure.exposure import (
+    QUANTITIES,
     Exposure,
+    Limit,
+    LimitError,
     Loads,
     exposure_rows,
+    known_limits,
     loads_of,
     read_exposure,
     write_exposure,
 )
-from analysis.exposure.limits import QUANTITIES, Limit, LimitError, known_limits
 from analysis.scene.scene import Analysis, ContactModel, Drive, Room, Run, Scene, Wall
 from nscd import Snapshot
 

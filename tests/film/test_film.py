@@ -13,10 +13,9 @@ import pytest
 
 from analysis.engines import engine
 from analysis.engines.run import simulate
-from analysis.film.export import export
+from analysis.film.export import export, film_heads, film_runs
 from analysis.film.frame import RIGID, Ends, Frames
 from analysis.film.page import _headlines, _shared, _what, packed, write_film
-from analysis.film.reels import film_heads, film_runs
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.pages.words import Words
 from analysis.percussions import percussions_of

@@ -5,7 +5,7 @@ import pytest
 
 from analysis.engines import engine
 from analysis.engines.run import EngineRun, run_ahead
-from analysis.film.reels import film_runs
+from analysis.film.export import film_runs
 from analysis.film.summary import table
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import workers

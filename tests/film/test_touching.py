@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
+from analysis.film.export import film_heads
 from analysis.film.frame import RIGID
-from analysis.film.reels import film_heads
 from analysis.scene.real.import_crowd import _voronoi, import_crowd
 from analysis.scene.real.trajectory import Recording
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.dumps.windows import Window
-from analysis.motion.arches import arch_in, arches_of, share_of
+from analysis.motion.study import arch_in, arches_of, share_of
 from analysis.scene.scene import read_scene
 from nscd import Snapshot
 

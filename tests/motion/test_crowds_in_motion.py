@@ -5,19 +5,20 @@ import pytest
 
 from analysis.dumps import DumpError
 from analysis.engines.run import simulate
-from analysis.motion.intervals import (
+from analysis.motion.section import stop
+from analysis.motion.study import (
+    MEASURES,
+    Ensemble,
+    Series,
     count_cell,
     difference_cell,
     difference_words,
     interval_cell,
     least_words,
+    read_series,
 )
-from analysis.motion.section import stop
-from analysis.motion.series import MEASURES, Series, read_series
-from analysis.motion.study import Ensemble
 from analysis.scene.scene import read_scene
-from analysis.scene.shipped_scenes import make
-from analysis.scene.variation import variant
+from analysis.scene.shipped_scenes import make, variant
 from nscd import find_contacts
 
 

@@ -6,8 +6,8 @@ import pytest
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.library.families import jammed
 from analysis.percussions import percussions_of
-from analysis.percussions.dump_to_csv import DumpToSolve, executor_for, solve_dump
 from analysis.percussions.setting import Setting
+from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
 from analysis.percussions.table import cells_of
 from analysis.scene.shipped_scenes import make
 from analysis.support.frames import write_frame

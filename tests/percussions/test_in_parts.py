@@ -8,9 +8,9 @@ import pytest
 
 from analysis.cli.solve import solve
 from analysis.dumps import DumpError
-from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
 from analysis.percussions.in_parts import JOB, solve_in_parts
 from analysis.percussions.setting import Setting
+from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.support.frames import write_frame
 from analysis.support.parallel import workers
 

@@ -4,9 +4,9 @@ import pandas as pd
 import pytest
 
 from analysis.dumps import DumpError
-from analysis.percussions import rows
-from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
+from analysis.percussions import table
 from analysis.percussions.setting import Setting
+from analysis.percussions.solving import DumpToSolve, solve_dump
 
 PAIR = "1 0 0 0.25 75 2 0\n2 {x} 0 0.25 75 0 0\n"
 
@@ -22,9 +22,9 @@ def dump_of(folder, *places):
     return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="ranges")
 
 
-@pytest.mark.parametrize("group", [1, rows.GROUP])
+@pytest.mark.parametrize("group", [1, table.GROUP])
 def test_the_same_rows(tmp_path, monkeypatch, group):
-    monkeypatch.setattr(rows, "GROUP", group)
+    monkeypatch.setattr(table, "GROUP", group)
     dump = dump_of(tmp_path, 0.5, 2.0, 0.49, 0.5)
     for name in ("a.csv", "a.parquet"):
         assert solve_dump(dump, tmp_path / name).contacts == 3

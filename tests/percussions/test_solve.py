@@ -10,8 +10,8 @@ import pytest
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines.record import EngineError
 from analysis.percussions import PercussionAnalysis, Setting, percussions_of
-from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
 from analysis.percussions.setting import setting_beside
+from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.percussions.table import cells_of
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make

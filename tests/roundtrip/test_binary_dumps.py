@@ -8,8 +8,8 @@ import pytest
 
 from analysis.dumps import DumpError, index_dump, open_bodies, snapshot_of
 from analysis.engines.lammps import find
-from analysis.percussions.dump_to_csv import DumpToSolve, solve_dump
 from analysis.percussions.setting import Setting
+from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.support.frames import write_frame
 
 NAMES = ("id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz")

@@ -7,9 +7,9 @@ import lzma
 import numpy as np
 import pytest
 
-from analysis.scene.parts import Goal
 from analysis.scene.placement import check_room
 from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
+from analysis.scene.schema import Goal
 from analysis.scene.shipped_scenes import MAKERS, make
 from analysis.support.shipped import shipped
 from nscd import Snapshot, Walls

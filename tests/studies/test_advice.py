@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.advice.advised_run import headline
 from analysis.advice.candidates import LONGEST, Question, asked_error, rates_of, safety_of
-from analysis.advice.choice import MARGIN, _cautious
+from analysis.advice.choice import MARGIN, _cautious, headline, left_out
 from analysis.advice.choice import advise as choose
 from analysis.advice.library import (
     Curves,
@@ -19,10 +18,9 @@ from analysis.advice.library import (
     library_of,
     library_text,
     likeness_of,
+    price_of,
     stored_library,
 )
-from analysis.advice.price import price_of
-from analysis.advice.unneeded import left_out
 from analysis.engines.penalty import damping_ratio_for
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make

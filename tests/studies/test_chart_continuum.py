@@ -9,20 +9,24 @@ import pytest
 
 from analysis.scene.scene import Drive, Wall
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.continuum import ladder as ladders
-from analysis.work_precision.continuum.ladder import ContinuumLadder, continuum_ladder
-from analysis.work_precision.continuum.region import crowd_room
-from analysis.work_precision.continuum.solves import ContinuumModel, solve_continuum
+from analysis.work_precision import continuum as ladders
+from analysis.work_precision.continuum import (
+    ContinuumLadder,
+    ContinuumModel,
+    continuum_ladder,
+    crowd_room,
+    solve_continuum,
+)
 from analysis.work_precision.point import PointStatus
-from analysis.work_precision.points_of import Judge
-from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.window import (
     CONTACT_FORCE,
     DISK_FORCE,
     WALL_FORCE,
+    Judge,
     Window,
     driven_window,
     impact_window,
+    rigid_reference,
 )
 from nscd import Snapshot
 from nscd.continuum.collision import collide

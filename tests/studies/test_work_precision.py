@@ -20,9 +20,8 @@ from analysis.work_precision.point import (
     read_points,
     write_points,
 )
-from analysis.work_precision.rigid_reference import rigid_reference
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
-from analysis.work_precision.soft_reference import kept_reference, soft_reference
+from analysis.work_precision.soft import kept_reference, prepare_window, soft_reference
 from analysis.work_precision.window import (
     CONTACT_FORCE,
     CONTACT_IMPULSE,
@@ -32,8 +31,8 @@ from analysis.work_precision.window import (
     driven_window,
     impact_window,
     relative_error,
+    rigid_reference,
 )
-from analysis.work_precision.window_start import prepare_window
 from tests.studies.wall_line import line_at_a_wall
 
 POINT = Point(

@@ -1,14 +1,12 @@
 """Advice for crowds as soft as people: whether rigid disks still answer, and the run that does."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 
-from analysis.advice.price import expected_seconds
+from analysis.advice.library import expected_seconds
 from analysis.engines.softness import (
     DOUBTFUL,
     NO_CROWD,
@@ -21,8 +19,8 @@ from analysis.engines.softness import (
 )
 from analysis.pages.bodies import ladder
 from analysis.pages.numbers import interval, percent, seconds, signed
-from analysis.scene.contact import AS_HERTZ
 from analysis.scene.scene import Scene
+from analysis.scene.schema import AS_HERTZ
 from analysis.support.files import write_json
 
 # Asked of the command, and the quantities of the measured ladder that answer.
@@ -44,22 +42,18 @@ CHEST = "chest"
 class BodyAdvice:
     """Hold what was asked of a crowd as soft as people, and what is advised.
 
-    softness: s with the stiffest and with the softest of these bodies
     rigid: by how much rigid disks are above such bodies; None where that was not measured
-    engine: that answers, "" where none does
-    command: that runs it
-    cpu_seconds: s, what the run should cost
     """
 
     scene: Scene
     quantity: str
     asked: float
     body: Body
-    softness: tuple[float, float]
+    softness: tuple[float, float]  # s with the stiffest and with the softest of these bodies
     rigid: RigidOver | None
-    engine: str
-    command: str
-    cpu_seconds: float
+    engine: str  # that answers, "" where none does
+    command: str  # that runs it
+    cpu_seconds: float  # s, what the run should cost
 
 
 def advise_bodies(

@@ -7,8 +7,6 @@ in contacts.dump is its percussion since the frame before over that time, and im
 percussion itself (N·s). Where the folder holds dumps of the same run, it goes on after their last
 whole frame, to the same digits."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -1,8 +1,6 @@
 """The bridge from contacts to stress: percussions of ever more disks in the same room before a 1 m
 exit that opens, and the continuum models that they approach, under the same kernel."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -33,7 +31,7 @@ from analysis.pages.words import Words
 from analysis.paper.answers import Answer, unsolved
 from analysis.paper.continuum.exit_room import EXIT, to_exit
 from analysis.scene.packing import heap, press
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import Percussions, Snapshot, Walls, find_contacts, solve
 from nscd.arrays import Floats
 from nscd.continuum.collision import collide
@@ -116,22 +114,18 @@ def crowd_size(position: Floats) -> float:
 class Sample:
     """One crowd: its answer and its fields at `points`.
 
-    size: m, R: the crowd fills x < 0 within R of the exit.
-    coordination: contacts per disk, 2k/n on average.
     stress, flow, left: the fields of percussions, u⁺ and u⁻ by KERNEL.
-    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|².
-    wall_load: N·s, Σ of the walls' percussions along x.
     """
 
     seed: int
-    size: float
-    coordination: float
+    size: float  # m, R: the crowd fills x < 0 within R of the exit
+    coordination: float  # contacts per disk, 2k/n on average
     answer: Percussions
     stress: StressField
     flow: FlowField
     left: FlowField
-    kept: float
-    wall_load: float
+    kept: float  # Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²
+    wall_load: float  # N·s, Σ of the walls' percussions along x
 
 
 def sample(packing: Packing, n: int, seed: int) -> Sample:
@@ -178,22 +172,18 @@ def sample(packing: Packing, n: int, seed: int) -> Sample:
 class Model:
     """A continuum answer.
 
-    name: the law and its parameter.
     friction, volume: the parameter s or k_v (kg), of a law that has one.
     pressure, velocity: (m,) N·s/m and u⁺ (m,2) m/s at `points()` under KERNEL.
-    kept: share of the kinetic energy.
-    wall_load: N·s.
-    answer: of the solver; None for what is known without one.
     """
 
-    name: str
+    name: str  # the law and its parameter
     friction: float | None = None
     volume: float | None = None
     pressure: Floats
     velocity: Floats
-    kept: float
-    wall_load: float
-    answer: Answer | None
+    kept: float  # share of the kinetic energy
+    wall_load: float  # N·s
+    answer: Answer | None  # of the solver; None for what is known without one
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,14 +25,10 @@ ROOM = square_room(SIDE, EXIT)
 
 
 class Map(NamedTuple):
-    """Where body means are taken.
+    """Where body means are taken."""
 
-    mesh: its n vertices.
-    area: (n,) m², what each of them stands for.
-    """
-
-    mesh: MeshTri1
-    area: Floats
+    mesh: MeshTri1  # its n vertices
+    area: Floats  # (n,) m², what each of them stands for
 
     @property
     def points(self) -> Floats:

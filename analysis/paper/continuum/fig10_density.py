@@ -12,7 +12,7 @@ from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import MESH, ROOM, body_pressure, map_of
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import toward_exit
 from nscd.continuum.medium import DENSITY, PERSON, TABLE_1, table_1_medium
@@ -38,8 +38,6 @@ class Solved(NamedTuple):
     """(11) for one density (people/m²) with the free speed of Table 1 wanted, and the laws.
 
     largest, mean: N·s/m, p over a body, at most and on average over the room.
-    measured: N/m, (M1) from |u⁺| at the map's points.
-    printed: people/s², (M1) as printed, where V is not divided by Σf.
     power, turbulence: N/m, (M2) and (16).
     mean_speed, laws: m/s, mean |u⁺| over the room; (L1) and (L2).
     """
@@ -47,8 +45,8 @@ class Solved(NamedTuple):
     density: float
     largest: float
     mean: float
-    measured: float
-    printed: float
+    measured: float  # N/m, (M1) from |u⁺| at the map's points
+    printed: float  # people/s², (M1) as printed, where V is not divided by Σf
     power: float
     turbulence: float
     mean_speed: float

@@ -22,7 +22,7 @@ from analysis.paper.continuum.exit_room import (
     slopes,
     to_exit,
 )
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
@@ -44,24 +44,20 @@ RANDOM = 0.2  # of the random part that comes back
 class Run(NamedTuple):
     """The answer of (11) for one left velocity, as a row of the table.
 
-    kept: share of the kinetic energy.
-    cosine: ∫u⁺·u⁻/(‖u⁺‖‖u⁻‖) of the means over a body: ±1 for fields of one form.
     largest, normal, along: m/s, on walls the largest u⁺·n (n out of the room), and root mean
         squares of u⁺·n and u⁺·t.
-    holding: share of the walls that hold somebody.
-    outflow: m/s, mean u⁺·n on the exit.
     peak, from_exit: the largest p over a body (N·s/m), and its distance (m) from the exit.
     near, far: N·s/m, mean p within NEAR of the exit and beyond.
     """
 
     name: str
-    kept: float
-    cosine: float
+    kept: float  # share of the kinetic energy
+    cosine: float  # ∫u⁺·u⁻/(‖u⁺‖‖u⁻‖) of the means over a body: ±1 for fields of one form
     largest: float
     normal: float
     along: float
-    holding: float
-    outflow: float
+    holding: float  # share of the walls that hold somebody
+    outflow: float  # m/s, mean u⁺·n on the exit
     peak: float
     from_exit: float
     near: float

@@ -13,7 +13,7 @@ from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import BODY, MESH, ROOM, SIDE, slopes
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, toward_exit
@@ -66,17 +66,15 @@ def inward(room: Room) -> Field:
 class Run(NamedTuple):
     """The corner's crowd by (11).
 
-    enters: m/s, the largest u⁺·n on walls (n out of the room), 0 where nobody enters one.
     apart: largest |μ (u⁺·n)| over the largest μ times the speed: 0 where the wall pushes only those
         who stay.
-    pressure: (n,) N·s/m over a body at the points shown.
     """
 
     name: str
     answer: CollisionAnswer
-    enters: float
+    enters: float  # m/s, the largest u⁺·n on walls (n out of the room), 0 where nobody enters one
     apart: float
-    pressure: Floats
+    pressure: Floats  # (n,) N·s/m over a body at the points shown
 
     @property
     def load(self) -> float:

@@ -27,7 +27,7 @@ from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import Answer, unsolved
 from analysis.paper.continuum.exit_room import BODY, EXIT, MESH, SIDE, Map, map_of
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.left_velocity import Field, random_speeds, toward_exit
@@ -97,25 +97,20 @@ class Setting:
     """What is computed for Fig. 8.
 
     side, mesh: m, of the room and of the triangles.
-    order: of the elements.
-    seed: of the random speeds.
-    time_step: s, δt of the crowd turbulence.
     friction, pressing: β of the crowd turbulence and the source of its pressure.
-    wall: where k_s acts.
     mixed_units: whether k_v and k_s count kilograms where ρ counts people in kilograms.
-    person: kg.
     """
 
     side: float = SIDE
     mesh: float = MESH
-    order: int = 1
-    seed: int = 1
-    time_step: float = TABLE_1.time_step
+    order: int = 1  # of the elements
+    seed: int = 1  # of the random speeds
+    time_step: float = TABLE_1.time_step  # s, δt of the crowd turbulence
     friction: float = TABLE_1.friction
     pressing: Pressing = Pressing.LAW
-    wall: Wall = Wall.PRESSED
+    wall: Wall = Wall.PRESSED  # where k_s acts
     mixed_units: bool = False
-    person: float = PERSON
+    person: float = PERSON  # kg
 
 
 def left_velocity(case: Case, room: Room, seed: int) -> Field:
@@ -320,15 +315,11 @@ class Reading(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """A reading tried.
-
-    errors: (2, k_v) of cases a and b at CHECKED.
-    finer: (2,) at FINER on half the mesh, or NaN.
-    """
+    """A reading tried."""
 
     reading: Reading
-    errors: Floats
-    finer: Floats
+    errors: Floats  # (2, k_v) of cases a and b at CHECKED
+    finer: Floats  # (2,) at FINER on half the mesh, or NaN
 
     @property
     def reached(self) -> bool:

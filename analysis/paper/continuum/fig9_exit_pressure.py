@@ -26,7 +26,7 @@ from analysis.paper.continuum.exit_room import (
     map_of,
     to_exit,
 )
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Flags, Floats
 from nscd.continuum.closed_forms import point_sink
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -89,14 +89,12 @@ class Fit(NamedTuple):
     """A Gaussian A exp(−r²/2s²) of the distance r from the exit's middle.
 
     height, width: A, N·s/m, and s, m.
-    values: (n,) N·s/m at the map's points.
-    explained: R² at the points that it was fitted to.
     """
 
     height: float
     width: float
-    values: Floats
-    explained: float
+    values: Floats  # (n,) N·s/m at the map's points
+    explained: float  # R² at the points that it was fitted to
 
 
 def radius() -> Floats:

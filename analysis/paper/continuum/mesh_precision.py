@@ -19,7 +19,7 @@ from analysis.pages.numbers import decimals, percent
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
 from analysis.support.machine import machine
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.closed_forms import HalfAnnulus
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -317,14 +317,10 @@ def build(progress: Progress | None = None, plan: Plan | None = None) -> Section
 
 
 class Reached(NamedTuple):
-    """What each family of meshes needs to come to the goal in one quantity.
+    """What each family of meshes needs to come to the goal in one quantity."""
 
-    seconds: s, CPU time, of the families that get there.
-    best: the least error of each family.
-    """
-
-    seconds: dict[str, float]
-    best: dict[str, float]
+    seconds: dict[str, float]  # s, CPU time, of the families that get there
+    best: dict[str, float]  # the least error of each family
 
     @property
     def cheapest(self) -> str | None:

@@ -13,7 +13,7 @@ from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import MESH
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.closed_forms import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -182,14 +182,12 @@ def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float)
 class Chains:
     """All chains of the section.
 
-    trials: one per name of SURFACES.
-    dense: one per density of DENSITIES, with k_s of Table 1.
     varied: one per profile of PROFILES: falling, uniform and rising toward the wall.
     free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one.
     """
 
-    trials: Sequence[Trial]
-    dense: Sequence[Trial]
+    trials: Sequence[Trial]  # one per name of SURFACES
+    dense: Sequence[Trial]  # one per density of DENSITIES, with k_s of Table 1
     varied: Sequence[Varied]
     free: FreeChain
     constant: FreeChain

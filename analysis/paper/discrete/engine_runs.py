@@ -7,7 +7,7 @@ from typing import TypeVar
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import Snapshot
 
 Read = TypeVar("Read")

@@ -21,7 +21,7 @@ from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
 from analysis.paper.discrete.line_of_disks import aligned, cradle_scene, newton_impact
 from analysis.scene.scene import read_scene
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import ContactLaw, Percussions, find_contacts, solve
 from nscd.arrays import Floats
 
@@ -40,18 +40,13 @@ OPENING = (2.0, 0.0, 1.0, -1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Impact:
-    """One law's answer for a line.
-
-    mass: (n,) kg
-    before, after: (n,) m/s
-    answer: the percussions of a law that has any
-    """
+    """One law's answer for a line."""
 
     law: str
-    mass: Floats
-    before: Floats
-    after: Floats
-    answer: Percussions | None = None
+    mass: Floats  # (n,) kg
+    before: Floats  # (n,) m/s
+    after: Floats  # (n,) m/s
+    answer: Percussions | None = None  # the percussions of a law that has any
 
     @property
     def first_impulse(self) -> float:

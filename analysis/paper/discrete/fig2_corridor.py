@@ -41,7 +41,7 @@ from analysis.paper.discrete.engine_runs import each, end_of
 from analysis.paper.discrete.line_of_disks import impact_time
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.scene import Scene, read_scene
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import ContactLaw, Contacts, Percussions
 from nscd.arrays import Flags, Floats
 from nscd.stepping import Motion
@@ -52,20 +52,13 @@ SAME_M = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Gaps:
-    """The m gaps between neighbouring columns.
+    """The m gaps between neighbouring columns."""
 
-    distance: (m,) m from the first column
-    flux: (m,) N·s, the momentum along x that percussions pass through
-    gained: (m,) N·s, what the disks beyond gain of it
-    columns: (m,) N·s, the flux that (5), (6) give for columns that move as one
-    largest: (m,) N·s, the largest percussion
-    """
-
-    distance: Floats
-    flux: Floats
-    gained: Floats
-    columns: Floats
-    largest: Floats
+    distance: Floats  # (m,) m from the first column
+    flux: Floats  # (m,) N·s, the momentum along x that percussions pass through
+    gained: Floats  # (m,) N·s, what the disks beyond gain of it
+    columns: Floats  # (m,) N·s, the flux that (5), (6) give for columns that move as one
+    largest: Floats  # (m,) N·s, the largest percussion
 
     @property
     def linearity(self) -> float:
@@ -163,14 +156,10 @@ FRONT_FROM = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Push:
-    """One engine's run of a push.
+    """One engine's run of a push."""
 
-    comparison: its impulses against the percussions
-    arrival: (n,) s at each disk; 0 for those that push, NaN where it never arrives
-    """
-
-    comparison: Comparison
-    arrival: Floats
+    comparison: Comparison  # its impulses against the percussions
+    arrival: Floats  # (n,) s at each disk; 0 for those that push, NaN where it never arrives
 
     @property
     def engine(self) -> str:
@@ -354,30 +343,22 @@ def final_runs(runs: Path) -> list[EngineRun]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Front:
-    """The front of the push in one engine at one restitution, at two stiffnesses or more.
-
-    power: a of speed ∝ kᵃ
-    """
+    """The front of the push in one engine at one restitution, at two stiffnesses or more."""
 
     engine: str
     restitution: float
     pushes: list[Push]
-    power: float
+    power: float  # a of speed ∝ kᵃ
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corridor:
-    """All that figure 2 shows: n disks, k contacts.
-
-    found: the percussions
-    pushes: the push by each engine, stiffness and damping
-    finals: where everybody is a second later, by rigid disks first
-    """
+    """All that figure 2 shows: n disks, k contacts."""
 
     scene: Scene
-    found: SnapshotPercussions
-    pushes: list[Push]
-    finals: list[Final]
+    found: SnapshotPercussions  # the percussions
+    pushes: list[Push]  # the push by each engine, stiffness and damping
+    finals: list[Final]  # where everybody is a second later, by rigid disks first
     warnings: list[str]
 
     @classmethod

@@ -16,7 +16,7 @@ from analysis.pages.section import Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete.line_of_disks import aligned
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import Percussions, Walls, find_contacts, solve
 from nscd.arrays import Floats
 
@@ -33,16 +33,11 @@ KINDS = [(wall, equal) for wall in (False, True) for equal in (True, False)]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chain:
-    """A chain of touching disks along x.
+    """A chain of touching disks along x."""
 
-    mass: (n,) kg
-    left: (n,) m/s, left velocities
-    wall: whether a wall stands in front of the last one
-    """
-
-    mass: Floats
-    left: Floats
-    wall: bool
+    mass: Floats  # (n,) kg
+    left: Floats  # (n,) m/s, left velocities
+    wall: bool  # whether a wall stands in front of the last one
 
     @property
     def words(self) -> tuple[str, str]:
@@ -79,18 +74,13 @@ class Chain:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """A chain solved.
-
-    cpu: s
-    reaction_error: error of λ over the largest λ
-    velocity_error: error of u⁺ over 2 m/s
-    """
+    """A chain solved."""
 
     chain: Chain
     answer: Percussions
-    cpu: float
-    reaction_error: float
-    velocity_error: float
+    cpu: float  # s
+    reaction_error: float  # error of λ over the largest λ
+    velocity_error: float  # error of u⁺ over 2 m/s
 
     @classmethod
     def of(cls, chain: Chain, solver: str = "auto") -> Trial:

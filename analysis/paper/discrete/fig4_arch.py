@@ -40,7 +40,7 @@ from analysis.paper.discrete.pressed_crowd import (
 )
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import ContactLaw, Percussions
 from nscd.arrays import Floats
 from nscd.indeterminacy.determinacy import determinacy
@@ -54,19 +54,16 @@ EFFECTIVE_MASS = 37.5
 class Maintained:
     """What the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution λ/τ.
 
-    pulling: how many contacts pull
     strongest_N, total_N: N, the largest pull and the sum of all
     push_N: N, the largest push
-    spread: least over largest singular value of C M^(-1/2), zeros left out
-    answer: the percussions with `maintained=True`
     """
 
-    pulling: int
+    pulling: int  # how many contacts pull
     strongest_N: float  # noqa: N815  (the unit is newton)
     total_N: float  # noqa: N815
     push_N: float  # noqa: N815
-    spread: float
-    answer: Percussions
+    spread: float  # least over largest singular value of C M^(-1/2), zeros left out
+    answer: Percussions  # the percussions with `maintained=True`
 
     @classmethod
     def of(cls, arch: Arch) -> Maintained:
@@ -93,17 +90,13 @@ class Maintained:
 class Trial:
     """The arch under a law.
 
-    dissipation: kg, k
-    across: whether k acts across contacts too, as the paper's single k does
-    arch: with the answer under that law
-    most: the person who carries most
     lower, upper: N, the proven interval of Σ λ/τ at that person
     """
 
-    dissipation: float
-    across: bool
-    arch: Arch
-    most: int
+    dissipation: float  # kg, k
+    across: bool  # whether k acts across contacts too, as the paper's single k does
+    arch: Arch  # with the answer under that law
+    most: int  # the person who carries most
     lower: float
     upper: float
 
@@ -175,16 +168,9 @@ GATHERED = 2000
 class Sample:
     """One random arch in numbers; of its people inside, distances from the middle of the exit.
 
-    solved: whether the percussions are solved, and canonical
-    opening: contacts that open
-    redundant: contacts − rank of C
-    overlap_share: the largest overlap over the mean diameter
-    near_share: share of the people who are in the neighbourhood of the exit
-    reach_m: m, of the farthest person
     mean_N, largest_N: N, of the sum of normal magnitudes at a person
     lower_N, upper_N: N, the largest sum of magnitudes over all percussions that the mechanics
         allows lies between them (nan: not proven)
-    distance_m, angle_degrees: where the largest sum is
     largest_contact_N, contact_distance_m: N and m, the largest force of a contact
     largest_resultant_N, resultant_distance_m: N and m, the largest vector sum at a person
     profile: (rings,) means of the sum of magnitudes in rings of 1 m, over mean_N
@@ -192,19 +178,19 @@ class Sample:
 
     people: int
     seed: int
-    solved: bool
+    solved: bool  # whether the percussions are solved, and canonical
     contacts: int
-    opening: int
-    redundant: int
-    overlap_share: float
-    near_share: float
-    reach_m: float
+    opening: int  # contacts that open
+    redundant: int  # contacts − rank of C
+    overlap_share: float  # the largest overlap over the mean diameter
+    near_share: float  # share of the people who are in the neighbourhood of the exit
+    reach_m: float  # m, of the farthest person
     mean_N: float  # noqa: N815  (the unit is newton)
     largest_N: float  # noqa: N815
     lower_N: float  # noqa: N815
     upper_N: float  # noqa: N815
-    distance_m: float
-    angle_degrees: float
+    distance_m: float  # where the largest sum is
+    angle_degrees: float  # where the largest sum is
     largest_contact_N: float  # noqa: N815
     contact_distance_m: float
     largest_resultant_N: float  # noqa: N815

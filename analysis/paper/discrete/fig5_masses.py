@@ -26,7 +26,7 @@ from analysis.paper.discrete.pressed_crowd import (
     without_crowd,
 )
 from analysis.scene.scene import read_scene
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 
 LEAST_PEOPLE = 5  # in a ring that counts
@@ -35,17 +35,12 @@ CHANCE, RATIO = 1e-3, 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Uniformity:
-    """How a quantity differs between rings of 1 m about the exit.
+    """How a quantity differs between rings of 1 m about the exit."""
 
-    least, most: of the rings' means
-    chance: p of the hypothesis that the rings are alike (Kruskal–Wallis)
-    scatter: standard deviation over mean of people in one ring
-    """
-
-    least: float
-    most: float
-    chance: float
-    scatter: float
+    least: float  # of the rings' means
+    most: float  # of the rings' means
+    chance: float  # p of the hypothesis that the rings are alike (Kruskal–Wallis)
+    scatter: float  # standard deviation over mean of people in one ring
 
     @classmethod
     def of(cls, arch: Arch, values: Floats) -> Uniformity:

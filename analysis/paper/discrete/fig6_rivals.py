@@ -46,10 +46,10 @@ from analysis.paper.discrete.pressed_crowd import (
     blocked_runs,
 )
 from analysis.percussions.snapshot import percussions_of
-from analysis.scene.parts import Drive
 from analysis.scene.real.separate import OverlapError, reconcile
 from analysis.scene.scene import Scene, read_scene
-from analysis.support.progress import Progress
+from analysis.scene.schema import Drive
+from analysis.support.parallel import Progress
 from nscd import Contacts, Percussions, Snapshot, Walls, _core, find_contacts, solve
 from nscd.arrays import Flags, Floats
 from nscd.rivals import (
@@ -116,26 +116,21 @@ class ChainForces:
     """Normal forces at the k contacts of a chain of n, from its free end to the wall, the last.
 
     mass, drive: (n,) kg and N
-    percussion: (k,) N, p/τ
-    first_order: (k,) N, λ m̄/τ with the mean mass m̄
-    social: (k,) N, one contact of the touching chain
-    social_section: (k,) N, all pairs that act across that contact
     social_at_rest, gap_at_rest: (k,) N and m, one contact where the social forces balance the drive
     loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive
-    warnings: answers that were not solved
     """
 
     mass: Floats
     drive: Floats
-    percussion: Floats
-    first_order: Floats
-    social: Floats
-    social_section: Floats
+    percussion: Floats  # (k,) N, p/τ
+    first_order: Floats  # (k,) N, λ m̄/τ with the mean mass m̄
+    social: Floats  # (k,) N, one contact of the touching chain
+    social_section: Floats  # (k,) N, all pairs that act across that contact
     social_at_rest: Floats
     gap_at_rest: Floats
     loehner_printed: Floats
     loehner_text: Floats
-    warnings: Sequence[str]
+    warnings: Sequence[str]  # answers that were not solved
 
     @property
     def equal_masses(self) -> bool:
@@ -270,16 +265,11 @@ READINGS = {PRINTED: LoehnerReading.PRINTED, TEXT: LoehnerReading.TEXT}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Forces:
-    """What one law gives to n disks at k contacts.
+    """What one law gives to n disks at k contacts."""
 
-    contact: (k,) N normal, what the two sides receive on average
-    carried: (n,) N, the sum of the magnitudes at each disk
-    resultant: (n,2) N, the vector sum that each disk receives
-    """
-
-    contact: Floats
-    carried: Floats
-    resultant: Floats
+    contact: Floats  # (k,) N normal, what the two sides receive on average
+    carried: Floats  # (n,) N, the sum of the magnitudes at each disk
+    resultant: Floats  # (n,2) N, the vector sum that each disk receives
 
     @property
     def spread(self) -> float:
@@ -291,28 +281,22 @@ class Forces:
 class ArchForces:
     """Every law on one snapshot of a scene: n disks, k contacts.
 
-    by_law: in the words of the tables, percussions first
     distance, inside: (k,) m of each contact from the middle of the door, and whether it is in the
         room
-    speed_difference: rms of the first-order model's u⁺ minus the percussions', over u_d
-    undetermined: contacts whose percussion the mechanics does not fix
-    sliding: (k,) N, the social force's friction
-    drive: (n,) N, m u_d/τ
-    warnings: answers that were not solved
     """
 
     scene: Scene
     engine: str
     snapshot: Snapshot
     contacts: Contacts
-    by_law: Mapping[str, Forces]
+    by_law: Mapping[str, Forces]  # in the words of the tables, percussions first
     distance: Floats
     inside: Flags
-    speed_difference: float
-    undetermined: int
-    sliding: Floats
-    drive: Floats
-    warnings: Sequence[str]
+    speed_difference: float  # rms of the first-order model's u⁺ minus the percussions', over u_d
+    undetermined: int  # contacts whose percussion the mechanics does not fix
+    sliding: Floats  # (k,) N, the social force's friction
+    drive: Floats  # (n,) N, m u_d/τ
+    warnings: Sequence[str]  # answers that were not solved
 
     @property
     def unequal_masses(self) -> bool:
@@ -385,24 +369,15 @@ def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WithoutOverlap:
     """The social force on the same crowd moved apart by the least displacement until nobody
-    overlaps.
+    overlaps."""
 
-    contact: (k,) N at the pairs that touch
-    beyond: (m,) N at those that do not, down to LEFT_OUT_N
-    carried: (n,) N, the sum of magnitudes at each disk
-    carried_by_touching: (n,) N, its part from contacts
-    carried_apart: (n,) N, the sum if all distances were 10 % larger
-    friction: N, its largest at a contact
-    moved: m, the largest displacement
-    """
-
-    contact: Floats
-    beyond: Floats
-    carried: Floats
-    carried_by_touching: Floats
-    carried_apart: Floats
-    friction: float
-    moved: float
+    contact: Floats  # (k,) N at the pairs that touch
+    beyond: Floats  # (m,) N at those that do not, down to LEFT_OUT_N
+    carried: Floats  # (n,) N, the sum of magnitudes at each disk
+    carried_by_touching: Floats  # (n,) N, its part from contacts
+    carried_apart: Floats  # (n,) N, the sum if all distances were 10 % larger
+    friction: float  # N, its largest at a contact
+    moved: float  # m, the largest displacement
 
 
 def without_overlap(arch: ArchForces) -> WithoutOverlap:
@@ -431,14 +406,10 @@ def without_overlap(arch: ArchForces) -> WithoutOverlap:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeyondTouch:
-    """Löhner's law with all pairs up to some gap.
+    """Löhner's law with all pairs up to some gap."""
 
-    share: of the forces' sum that pairs give which do not touch
-    ratio: the largest f_ij/f_ji
-    """
-
-    share: float
-    ratio: float
+    share: float  # of the forces' sum that pairs give which do not touch
+    ratio: float  # the largest f_ij/f_ji
 
 
 def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, BeyondTouch]:
@@ -490,14 +461,13 @@ class Congestion:
     """Whether a crowd behind a blocked exit stays, by law: the fastest inside.
 
     first_order, equal: m/s, by the first-order model, and by percussions of equal masses
-    unequal: (draws,) m/s, by percussions of masses from 50 to 100 kg
     """
 
     seed: int
     stiffness: float
     first_order: float
     equal: float
-    unequal: tuple[float, ...]
+    unequal: tuple[float, ...]  # (draws,) m/s, by percussions of masses from 50 to 100 kg
 
     @classmethod
     def of(cls, crowd: Blocked) -> Congestion:
@@ -558,17 +528,14 @@ SPEEDS, SEEDS = (1.0, 2.0, 4.0), (1, 2, 3)
 class Evacuation:
     """A crowd that leaves a room by the social force model.
 
-    speed: m/s, desired
     looks: the social forces at the contacts of two people inside, at each look
-    crowd: at the last look
-    left: how many have left by then
     """
 
-    speed: float
+    speed: float  # m/s, desired
     seed: int
     looks: list[SocialForces]
-    crowd: Snapshot
-    left: int
+    crowd: Snapshot  # at the last look
+    left: int  # how many have left by then
 
     @property
     def deepest(self) -> Floats:

@@ -39,7 +39,7 @@ from analysis.percussions.snapshot import percussions_of
 from analysis.scene.packing import heap
 from analysis.scene.scene import Drive, Scene
 from analysis.scene.shipped_scenes import MASS_KG, make
-from analysis.support.progress import Progress
+from analysis.support.parallel import Progress
 from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
 from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.admissible import ProgramError
@@ -57,17 +57,13 @@ OPENS_M_PER_S = 1e-6
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Arch:
     """A snapshot of a driven crowd and its percussions for the desired velocity as u⁻ (paper (1),
-    (7) corrected): n people, k contacts.
-
-    left_velocity: (n,2) m/s
-    window: s, the relaxation time τ that turns percussions p into forces p/τ
-    """
+    (7) corrected): n people, k contacts."""
 
     drive: Drive
     snapshot: Snapshot
     contacts: Contacts
-    left_velocity: Floats
-    window: float
+    left_velocity: Floats  # (n,2) m/s
+    window: float  # s, the relaxation time τ that turns percussions p into forces p/τ
     answer: Percussions
 
     @classmethod

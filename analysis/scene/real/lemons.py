@@ -1,7 +1,5 @@
 """Crowds of LEMONS: AgentDynamics.xml with Agents.xml and Geometry.xml beside it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,8 +1,6 @@
 """Velocities constant in each cell of a mesh, and gradients of P1 fields: for the rivals of
 (11)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -1,8 +1,6 @@
 """The first-order macroscopic crowd: the pressure of paper (20), as complementarity and as printed,
 and (20) with internal friction, of a crowd that resists shear in proportion to its pressure."""
 
-from __future__ import annotations
-
 import enum
 import time
 from dataclasses import dataclass

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.library.families import masses
-from analysis.work_precision.rigid_reference import rigid_reference
+from analysis.work_precision.window import rigid_reference
 from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
 from tests.analytic.exact import exact_velocity
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import linprog
 
 from analysis.exchange.fclib import read_answer, read_problem, write_answer
-from analysis.exchange.layout import ExchangeError
+from analysis.exchange.problem import ExchangeError
 from analysis.library.judge import Verdict, judge
 from analysis.library.score import SHIFT, Scores
 from analysis.library.writing import PROBLEMS, Problem, read_manifest, write_library, write_one

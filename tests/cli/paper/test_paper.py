@@ -11,7 +11,7 @@ from analysis.engines.run import Cost, EngineRun, run_ahead
 from analysis.pages.html import write_pictures
 from analysis.pages.numbers import number
 from analysis.pages.section import Picture, Section
-from analysis.paper.errata import errata
+from analysis.paper.page import errata
 from analysis.scene.shipped_scenes import make
 from tests.cli.browser import BROWSER, has_its_numbers, opened
 

@@ -13,14 +13,13 @@ from scipy.integrate import solve_bvp
 from analysis.pages.fields import rounded
 from analysis.pages.html import drawn
 from analysis.pages.section import Claim, Picture, Section, Table, Verdict
-from analysis.paper import build as building
-from analysis.paper.build import CONTINUUM, Built, build, edition, keep, kept, label
+from analysis.paper import page as building
 from analysis.paper.continuum import fig7_border, fig10_density, fig11_left_velocities, solid_chain
 from analysis.paper.continuum import fig8_turbulence as turbulence
 from analysis.paper.continuum import fig9_exit_pressure as exit_pressure
 from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
-from analysis.paper.page import write_pages
+from analysis.paper.page import CONTINUUM, Built, build, edition, keep, kept, label, write_pages
 from nscd.continuum.closed_forms import point_sink
 from tests.cli.browser import BROWSER, has_its_numbers, opened
 

@@ -6,9 +6,9 @@ import pytest
 import shapely
 from shapely.ops import nearest_points
 
-from analysis.scene.parts import BodyForce
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
-from analysis.work_precision.soft_reference import leapfrog
+from analysis.scene.schema import BodyForce
+from analysis.work_precision.soft import leapfrog
 from nscd import Snapshot, Walls, find_contacts
 from nscd.stepping.search import neighbours, segments_of
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.scene.parts import Goal
+from analysis.scene.schema import Goal
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft_model import SoftModel
+from analysis.work_precision.soft import SoftModel
 
 PUSHED = ("drive_x", "drive_y")
 

@@ -6,11 +6,17 @@ import pytest
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate as simulate_into
-from analysis.scene.contact import AS_HERTZ, BODY, body_energy, body_force, hertz_stiffness
-from analysis.scene.parts import BodyForce
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
+from analysis.scene.schema import (
+    AS_HERTZ,
+    BODY,
+    BodyForce,
+    body_energy,
+    body_force,
+    hertz_stiffness,
+)
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.soft_reference import leapfrog, soft_reference
+from analysis.work_precision.soft import leapfrog, soft_reference
 from nscd import Snapshot
 from tests.engines.at_hand import require
 

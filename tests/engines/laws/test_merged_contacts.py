@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.dumps import index_dump
+from analysis.engines.lammps import merge_contacts
 from analysis.engines.penalty import penalty_of
-from analysis.engines.programs.lammps_contacts import merge_contacts
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene
 from analysis.support.frames import write_frame
 from nscd import Snapshot

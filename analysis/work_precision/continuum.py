@@ -1,26 +1,26 @@
-"""The two continuum models on the crowd of a window: what each disk and the walls get from the
-field, and its cost."""
+"""The continuum by the same chart: its region, its solves, its ladder of meshes."""
 
-from __future__ import annotations
-
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 from skfem import MeshTri1
 
-from analysis.scene.scene import Drive
-from analysis.work_precision.continuum.region import crowd_room
+from analysis.scene.scene import Drive, Scene
+from analysis.support.cache import keep, kept
 from analysis.work_precision.point import PointStatus
-from analysis.work_precision.points_of import Answer
 from analysis.work_precision.rigid_solves import STATUS, timed
 from analysis.work_precision.window import (
     CONTACT_FORCE,
     DISK_FORCE,
     DISPLACEMENT,
     WALL_FORCE,
+    Answer,
+    Converged,
     Values,
     Window,
 )
@@ -32,10 +32,72 @@ from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.rivals.cells import Cells
 from nscd.continuum.rivals.first_order import first_order_flow
-from nscd.continuum.room import Room
+from nscd.continuum.room import Border, Room, room_of_walls
 from nscd.continuum.space import Space
 from nscd.percussions import Status
 from nscd.segments import nearest_on_segment
+
+# In mean radii: a free border may run this far from the exact one, and so much wider the hall is
+# taken for that long.
+SIMPLER = 0.15
+# Edges of a quarter of a circle.
+ARC = 8
+# Lengths below this share of the hall's extent are rounding.
+ROUNDING = 1e-9
+
+
+def crowd_room(scene: Scene) -> Room:
+    """Draw the region: the hall, less every place where one more disk of mean radius would fit: the
+    disks and what is beyond the walls, closed (in the sense of morphology) by a mean radius. Holes
+    in the crowd are filled; pillars are not.
+
+    Its edges are "exit" on the door, "wall" on a wall, and "free" elsewhere, drawn to 0.15 mean
+    radii. Raises ValueError for a scene without a drive, whose walls and door enclose no hall,
+    whose crowd is not in one piece or touches no wall."""
+    if scene.drive is None:
+        raise ValueError("it is for a crowd that a drive presses, and this is an impact")
+    disks, drive = scene.snapshot, scene.drive
+    if drive.goals:
+        raise ValueError("it is for a crowd with one door, and this one has several")
+    enclosed = room_of_walls(scene.wall_segments(), exits=[[drive.door_start_m, drive.door_end_m]])
+    hall = shapely.Polygon(enclosed.outline, enclosed.pillars)
+    radius = float(disks.radius.mean())
+    margin = SIMPLER * radius
+    # a little apart from the walls, so that where nobody stands no sliver is left on them
+    wider = hall.buffer(margin, join_style="mitre")
+    beyond = hall.buffer(4.0 * radius, join_style="mitre").difference(wider)
+    bodies = shapely.buffer(shapely.points(disks.position), disks.radius, quad_segs=ARC)
+    taken = shapely.union_all([*bodies, beyond])
+    closed = taken.buffer(radius, quad_segs=ARC).buffer(-radius, quad_segs=ARC)
+    parts = [
+        part
+        for part in shapely.get_parts(closed.simplify(margin).intersection(hall))
+        if part.geom_type == "Polygon" and shapely.contains_xy(part, disks.position).any()
+    ]
+    if len(parts) != 1:
+        raise ValueError(f"the crowd is in {len(parts)} pieces; one is needed")
+    region = shapely.Polygon(parts[0].exterior).intersection(hall)
+    if region.geom_type != "Polygon" or not shapely.contains_xy(region, disks.position).all():
+        raise ValueError("the crowd is not in one piece")
+    outline = np.array(region.exterior.coords)[:-1]
+    return Room(
+        outline=outline,
+        border=_border(outline, enclosed),
+        pillars=tuple(np.array(ring.coords)[:-1] for ring in region.interiors),
+    )
+
+
+def _border(outline: Floats, hall: Room) -> tuple[Border, ...]:
+    """What each edge (v,) of the outline lies on."""
+    near = ROUNDING * float(np.ptp(hall.outline, axis=0).max())
+    middle = shapely.points(0.5 * (outline + np.roll(outline, -1, axis=0)))
+    kinds: list[Border] = ["free"] * len(outline)
+    for kind in ("wall", "exit"):
+        lines = shapely.multilinestrings(list(hall.pieces(kind)))
+        for edge in np.flatnonzero(shapely.distance(middle, lines) <= near):
+            kinds[edge] = kind
+    return tuple(kinds)
+
 
 # Means over a disk, exact to degree 5: its centre and six points at √(2/3) of the radius (Stroud,
 # S2: 5-1).
@@ -202,3 +264,70 @@ def _samples(disks: Snapshot, room: Room, mesh: MeshTri1) -> _Samples:
 def _cross(a: Floats, b: Floats) -> Floats:
     product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return product
+
+
+# Sides of the triangles, in mean radii of the disks.
+SIDES = (4.0, 2.0, 1.0)
+COARSE = (4.0, 2.0)
+# The reference has sides of the smallest times these: its change from the first to the second is
+# its error bar.
+FINER = (0.5, 0.25)
+# Counts up whenever the reference comes to have other numbers.
+EDITION = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContinuumLadder:
+    """The continuum on a window.
+
+    references: of each model, on meshes twice and four times as fine as the finest of them."""
+
+    answers: tuple[Answer, ...] = ()  # of both models on each mesh
+    references: tuple[tuple[Answer, Answer], ...] = ()
+    reason: str = ""  # why there is none of all this, in words
+
+    def judged(self) -> Iterator[tuple[Answer, Converged]]:
+        """Yield each answer with its model, converged."""
+        models = {}
+        for coarse, fine in self.references:
+            sure = coarse.status == fine.status == PointStatus.OK
+            models[coarse.law] = Converged(
+                own=fine.values if sure else None,
+                looser=coarse.values if sure else None,
+                why=f"the reference is {fine.status}: {fine.reason or coarse.reason}",
+                wrong="the mesh is too coarse: wrong",
+            )
+        for answer in self.answers:
+            yield answer, models[answer.law]
+
+
+def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> ContinuumLadder:
+    """Solve on meshes of these sides (in mean radii), finest last; the references, which take long,
+    are kept in `path`_*.npz."""
+    if not sides:
+        return ContinuumLadder(reason="it was not asked for")
+    radius = float(window.scene.snapshot.radius.mean())
+    try:
+        answers = [
+            solve_continuum(window, model, side * radius)
+            for model in ContinuumModel
+            for side in sides
+        ]
+        coarse, fine = (_kept(window, share * sides[-1] * radius, path) for share in FINER)
+    except ValueError as error:
+        return ContinuumLadder(reason=str(error))
+    return ContinuumLadder(answers=tuple(answers), references=tuple(zip(coarse, fine, strict=True)))
+
+
+def _kept(window: Window, side_m: float, path: Path) -> tuple[Answer, ...]:
+    """Both models from the file, or made and, if both are `ok`, kept there."""
+    file = path.with_name(f"{path.name}_{side_m:.6g}m.npz")
+    key = f"{window.scene.digest()} {EDITION}"
+    if found := kept(file, key):
+        values = {m: {q: found[f"{m}_{q.name}"] for q in COMPARED} for m in ContinuumModel}
+        return tuple(answer_of(model, side_m, values[model]) for model in ContinuumModel)
+    made = solve_both(window, side_m)
+    if all(answer.status == PointStatus.OK for answer in made):
+        arrays = {f"{a.law}_{q.name}": v for a in made for q, v in (a.values or {}).items()}
+        keep(file, key, arrays)
+    return made

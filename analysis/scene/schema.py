@@ -1,0 +1,625 @@
+"""What a scene file holds besides its disks: walls, drive, contact law, run, analysis, and what was
+done to the heads of a real crowd."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    TypeAdapter,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from nscd import Walls, _core
+from nscd.arrays import Flags, Floats, Indices
+
+# Engines do not read numbers whose squares or quotients underflow.
+SMALLEST = 1e-100
+
+
+# strict: neither `true` nor "1.0" is a number
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
+Count = Annotated[int, Strict(), Field(ge=1)]
+# beyond this, distances leave double precision
+Length = Annotated[Number, Field(ge=-1e30, le=1e30)]
+Point = tuple[Length, Length]
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(r"[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}", name):
+        raise ValueError(f"{name!r} is not the name of a file in one folder")
+    return name
+
+
+# It becomes a part of paths, and must not lead out of their folder.
+FileName = Annotated[str, AfterValidator(_file_name)]
+# Mean radius (m) and mean mass (kg) of the disks of a file.
+Means = tuple[float, float]
+
+
+def means_of(info: ValidationInfo) -> Means | None:
+    """The means of the disks of the file that is read, where there are any."""
+    ask: Callable[[], Means | None] = (info.context or {}).get("means", lambda: None)
+    return ask()
+
+
+class Part(BaseModel):
+    """A table of a scene file: no key that is not known, numbers that are numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*")
+    @classmethod
+    def _underflows_nowhere(cls, value: Any) -> Any:
+        for part in value if isinstance(value, tuple) else (value,):
+            if isinstance(part, float) and 0 < abs(part) < SMALLEST:
+                raise ValueError(f"{part:g} is nearer to 0 than {SMALLEST:g}; write 0")
+        return value
+
+
+# The keys that may stand for the stiffness of hertz.
+YOUNG, POISSON = "young_modulus_Pa", "poisson_ratio"
+# The overlap, over the mean radius, at which hertz has the stiffness that is given.
+HERTZ_OVERLAP = 0.01
+
+# One chest between front and back, F = A D + B D² of its compression D (N and m), mean of living
+# patients: Tsitlik et al., Crit. Care Med. 11 (1983) 685.
+CHEST_N_PER_M, CHEST_N_PER_M2 = 5490.0, 108000.0
+# Laws with the stiffness of a body: exactly, and as one Hertz contact of two people of mean radius,
+# F = BODY_HERTZ δ^1.5 (N/m^1.5), which is within 8 % for overlaps δ of 0.05 to 0.3 m.
+BODY, AS_HERTZ = "body", "body_hertz"
+BODY_HERTZ = 18500.0
+# Their nominal stiffness is the secant at this overlap (m).
+BODY_OVERLAP_M = 0.1
+
+
+def body_force(overlap: Floats, is_wall: Flags) -> Floats:
+    """Compute the force (k,) N of the law `body` at overlaps (k,) m: one chest against a wall, D =
+    δ; two in series between disks, D = δ/2 each."""
+    depth = np.where(is_wall, overlap, 0.5 * overlap)
+    return np.asarray(CHEST_N_PER_M * depth + CHEST_N_PER_M2 * depth**2)
+
+
+def body_energy(overlap: Floats, is_wall: Flags) -> Floats:
+    """Compute the energy (k,) J of such contacts: ½ A D² + ⅓ B D³ of each chest."""
+    depth = np.where(is_wall, overlap, 0.5 * overlap)
+    one = 0.5 * CHEST_N_PER_M * depth**2 + CHEST_N_PER_M2 / 3 * depth**3
+    return np.asarray(np.where(is_wall, one, 2 * one))
+
+
+def nominal_stiffness(is_wall: bool) -> float:
+    """Compute the secant stiffness of a body (N/m) at an overlap of 0.1 m: 5,445 between people,
+    16,290 at a wall."""
+    force = body_force(np.array([BODY_OVERLAP_M]), np.array([is_wall]))
+    return float(force[0]) / BODY_OVERLAP_M
+
+
+def hertz_stiffness(young_modulus: float, poisson_ratio: float, mean_radius: float) -> float:
+    """Compute the tangent stiffness (N/m) of two disks of mean radius r̄ (m) at an overlap of 1 %
+    of it, for bodies of Young's modulus E (Pa) and Poisson's ratio ν.
+
+    F = K √R δ^1.5 with K = ⁴⁄₃ E* = ⅔ E/(1 − ν²) and R = r̄/2 (Hertz; Johnson, Contact Mechanics,
+    1985, 4.2), so k = ³⁄₂ K √(R δ)."""
+    k = 2 / 3 * young_modulus / (1 - poisson_ratio**2)
+    return k / hertz_constant(1.0, mean_radius)
+
+
+def hertz_constant(stiffness: float, mean_radius: float) -> float:
+    """Compute K (Pa) of a Hertz contact F = K √R δ^1.5 from the tangent stiffness k (N/m) of two
+    disks of mean radius r̄ (m) at an overlap of 1 % of it: k = ³⁄₂ K √(½ r̄ 0.01 r̄)."""
+    return stiffness / (1.5 * float(np.sqrt(0.5 * HERTZ_OVERLAP)) * mean_radius)
+
+
+class ContactModel(Part):
+    """Repel by k·overlap (hooke), K·overlap^1.5 (hertz) or as chests do (body, body_hertz), with a
+    dashpot for the asked restitution and Coulomb friction.
+
+    stiffness_N_per_m: N/m, k; of hertz the tangent stiffness at an overlap of 1 % of the mean
+        radius; a file may give young_modulus_Pa and poisson_ratio instead
+    wall_stiffness_N_per_m: N/m, the same of walls; that of the disks where left out
+    restitution: 0 to 1, of two bodies
+    friction: coefficient; 0 is none
+    tangential_ratio: stiffness of the tangential spring over k
+    """
+
+    law: Literal["hooke", "hertz", "body", "body_hertz"] = "hooke"
+    stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
+    wall_stiffness_N_per_m: Positive | None = None  # noqa: N815
+    restitution: Annotated[Number, Field(ge=0, le=1)]
+    friction: Annotated[Number, Field(ge=0, le=10)] = 0.0
+    tangential_ratio: Annotated[Number, Field(gt=0, le=1)] = 2 / 7
+
+    @property
+    def at_walls(self) -> float:
+        """Give the stiffness of walls (N/m)."""
+        if self.of_bodies:
+            return nominal_stiffness(True)
+        return self.wall_stiffness_N_per_m or self.stiffness_N_per_m
+
+    @property
+    def of_bodies(self) -> bool:
+        """Tell whether its stiffness is that of a body."""
+        return self.law in (BODY, AS_HERTZ)
+
+    def hertz_constants(self, mean_radius: float) -> tuple[float, float]:
+        """Compute K (Pa) of disks and of walls, for disks of mean radius r̄ (m). A wall meets one
+        body where disks are two in series: K √r̄ D^1.5 at D = δ/2 is half as deep, so twice K."""
+        if self.law == AS_HERTZ:
+            constant = BODY_HERTZ / float(np.sqrt(0.5 * mean_radius))
+            return constant, 2 * constant
+        return (
+            hertz_constant(self.stiffness_N_per_m, mean_radius),
+            hertz_constant(self.at_walls, mean_radius),
+        )
+
+    def stiffest(self, mean_radius: float) -> float:
+        """Compute the stiffness (N/m) that time steps follow: the larger of disks and walls; of
+        bodies the tangent at a wall at a depth of the mean radius (m)."""
+        if self.law == BODY:
+            return CHEST_N_PER_M + 2 * CHEST_N_PER_M2 * mean_radius
+        if self.law == AS_HERTZ:
+            return 1.5 * self.hertz_constants(mean_radius)[1] * mean_radius
+        return max(self.at_walls, self.stiffness_N_per_m)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_bodies(cls, given: Any) -> Any:
+        """Put the stiffness of a body where the law has it."""
+        if not isinstance(given, dict) or given.get("law") not in (BODY, AS_HERTZ):
+            return given
+        nominal = nominal_stiffness(False)
+        for key in ("stiffness_N_per_m", "wall_stiffness_N_per_m"):
+            if given.get(key) not in (None, nominal):
+                raise ValueError(f"{key}: law = {given['law']} has a stiffness of its own")
+        if given["law"] == BODY and given.get("friction"):
+            raise ValueError("friction: law = body has none; law = body_hertz has it")
+        return given | {"stiffness_N_per_m": nominal, "wall_stiffness_N_per_m": None}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_material(cls, given: Any, info: ValidationInfo) -> Any:
+        """Put the stiffness in the place of Young's modulus and Poisson's ratio."""
+        if not isinstance(given, dict) or not {YOUNG, POISSON} & given.keys():
+            return given
+        rest = {key: value for key, value in given.items() if key not in (YOUNG, POISSON)}
+        if "stiffness_N_per_m" in rest or rest.get("law") != "hertz":
+            raise ValueError(f"{YOUNG}: only for law = hertz, and instead of stiffness_N_per_m")
+        material = Material.model_validate({key: given.get(key) for key in (YOUNG, POISSON)})
+        means = means_of(info)
+        if means is None:
+            raise ValueError(f"{YOUNG}: only where the radius of the disks is known")
+        radius, _ = means
+        stiffness = hertz_stiffness(material.young_modulus_Pa, material.poisson_ratio, radius)
+        return rest | {"stiffness_N_per_m": stiffness}
+
+
+class Material(Part):
+    """What bodies are made of.
+
+    young_modulus_Pa: Pa, E
+    poisson_ratio: ν
+    """
+
+    young_modulus_Pa: Positive  # noqa: N815  (the unit is pascal)
+    poisson_ratio: Annotated[Number, Field(gt=-1, le=0.5)]
+
+
+Extent = Annotated[Number, Field(ge=0)]
+Counted = Annotated[int, Strict(), Field(ge=0)]
+
+# What two keys say in the words of a table.
+DECILE = ("decile", "that a tenth of people exceed")
+SHARE = ("moved share over 1 cm", "share of people moved by more than 1 cm")
+
+
+class Reconciliation(Part):
+    """Record how heads became disks that do not overlap: where they come from, what was there and
+    how far people were moved. A length is in m, a density in 1/m², as its name says.
+
+    Overlaps are those of pairs of disks; densities are local ones (one over the area of each
+    person's Voronoi cell within the room and within 0.8 m of the person): the mean over people, and
+    what a tenth of the people exceed (the largest is an artefact of cells that the door cuts); none
+    where the cells could not be computed."""
+
+    file: str
+    frame: Annotated[int, Strict()]
+    people: Counted
+    left_out: Counted
+    radius_m: Positive
+    radius_sd_m: Positive | None = None
+    velocity_window_s: Positive
+    overlaps_before: Counted
+    wall_overlaps_before: Counted
+    overlap_before_largest_m: Extent
+    overlap_before_mean_m: Extent
+    overlap_before_sum_m: Extent
+    overlap_after_m: Extent
+    moved_mean_m: Extent
+    moved_rms_m: Extent
+    moved_largest_m: Extent
+    moved_share_over_1_cm: Annotated[Number, Field(ge=0, le=1)]
+    moved_mean_x_m: Number
+    moved_mean_y_m: Number
+    density_before_mean_per_m2: Extent | None = None
+    density_before_decile_per_m2: Extent | None = None
+    density_after_mean_per_m2: Extent | None = None
+    density_after_decile_per_m2: Extent | None = None
+    contacts_after: Counted
+    wall_contacts_after: Counted
+    linearisations: Counted
+
+    @property
+    def statement(self) -> str:
+        """What this scene is and is not, one paragraph in words."""
+        overlap, mean = 100 * self.overlap_before_largest_m, 100 * self.overlap_before_mean_m
+        moved, most = 100 * self.moved_mean_m, 100 * self.moved_largest_m
+        share = 100 * self.moved_share_over_1_cm
+        heads = self.people + self.left_out
+        spread = f" (standard deviation {self.radius_sd_m:.3g} m)" if self.radius_sd_m else ""
+        before, after = self.density_before_decile_per_m2, self.density_after_decile_per_m2
+        density = "The local densities are missing: their Voronoi cells could not be computed. "
+        if before is not None and after is not None:
+            density = (
+                "The local density that a tenth of the people exceed went from "
+                f"{before:.1f} to {after:.1f} people per m². "
+            )
+        return (
+            f"Heads are not bodies. {self.file}, frame {self.frame}, has the heads of {heads} "
+            f"people; {self.left_out} outside the walls were left out. As disks "
+            f"of radius {self.radius_m:.4g} m{spread} round the heads, the other {self.people} had "
+            f"overlaps: {self.overlaps_before} with each other, by up to {overlap:.1f} cm "
+            f"({mean:.1f} cm in the mean), and {self.wall_overlaps_before} with walls. They were moved until none "
+            "overlap, together as little as possible (least sum of squares, a local minimum): "
+            f"{moved:.1f} cm in the mean, {most:.1f} cm at most, {share:.0f} % of the people more "
+            f"than 1 cm. {density}Contacts afterwards: "
+            f"{self.contacts_after} between people, {self.wall_contacts_after} with walls. Who "
+            "touches whom is an outcome of the stated radius and of this rule, not an "
+            "observation, and so are the forces computed from it."
+        )
+
+    def rows(self) -> list[tuple[str, float | int | str]]:
+        """List name with unit and value, in the order of the fields, for a table."""
+        units = {"_per_m2": " (1/m²)", "_m": " (m)", "_s": " (s)"}
+        rows: list[tuple[str, float | int | str]] = []
+        for key, value in self.model_dump(exclude_none=True).items():
+            unit = next((end for end in units if key.endswith(end)), "")
+            words = key.removesuffix(unit).replace("_", " ").replace(*DECILE).replace(*SHARE)
+            rows.append((words + units.get(unit, ""), value))
+        return rows
+
+
+class OtherFrames(Part):
+    """Name frames of the same film, near in time, that became crowds in the same way.
+
+    frames: their numbers in the file
+    after_s: s after the scene's own frame, negative before it
+    data: names of their data files, in the folder of the scene
+    refused: numbers of frames that could not be made crowds
+    """
+
+    frames: tuple[Annotated[int, Strict()], ...]
+    after_s: tuple[Number, ...]
+    data: tuple[FileName, ...]
+    refused: tuple[Annotated[int, Strict()], ...] = ()
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> OtherFrames:
+        if not len(self.frames) == len(self.after_s) == len(self.data):
+            raise ValueError("frames, after_s and data need one entry per frame")
+        return self
+
+    @staticmethod
+    def files(scene: str, frames: Sequence[int]) -> tuple[str, ...]:
+        """Name the data files of the frames of a scene."""
+        return tuple(f"{scene}_{number}.data" for number in frames)
+
+    @property
+    def statement(self) -> str:
+        """Say which frames there are, in one line."""
+        found = [
+            f"{number} ({time:+.3g} s)"
+            for number, time in sorted(zip(self.frames, self.after_s, strict=True))
+        ]
+        words = f"Other frames of the film: {', '.join(found) or 'none'}."
+        if self.refused:
+            left = ", ".join(str(number) for number in sorted(self.refused))
+            words += f" Of frames that were tried, these could not be made crowds: {left}."
+        return words.replace("-", "−")
+
+    def rows(self) -> list[tuple[str, float | int | str]]:
+        """List the frames for a table."""
+        rows: list[tuple[str, float | int | str]] = []
+        for words, numbers in (("became", self.frames), ("could not become", self.refused)):
+            if numbers:
+                frames = ", ".join(str(number) for number in sorted(numbers))
+                rows.append((f"other frames that {words} crowds", frames))
+        return rows
+
+    def of(self, scene: str) -> OtherFrames:
+        """Name the data files after another scene."""
+        return self.model_copy(update={"data": self.files(scene, self.frames)})
+
+
+# The key that may stand for desired speed or relaxation time, and the latter where only it is
+# given: pushed people lose their speed in 0.1 to 1 s.
+PUSH, USUAL_RELAXATION_S = "push_N", 0.5
+Mass = TypeVar("Mass", float, Floats)
+
+
+class Wall(Part):
+    """Name a straight wall.
+
+    name: a word of letters, digits and underscores
+    start_m, end_m: m
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z]\w{0,99}$")]
+    start_m: Point
+    end_m: Point
+
+
+class Exit:
+    """Say where somebody wants to go: what a drive and its goals have in common."""
+
+    if TYPE_CHECKING:  # the fields of both, each in the order of its own file
+        door_start_m: Point
+        door_end_m: Point
+        outward: Point
+
+    def _check_door(self) -> None:
+        if abs(np.hypot(*self.outward) - 1) > 1e-9:
+            raise ValueError("outward must be a unit vector")
+        if self.door_start_m == self.door_end_m:
+            raise ValueError("door_start_m and door_end_m are the same point")
+
+    @property
+    def door(self) -> tuple[Point, Point]:
+        """The ends of the door, m."""
+        return self.door_start_m, self.door_end_m
+
+    def beyond(self, position: Floats) -> Flags:
+        """Who (n,) at (n,2) m has passed the line of the door."""
+        passed: Flags = (position - np.array(self.door_start_m)) @ np.array(self.outward) >= 0
+        return passed
+
+
+class Goal(Part, Exit):
+    """Send some people to a door of their own.
+
+    people: ids, the first and the last
+    door_start_m, door_end_m: m
+    outward: unit vector out of the room
+    """
+
+    people: tuple[Count, Count]
+    door_start_m: Point
+    door_end_m: Point
+    outward: Point
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Goal:
+        self._check_door()
+        if self.people[0] > self.people[1]:
+            raise ValueError(f"people: {self.people[0]} to {self.people[1]}; the first comes first")
+        return self
+
+    def of(self, ids: Indices) -> Flags:
+        """Who (n,) of these ids (n,) goes there."""
+        return (ids >= self.people[0]) & (ids <= self.people[1])
+
+
+class Drive(Part, Exit):
+    """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
+    centre), and along `outward` for those who have passed the line of the door.
+
+    speed_m_per_s: m/s, |u_d|
+    relaxation_time_s: s, τ
+    door_start_m, door_end_m: m
+    outward: unit vector out of the room
+    aim: nearest or centre
+    goals: doors of those who go to another one
+    """
+
+    speed_m_per_s: Positive
+    relaxation_time_s: Positive
+    door_start_m: Point
+    door_end_m: Point
+    outward: Point
+    aim: Literal["nearest", "centre"] = "nearest"
+    goals: tuple[Goal, ...] = ()
+
+    def push(self, mass: Mass) -> Mass:
+        """Give m U/τ (N): with how much people of this mass (kg) push who are held."""
+        return mass * self.speed_m_per_s / self.relaxation_time_s
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_push(cls, given: Any, info: ValidationInfo) -> Any:
+        """Put speed and relaxation time in the place of the push of a person of mean mass,
+        m̄ U/τ."""
+        if not isinstance(given, dict) or PUSH not in given:
+            return given
+        rest = {key: value for key, value in given.items() if key != PUSH}
+        push = Push.model_validate({PUSH: given[PUSH]}).push_N
+        means = means_of(info)
+        if means is None:
+            raise ValueError(f"{PUSH}: only where the mass of the disks is known")
+        if {"speed_m_per_s", "relaxation_time_s"} <= rest.keys():
+            raise ValueError(f"{PUSH}: instead of speed_m_per_s, relaxation_time_s, or both")
+        _, mass = means
+        if "speed_m_per_s" in rest:
+            speed = TypeAdapter(Positive).validate_python(rest["speed_m_per_s"])
+            return rest | {"relaxation_time_s": mass * speed / push}
+        time = TypeAdapter(Positive).validate_python(
+            rest.get("relaxation_time_s", USUAL_RELAXATION_S)
+        )
+        return rest | {"relaxation_time_s": time, "speed_m_per_s": push * time / mass}
+
+    @model_validator(mode="after")
+    def _one_goal_each(self) -> Drive:
+        self._check_door()
+        ranges = sorted(goal.people for goal in self.goals)
+        for (_, last), (first, _) in pairwise(ranges):
+            if first <= last:
+                raise ValueError(f"goals: person {first} has two")
+        return self
+
+    @property
+    def doors(self) -> tuple[Exit, ...]:
+        """All doors, the drive's own first."""
+        return (self, *self.goals)
+
+    @property
+    def ways(self) -> int:
+        """Count the different doors to which people go."""
+        return len({exit.door for exit in self.doors})
+
+    def target(self, exit_: Exit | None = None) -> tuple[Point, Point]:
+        """Give the segment whose nearest point people walk to (m): the door, or its centre twice;
+        of the drive's own door, or of a goal."""
+        start, end = (self if exit_ is None else exit_).door
+        if self.aim == "nearest":
+            return start, end
+        centre = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]))
+        return centre, centre
+
+    def exits(self, ids: Indices) -> list[tuple[Exit, Flags]]:
+        """Give each door and who (n,) of people with these ids (n,) goes to it: those whom no goal
+        names to the drive's own."""
+        goals: list[tuple[Exit, Flags]] = [(goal, goal.of(ids)) for goal in self.goals]
+        others = ~np.any([mine for _, mine in goals], axis=0) if goals else np.ones(len(ids), bool)
+        return [(self, others), *goals]
+
+    def desired_velocity(self, position: Floats, ids: Indices | None = None) -> Floats:
+        """Compute u_d of disks at position (n,2) m with ids (n,), in m/s, shape (n,2); ids are
+        needed where there are goals."""
+        place = np.array(position, dtype=np.float64, order="C")
+        if not self.goals:
+            return self._headed(place, self)
+        if ids is None:
+            raise ValueError("goals: the ids of people say who goes where")
+        velocity = np.empty_like(place)
+        for exit_, mine in self.exits(ids):
+            velocity[mine] = self._headed(place[mine], exit_)
+        return velocity
+
+    def _headed(self, place: Floats, exit_: Exit) -> Floats:
+        start, end = (np.array(point, dtype=np.float64) for point in self.target(exit_))
+        outward, door = np.array(exit_.outward, dtype=np.float64), np.array(exit_.door_start_m)
+        return _core.headed(
+            np.ascontiguousarray(place), start, end, outward, door, self.speed_m_per_s
+        )
+
+    def gone(self, position: Floats, ids: Indices) -> Flags:
+        """Tell who (n,) at (n,2) m has passed the line of the own door."""
+        passed = np.zeros(len(position), dtype=bool)
+        for exit_, mine in self.exits(ids):
+            passed |= mine & exit_.beyond(position)
+        return passed
+
+
+class Push(Part):
+    """Say with how much people push.
+
+    push_N: N, of a person of mean mass who is held; in proportion to the mass of others
+    """
+
+    push_N: Positive  # noqa: N815  (the unit is newton)
+
+
+class BodyForce(Part):
+    """Accelerate everybody alike, as gravity does on a slope.
+
+    acceleration_m_per_s2: (x, y) m/s², g; the force on a disk is m g
+    """
+
+    acceleration_m_per_s2: Point
+
+
+class Run(Part):
+    """Say how long to simulate and how often to write.
+
+    duration_s: s
+    frames: how many after the first
+    time_step_s: s, of LAMMPS and YADE at most; it is shortened to fit between frames. Follows from
+        the stiffness where left out
+    drive_interval_steps: steps between two evaluations of the drive, in LAMMPS and YADE
+    rigid_step_s: s, of the rigid engine at most; it is shortened to fit between frames. Follows
+        from radius and speed where left out
+    rigid_tolerance: of the contact problem of a step; 1e-8 where left out
+    impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time;
+        the rigid engine always does
+    """
+
+    duration_s: Positive
+    frames: Count
+    time_step_s: Positive | None = None
+    drive_interval_steps: Count = 10
+    rigid_step_s: Positive | None = None
+    rigid_tolerance: Annotated[Number, Field(ge=1e-12, le=0.1)] | None = None
+    impulses: Annotated[bool, Strict()] | None = None
+
+
+class Analysis(Part):
+    """Say which percussions are compared with which forces.
+
+    kind: driven: p/τ with the force at time_s; impact: p of the initial state with ∫f dt over the
+        run
+    time_s: s
+    contact_tolerance_m: m, gap up to which disks are in contact
+    """
+
+    kind: Literal["driven", "impact"]
+    time_s: Annotated[Number, Field(ge=0)] = 0.0
+    contact_tolerance_m: Positive = 1e-6
+
+
+class Room(Part):
+    """Hold a scene without its disks: what `percussions import` puts a crowd into."""
+
+    title: str
+    source: str
+    walls: tuple[Wall, ...] = ()
+    drive: Drive | None = None
+    body_force: BodyForce | None = None
+    contact: ContactModel
+    run: Run
+    analysis: Analysis
+
+    def __repr__(self) -> str:
+        return f"<Room: {self._shown()}>"
+
+    def _shown(self) -> str:
+        """The room in few words."""
+        law = f"{self.contact.law} {self.contact.stiffness_N_per_m:g} N/m"
+        return f"{len(self.walls)} walls, {self.analysis.kind}, {law}, {self.run.duration_s:g} s"
+
+    def wall_segments(self) -> Walls:
+        """Give the walls as nscd takes them, in the room's order."""
+        return Walls(
+            start=np.array([wall.start_m for wall in self.walls]).reshape(-1, 2),
+            end=np.array([wall.end_m for wall in self.walls]).reshape(-1, 2),
+        )
+
+    def acceleration(self) -> Point:
+        """Give the acceleration (x, y) m/s² of the body force; 0 where there is none."""
+        return self.body_force.acceleration_m_per_s2 if self.body_force else (0.0, 0.0)
+
+    def door(self) -> Walls | None:
+        """Give the doors as segments, where there is a drive."""
+        if self.drive is None:
+            return None
+        ends = np.array([exit_.door for exit_ in self.drive.doors])
+        return Walls(start=ends[:, 0], end=ends[:, 1])

@@ -1,1 +1,0 @@
-"""The two continuum models on the crowd of a window."""

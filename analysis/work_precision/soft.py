@@ -1,0 +1,522 @@
+"""Soft runs over a window: their model, their reference, their points and where the window starts."""
+
+import contextlib
+import functools
+import itertools
+import logging
+import resource
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from analysis.dumps import DumpError, open_bodies, snapshot_of
+from analysis.engines import EngineError, engine, installed
+from analysis.engines.penalty import damping_ratio_for, penalty_of
+from analysis.engines.record import FINISHED
+from analysis.engines.run import run_engine
+from analysis.percussions.setting import law_of
+from analysis.scene.real.separate import reconcile
+from analysis.scene.scene import Scene
+from analysis.scene.schema import AS_HERTZ, BODY, CHEST_N_PER_M, CHEST_N_PER_M2
+from analysis.support.cache import keep, kept
+from analysis.support.machine import machine
+from analysis.support.parallel import Progress
+from analysis.work_precision.point import PointStatus
+from analysis.work_precision.window import (
+    Answer,
+    Motion,
+    Window,
+    driven_window,
+    impact_window,
+    today,
+)
+from nscd import Snapshot, Walls, _core, find_contacts
+from nscd.arrays import Floats, Indices
+from nscd.contacts import connected
+
+# Laws, by their numbers in the core.
+_HOOKE, _HERTZ, _BODY = 0, 1, 2
+
+
+class SoftModel:
+    """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m, and g.
+
+    A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
+    (hertz), or with a chest's force + max(0, cδ′) (body), while δ > 0. The dashpots are those of
+    `penalty_of`, derived again from the law's definition. The drive acts continuously. Contacts are
+    looked for among those that are within `reach` (m) at the start.
+
+    Raises ValueError for friction, which has a memory that this model does not keep."""
+
+    def __init__(self, scene: Scene, reach: float) -> None:
+        if scene.contact.friction:
+            raise ValueError(
+                f"contact.friction: {scene.contact.friction:g}; "
+                "charts and advice are for frictionless contacts"
+            )
+        self._disks, walls = scene.snapshot, scene.wall_segments()
+        pairs = find_contacts(scene.snapshot, tolerance=reach)
+        # not the walls of `find_contacts`: which of those that meet answers for a point changes
+        # with the motion
+        disk, wall = _near(scene.snapshot, walls, reach)
+        # a wall's number in `wall`, −1 for a pair
+        self._contacts = (
+            np.concatenate([pairs.first, disk]),
+            np.concatenate([pairs.second, np.zeros_like(disk)]),
+            np.concatenate([np.full(len(pairs), -1), wall]),
+            connected(walls),
+        )
+        law, *constants = _law(scene)
+        self._law = law, np.array([*constants, CHEST_N_PER_M, CHEST_N_PER_M2])
+        self._drive = _drive(scene)
+        self._acceleration = np.array(scene.acceleration())
+        self._ends = np.array(walls.start), np.array(walls.end)
+
+    def accelerate(self, out: Floats, position: Floats, velocity: Floats) -> None:
+        """Write the acceleration (n,2) m/s² at positions (n,2) m and velocities (n,2) m/s into
+        `out`."""
+        disks = self._disks
+        _core.soft_forces(
+            out, position, velocity, disks.radius, disks.mass, *self._contacts, *self._law
+        )
+        out /= disks.mass[:, None]
+        out += self._acceleration
+        if self._drive is not None:
+            _core.soft_drive(out, position, velocity, *self._drive)
+
+    def passes_a_wall(self, before: Floats, after: Floats) -> bool:
+        """Tell whether a centre that goes straight from `before` to `after` (n,2) m crosses a wall,
+        whose force would then turn round."""
+        return _core.crosses(before, after, *self._ends)
+
+
+def _near(snapshot: Snapshot, walls: Walls, reach: float) -> tuple[Indices, Indices]:
+    """Disks and walls with gaps up to the reach (m), by (disk, wall): two arrays (k,)."""
+    disk, wall = (index.ravel() for index in np.indices((len(snapshot), len(walls))))
+    to_wall = walls.nearest_point(snapshot.position[disk], wall) - snapshot.position[disk]
+    near = np.hypot(*to_wall.T) - snapshot.radius[disk] <= reach
+    return disk[near], wall[near]
+
+
+def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] | None:
+    """Speed, τ, and of each disk target (start, end), a point of its door's line and where outward
+    is, (n,2)."""
+    drive = scene.drive
+    if drive is None:
+        return None
+    ways = np.empty((4, len(scene.snapshot), 2))
+    for exit_, mine in drive.exits(scene.snapshot.ids):
+        for way, point in zip(
+            ways, (*drive.target(exit_), exit_.door_start_m, exit_.outward), strict=True
+        ):
+            way[mine] = point
+    start, end, door, outward = ways
+    return drive.speed_m_per_s, drive.relaxation_time_s, start, end, door, outward
+
+
+def _law(scene: Scene) -> tuple[int, float, float, float, float, float]:
+    """Which law; k or K of pairs and of walls; ζ; dashpots of pairs and walls (N·s/m)."""
+    contact, mass = scene.contact, scene.snapshot.mass
+    body = contact.law == BODY
+    ratio = damping_ratio_for(contact.restitution**2 if body else contact.restitution)
+    k, wall_k = contact.stiffness_N_per_m, contact.at_walls
+    heaviest = float(mass.max())
+    if contact.law in ("hertz", AS_HERTZ):
+        radius = float(scene.snapshot.radius.mean())
+        return _HERTZ, *contact.hertz_constants(radius), ratio, 0.0, 0.0
+    pair, wall = (
+        2 * ratio * float(np.sqrt(a * m)) for a, m in ((k, heaviest / 2), (wall_k, heaviest))
+    )
+    return _BODY if body else _HOOKE, k, wall_k, ratio, pair, wall
+
+
+TOLERANCE = 1e-7
+# How much tighter the second integration is, whose difference from the first is the error bar.
+TIGHTER = 0.01
+MOST_REFERENCE_STEPS = 400_000
+# Counts up whenever `soft_reference` comes to give other numbers.
+EDITION = 1
+
+
+class ReferenceError(RuntimeError):
+    """A reference that could not be computed; the message says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SoftReference:
+    """The soft model at the end of the scene's run.
+
+    looser: the same with a tolerance 100 times looser; their difference bounds the error as long as
+    the integration converges."""
+
+    motion: Motion  # its answer
+    looser: Motion
+    steps: int  # of the integration
+
+
+def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
+    """Integrate the soft model of the scene over its run by DOP853 (Hairer, Nørsett, Wanner,
+    Solving Ordinary Differential Equations I, II.5), twice. Raises ReferenceError, and what
+    `SoftModel` raises."""
+    (looser, _), reach = _reaching(scene, lambda reach: _integrate(scene, tolerance, reach))
+    motion, steps = _integrate(scene, TIGHTER * tolerance, reach)
+    return SoftReference(motion=motion, looser=looser, steps=steps)
+
+
+def leapfrog(scene: Scene) -> Motion:
+    """Integrate the soft model with the scene's time step as both engines do: positions move with
+    the velocity of the half step, and so do dashpots see the one of half a step before. Raises what
+    `SoftModel` raises."""
+    return _reaching(scene, lambda reach: _step(scene, reach))[0][0]
+
+
+def kept_reference(scene: Scene, path: Path) -> SoftReference | str:
+    """Take the soft reference of the scene from `path`.npz, or compute and keep it there; return
+    why there is none, in words, where it could not be computed."""
+    file, key = path.with_name(path.name + ".npz"), f"{scene.digest()} {TOLERANCE} {EDITION}"
+    if found := kept(file, key):
+        motion, looser = (
+            Motion(displacement=found[f"{name}_displacement"], velocity=found[f"{name}_velocity"])
+            for name in ("motion", "looser")
+        )
+        return SoftReference(motion=motion, looser=looser, steps=int(found["steps"]))
+    try:
+        made = soft_reference(scene)
+    except ReferenceError as error:
+        return str(error)
+    arrays = {
+        f"{name}_{field}": getattr(getattr(made, name), field)
+        for name in ("motion", "looser")
+        for field in ("displacement", "velocity")
+    }
+    keep(file, key, {"steps": made.steps, **arrays})
+    return made
+
+
+def _speed(scene: Scene) -> float:
+    """About how fast anybody gets (m/s)."""
+    speed = float(np.abs(scene.snapshot.velocity).max(initial=0.0))
+    speed += float(np.hypot(*scene.acceleration())) * scene.run.duration_s
+    if scene.drive is None:
+        return speed
+    share = scene.run.duration_s / scene.drive.relaxation_time_s
+    return max(speed, scene.drive.speed_m_per_s * share)
+
+
+def _reaching(
+    scene: Scene, integrate: Callable[[float], tuple[Motion, int]]
+) -> tuple[tuple[Motion, int], float]:
+    """What `integrate` gives with contacts looked for as far (m) as it takes, and how far: a crowd
+    can squeeze somebody out faster than anybody wants to walk."""
+    reach = 2.0 * (_speed(scene) * scene.run.duration_s + 1e-4)
+    while True:
+        found = integrate(reach)
+        farthest = 2.0 * float(np.hypot(*found[0].displacement[1].T).max())
+        if not farthest > 0.9 * reach:
+            return found, reach
+        reach = max(2.0 * reach, 1.5 * farthest)
+
+
+def _step(scene: Scene, reach: float) -> tuple[Motion, int]:
+    model, penalty = SoftModel(scene, reach), penalty_of(scene)
+    start = np.array(scene.snapshot.position)
+    moved, velocity = np.zeros_like(start), np.array(scene.snapshot.velocity)
+    dt, acceleration = penalty.time_step, np.empty_like(start)
+    model.accelerate(acceleration, start, velocity)
+    velocity += 0.5 * dt * acceleration
+    frames = []
+    for step in range(1, penalty.steps + 1):
+        before = start + moved
+        moved += dt * velocity
+        _stay_inside(scene, model, before, start + moved)
+        model.accelerate(acceleration, start + moved, velocity)
+        if step in (penalty.steps // 2, penalty.steps):
+            frames.append((moved.copy(), velocity + 0.5 * dt * acceleration))
+        velocity += dt * acceleration
+    displacement, velocities = (np.stack(part) for part in zip(*frames, strict=True))
+    return Motion(displacement=displacement, velocity=velocities), penalty.steps
+
+
+def _integrate(scene: Scene, tolerance: float, reach: float) -> tuple[Motion, int]:
+    snapshot, model = scene.snapshot, SoftModel(scene, reach)
+    n = len(snapshot)
+    period = float(
+        np.sqrt(snapshot.mass.max() / max(scene.contact.stiffness_N_per_m, scene.contact.at_walls))
+    )
+    least = tolerance * _speed(scene)
+
+    # displacements in lengths of a period, so that one tolerance (a speed) serves both halves
+    def slope(_: float, state: Floats) -> Floats:
+        moved, velocity = state[: 2 * n].reshape(n, 2), state[2 * n :].reshape(n, 2)
+        out = np.empty_like(state)
+        np.divide(state[2 * n :], period, out=out[: 2 * n])
+        position = snapshot.position + period * moved
+        model.accelerate(out[2 * n :].reshape(n, 2), position, velocity)
+        return out
+
+    start = np.concatenate([np.zeros(2 * n), snapshot.velocity.ravel()])
+    states, steps = [], 0
+    for begin, end in ((0.0, 0.5), (0.5, 1.0)):
+        span = begin * scene.run.duration_s, end * scene.run.duration_s
+        solver = DOP853(slope, span[0], start, span[1], rtol=tolerance, atol=least)
+        while solver.status == "running":
+            before = snapshot.position + period * solver.y[: 2 * n].reshape(n, 2)
+            message = solver.step()
+            steps += 1
+            after = snapshot.position + period * solver.y[: 2 * n].reshape(n, 2)
+            _stay_inside(scene, model, before, after)
+            if solver.status == "failed" or steps > MOST_REFERENCE_STEPS:
+                raise ReferenceError(f"{scene.name}: {message or f'no end after {steps} steps'}")
+        start = solver.y
+        states.append(start.reshape(2, n, 2))
+    moved = period * np.stack([state[0] for state in states])
+    return Motion(displacement=moved, velocity=np.stack([state[1] for state in states])), steps
+
+
+def _stay_inside(scene: Scene, model: SoftModel, before: Floats, after: Floats) -> None:
+    if model.passes_a_wall(before, after):
+        raise ReferenceError(f"{scene.name}: the centre of a disk has passed a wall")
+
+
+# Times the scene's stiffness. Those of people stand in analysis/engines/bodies.toml.
+STIFFER = (1.0, 1e1, 1e2, 1e3, 1e4)
+# Time steps as shares of the safe one, also far beyond where an explicit method is stable.
+SHARES = (1 / 64, 1 / 16, 1 / 4, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+# No run is longer than this; finer time steps of large crowds are left out.
+MOST_PARTICLE_STEPS, MOST_STEPS = 2.0e7, 2.0e5
+LAWS = {"lammps": ("hooke", "hertz"), "yade": ("hooke",)}
+# The CPU time of a run is that of the children of this process: one at a time.
+_one_at_a_time = threading.Lock()
+
+
+def soft_engines() -> list[str]:
+    """List the engines of soft contacts that are installed."""
+    return [name for name in LAWS if engine(name).find()]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SoftSetting:
+    """An engine with a contact law, a stiffness and a time step as a share of the safe one."""
+
+    engine: str
+    law: str
+    stiffness_N_per_m: float  # noqa: N815  (the unit is newton)
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SoftRun:
+    """What a run with a setting gave: its motion (None where it failed), and the answer without
+    values; its CPU seconds are the engine's, start included."""
+
+    setting: SoftSetting
+    motion: Motion | None
+    answer: Answer
+
+    def on(self, window: Window) -> Answer:
+        """Give the answer on the window."""
+        if self.motion is None:
+            return self.answer
+        values = window.quantities(self.motion, self.setting.stiffness_N_per_m)
+        return replace(self.answer, values=values)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """Settings to try: stiffnesses (times the scene's), shares of the safe time step, and the
+    shares of an engine that has others."""
+
+    stiffer: tuple[float, ...] = STIFFER
+    shares: tuple[float, ...] = SHARES
+    of_engine: dict[str, tuple[float, ...]] = field(default_factory=dict)
+
+
+FULL = Grid()
+QUICK = Grid(stiffer=(1.0, 1e2), shares=(1 / 4, 1.0, 4.0), of_engine={"yade": (1.0,)})
+
+
+def settings_of(window: Window, engines: Sequence[str], grid: Grid = FULL) -> Iterator[SoftSetting]:
+    """Yield all settings of a grid, short of those that would take too long."""
+    n = len(window.scene.snapshot)
+    own = window.scene.contact.stiffness_N_per_m
+    for name in engines:
+        shares = grid.of_engine.get(name, grid.shares)
+        for law, stiffer, share in itertools.product(LAWS[name], grid.stiffer, shares):
+            setting = SoftSetting(
+                engine=name, law=law, stiffness_N_per_m=stiffer * own, share=share
+            )
+            steps = penalty_of(scene_of(window, setting)).steps
+            if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
+                yield setting
+
+
+def scene_of(window: Window, setting: SoftSetting) -> Scene:
+    """Make the scene to run: two frames, and a time step at most `share` of the safe one that
+    divides the window."""
+    variant = window.variant(setting.law, setting.stiffness_N_per_m)
+    half = 0.5 * variant.run.duration_s
+    steps = ceil(half / (setting.share * penalty_of(variant).safe_time_step) - 1e-9)
+    return variant.with_run(time_step_s=half / steps)
+
+
+def run_folder(folder: Path, setting: SoftSetting) -> Path:
+    """Name where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
+    return (
+        folder
+        / f"{setting.engine}_{setting.law}_k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
+    )
+
+
+def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
+    """Run the scene with the setting's engine, or take what is there: the finished run, or how it
+    failed.
+
+    A run that fails is a result: its status and reason say so.
+    """
+    note = folder.with_name(folder.name + ".json")
+    key = f"{scene.digest()} {_version(setting.engine)}"
+    known = kept(note, key)
+    if known is None or not _is_there(known, folder):
+        known = _run(scene, setting, folder)
+        keep(note, key, known)
+    motion, status, reason = None, PointStatus(known["status"]), known["reason"]
+    if status == PointStatus.OK:
+        try:
+            motion = _motion(scene, folder)
+        except (DumpError, EngineError) as error:
+            status, reason = PointStatus.FAILED, str(error)
+    answer = Answer(
+        method=setting.engine,
+        law=setting.law,
+        time_step_s=penalty_of(scene).time_step,
+        time_step_share=setting.share,
+        stiffness_N_per_m=setting.stiffness_N_per_m,
+        cpu_seconds=known["cpu_seconds"],
+        values=None,
+        status=status,
+        reason=reason,
+        machine=known["machine"],
+        date=known["date"],
+    )
+    return SoftRun(setting=setting, motion=motion, answer=answer)
+
+
+@functools.cache
+def _version(name: str) -> str | None:
+    """Asked once in a process: asking starts the engine."""
+    return engine(name).version()
+
+
+@contextlib.contextmanager
+def _only_errors() -> Iterator[None]:
+    """Without warnings of a run: a time step beyond the safe one is meant here."""
+    log = logging.getLogger("analysis.engines.run")
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
+def _run(scene: Scene, setting: SoftSetting, folder: Path) -> dict[str, Any]:
+    status, reason = PointStatus.OK, ""
+    with _one_at_a_time, _only_errors():
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        try:
+            record = run_engine(scene, setting.engine, folder)
+            seconds = record.cpu_seconds
+            if record.exit_state != FINISHED:
+                status, reason = PointStatus.FAILED, f"{setting.engine}: {record.exit_state}"
+        except (EngineError, DumpError) as error:
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            status, reason = PointStatus.FAILED, str(error).splitlines()[0]
+    return {
+        "status": str(status),
+        "reason": reason,
+        "cpu_seconds": seconds,
+        "machine": machine(),
+        "date": today(),
+    }
+
+
+def _is_there(known: dict[str, Any], folder: Path) -> bool:
+    return known.get("status") != PointStatus.OK or (folder / "bodies.dump").exists()
+
+
+def _motion(scene: Scene, folder: Path) -> Motion:
+    """The motion at the last two frames of the run."""
+    trajectory = open_bodies(folder / "bodies.dump", penalty_of(scene).time_step).trajectory
+    if len(trajectory) != 3:
+        raise DumpError(f"{folder}: {len(trajectory)} frames where 3 are due")
+    frames = [snapshot_of(trajectory[frame]) for frame in (1, 2)]
+    moved = np.stack([frame.position for frame in frames]) - scene.snapshot.position
+    return Motion(displacement=moved, velocity=np.stack([frame.velocity for frame in frames]))
+
+
+def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None) -> Window:
+    """Make the window of a scene; what it takes to find its start is kept in the folder.
+
+    An impact and the frame of a real crowd are taken as they stand. Any other driven crowd is first
+    run to the scene's instant of analysis by the first engine that there is; then disks that
+    overlap are moved apart, as little as possible (see `reconcile`), since a stiffer contact would
+    make an explosion of the same overlap. Raises ValueError as `check_chart` and `Window.check` do;
+    EngineError where no engine can run it."""
+    check_chart(scene)
+    if scene.drive is None:
+        window = impact_window(scene)
+    elif scene.reconciliation is not None:
+        window = driven_window(scene, scene.snapshot.position)
+    else:
+        window = driven_window(scene, _pressed(scene, folder, progress))
+    window.check()
+    return window
+
+
+def check_chart(scene: Scene) -> None:
+    """Raise ValueError naming the field of a scene that charts are not for: friction, a body force,
+    an impact of restitution 1, or one in which nobody presses anybody."""
+    if scene.contact.friction:
+        raise ValueError(
+            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
+            "charts are for frictionless contacts"
+        )
+    if scene.body_force:
+        raise ValueError(f"scene {scene.name}: body_force: charts are for scenes without")
+    law_of(scene)
+    if scene.drive is None:
+        impact_window(scene).check()
+
+
+def pressing(scene: Scene) -> Scene | None:
+    """Make the run that presses a crowd together; None of one that is taken as it stands."""
+    if scene.drive is None or scene.reconciliation is not None:
+        return None
+    return scene.with_run(duration_s=scene.analysis.time_s, frames=1, time_step_s=None)
+
+
+def _pressed(scene: Scene, folder: Path, progress: Progress | None) -> Floats:
+    present = next(iter(soft_engines()), None)
+    if present is None:
+        raise EngineError(
+            "no engine: the crowd cannot be pressed together; see: percussions doctor"
+        )
+    file, key = folder / "start.npz", f"{scene.digest()} {installed(present)}"
+    if found := kept(file, key):
+        return np.asarray(found["position"])
+    start = pressing(scene)
+    assert start is not None
+    record = run_engine(start, present, folder / "start", progress)
+    end = snapshot_of(
+        open_bodies(folder / "start" / "bodies.dump", record.time_step_s).trajectory[-1]
+    )
+    position = reconcile(end.position, end.radius, scene.wall_segments()).position
+    keep(file, key, {"position": position})
+    return position
