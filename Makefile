@@ -140,7 +140,7 @@ docs: $(VENV)/installed-docs
 
 # Only what has changed of nscd/core is compiled anew.
 $(VENV)/core: $(CORE) | $(VENV)/installed
-	@$(PYTHON) -m cmake --build "build/editable/$$($(PYTHON) -c 'import sys; print(sys.implementation.cache_tag)')"
+	@$(PYTHON) -m cmake --build "build/editable/$$($(PYTHON) -c 'import sys; print(sys.implementation.cache_tag)')" -- --quiet
 	touch $@
 
 core: $(VENV)/core $(VENV)/installed-test
