@@ -1,8 +1,7 @@
 """Seconds of the continuum collision against its unknowns, with the certificate, and its largest
 pressure under refinement.
 
-python benchmarks/continuum.py [--largest 100000]
-"""
+python benchmarks/continuum.py [--largest 100000]"""
 
 import argparse
 import time

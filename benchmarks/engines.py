@@ -1,8 +1,7 @@
 """Seconds and particle-steps per second of each engine on `arch`, and seconds per snapshot of the
 percussions.
 
-Usage: python benchmarks/engines.py [--disks N] [--duration S]
-"""
+Usage: python benchmarks/engines.py [--disks N] [--duration S]"""
 
 import argparse
 import platform

@@ -1,8 +1,7 @@
 """What the guard costs: CPU seconds of the same run with and without it, alternating; the ratio of
 the medians and of the least of each.
 
-Usage: python benchmarks/guard.py [--repeats N] [--engine lammps|yade] [SCENE …]
-"""
+Usage: python benchmarks/guard.py [--repeats N] [--engine lammps|yade] [SCENE …]"""
 
 import argparse
 import os

@@ -9,17 +9,7 @@ import numpy as np
 
 from analysis.support.machine import machine
 
-PACKAGES = (
-    "numpy",
-    "scipy",
-    "piqp",
-    "clarabel",
-    "osqp",
-    "qoco",
-    "cvxopt",
-    "qpalm",
-    "proxsuite",
-)
+PACKAGES = ("numpy", "scipy", "piqp", "clarabel", "osqp", "qoco", "cvxopt", "qpalm", "proxsuite")
 
 
 def describe() -> str:

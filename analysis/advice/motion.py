@@ -36,8 +36,7 @@ FARTHEST, PUSH = 1.0, 1.5
 class MotionCandidate:
     """Hold a setting on the scene.
 
-    bias, crowds: what was measured, and on how many crowds
-    """
+    bias, crowds: what was measured, and on how many crowds"""
 
     setting: Setting  # as it is run on this scene
     error: float  # share, what was measured at most: the farther end of the 90 % interval

@@ -58,8 +58,7 @@ def advise(
 
     Exit status 1 if there is none.
 
-    Example: percussions advise arch --error 5% --quantity wall-load
-    """
+    Example: percussions advise arch --error 5% --quantity wall-load"""
     from analysis.advice.candidates import Question, asked_error
     from analysis.advice.choice import advise as choose
     from analysis.advice.choice import left_out, methods_here, report, write_advice

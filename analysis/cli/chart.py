@@ -56,8 +56,7 @@ def chart(
 
     Writes a page with charts, and its points as CSV and JSON.
 
-    Example: percussions chart arch --out chart/arch
-    """
+    Example: percussions chart arch --out chart/arch"""
     from analysis.scene.scene import read_scene
     from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart

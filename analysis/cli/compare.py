@@ -51,8 +51,7 @@ def compare(
     first, comparison.csv and comparison.json (the snapshot) into the folder of each.
 
     Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/rigid_moreau_jean --window
-        0.1
-    """
+        0.1"""
     from analysis.engines.record import RunRecord
     from analysis.engines.rigid import NAME as RIGID
 

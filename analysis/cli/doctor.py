@@ -8,8 +8,7 @@ from analysis.cli.app import show
 def doctor() -> None:
     """List the engines and the libraries of each part, and what to do about a missing one.
 
-    Example: percussions doctor
-    """
+    Example: percussions doctor"""
     from analysis.engines.doctor import examine
 
     findings = examine()

@@ -40,8 +40,7 @@ def export(
 
     Exit status 1 if the problem is not solved; it is written without an answer then.
 
-    Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5
-    """
+    Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5"""
     from analysis.exchange.fclib import write_problem
 
     dump = target / "bodies.dump" if target.is_dir() else target

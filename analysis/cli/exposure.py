@@ -21,8 +21,7 @@ def exposure(
     the folder of the run. The rigid engine always sums impulses; LAMMPS and YADE do in a run
     with --impulses.
 
-    Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml
-    """
+    Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
     from analysis.exposure.exposure import (
         HEAD,
         exposure_rows,

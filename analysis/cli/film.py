@@ -31,8 +31,7 @@ Targets = Annotated[
 def film(
     target: Targets,
     frames: Annotated[
-        str | None,
-        typer.Option(help="first:last:step, both ends included. Left out: about 50."),
+        str | None, typer.Option(help="first:last:step, both ends included. Left out: about 50.")
     ] = None,
     room: Room = None,
     radius: Radii = None,

@@ -32,8 +32,7 @@ def benchmark_library(
     Crowds of seven families and frames of a real one, with and without friction, up to 5,000
     people; 45 MB in all. `benchmark-score` holds answers of any solver against it.
 
-    Example: percussions benchmark-library --out library
-    """
+    Example: percussions benchmark-library --out library"""
     from analysis.library.writing import PROBLEMS, write_library
     from analysis.support.parallel import workers
 
@@ -72,8 +71,7 @@ def benchmark_score(
     there are, the forces that balance determines, and others within their intervals. Writes
     scores.csv and profile.png.
 
-    Example: percussions benchmark-score library answers/mine answers/theirs
-    """
+    Example: percussions benchmark-score library answers/mine answers/theirs"""
     from analysis.library.score import score, write_scores
 
     with progress() as bars:

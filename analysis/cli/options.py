@@ -106,8 +106,7 @@ class Taken:
         ),
     ] = None
     tolerance: Annotated[
-        float,
-        typer.Option(parser=positive, help="Residual up to which a frame counts as solved."),
+        float, typer.Option(parser=positive, help="Residual up to which a frame counts as solved.")
     ] = 1e-8
 
     def setting(self) -> dict[str, Any]:

@@ -34,8 +34,7 @@ def paper(
 
     Writes a page for each section, and the pictures as files.
 
-    Example: percussions paper discrete --figure 1 --figure 3 --out paper
-    """
+    Example: percussions paper discrete --figure 1 --figure 3 --out paper"""
     from analysis.paper.page import write_pages
 
     names = [str(one) for one in PaperSection] if section is None else [str(section)]

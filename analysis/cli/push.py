@@ -46,8 +46,7 @@ def push(
 
     Writes a page, scores.csv and onsets.csv.
 
-    Example: percussions push scenes/push_excerpt.csv
-    """
+    Example: percussions push scenes/push_excerpt.csv"""
     from analysis.push.hindcast import expected_seconds, hindcast
     from analysis.push.page import HEAD, summary, verdicts, write_hindcast
     from analysis.push.row import ARMS

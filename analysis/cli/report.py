@@ -59,8 +59,7 @@ def report(
     Exit status 1 if a run failed or a snapshot is not solved. A driven crowd also has replicates
     from start to end, by all engines, and with friction too.
 
-    Example: percussions report arch jam gate --seeds 10 --out report
-    """
+    Example: percussions report arch jam gate --seeds 10 --out report"""
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead

@@ -71,8 +71,7 @@ def run(
 ) -> None:
     """Run a scene with one engine.
 
-    Example: percussions run arch --engine yade --stiffness 1e7
-    """
+    Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.run import EngineRun, check_before
     from analysis.scene.scene import read_scene
 

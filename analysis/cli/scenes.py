@@ -92,8 +92,7 @@ def scenes(
 ) -> None:
     """List the scenes, or write one of any size.
 
-    Example: percussions scenes --make arch --disks 5000 --seed 3 --out mine
-    """
+    Example: percussions scenes --make arch --disks 5000 --seed 3 --out mine"""
     from analysis.scene.scene import read_scene, scene_names
     from analysis.scene.shipped_scenes import make as make_scene
 

@@ -24,8 +24,7 @@ def stability(
 ) -> None:
     """Find where each method fails, by provoked failures, and compare with theory.
 
-    Example: percussions stability --case time_step --case skin --out stability
-    """
+    Example: percussions stability --case time_step --case skin --out stability"""
     from analysis.stability.atlas import build, choose
     from analysis.stability.page import summary, write_atlas
 

@@ -171,8 +171,7 @@ class Balance:
         that accelerates them, 0 at rest; NaN where the dump has no forces
     closure_error: how far the engine's own balance is from closing: |Σ drive − Σ walls − Σ m a| /
         |Σ drive|, or the largest error of a disk's momentum change rebuilt from ∫f dt
-    frames_needed: of an impact, about so many make that error 1 %; 0 of a driven crowd
-    """
+    frames_needed: of an impact, about so many make that error 1 %; 0 of a driven crowd"""
 
     drive: Floats
     walls: Floats
@@ -192,8 +191,7 @@ class Comparison:
     balance: of the whole crowd
     percussions: the rigid answer for the snapshot
     law: of the rigid contacts
-    by_balance: rank of the rigid contacts, and what the balance alone determines
-    """
+    by_balance: rank of the rigid contacts, and what the balance alone determines"""
 
     scene: Scene
     record: RunRecord
@@ -248,10 +246,7 @@ class Comparison:
 
 
 def compare_run(
-    folder: Path,
-    time: float | None = None,
-    law: ContactLaw | None = None,
-    tolerance: float = 1e-10,
+    folder: Path, time: float | None = None, law: ContactLaw | None = None, tolerance: float = 1e-10
 ) -> Comparison:
     """Compare a finished run with the percussions of its snapshot.
 

@@ -93,8 +93,7 @@ class Study:
     stopped or that failed; and what else a reader should know.
 
     anew: engines whose stiffer runs began where the softest one had come to rest, and came to rest
-        again
-    """
+        again"""
 
     scene: Scene
     comparisons: list[Comparison]
@@ -123,8 +122,7 @@ def study(
     law: of the rigid contacts; the scene's where left out
     further: N/m, stiffnesses of the engines after the first; the same where left out
 
-    Raises EngineError if no run was even tried.
-    """
+    Raises EngineError if no run was even tried."""
     comparisons: list[Comparison] = []
     failures: list[str] = []
     warnings = scene.check(scene.name)

@@ -22,8 +22,7 @@ class Bodies:
     ids: (n,) rising in each frame
     position, velocity: (n,2) m, m/s; velocities are 0 where the dump has none
     radius, mass: (n,) m, kg
-    drive: (n,2) N, where the dump has it
-    """
+    drive: (n,2) N, where the dump has it"""
 
     start: Indices
     steps: tuple[int, ...]

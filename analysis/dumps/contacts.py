@@ -31,8 +31,7 @@ class EngineContacts:
     is_wall: (k,)
     normal: (k,2), first→second
     overlap: (k,) m
-    force: (k,2) N, of the first on the second
-    """
+    force: (k,2) N, of the first on the second"""
 
     first: Indices
     second: Indices
@@ -130,8 +129,7 @@ class Impulses:
     change: (n,2) N·s, m(u_end − u_start − g T) of each disk, T the whole time
     error: the largest distance of that change from what these impulses give, as a share of the
         largest change
-    frames_needed: about so many would bring the error to 1 %, by the error of every second frame
-    """
+    frames_needed: about so many would bring the error to 1 %, by the error of every second frame"""
 
     contacts: EngineContacts
     change: Floats

@@ -29,8 +29,7 @@ class Frame(NamedTuple):
     low, high: (2,) m, the box in x and y
     rows: of its table
     line: number of the first row in the file, from 1; 0 where there are no lines
-    offset, length: bytes of the table in the (decompressed) file
-    """
+    offset, length: bytes of the table in the (decompressed) file"""
 
     step: int
     time: float | None
@@ -70,8 +69,7 @@ class BodyColumns:
     names: all columns, in order
     place: names of x, y, z (z: may be missing)
     scaled: whether these are shares of the box
-    unit: of lengths and of velocities per second, in m
-    """
+    unit: of lengths and of velocities per second, in m"""
 
     names: tuple[str, ...]
     place: tuple[str, str, str]

@@ -214,8 +214,7 @@ class Heads:
 
     line: number of lines that were read so far
     step_line: that of the last step
-    form: of the last head: its lines, those of values being marked
-    """
+    form: of the last head: its lines, those of values being marked"""
 
     def __init__(self, path: Path, kind: str, file: Lines) -> None:
         self.path, self.kind, self.file = path, kind, file

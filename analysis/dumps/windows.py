@@ -26,8 +26,7 @@ class Window:
     now: the crowd at its end
     keys: (k,3) id of a disk; id of the other, or number of the wall from 1; 1 for a wall, else 0;
         rising, each once
-    impulse: (k,2) N·s, of the first on the second
-    """
+    impulse: (k,2) N·s, of the first on the second"""
 
     start: float
     end: float

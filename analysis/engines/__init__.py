@@ -29,8 +29,7 @@ class Engine(Protocol):
     COMMAND: the program
     ASK: its option that says the version
     INSTALL: the command that installs it
-    RESUMES: whether it goes on from the dumps of an interrupted run that are in its folder
-    """
+    RESUMES: whether it goes on from the dumps of an interrupted run that are in its folder"""
 
     NAME: str
     TITLE: str

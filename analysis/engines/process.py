@@ -65,8 +65,7 @@ class Ended:
     """How a command ended.
 
     status: exit status, negative for a signal, None where it was killed after its longest time;
-    last: its last lines that are not empty; wall_seconds, cpu_seconds: s.
-    """
+    last: its last lines that are not empty; wall_seconds, cpu_seconds: s."""
 
     status: int | None
     last: tuple[str, ...]

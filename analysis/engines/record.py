@@ -32,8 +32,7 @@ class Timing:
     frame_interval: steps between written frames
     damping_ratio: of the heaviest disks; 0 of an engine without dashpots
     restitution_least, restitution_most: what is obtained over the masses
-    stiffness, wall_stiffness: N/m, of disks and of walls; None of an engine without springs
-    """
+    stiffness, wall_stiffness: N/m, of disks and of walls; None of an engine without springs"""
 
     time_step: float
     safe_time_step: float
@@ -87,8 +86,7 @@ class RunRecord:
     overlap_largest: of the frames, as a share of the smaller radius
     exit_state: prepared, finished, stopped (by its guard) or failed (the engine died, or its dumps
         cannot be right)
-    reason, stopped_at_s: why and when (s) one of the last two ended
-    """
+    reason, stopped_at_s: why and when (s) one of the last two ended"""
 
     engine: str
     version: str

@@ -292,11 +292,7 @@ def finished_run(scene: Scene, engine_name: str, folder: Path) -> RunRecord | No
 
 
 def run_engine(
-    scene: Scene,
-    engine_name: str,
-    folder: Path,
-    progress: Progress | None = None,
-    ranks: int = 1,
+    scene: Scene, engine_name: str, folder: Path, progress: Progress | None = None, ranks: int = 1
 ) -> RunRecord:
     """Run the scene, or take the finished run that is in the folder if scene, decks, engine and
     version are the same.
@@ -435,8 +431,7 @@ class EngineRun:
     """A run that somebody needs.
 
     scene: what is run; engine: the name of the engine that runs it; folder: where its results are;
-    ranks: of MPI that share it.
-    """
+    ranks: of MPI that share it."""
 
     scene: Scene
     engine: str
@@ -470,8 +465,7 @@ class Cost:
     """What runs cost.
 
     made, reused, failed: number of runs made now, taken as they were, failed; cpu_seconds: s, of
-    those made.
-    """
+    those made."""
 
     made: int = 0
     reused: int = 0

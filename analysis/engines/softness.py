@@ -26,8 +26,7 @@ class Body:
 
     low_N_per_m, high_N_per_m: N/m, of a contact between two people
     words, what: who says so in short, and what of
-    source, read: where from, and whether read first-hand, in an excerpt or second-hand
-    """
+    source, read: where from, and whether read first-hand, in an excerpt or second-hand"""
 
     name: str
     words: str
@@ -55,8 +54,7 @@ class RigidOver:
     """Hold by how much rigid disks are above soft bodies in a quantity, as a share.
 
     words: names the quantity
-    mean; low, high: nine tenths of the crowds that were measured
-    """
+    mean; low, high: nine tenths of the crowds that were measured"""
 
     words: str
     mean: float

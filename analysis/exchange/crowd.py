@@ -116,8 +116,7 @@ def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> Non
 class Truth:
     """Hold what is known of the reactions along the normal of a problem with k contacts.
 
-    lower, upper: (k,) N·s, least and largest; nan where there is no end, or none is known
-    """
+    lower, upper: (k,) N·s, least and largest; nan where there is no end, or none is known"""
 
     determined: Indices  # (k,) 1: the same in every answer, 0: not, −1: not known
     lower: Floats

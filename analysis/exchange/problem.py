@@ -31,8 +31,7 @@ class GlobalProblem:
     """Hold the problem M v = f + H r, u = Hᵀ v + w, of k contacts in the plane.
 
     Of each contact u_n opens, r_n presses, and Coulomb's law is 0 ≤ r_n ⟂ u_n ≥ 0, |r_t| ≤ μ r_n,
-    r_t u_t = −μ r_n |u_t|.
-    """
+    r_t u_t = −μ r_n |u_t|."""
 
     mass: csc_array  # M (v,v) kg, kg m²
     transfer: csc_array  # H (v,2k), columns in the order normal, tangent of each contact

@@ -23,8 +23,7 @@ class SolvedFile:
     """Say what a problem's answer is worth.
 
     difference: largest difference of u from the solution in the file, in the file's unit; None
-        where it has none
-    """
+        where it has none"""
 
     contacts: int
     residual: float  # dimensionless, see `nscd.solve` and `nscd.friction.planar.solve_planar`

@@ -45,10 +45,7 @@ class Quantity:
 # No two of different units are ever added, compared or drawn on one axis.
 QUANTITIES: Mapping[str, Quantity] = {
     "contact_largest": Quantity(
-        title="largest contact force of a person",
-        unit="N",
-        of="person",
-        column="contact_largest_N",
+        title="largest contact force of a person", unit="N", of="person", column="contact_largest_N"
     ),
     "contact_sum": Quantity(
         title="sum of a person's contact forces", unit="N", of="person", column="contact_sum_N"
@@ -86,8 +83,7 @@ class Limit(BaseModel):
 
     name: a word of letters, digits and underscores
     duration_s, duration_most_s: s, how long it must last; at once where left out
-    read: first-hand, excerpt or second-hand; quoted_by names who quotes it in the last case
-    """
+    read: first-hand, excerpt or second-hand; quoted_by names who quotes it in the last case"""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

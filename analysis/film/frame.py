@@ -34,8 +34,7 @@ FORM = re.compile(r"(?P<first>\d{0,9})(?P<range>:(?P<last>\d{0,9})(:(?P<step>\d{
 class Frames:
     """Choose every `step`-th frame from the first to the last, both included.
 
-    first, last: those of the file where left out
-    """
+    first, last: those of the file where left out"""
 
     first: int | None = None
     last: int | None = None
@@ -80,8 +79,7 @@ NONE = (float("nan"), float("nan"))
 class Openness:
     """Hold what the mechanics leaves open in a frame.
 
-    lower, upper: (k,) N (N·s), NaN where there is no end or none was computed
-    """
+    lower, upper: (k,) N (N·s), NaN where there is no end or none was computed"""
 
     determined: list[int]  # (k,) 1, 0, or −1 where that is not known
     lower: Floats
@@ -205,8 +203,7 @@ NOBODY = EngineContacts(
 class Ends:
     """Hold a number between the least and the largest that the mechanics allows.
 
-    low, high: NaN where there is no end, or none was computed
-    """
+    low, high: NaN where there is no end, or none was computed"""
 
     value: float
     low: float
@@ -227,8 +224,7 @@ class Frame:
     match: the contacts of both models, forces in N (of an impact percussions in N·s)
     determined: (k,) of the percussions: 1, 0, or −1 where that is not known
     lower, upper: (k,) the ends of the percussions, NaN where there is none or none was computed
-    values: of each model, HEADLINES, how many people are above each limit, and MOVED_FAR
-    """
+    values: of each model, HEADLINES, how many people are above each limit, and MOVED_FAR"""
 
     number: int  # of the frame in its file
     time: float  # s

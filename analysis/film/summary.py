@@ -30,8 +30,7 @@ class Headline:
     """Hold a number of a film as an interval.
 
     low, high: of nine tenths of the frames, over all radii and all that the mechanics allows
-    unbounded: frames whose ends were not computed, or have no high end; the answer stands there
-    """
+    unbounded: frames whose ends were not computed, or have no high end; the answer stands there"""
 
     median: float  # of the frames, of the middle radius
     low: float

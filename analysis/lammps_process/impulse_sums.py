@@ -22,16 +22,14 @@ class ImpulseSums:
 
         ids: (k,2)
         forces: (k,4) N, on the first: two parts that are added, each (x, y)
-        times: s, what makes them the impulse of the first on the second
-        """
+        times: s, what makes them the impulse of the first on the second"""
         self._sums.add_pairs(ids, forces, times)
 
     def add_wall(self, wall: int, ids: Index32, rows: Floats, times: float) -> None:
         """Add what a wall, numbered from 1, gave in a step to disks (n,).
 
         rows: (n, 3 or more), whether the disk touches it, and the force (x, y) N on the disk
-        times: s, what makes that the impulse of the disk on the wall
-        """
+        times: s, what makes that the impulse of the disk on the wall"""
         self._sums.add_wall(wall, ids, rows, times)
 
     def write(self, step: int) -> None:

@@ -31,8 +31,7 @@ MISSING = "missing"
 class Scores:
     """Hold the verdicts on s solvers and p problems.
 
-    verdicts: by solver and problem; None where there is no answer
-    """
+    verdicts: by solver and problem; None where there is no answer"""
 
     solvers: tuple[str, ...]  # names; problems: what the manifest says of each
     problems: tuple[dict[str, Any], ...]

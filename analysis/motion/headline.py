@@ -44,11 +44,7 @@ WIDE_IN = 6.5
 
 
 def loads_picture(
-    scene: Scene,
-    models: Sequence[Ensemble],
-    files: tuple[Path, ...] = (),
-    *,
-    narrow: bool = False,
+    scene: Scene, models: Sequence[Ensemble], files: tuple[Path, ...] = (), *, narrow: bool = False
 ) -> Figure:
     """Draw crowd 0 in its last window by the first and the last model, people shaded by their
     largest contact force between the limits of that quantity; files: of further limits; narrow: for

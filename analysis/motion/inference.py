@@ -42,8 +42,7 @@ NEXT_TO_ZERO = 0.1
 class Sample:
     """Hold a quantity of one model, one number per replicate.
 
-    unit: of the quantity per unit of the values: 1, or 1/s where counts become a rate
-    """
+    unit: of the quantity per unit of the values: 1, or 1/s where counts become a rate"""
 
     values: Floats  # (n,) means over windows; of a count how many were counted
     noise: float = 0.0  # variance that such a number has from the chance within a replicate
@@ -79,8 +78,7 @@ class Difference:
     low, high: the joint 90 % interval of all quantities of this pair of models
     least: the smallest difference, either way, that these replicates would have shown; infinite
         where they are too few for any
-    stops: whether one model counts nothing in any replicate and the other something in each
-    """
+    stops: whether one model counts nothing in any replicate and the other something in each"""
 
     value: float
     low: float

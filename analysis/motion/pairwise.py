@@ -60,8 +60,7 @@ SAME = 1e-3
 class Both:
     """Hold one window of both runs.
 
-    values: of the first and the second run, measure by measure
-    """
+    values: of the first and the second run, measure by measure"""
 
     start: float  # s
     end: float  # s
@@ -95,8 +94,7 @@ class Paired:
     """Hold means over windows, and by how much the second is above the first. One pair of runs has
     no verdict: its windows follow from each other, and other replicates would have others.
 
-    relative: whether that is a share of the first; in its unit where the first is next to zero
-    """
+    relative: whether that is a share of the first; in its unit where the first is next to zero"""
 
     first: float  # in the unit of the measure
     second: float  # in the unit of the measure
@@ -110,8 +108,7 @@ class Paired:
 class WindowComparison:
     """Set two runs of one crowd side by side.
 
-    scenes, records: of the first and the second run
-    """
+    scenes, records: of the first and the second run"""
 
     scenes: tuple[Scene, Scene]
     records: tuple[RunRecord, RunRecord]

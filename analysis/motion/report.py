@@ -67,10 +67,7 @@ def snapshot_runs(out: Path, motion: Moving | None) -> Path:
 
 
 def runs_of(
-    chosen: Sequence[Chosen],
-    soft: Sequence[str],
-    motions: Sequence[Moving | None],
-    out: Path,
+    chosen: Sequence[Chosen], soft: Sequence[str], motions: Sequence[Moving | None], out: Path
 ) -> list[EngineRun]:
     """List every run that a report needs once: of its snapshots and of its crowds in motion."""
     every = []

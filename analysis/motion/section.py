@@ -175,12 +175,7 @@ def stop(one: Ensemble, other: Ensemble) -> list[dict[str, object]]:
 
 
 def _told(
-    words: Words,
-    one: Ensemble,
-    other: Ensemble,
-    differ: str,
-    alike: str,
-    values: dict[str, float],
+    words: Words, one: Ensemble, other: Ensemble, differ: str, alike: str, values: dict[str, float]
 ) -> list[str]:
     """In which measures a model differs from another, and in which no significant difference was
     found, with the smallest that would have been seen."""

@@ -58,8 +58,7 @@ AT_POST_M = 1e-6
 class Arch:
     """Name who holds an arch, and when.
 
-    start, end: s, of the first and the last window between two frames in which it was seen
-    """
+    start, end: s, of the first and the last window between two frames in which it was seen"""
 
     people: frozenset[int]  # ids
     start: float
@@ -302,8 +301,7 @@ class Interval:
     mean, low, high: in the unit of the measure; the range is NaN of a single replicate
     replicates, windows: of each, how many there are
     alike: how many windows there are, where all are equal; else 0. Equal numbers do not say by how
-        much others vary, so their range, of no width, is no certainty
-    """
+        much others vary, so their range, of no width, is no certainty"""
 
     mean: float
     low: float

@@ -50,8 +50,7 @@ class Erratum:
 def errata(section: str, page: Path = PAGE) -> list[Erratum]:
     """The entries below the heading that starts with `## {section}`.
 
-    Raises ValueError for a page without that heading, or with an entry that lacks a part.
-    """
+    Raises ValueError for a page without that heading, or with an entry that lacks a part."""
     chapters = re.split(r"^## ", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
     chosen = [chapter for chapter in chapters[1:] if chapter.startswith(section)]
     if not chosen:
@@ -95,8 +94,7 @@ LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib")
 class Part:
     """A figure of the paper, or a study beside the figures.
 
-    engine_runs: the runs that it needs, for the folder that keeps runs; None: it needs no engine
-    """
+    engine_runs: the runs that it needs, for the folder that keeps runs; None: it needs no engine"""
 
     number: str  # 8, 3.2.1, or a word
     seconds: float  # CPU seconds that building takes, about
@@ -140,8 +138,7 @@ def label(number: str) -> str:
 class Built:
     """A section and what it cost.
 
-    engines: the engine runs made for it first; a run of several sections counts for the first
-    """
+    engines: the engine runs made for it first; a run of several sections counts for the first"""
 
     section: Section
     cpu_seconds: float  # s, in Python

@@ -49,8 +49,7 @@ class SnapshotPercussions(Solved):
     contacts: the k that it has
     left_velocity: (n,2) m/s, u⁻
     window: s, the time that turns percussions into forces; None for an impact
-    answer: percussions with their certificate
-    """
+    answer: percussions with their certificate"""
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return one row per contact, with the columns of contacts.csv."""

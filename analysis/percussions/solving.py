@@ -19,12 +19,7 @@ import numpy as np
 
 from analysis.dumps import Bodies, DumpError, open_bodies, snapshot_of
 from analysis.percussions.setting import Setting
-from analysis.percussions.snapshot import (
-    FORCE,
-    IMPULSE,
-    SnapshotPercussions,
-    percussions_of,
-)
+from analysis.percussions.snapshot import FORCE, IMPULSE, SnapshotPercussions, percussions_of
 from analysis.percussions.table import (
     COLUMNS,
     Column,
@@ -53,8 +48,7 @@ class FramesAtOnce:
 
     bodies, setting: what was solved
     found: contacts, and what they carry
-    window: s, the time that turns percussions into forces; None for an impact
-    """
+    window: s, the time that turns percussions into forces; None for an impact"""
 
     bodies: Bodies
     setting: Setting
@@ -117,8 +111,7 @@ class DumpToSolve:
     tolerance: residual up to which a frame counts as solved
     openness: what is said of reactions that the mechanics may leave open
     threads: of each large frame
-    parquet: whether rows are made for Parquet, not for CSV
-    """
+    parquet: whether rows are made for Parquet, not for CSV"""
 
     path: Path
     time_step: float | None = None
@@ -302,13 +295,7 @@ def _opened(path: Path, time_step: float | None, unit: str | None, _changed: int
     return open_bodies(path, time_step, unit).trajectory
 
 
-__all__ = [
-    "DumpToSolve",
-    "SolvedDump",
-    "executor_for",
-    "frames_in",
-    "solve_dump",
-]
+__all__ = ["DumpToSolve", "SolvedDump", "executor_for", "frames_in", "solve_dump"]
 # Blocks under way for each worker: the answers need not fit in memory.
 AHEAD = 2
 

@@ -69,8 +69,7 @@ class Open:
         0
     lower, upper: (k,) N·s, least and largest reaction of all admissible percussions; None where
         there is no end, or none was proven
-    friction_lower, friction_upper: (k,) N·s, the same of τ; None without friction
-    """
+    friction_lower, friction_upper: (k,) N·s, the same of τ; None without friction"""
 
     determined: list[int | None]
     lower: list[float | None]

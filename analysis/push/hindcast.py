@@ -49,8 +49,7 @@ class Scored:
 class Cases(Scored):
     """Hold what a model scores in s cases, and the contact with the first.
 
-    largest, impulse: (s,) N and N·s; largest is NaN for rigid people
-    """
+    largest, impulse: (s,) N and N·s; largest is NaN for rigid people"""
 
     largest: Floats
     impulse: Floats

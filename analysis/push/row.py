@@ -30,8 +30,7 @@ class Inputs:
 
     arms: (s,) share of the room between chests that is bridged from the start: 0 where chests
         meet, 1 where arms touch already; wall: (s,) the same share before the wall, an input of
-        its own (0 without a wall)
-    """
+        its own (0 without a wall)"""
 
     arms: Floats
     wall: Floats

@@ -158,8 +158,7 @@ class Trial:
     name: of the file; people: their names; notes: what was missing in the file and is taken from
     elsewhere
     pushed: (f,) m, the way of the first that models are given: its speeds over 0.08 s summed, since
-        the noise of single frames would be blows
-    """
+        the noise of single frames would be blows"""
 
     name: str
     people: tuple[str, ...]

@@ -20,8 +20,7 @@ class Group:
 
     breadth: m, of the shoulders (bideltoid)
     depth: m, of the chest
-    mass: kg
-    """
+    mass: kg"""
 
     breadth: tuple[float, float]
     depth: tuple[float, float]
@@ -71,8 +70,7 @@ class Varied:
     people: a key of PEOPLE; radius and mass are then those of its bodies
     radius_share: without it, radii are uniform within so large a share above and below the given
         one
-    seed: of the random numbers
-    """
+    seed: of the random numbers"""
 
     people: str | None = None
     radius_share: float = 0.0

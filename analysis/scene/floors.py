@@ -84,8 +84,7 @@ CORNERS = 16
 class Floor:
     """Hold a floor that people can stand on, and its doors, where its file says.
 
-    polygon: m, holes are pillars
-    """
+    polygon: m, holes are pillars"""
 
     polygon: shapely.Polygon
     doors: tuple[Doorway, ...] = ()

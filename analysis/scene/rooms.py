@@ -22,15 +22,7 @@ from analysis.scene.scene import (
     first_problem,
 )
 from analysis.scene.schema import Goal
-from analysis.scene.waiting import (
-    MOST_COVER,
-    Doorway,
-    Ends,
-    counts_of,
-    cover_of,
-    places,
-    straight,
-)
+from analysis.scene.waiting import MOST_COVER, Doorway, Ends, counts_of, cover_of, places, straight
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats, Indices
 from nscd.stepping import StepError
@@ -50,8 +42,7 @@ class Crowd:
     radius, mass: m and kg, the means, where `varied` does not bring its own
     varied: how people differ, and the seed of all that is random
     push: N, of a person of mean mass who is held
-    speed: m/s, desired; without it push τ/m̄ with τ = 0.5 s
-    """
+    speed: m/s, desired; without it push τ/m̄ with τ = 0.5 s"""
 
     people: int
     radius: float = 0.2
@@ -67,8 +58,7 @@ class Inside:
 
     blocks: x, y of two opposite corners each (m): rectangles where nobody can be, such as a pillar
         or a thick wall
-    barriers: both ends of each (m): straight walls without thickness, with people on both sides
-    """
+    barriers: both ends of each (m): straight walls without thickness, with people on both sides"""
 
     blocks: Sequence[tuple[float, float, float, float]] = ()
     barriers: Sequence[Ends] = ()
@@ -198,10 +188,7 @@ def _check(crowd: Crowd, duration: float) -> None:
 
 
 def _crowd(
-    crowd: Crowd,
-    floor: shapely.Polygon,
-    ways: Sequence[Doorway],
-    barriers: Sequence[Ends],
+    crowd: Crowd, floor: shapely.Polygon, ways: Sequence[Doorway], barriers: Sequence[Ends]
 ) -> tuple[Snapshot, Indices]:
     """The disks where they wait, in the order of their doors, and the door (n,) of each."""
     try:

@@ -90,8 +90,7 @@ class Scene(Room):
     notes: the comment at the head of the file
     snapshot: the initial state
     reconciliation: how the heads of a real crowd became disks
-    other_frames, other_crowds: which other frames of its film became crowds, and these
-    """
+    other_frames, other_crowds: which other frames of its film became crowds, and these"""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -137,8 +136,7 @@ class Scene(Room):
         """Raise SceneError for a scene that cannot be simulated; return warnings (a door narrower
         than a disk).
 
-        `origin` names the file in the message.
-        """
+        `origin` names the file in the message."""
         if len({w.name for w in self.walls}) < len(self.walls):
             raise SceneError(f"{origin}: walls: two walls have the same name")
         for number, goal in enumerate(self.drive.goals if self.drive else (), start=1):
@@ -301,10 +299,7 @@ AnyRoom = TypeVar("AnyRoom", bound=Room)
 
 
 def _validated(
-    path: Path,
-    content: dict[str, Any],
-    kind: type[AnyRoom],
-    means: Callable[[], Means | None],
+    path: Path, content: dict[str, Any], kind: type[AnyRoom], means: Callable[[], Means | None]
 ) -> AnyRoom:
     """Make the content of a file a room or a scene; means are asked for only where Young's modulus
     or a push is given."""

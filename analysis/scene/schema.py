@@ -131,8 +131,7 @@ class ContactModel(Part):
     wall_stiffness_N_per_m: N/m, the same of walls; that of the disks where left out
     restitution: 0 to 1, of two bodies
     friction: coefficient; 0 is none
-    tangential_ratio: stiffness of the tangential spring over k
-    """
+    tangential_ratio: stiffness of the tangential spring over k"""
 
     law: Literal["hooke", "hertz", "body", "body_hertz"] = "hooke"
     stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
@@ -209,8 +208,7 @@ class Material(Part):
     """What bodies are made of.
 
     young_modulus_Pa: Pa, E
-    poisson_ratio: ν
-    """
+    poisson_ratio: ν"""
 
     young_modulus_Pa: Positive  # noqa: N815  (the unit is pascal)
     poisson_ratio: Annotated[Number, Field(gt=-1, le=0.5)]
@@ -306,8 +304,7 @@ class OtherFrames(Part):
     frames: their numbers in the file
     after_s: s after the scene's own frame, negative before it
     data: names of their data files, in the folder of the scene
-    refused: numbers of frames that could not be made crowds
-    """
+    refused: numbers of frames that could not be made crowds"""
 
     frames: tuple[Annotated[int, Strict()], ...]
     after_s: tuple[Number, ...]
@@ -362,8 +359,7 @@ class Wall(Part):
     """Name a straight wall.
 
     name: a word of letters, digits and underscores
-    start_m, end_m: m
-    """
+    start_m, end_m: m"""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z]\w{0,99}$")]
     start_m: Point
@@ -400,8 +396,7 @@ class Goal(Part, Exit):
 
     people: ids, the first and the last
     door_start_m, door_end_m: m
-    outward: unit vector out of the room
-    """
+    outward: unit vector out of the room"""
 
     people: tuple[Count, Count]
     door_start_m: Point
@@ -429,8 +424,7 @@ class Drive(Part, Exit):
     door_start_m, door_end_m: m
     outward: unit vector out of the room
     aim: nearest or centre
-    goals: doors of those who go to another one
-    """
+    goals: doors of those who go to another one"""
 
     speed_m_per_s: Positive
     relaxation_time_s: Positive
@@ -533,8 +527,7 @@ class Drive(Part, Exit):
 class Push(Part):
     """Say with how much people push.
 
-    push_N: N, of a person of mean mass who is held; in proportion to the mass of others
-    """
+    push_N: N, of a person of mean mass who is held; in proportion to the mass of others"""
 
     push_N: Positive  # noqa: N815  (the unit is newton)
 
@@ -542,8 +535,7 @@ class Push(Part):
 class BodyForce(Part):
     """Accelerate everybody alike, as gravity does on a slope.
 
-    acceleration_m_per_s2: (x, y) m/s², g; the force on a disk is m g
-    """
+    acceleration_m_per_s2: (x, y) m/s², g; the force on a disk is m g"""
 
     acceleration_m_per_s2: Point
 
@@ -560,8 +552,7 @@ class Run(Part):
         from radius and speed where left out
     rigid_tolerance: of the contact problem of a step; 1e-8 where left out
     impulses: whether LAMMPS and YADE sum the impulses of contacts between frames, which costs time;
-        the rigid engine always does
-    """
+        the rigid engine always does"""
 
     duration_s: Positive
     frames: Count
@@ -578,8 +569,7 @@ class Analysis(Part):
     kind: driven: p/τ with the force at time_s; impact: p of the initial state with ∫f dt over the
         run
     time_s: s
-    contact_tolerance_m: m, gap up to which disks are in contact
-    """
+    contact_tolerance_m: m, gap up to which disks are in contact"""
 
     kind: Literal["driven", "impact"]
     time_s: Annotated[Number, Field(ge=0)] = 0.0

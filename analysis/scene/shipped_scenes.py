@@ -34,12 +34,7 @@ def _touching(position: Any, velocity: Any, mass: Any = MASS_KG) -> Snapshot:
 
 
 def _impact(
-    name: str,
-    title: str,
-    source: str,
-    notes: str,
-    snapshot: Snapshot,
-    walls: Sequence[Wall] = (),
+    name: str, title: str, source: str, notes: str, snapshot: Snapshot, walls: Sequence[Wall] = ()
 ) -> Scene:
     return Scene(
         name=name,

@@ -30,8 +30,7 @@ class Doorway:
 
     ends: its ends, m, on one side of the outline of the floor
     share: of the crowd that goes there, over the sum of the shares of all doors
-    start: the part of the floor where these people wait; anywhere where left out
-    """
+    start: the part of the floor where these people wait; anywhere where left out"""
 
     ends: Ends
     share: float = 1.0
@@ -202,11 +201,7 @@ def _shared_out(price: Floats, wanted: Indices) -> Indices:
 
 
 def _put(
-    area: shapely.Geometry,
-    before: Floats,
-    radius: Floats,
-    count: int,
-    random: np.random.Generator,
+    area: shapely.Geometry, before: Floats, radius: Floats, count: int, random: np.random.Generator
 ) -> Floats:
     """Places of `count` more people than those before, within an area."""
     start, end = len(before), len(before) + count

@@ -46,8 +46,7 @@ class Trial:
     """A finished trial.
 
     folder: of its dumps; engine: name; status: exit status, in words where it had to be killed;
-    last_words: the end of what the engine said; time_step_s: s; steps: number; seconds: s, wall;
-    """
+    last_words: the end of what the engine said; time_step_s: s; steps: number; seconds: s, wall;"""
 
     folder: Path
     engine: str
@@ -63,8 +62,7 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
     """Run the scene's deck or script with the engine's own command, or take the trial in the folder
     if nothing changed.
 
-    Raises EngineError where the engine is missing, ValueError where an edit does not fit.
-    """
+    Raises EngineError where the engine is missing, ValueError where an edit does not fit."""
     chosen = engine_of(engine)
     chosen.check(scene)
     depends = [scene.digest(), installed(engine), chosen.deck_digest(), *map(asdict, edits)]

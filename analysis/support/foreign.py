@@ -36,8 +36,7 @@ JOURNALS = ("-wal", "-journal")
 class Part:
     """Hold a table, a group or a dataset of a file.
 
-    attributes: texts and single numbers; None for other kinds
-    """
+    attributes: texts and single numbers; None for other kinds"""
 
     attributes: dict[str, Any] = field(default_factory=dict)
     below: dict[str, Part] = field(default_factory=dict)  # what is in a group or table

@@ -23,8 +23,7 @@ def write_frame(
     read.
 
     kind: ATOMS or ENTRIES
-    names, columns: of the table; all columns have one length
-    """
+    names, columns: of the table; all columns have one length"""
     arrays = [np.asarray(column) for column in columns]
     rows = len(arrays[0])
     head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{rows}\n"

@@ -377,8 +377,7 @@ def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
     """Run the scene with the setting's engine, or take what is there: the finished run, or how it
     failed.
 
-    A run that fails is a result: its status and reason say so.
-    """
+    A run that fails is a result: its status and reason say so."""
     note = folder.with_name(folder.name + ".json")
     key = f"{scene.digest()} {_version(setting.engine)}"
     known = kept(note, key)

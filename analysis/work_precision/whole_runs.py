@@ -50,8 +50,7 @@ FRAMES_OF_IMPACT = 3
 class Setting:
     """Name an engine with what decides its error.
 
-    stiffness_N_per_m: N/m, of an engine with springs
-    """
+    stiffness_N_per_m: N/m, of an engine with springs"""
 
     engine: str
     step_s: float | None = None  # s, of the rigid engine
@@ -131,8 +130,7 @@ def crowds_of(scene: Scene, count: int) -> list[Scene]:
 class SettingRuns:
     """Hold the runs of one setting.
 
-    alone: crowd 0 without: what the engine's own work costs; None where impulses cost nothing
-    """
+    alone: crowd 0 without: what the engine's own work costs; None where impulses cost nothing"""
 
     setting: Setting
     crowds: Mapping[int, EngineRun]  # by their numbers, with impulses
@@ -193,8 +191,7 @@ class Bias:
     """Hold by what share of the reference a setting is above it, on the crowds that both have.
 
     error: standard error of the share; low, high: its 90 % interval (Student's t); NaN of fewer
-        than two crowds, and where all differ alike, which does not say how far chance reaches
-    """
+        than two crowds, and where all differ alike, which does not say how far chance reaches"""
 
     share: float
     error: float
@@ -377,8 +374,7 @@ class WholeRunPoint:
     method, step_s, tolerance, stiffness_N_per_m, longer: as in `Setting`
     cpu_seconds, with_impulses_s: s, of a whole run, as in `Measured`
     bias, bias_low, bias_high: by what share the mean is above the reference, and the 90 % interval
-    machine, date: where and when it was measured (ISO date)
-    """
+    machine, date: where and when it was measured (ISO date)"""
 
     scene: str  # what was run
     disks: int  # what was run
@@ -507,9 +503,7 @@ def whole_runs_section(found: Precision) -> Section:
         introduction=[words.text("what", **values), words.text("cost")],
         pictures=[
             Picture(
-                name=NAME,
-                caption=words.text("picture", **values),
-                figure=whole_runs_picture(found),
+                name=NAME, caption=words.text("picture", **values), figure=whole_runs_picture(found)
             )
         ],
         tables=[words.table("table", whole_runs_rows(found), **values)],

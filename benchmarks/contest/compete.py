@@ -73,8 +73,7 @@ def compete(
     """Let a solver try on the case file until its recomputed residual is `target` or `limit`
     seconds have passed.
 
-    Raises MissingError if the solver is not installed.
-    """
+    Raises MissingError if the solver is not installed."""
     words = [
         sys.executable,
         str(PROCESSES / "attempts.py"),

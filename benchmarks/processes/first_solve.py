@@ -1,8 +1,7 @@
 """What a new process pays: seconds to import nscd and to solve a case once, compiled kernels on
 disk.
 
-Usage: python first_solve.py CASE.npz; prints one line of JSON.
-"""
+Usage: python first_solve.py CASE.npz; prints one line of JSON."""
 
 import json
 import sys

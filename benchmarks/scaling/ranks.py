@@ -1,8 +1,7 @@
 """LAMMPS on several ranks of MPI: wall and CPU seconds of the same pressed crowd, alternating; the
 least of each, and their ratios to the first number of ranks.
 
-Usage: python benchmarks/scaling/ranks.py [--disks N …] [--ranks N …] [--steps N] [--repeats N]
-"""
+Usage: python benchmarks/scaling/ranks.py [--disks N …] [--ranks N …] [--steps N] [--repeats N]"""
 
 import argparse
 import logging

@@ -42,8 +42,7 @@ CHEST = "chest"
 class BodyAdvice:
     """Hold what was asked of a crowd as soft as people, and what is advised.
 
-    rigid: by how much rigid disks are above such bodies; None where that was not measured
-    """
+    rigid: by how much rigid disks are above such bodies; None where that was not measured"""
 
     scene: Scene
     quantity: str

@@ -114,8 +114,7 @@ def crowd_size(position: Floats) -> float:
 class Sample:
     """One crowd: its answer and its fields at `points`.
 
-    stress, flow, left: the fields of percussions, u⁺ and u⁻ by KERNEL.
-    """
+    stress, flow, left: the fields of percussions, u⁺ and u⁻ by KERNEL."""
 
     seed: int
     size: float  # m, R: the crowd fills x < 0 within R of the exit
@@ -134,8 +133,7 @@ def sample(packing: Packing, n: int, seed: int) -> Sample:
 
     The door is shut while the crowd packs, and open when it walks. touching: a heap just as it was
     grown, contacts where disks touch; near: the same heap, gaps up to 0.2 mean radii count as
-    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap.
-    """
+    contacts; pressed: soft disks at rest against the shut door, contacts where they overlap."""
     mean = RADIUS * np.sqrt(PEOPLE / n)
     position, radius = heap(n, seed, mean, HALF_DOOR)
     if packing is Packing.PRESSED:
@@ -173,8 +171,7 @@ class Model:
     """A continuum answer.
 
     friction, volume: the parameter s or k_v (kg), of a law that has one.
-    pressure, velocity: (m,) N·s/m and u⁺ (m,2) m/s at `points()` under KERNEL.
-    """
+    pressure, velocity: (m,) N·s/m and u⁺ (m,2) m/s at `points()` under KERNEL."""
 
     name: str  # the law and its parameter
     friction: float | None = None

@@ -39,8 +39,7 @@ class Solved(NamedTuple):
 
     largest, mean: N·s/m, p over a body, at most and on average over the room.
     power, turbulence: N/m, (M2) and (16).
-    mean_speed, laws: m/s, mean |u⁺| over the room; (L1) and (L2).
-    """
+    mean_speed, laws: m/s, mean |u⁺| over the room; (L1) and (L2)."""
 
     density: float
     largest: float

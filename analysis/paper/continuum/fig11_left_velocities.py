@@ -47,8 +47,7 @@ class Run(NamedTuple):
     largest, normal, along: m/s, on walls the largest u⁺·n (n out of the room), and root mean
         squares of u⁺·n and u⁺·t.
     peak, from_exit: the largest p over a body (N·s/m), and its distance (m) from the exit.
-    near, far: N·s/m, mean p within NEAR of the exit and beyond.
-    """
+    near, far: N·s/m, mean p within NEAR of the exit and beyond."""
 
     name: str
     kept: float  # share of the kinetic energy

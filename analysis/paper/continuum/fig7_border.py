@@ -67,8 +67,7 @@ class Run(NamedTuple):
     """The corner's crowd by (11).
 
     apart: largest |μ (u⁺·n)| over the largest μ times the speed: 0 where the wall pushes only those
-        who stay.
-    """
+        who stay."""
 
     name: str
     answer: CollisionAnswer

@@ -13,15 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import (
-    BLACK,
-    COLOURS,
-    GREY,
-    LINES,
-    MARKERS,
-    label_outer,
-    legend_below,
-)
+from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, label_outer, legend_below
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -73,8 +65,7 @@ class Pressing(StrEnum):
     """Where the pressure of the crowd turbulence comes from.
 
     (16) with Table 1, with a c₂ that makes it continuous, with p = 0 on the exit; or congestion
-    above the yield density.
-    """
+    above the yield density."""
 
     LAW = "(16)"
     CONTINUOUS = "(16), c₂ = 32.91"
@@ -98,8 +89,7 @@ class Setting:
 
     side, mesh: m, of the room and of the triangles.
     friction, pressing: β of the crowd turbulence and the source of its pressure.
-    mixed_units: whether k_v and k_s count kilograms where ρ counts people in kilograms.
-    """
+    mixed_units: whether k_v and k_s count kilograms where ρ counts people in kilograms."""
 
     side: float = SIDE
     mesh: float = MESH
@@ -389,8 +379,7 @@ class Compared:
     """Forces of both cases in each setting, solved when first asked for.
 
     The plain setting and that on half the mesh serve many readings and are kept.
-    warnings: of what was not solved.
-    """
+    warnings: of what was not solved."""
 
     def __init__(self, plain: Setting) -> None:
         self.plain = plain

@@ -88,8 +88,7 @@ class Field(NamedTuple):
 class Fit(NamedTuple):
     """A Gaussian A exp(−r²/2s²) of the distance r from the exit's middle.
 
-    height, width: A, N·s/m, and s, m.
-    """
+    height, width: A, N·s/m, and s, m."""
 
     height: float
     width: float

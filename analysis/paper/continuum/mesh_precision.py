@@ -340,8 +340,7 @@ def _reached(points: Sequence[Point], name: str) -> Reached:
 def seconds_to(points: Sequence[Point], name: str, goal: float) -> float | None:
     """Read the CPU seconds at which the error falls to the goal, a power law between points.
 
-    None where it does not.
-    """
+    None where it does not."""
     for i, point in enumerate(points):
         error = getattr(point.errors, name)
         if error <= goal:

@@ -183,8 +183,7 @@ class Chains:
     """All chains of the section.
 
     varied: one per profile of PROFILES: falling, uniform and rising toward the wall.
-    free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one.
-    """
+    free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one."""
 
     trials: Sequence[Trial]  # one per name of SURFACES
     dense: Sequence[Trial]  # one per density of DENSITIES, with k_s of Table 1

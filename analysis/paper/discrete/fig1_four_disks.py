@@ -183,8 +183,7 @@ class FourDisks:
     """All that figure 1 shows.
 
     fours, threes: the impact of four and of three disks by every law
-    ratios, four, pair: (s,) k/m, and u⁺/U (s,4) of four disks and (s,2) of a pair there
-    """
+    ratios, four, pair: (s,) k/m, and u⁺/U (s,4) of four disks and (s,2) of a pair there"""
 
     fours: list[Impact]
     threes: list[Impact]
@@ -368,18 +367,10 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     """Build figure 1: every law's velocities, energies and percussions; the threshold; what
     restitution becomes.
 
-    runs: where engine runs are kept and reused. An engine that is missing becomes a warning.
-    """
+    runs: where engine runs are kept and reused. An engine that is missing becomes a warning."""
     disks = FourDisks.of(runs, progress)
     rigid, printed, light, limit = disks.fours[:4]
-    words = Words(
-        __name__,
-        disks=disks,
-        rigid=rigid,
-        printed=printed,
-        light=light,
-        limit=limit,
-    )
+    words = Words(__name__, disks=disks, rigid=rigid, printed=printed, light=light, limit=limit)
     return words.section(
         "1",
         pictures=[

@@ -731,8 +731,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     """Build figure 2: the network of percussions, how far the push goes, and the wave that soft
     contacts make of it.
 
-    runs: where engine runs are kept and reused. An engine that is missing becomes a warning.
-    """
+    runs: where engine runs are kept and reused. An engine that is missing becomes a warning."""
     corridor = Corridor.of(runs, progress)
     words = Words(__name__, corridor=corridor, gaps=corridor.gaps, names=ENGINE_NAMES)
     pictures = [
@@ -759,8 +758,7 @@ def _claims(words: Words, corridor: Corridor) -> list[Claim]:
     claims = [
         words.claim("non_local", Verdict.of(corridor.far > 0 and to_the_end)),
         words.claim(
-            "displacement",
-            Verdict.of(rigid.moved == len(rigid.displaced), rigid.moved > 0),
+            "displacement", Verdict.of(rigid.moved == len(rigid.displaced), rigid.moved > 0)
         ),
     ]
     powers = [front.power for front in corridor.fronts]

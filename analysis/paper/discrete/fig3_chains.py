@@ -112,8 +112,7 @@ def chain_of(n: int, wall: bool, equal: bool) -> Chain:
 class Chains:
     """All chains solved: by the solver that the product chooses, shorter ones by another too.
 
-    shown: the chains of the picture, free and against a wall, each with equal and unequal masses
-    """
+    shown: the chains of the picture, free and against a wall, each with equal and unequal masses"""
 
     trials: list[Trial]
     others: list[Trial]

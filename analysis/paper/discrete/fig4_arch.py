@@ -55,8 +55,7 @@ class Maintained:
     """What the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution λ/τ.
 
     strongest_N, total_N: N, the largest pull and the sum of all
-    push_N: N, the largest push
-    """
+    push_N: N, the largest push"""
 
     pulling: int  # how many contacts pull
     strongest_N: float  # noqa: N815  (the unit is newton)
@@ -90,8 +89,7 @@ class Maintained:
 class Trial:
     """The arch under a law.
 
-    lower, upper: N, the proven interval of Σ λ/τ at that person
-    """
+    lower, upper: N, the proven interval of Σ λ/τ at that person"""
 
     dissipation: float  # kg, k
     across: bool  # whether k acts across contacts too, as the paper's single k does
@@ -173,8 +171,7 @@ class Sample:
         allows lies between them (nan: not proven)
     largest_contact_N, contact_distance_m: N and m, the largest force of a contact
     largest_resultant_N, resultant_distance_m: N and m, the largest vector sum at a person
-    profile: (rings,) means of the sum of magnitudes in rings of 1 m, over mean_N
-    """
+    profile: (rings,) means of the sum of magnitudes in rings of 1 m, over mean_N"""
 
     people: int
     seed: int

@@ -117,8 +117,7 @@ class ChainForces:
 
     mass, drive: (n,) kg and N
     social_at_rest, gap_at_rest: (k,) N and m, one contact where the social forces balance the drive
-    loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive
-    """
+    loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive"""
 
     mass: Floats
     drive: Floats
@@ -282,8 +281,7 @@ class ArchForces:
     """Every law on one snapshot of a scene: n disks, k contacts.
 
     distance, inside: (k,) m of each contact from the middle of the door, and whether it is in the
-        room
-    """
+        room"""
 
     scene: Scene
     engine: str
@@ -335,9 +333,7 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
     for name, reading in READINGS.items():
         found = loehner_force(snapshot, contacts, wish, reading, tolerance=tolerance)
         by_law[name] = Forces(
-            contact=mean_received(found),
-            carried=found.magnitude_sum(),
-            resultant=found.resultant(),
+            contact=mean_received(found), carried=found.magnitude_sum(), resultant=found.resultant()
         )
     from_door = contacts.point - 0.5 * (np.array(drive.door_start_m) + np.array(drive.door_end_m))
     difference = model.right_velocity - comparison.answer.right_velocity
@@ -460,8 +456,7 @@ LEAST_KG, MOST_KG, DRAWS = 50.0, 100.0, 5
 class Congestion:
     """Whether a crowd behind a blocked exit stays, by law: the fastest inside.
 
-    first_order, equal: m/s, by the first-order model, and by percussions of equal masses
-    """
+    first_order, equal: m/s, by the first-order model, and by percussions of equal masses"""
 
     seed: int
     stiffness: float
@@ -528,8 +523,7 @@ SPEEDS, SEEDS = (1.0, 2.0, 4.0), (1, 2, 3)
 class Evacuation:
     """A crowd that leaves a room by the social force model.
 
-    looks: the social forces at the contacts of two people inside, at each look
-    """
+    looks: the social forces at the contacts of two people inside, at each look"""
 
     speed: float  # m/s, desired
     seed: int
@@ -1050,11 +1044,7 @@ def _crowd_claims(
     if apart is not None:
         found.append(constant_without_overlap(words, equal, apart))
     beyond = loehner_beyond_touch(unequal, LOEHNER_REACH_M)
-    return [
-        *found,
-        unrealistic(words, equal),
-        non_zero_apart(words, beyond, LOEHNER_REACH_M, jump),
-    ]
+    return [*found, unrealistic(words, equal), non_zero_apart(words, beyond, LOEHNER_REACH_M, jump)]
 
 
 def _misjudged(words: Words, chains: Sequence[ChainForces], arches: Sequence[ArchForces]) -> Table:

@@ -16,8 +16,7 @@ STEPS_PER_PERIOD = 400
 def aligned(mass: ArrayLike, velocity: ArrayLike, radius: float = 0.25) -> Snapshot:
     """Touching disks of one radius (m) along x, of masses (n,) kg and velocities along x (n,) m/s.
 
-    Raises ValueError, as Snapshot does, for masses and velocities that do not fit.
-    """
+    Raises ValueError, as Snapshot does, for masses and velocities that do not fit."""
     masses = np.asarray(mass, dtype=np.float64)
     n = len(masses)
     along = np.asarray(velocity, dtype=np.float64)

@@ -310,8 +310,7 @@ def with_other_frames(
     which no crowd can be made, why.
 
     count, apart_s: how many, and s between two; see `frames_near`
-    make: makes a crowd of the frame of a number
-    """
+    make: makes a crowd of the frame of a number"""
     report = imported.report
     found, crowds, refused, reasons = [], [], [], []
     for number in frames_near(report.frame, recording, count, apart_s):

@@ -27,8 +27,7 @@ class LemonsCrowd:
 
     snapshot: disks where LEMONS has their centres of mass; ids are LEMONS' plus one
     walls: of Geometry.xml
-    shapes: how many disks each person has there
-    """
+    shapes: how many disks each person has there"""
 
     file: Path
     snapshot: Snapshot

@@ -308,8 +308,7 @@ class Heads:
     window_s: s, over which velocities were measured
     ids: (n,)
     position: (n,2) m
-    velocity: (n,2) m/s, NaN for those who were not seen long enough to have one
-    """
+    velocity: (n,2) m/s, NaN for those who were not seen long enough to have one"""
 
     file: Path
     frame: int
@@ -329,8 +328,7 @@ class Recording:
     """Hold the heads of a whole file.
 
     data: id, frame, x (m), y (m)
-    frame_rate: 1/s
-    """
+    frame_rate: 1/s"""
 
     file: Path
     data: pd.DataFrame
