@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 from cases import Case, write_case
 from contest.compete import CANONICAL, MissingError, compete
-from contest.listed import LISTED
-from contest.peers import PEERS
+from contest.peers import LISTED, PEERS
 from friction import Result, Rows, own, plain, siconos
 from machine import describe
 

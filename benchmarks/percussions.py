@@ -16,8 +16,7 @@ from pathlib import Path
 from cases import Case, read_case, write_case
 from contest.compete import CANONICAL, TARGET, MissingError, Outcome, compete, first_solve
 from contest.peers import PEERS
-from contest.summary import summary
-from contest.tables import Row, comma_separated, exponents, markdown, rows_of
+from contest.tables import Row, comma_separated, exponents, markdown, rows_of, summary
 from contest.work_precision import TOLERANCES, picture
 from machine import bandwidth, describe
 

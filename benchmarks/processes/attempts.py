@@ -19,8 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import numpy as np
 from cases import Case, Scaled, Solver, accuracy, read_case, scaled
 from contest.compete import CANONICAL
-from contest.listed import LISTED
-from contest.peers import PEERS
+from contest.peers import LISTED, PEERS
 
 from analysis.library.families import heap
 from nscd import solve
