@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from analysis.library.families import Case
+from benchmarks.problems.families import Case
 from nscd import Contacts, Snapshot, Walls
 
 

@@ -25,9 +25,9 @@ from cases import Case
 from machine import describe
 
 from analysis.dumps import open_bodies, snapshot_of
-from analysis.library.families import FAMILIES
 from analysis.percussions import Setting
 from analysis.scene.scene import read_scene
+from benchmarks.problems.families import FAMILIES
 from nscd import ContactLaw, solve
 from nscd.friction.problem import FrictionProblem, friction_problem
 

@@ -20,9 +20,9 @@ from contest.tables import Row, comma_separated, exponents, markdown, rows_of, s
 from contest.work_precision import TOLERANCES, picture
 from machine import bandwidth, describe
 
-from analysis.library import families
-from analysis.library.families import FAMILIES
 from analysis.support.files import write_text
+from benchmarks.problems import families
+from benchmarks.problems.families import FAMILIES
 from nscd import find_contacts
 from nscd.solve import SOLVERS
 

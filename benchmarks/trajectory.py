@@ -24,12 +24,12 @@ from machine import describe
 from analysis.dumps import index_dump, open_bodies
 from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
-from analysis.library.families import heap
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import percussions_of
 from analysis.percussions.solving import DumpToSolve, executor_for, solve_at_once, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.shipped_scenes import make
+from benchmarks.problems.families import heap
 from nscd import solve
 
 SCENES = ("arch", "jam")

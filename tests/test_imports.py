@@ -36,7 +36,7 @@ RANKS = [
         "analysis/paper",
         "analysis/push",
     ],
-    ["analysis/advice", "analysis/film", "analysis/library"],
+    ["analysis/advice", "analysis/film"],
     ["analysis/advice/people"],
     ["analysis/cli", "crowd_percussions"],
 ]

@@ -9,7 +9,6 @@ from analysis.cli.export import export
 from analysis.cli.exposure import exposure
 from analysis.cli.film import film
 from analysis.cli.import_crowd import import_
-from analysis.cli.library import benchmark_library, benchmark_score
 from analysis.cli.paper import paper
 from analysis.cli.push import push
 from analysis.cli.report import report
@@ -22,6 +21,6 @@ __all__ = ["app"]
 
 for command in (
     scenes, new, run, import_, solve, compare, film, export, exposure, report, chart, stability, advise, paper,
-    push, benchmark_library, benchmark_score, doctor,
+    push, doctor,
 ):  # fmt: skip
     app.command(name=command.__name__.rstrip("_").replace("_", "-"))(command)

@@ -58,8 +58,9 @@ def film(
 
     Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml
     """
+    load("matplotlib")
     from analysis.film.export import export as export_film
-    from analysis.film.export import film_runs
+    from analysis.film.export import film_heads, film_runs
     from analysis.film.frame import Frames
     from analysis.film.page import write_film
     from analysis.film.summary import write_table
@@ -78,7 +79,6 @@ def film(
     elif room is None:
         raise ValueError("--room: a trajectory needs a TOML file with walls and drive")
     else:
-        from analysis.film.export import film_heads
         from analysis.scene.real.trajectory import Recording
 
         recording = Recording.read(target[0], unit=unit, frame_rate=frame_rate)

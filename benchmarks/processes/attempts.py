@@ -21,7 +21,7 @@ from cases import Case, Scaled, Solver, accuracy, read_case, scaled
 from contest.compete import CANONICAL
 from contest.peers import LISTED, PEERS
 
-from analysis.library.families import heap
+from benchmarks.problems.families import heap
 from nscd import solve
 from nscd.solve import SOLVERS
 

@@ -35,9 +35,9 @@ from matplotlib.figure import Figure
 from analysis.engines import lammps
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
-from analysis.library.families import Case, heap
 from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
 from analysis.scene.scene import Scene, Wall, read_scene
+from benchmarks.problems.families import Case, heap
 from nscd import find_contacts, solve
 
 SIZES = (100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)

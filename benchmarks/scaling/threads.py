@@ -26,7 +26,7 @@ from cases import accuracy, read_case
 from machine import describe
 from percussions import case_of
 
-from analysis.library.families import FAMILIES, Case
+from benchmarks.problems.families import FAMILIES, Case
 from nscd import solve
 
 COLUMNS = (

@@ -7,10 +7,10 @@ import re
 from analysis.exchange.solved import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
-from analysis.library import score
 from analysis.percussions.table import COLUMNS
 from analysis.work_precision import whole_runs
 from analysis.work_precision.point import Point
+from benchmarks.problems import score
 from tests.docs.documented import ROOT, columns
 
 
@@ -42,7 +42,7 @@ def test_no_column_is_named_that_nobody_writes():
     pages = ["stability/page.py", "paper/page.py", "compare/comparison.py", "dumps/contacts.py"]
     pages += ["support/frames.py", "exposure/exposure.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/hindcast.py"]
-    pages += ["exchange/solved.py", "library/score.py"]
+    pages += ["exchange/solved.py", "../benchmarks/problems/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}

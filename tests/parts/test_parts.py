@@ -28,7 +28,6 @@ ENDS = [
     (["solve", "crowd.dump", "--left-velocity", "dump", "--out", "contacts.csv"], 0),
     (["run", "pair", "--engine", "lammps"], "engines"),
     (["new", "room", "--room", "4x3", "--door", "0.8", "--people", "3"], "without pages"),
-    (["benchmark-library", "--only", "push_5"], "exchange"),
     (["report", "pair"], "pages"),
     (["film", "out"], "pages"),
     (["chart", "arch", "--quick"], "continuum"),

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from analysis.library.families import FAMILIES
+from benchmarks.problems.families import FAMILIES
 from nscd import ContactLaw, Snapshot, _core, find_contacts, solve
 
 DISKS = 2100

@@ -99,4 +99,4 @@ def test_a_stranger_can_import_and_solve(bare, tmp_path):
 def test_the_command_is_there(bare, tmp_path):
     command = str(bare / "bin/percussions")
     assert called(command, "--version", **outside(tmp_path)).split()[1] == PROJECT["version"]
-    assert "benchmark-library" in called(command, "--help", **outside(tmp_path))
+    assert "stability" in called(command, "--help", **outside(tmp_path))

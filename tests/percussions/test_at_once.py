@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from analysis.dumps import DumpError, open_bodies, snapshot_of
-from analysis.library.families import jammed
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
 from analysis.percussions.table import cells_of
 from analysis.scene.shipped_scenes import make
 from analysis.support.frames import write_frame
+from benchmarks.problems.families import jammed
 
 FRAMES = 12
 NAMES = ("id", "x", "y", "radius", "mass", "vx", "vy")

@@ -11,8 +11,17 @@ sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
 from cases import accuracy
 
-from analysis.library.families import DOOR, FAMILIES, chain, gate, heap, hexagonal, jammed, masses
 from analysis.scene.packing import REST
+from benchmarks.problems.families import (
+    DOOR,
+    FAMILIES,
+    chain,
+    gate,
+    heap,
+    hexagonal,
+    jammed,
+    masses,
+)
 
 SIZE = 300
 

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from analysis.library.families import FAMILIES
+from benchmarks.problems.families import FAMILIES
 from nscd import _core
 
 

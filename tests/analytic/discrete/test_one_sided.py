@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.library.families import masses
 from analysis.work_precision.window import rigid_reference
+from benchmarks.problems.families import masses
 from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
 from tests.analytic.exact import exact_velocity
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from analysis.library.families import FAMILIES
+from benchmarks.problems.families import FAMILIES
 from nscd import solve
 
 CASES = [

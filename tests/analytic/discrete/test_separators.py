@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, maximum_flow
 
-from analysis.library.families import FAMILIES
+from benchmarks.problems.families import FAMILIES
 from nscd._core import dissect
 
 # Of the disks of a part, on either side of its median: see nscd/core/order.cpp.

@@ -4,7 +4,10 @@ import csv
 import json
 import math
 import shutil
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +15,9 @@ from scipy.optimize import linprog
 
 from analysis.exchange.fclib import read_answer, read_problem, write_answer
 from analysis.exchange.problem import ExchangeError
-from analysis.library.judge import Verdict, judge
-from analysis.library.score import SHIFT, Scores
-from analysis.library.writing import PROBLEMS, Problem, read_manifest, write_library, write_one
+from benchmarks.problems.judge import Verdict, judge
+from benchmarks.problems.score import SHIFT, Scores
+from benchmarks.problems.writing import PROBLEMS, Problem, read_manifest, write_library, write_one
 from nscd.friction.planar import solve_planar
 
 pytest.importorskip("h5py", reason="needs h5py")
@@ -161,13 +164,25 @@ def test_means_and_profiles_of_made_up_times():
     assert scores.of(True).solvers == ("slow",)
 
 
-def test_score_by_command(library, percussions, tmp_path):
+@pytest.fixture
+def by_command(tmp_path):
+    """`benchmarks/library.py` in a folder of its own."""
+
+    def called(*words):
+        program = Path(__file__).resolve().parents[3] / "benchmarks" / "library.py"
+        command = [sys.executable, str(program), *map(str, words)]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    return called
+
+
+def test_score_by_command(library, by_command, tmp_path):
     answers = tmp_path / "answers"
     for name in (LATTICE, RUBBING):
         write_answer(answers / "mine" / f"{name}.hdf5", known(library, name)[1], 0.25)
     _, reaction = known(library, PUSHED)
     write_answer(answers / "theirs" / f"{PUSHED}.hdf5", 2 * reaction, 0.01)
-    said = percussions("benchmark-score", library, answers / "mine", answers / "theirs")
+    said = by_command("score", library, answers / "mine", answers / "theirs")
     assert said.returncode == 0, said.stderr
     with (tmp_path / "scores/scores.csv").open() as file:
         rows = {(row["solver"], row["problem"]): row for row in csv.DictReader(file)}
@@ -213,7 +228,7 @@ def test_an_odd_manifest_is_one_line(library, tmp_path, change, said):
     assert said in line
 
 
-def test_what_cannot_be_judged_is_named(library, percussions, tmp_path):
+def test_what_cannot_be_judged_is_named(library, by_command, tmp_path):
     shutil.copytree(library, tmp_path / "changed")
     with (tmp_path / "changed" / f"{PUSHED}.hdf5").open("ab") as file:
         file.write(b"\0")
@@ -222,17 +237,17 @@ def test_what_cannot_be_judged_is_named(library, percussions, tmp_path):
     (tmp_path / "damaged/manifest.json").write_text(json.dumps({"version": 1}))
     for said, words in (("1", "'1'"), (b"3", "'3'"), (True, "True"), ([1.0, 2.0], "None")):
         write_answer(tmp_path / "odd" / f"{LATTICE}.hdf5", known(library, LATTICE)[1], said)
-        made = percussions("benchmark-score", library, "odd")
+        made = by_command("score", library, "odd")
         assert made.returncode == 1
         assert f"/solution, seconds: {words}; a number above 0 s is needed" in made.stderr
     for words, named in (
-        (("benchmark-score", "changed", "none"), f"changed/{PUSHED}.hdf5: not the file"),
-        (("benchmark-score", library, "none"), "none: no answer to any problem of"),
-        (("benchmark-score", "damaged", "none"), "damaged/manifest.json: no manifest"),
-        (("benchmark-score", "nowhere", "none"), "nowhere/manifest.json: no such file"),
-        (("benchmark-library", "--only", "heap_7"), "only: heap_7; there are: heap_40"),
+        (("score", "changed", "none"), f"changed/{PUSHED}.hdf5: not the file"),
+        (("score", library, "none"), "none: no answer to any problem of"),
+        (("score", "damaged", "none"), "damaged/manifest.json: no manifest"),
+        (("score", "nowhere", "none"), "nowhere/manifest.json: no such file"),
+        (("write", "--only", "heap_7"), "only: heap_7; there are: heap_40"),
     ):
-        said = percussions(*words)
+        said = by_command(*words)
         assert said.returncode == 1
         (line,) = said.stderr.splitlines()
         assert named in line

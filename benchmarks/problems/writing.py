@@ -13,8 +13,6 @@ from pydantic import BaseModel, Field, ValidationError
 
 from analysis.exchange.fclib import write_problem
 from analysis.exchange.problem import ExchangeError, hdf5
-from analysis.library.families import FAMILIES
-from analysis.library.judge import THRESHOLDS, judge
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness
 from analysis.support.files import write_json
@@ -22,6 +20,8 @@ from analysis.support.parallel import Progress, Task, do_all
 from analysis.support.parts import load
 from analysis.support.reading import read_text
 from analysis.support.shipped import shipped
+from benchmarks.problems.families import FAMILIES
+from benchmarks.problems.judge import THRESHOLDS, judge
 from nscd import ContactLaw, solve
 from nscd.percussions import Status
 
@@ -39,7 +39,7 @@ Family = Literal["heap", "jammed", "hexagonal", "masses", "chain", "gate", "push
 class Problem:
     """Say which problem it is."""
 
-    family: Family  # of `analysis.library.families`, or real: a frame of the shipped excerpt
+    family: Family  # of `benchmarks.problems.families`, or real: a frame of the shipped excerpt
     size: int  # how many disks are asked for; the frame of a real crowd
     friction: float = 0.0  # μ at all contacts
     seed: int = 1  # of the random numbers
