@@ -23,7 +23,7 @@ from analysis.work_precision.whole_runs import (
     Setting,
     content_of,
     crowds_of,
-    measure,
+    measure_whole_runs,
     points_of,
     runs_of,
     whole_runs_picture,
@@ -74,7 +74,7 @@ def main() -> None:
     for one in [] if given.read else every:
         for run in one.every:
             print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
-    found = measure(scene, every, read_only=True)
+    found = measure_whole_runs(scene, every, read_only=True)
     print(describe(), table(found), sep="\n\n")
     points = list(points_of(found))
     write_whole_runs(given.out, points)

@@ -26,7 +26,7 @@ from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import percussions_of
-from analysis.percussions.solving import DumpToSolve, executor_for, solve_at_once, solve_dump
+from analysis.percussions.solving import DumpToSolve, executor_for, solve_batch, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.shipped_scenes import make
 from benchmarks.problems.families import heap
@@ -113,7 +113,7 @@ def parts(dump: Path) -> None:
     for block in blocks:
         bodies = trajectory.bodies(block, index.text(block), needs_velocity=False)
         began = time.thread_time()
-        solve_at_once(bodies, job.setting, job.tolerance)
+        solve_batch(bodies, job.setting, job.tolerance)
         solving += time.thread_time() - began
     size = dump.stat().st_size / 1e6
     print(
@@ -129,7 +129,7 @@ def alone(dump: Path) -> None:
     for block in job.blocks(range(trajectory.n_frames)):
         text = trajectory.index.text(block)
         bodies = trajectory.bodies(block, text, needs_velocity=False)
-        found = solve_at_once(bodies, job.setting, job.tolerance).found
+        found = solve_batch(bodies, job.setting, job.tolerance).found
         for number in range(len(block)):
             snapshot = bodies.snapshot(number)
             began = time.thread_time()

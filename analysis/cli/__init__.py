@@ -100,7 +100,7 @@ def _status_of(error: BaseException) -> int:
     if type(error).__name__ == "Abort":
         _say("interrupted; earlier results are untouched")
         return INTERRUPTED
-    from analysis.support.parts import missing_part
+    from analysis.support.extras import missing_part
 
     if isinstance(error, BrokenPipeError):
         sys.stdout = None  # whoever read it is gone: nothing to flush

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+from analysis.support.extras import missing_part
 from analysis.support.files import whole_file
 from analysis.support.parallel import Progress
-from analysis.support.parts import missing_part
 from analysis.support.shipped import or_shipped
 
 if TYPE_CHECKING:
@@ -247,7 +247,7 @@ def refuse_beside(context: typer.Context, names: Iterable[str], why: str) -> Non
             raise ValueError(f"--{name.replace('_', '-')}: {why}")
 
 
-def given(**options: object) -> dict[str, Any]:
+def drop_none(**options: object) -> dict[str, Any]:
     """Keep the options that are given."""
     return {name: value for name, value in options.items() if value is not None}
 

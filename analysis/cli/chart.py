@@ -62,7 +62,7 @@ def chart(
     from analysis.work_precision.page import front_table, write_chart
     from analysis.work_precision.soft import check_chart
     from analysis.work_precision.whole_runs import (
-        measure,
+        measure_whole_runs,
         points_of,
         whole_runs_of,
         whole_runs_section,
@@ -78,7 +78,7 @@ def chart(
         made = build_chart(
             chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
         )
-        found = measure(chosen, whole, progress=bars, processes=jobs) if whole else None
+        found = measure_whole_runs(chosen, whole, progress=bars, processes=jobs) if whole else None
     page = write_chart(made, out, command_line(), [whole_runs_section(found)] if found else ())
     if found:
         write_whole_runs(out, list(points_of(found)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import command_line, given, path, warn
+from analysis.cli.app import command_line, drop_none, path, warn
 from analysis.cli.options import Openness, Taken, flat
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def export(
     elif target.is_dir():
         raise ValueError(f"{dump}: no such file; {target} is no folder of a run")
     else:
-        named = given(frame=frame, room=taken.room) | taken.of_dump()
+        named = drop_none(frame=frame, room=taken.room) | taken.of_dump()
         if named:
             name = next(iter(named)).replace("_", "-")
             raise ValueError(f"--{name}: only of a run or a dump, and {target} is a scene")

@@ -13,7 +13,7 @@ import typer
 
 from analysis.cli.app import Out, Scheduler, command_line, input_file, processes, progress, show
 from analysis.cli.options import Exports, FrameRate, Mass, Radii, Room, Unit
-from analysis.support.parts import load
+from analysis.support.extras import load
 
 if TYPE_CHECKING:
     from analysis.film.frame import Reel

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 import typer
 
-from analysis.cli.app import given, input_file, not_negative, positive, share
+from analysis.cli.app import drop_none, input_file, not_negative, positive, share
 
 
 def flat(command: Callable[..., None]) -> Callable[..., None]:
@@ -112,11 +112,11 @@ class Taken:
     def setting(self) -> dict[str, Any]:
         """Give what is said of the problem itself, as `Setting` calls it."""
         names = ("left_velocity", "window", "largest_overlap", "friction", "wall_friction")
-        return given(**{name: getattr(self, name) for name in (*names, "contact_tolerance")})
+        return drop_none(**{name: getattr(self, name) for name in (*names, "contact_tolerance")})
 
     def of_dump(self) -> dict[str, Any]:
         """Give what is said of the dump."""
-        return given(time_step=self.time_step, unit=self.unit)
+        return drop_none(time_step=self.time_step, unit=self.unit)
 
 
 Restitution = Annotated[

@@ -9,7 +9,7 @@ import typer
 from analysis.cli.app import (
     Out,
     SceneName,
-    given,
+    drop_none,
     positive,
     processes,
     progress,
@@ -83,13 +83,13 @@ def run(
         )
     for warning in chosen.check(scene):
         warn(warning)
-    contact = given(
+    contact = drop_none(
         stiffness_N_per_m=stiffness,
         wall_stiffness_N_per_m=wall_stiffness,
         restitution=restitution,
         law=law,
     )
-    timing = given(time_step_s=time_step, duration_s=duration, impulses=impulses or None)
+    timing = drop_none(time_step_s=time_step, duration_s=duration, impulses=impulses or None)
     chosen = chosen.with_contact(**contact).with_run(**timing)
     if error is not None:
         from analysis.advice.choice import scene_within

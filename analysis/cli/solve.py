@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Scheduler, count, given, path, processes, progress, say_expected, show
+from analysis.cli.app import (
+    Scheduler,
+    count,
+    drop_none,
+    path,
+    processes,
+    progress,
+    say_expected,
+    show,
+)
 from analysis.cli.options import Openness, Restitution, Taken, flat
 
 if TYPE_CHECKING:
@@ -70,9 +79,11 @@ def solve(
     ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
     options = taken.setting()
-    others = given(room=taken.room, restitution=restitution, scheduler=scheduler) | taken.of_dump()
+    others = (
+        drop_none(room=taken.room, restitution=restitution, scheduler=scheduler) | taken.of_dump()
+    )
     if is_hdf5(dump):
-        others |= given(part_frames=part_frames)
+        others |= drop_none(part_frames=part_frames)
         _solve_problem(dump, out, taken.tolerance, openness, [*options, *others])
         return
     setting = setting_beside(dump, taken.room, **options)

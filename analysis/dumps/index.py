@@ -209,7 +209,7 @@ MARK = 0
 STEP, TIME, COUNT, BOX = b"stcb"
 
 
-class Heads:
+class Headers:
     """Reads heads of frames at wherever the file is.
 
     line: number of lines that were read so far
@@ -400,7 +400,7 @@ class _Frames:
         self.path = path
         self.columns: tuple[str, ...] = ()
         self._text = _Text(file)
-        self._heads = Heads(path, kind, self._text)
+        self._headers = Headers(path, kind, self._text)
         self._scan = _core.Scan()
         self._count = 0
 
@@ -413,7 +413,7 @@ class _Frames:
                 continue
             if scan.rows_left:
                 if end == _core.Scan.STRANGE:
-                    next_line(self._text, self.path, self._heads.line + 1)
+                    next_line(self._text, self.path, self._headers.line + 1)
                 raise DumpError(
                     f"{self.path}: truncated: the file ends inside step {scan.last}, "
                     f"frame {self._count + len(scan)}"
@@ -424,7 +424,7 @@ class _Frames:
 
     def _run(self) -> int:
         """Go on in the core, as far as that goes."""
-        text, heads, scan = self._text, self._heads, self._scan
+        text, heads, scan = self._text, self._headers, self._scan
         scan.at, scan.lines = text.at, heads.line
         end = scan.run(text.kept, text.before, heads.form, len(self.columns))
         text.at, heads.line = scan.at, scan.lines
@@ -434,26 +434,26 @@ class _Frames:
         try:
             return self._text.more()
         except DAMAGED as error:
-            line = self._heads.line + 1
+            line = self._headers.line + 1
             raise DumpError(f"{self.path}, line {line}: damaged: {error}") from None
 
     def _taken(self) -> Iterator[Frame]:
         """The frames that were found since."""
         self._count += len(self._scan)
-        timed = bytes((MARK, TIME)) in self._heads.form
+        timed = bytes((MARK, TIME)) in self._headers.form
         whole, values = (array.tolist() for array in self._scan.taken())
         for (step, rows, *place), (time, x0, x1, y0, y1, *_) in zip(whole, values, strict=True):
             yield Frame(step, time if timed else None, (x0, y0), (x1, y1), rows, *place)
 
     def _read_head(self) -> bool:
         """Read a head line by line; False at the end of the file."""
-        found = self._heads.next_frame()
+        found = self._headers.next_frame()
         if found is None:
             return False
         frame, names = found
         if frame.step <= self._scan.last:
             raise DumpError(
-                f"{self.path}, line {self._heads.step_line}: step {frame.step} follows step "
+                f"{self.path}, line {self._headers.step_line}: step {frame.step} follows step "
                 f"{self._scan.last}; frames must be in order, each once"
             )
         if self.columns and names != self.columns:

@@ -12,7 +12,7 @@ from typing import Literal
 
 from analysis.engines import Engine, lammps, why_not, yade
 from analysis.engines.process import version_said
-from analysis.support.parts import BASE, EXTRAS, Part, install
+from analysis.support.extras import BASE, EXTRAS, Extra, install
 
 # Asked for by a page: what its numbers were made with.
 MADE_WITH = ("numpy", "scipy", "MDAnalysis")
@@ -75,7 +75,7 @@ def _engine(known: Engine, advice: str, part: str = "") -> Finding:
     )
 
 
-def _library(part: Part, library: str) -> Finding:
+def _library(part: Extra, library: str) -> Finding:
     name = part.libraries[library]
     try:
         module = importlib.import_module(library)

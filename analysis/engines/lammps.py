@@ -19,8 +19,8 @@ from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.scene.schema import BODY, body_force
+from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
-from analysis.support.parts import install
 from analysis.support.shipped import shipped
 from nscd.arrays import Floats, Indices
 from nscd.segments import ROUNDING_M, Segments, connect

@@ -79,11 +79,11 @@ def run_command(
     *,
     screen: str = SCREEN,
     longest_s: float | None = None,
-    told: Callable[[str], None] | None = None,
+    on_line: Callable[[str], None] | None = None,
 ) -> Ended:
     """Run the command in the folder and return how it ended.
 
-    What it says goes to the file `screen` and, line by line, to `told`. All its processes end when
+    What it says goes to the file `screen` and, line by line, to `on_line`. All its processes end when
     it ends, and with this process, whatever ends that. The CPU time is that of the children of
     this process, so a process runs one command at a time."""
     last: deque[str] = deque(maxlen=LAST_LINES)
@@ -122,8 +122,8 @@ def run_command(
                 log.write(line)
                 if line.strip():
                     last.append(_printable(line.rstrip()))
-                if told:
-                    told(line)
+                if on_line:
+                    on_line(line)
             status = process.wait()
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
     finally:

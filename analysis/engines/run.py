@@ -379,7 +379,7 @@ def _simulate(
         record.write(staging)
         step = 0
 
-        def told(line: str) -> None:
+        def on_line(line: str) -> None:
             nonlocal step, record
             if found := _RESUMED.match(line):
                 record = dataclasses.replace(record, resumed_at_s=float(found[1]))
@@ -392,7 +392,7 @@ def _simulate(
         command = chosen.command(staging, record.time_step_s, decks=DECKS)
         if ranks > 1 and on_ranks:
             command = on_ranks(command, ranks, scene)
-        ended = run_command(command, staging, told=told)
+        ended = run_command(command, staging, on_line=on_line)
         record = dataclasses.replace(
             record, wall_seconds=ended.wall_seconds, cpu_seconds=ended.cpu_seconds
         )

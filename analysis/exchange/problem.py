@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
+from analysis.support.extras import load
 from analysis.support.files import whole_file
-from analysis.support.foreign import Part, read_foreign
-from analysis.support.parts import load
+from analysis.support.foreign import Node, read_foreign
 from analysis.support.reading import UnreadableError, begins
 from nscd import Snapshot
 from nscd.arrays import LARGEST, Floats
@@ -200,7 +200,7 @@ def put_matrix(group: Any, name: str, matrix: csc_array) -> None:
 class Group:
     """A group of a file that is read, each part checked for its kind, shape and numbers."""
 
-    def __init__(self, path: Path, content: Part, name: str = "") -> None:
+    def __init__(self, path: Path, content: Node, name: str = "") -> None:
         self.path, self.content, self.name = path, content, name
 
     def refuse(self, key: str, why: str) -> ExchangeError:

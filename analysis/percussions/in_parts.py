@@ -16,9 +16,9 @@ from pydantic import BaseModel
 from analysis.dumps import DumpError
 from analysis.percussions.solving import DumpToSolve, SolvedDump, frames_in
 from analysis.percussions.table import schema_of
+from analysis.support.extras import load
 from analysis.support.files import whole_file, write_json
 from analysis.support.parallel import Progress
-from analysis.support.parts import load
 from analysis.support.reading import read_text
 
 # Readers of partitioned Parquet leave files out that begin so.

@@ -43,7 +43,7 @@ from nscd.show import arrays
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FramesAtOnce:
+class Batch:
     """Hold the answers of f frames.
 
     bodies, setting: what was solved
@@ -79,7 +79,7 @@ class FramesAtOnce:
         return float(np.hypot(*(impulse / (self.window or 1.0)).T).max(initial=0.0))
 
 
-def solve_at_once(bodies: Bodies, setting: Setting, tolerance: float) -> FramesAtOnce | None:
+def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Batch | None:
     """Solve frames without friction and dissipation; those that are not `answered` are left to
     `percussions_of`, and all of them where this gives None.
 
@@ -90,7 +90,7 @@ def solve_at_once(bodies: Bodies, setting: Setting, tolerance: float) -> FramesA
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
     asked = Asked(setting.contact_tolerance, setting.largest_overlap, tolerance)
     found = solve_frames(disks, setting.walls, asked)
-    return FramesAtOnce(bodies=bodies, setting=setting, found=found, window=window)
+    return Batch(bodies=bodies, setting=setting, found=found, window=window)
 
 
 # Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
@@ -124,7 +124,7 @@ class DumpToSolve:
     parquet: bool = False
 
     @property
-    def at_once(self) -> bool:
+    def in_batches(self) -> bool:
         """Whether many frames are solved in one compiled call, beside which threads go on."""
         law = self.setting.law if self.law is None else self.law
         small = max(_trajectory(self).index.counts) < _core.SHARED
@@ -139,7 +139,7 @@ class DumpToSolve:
 
     def read(self, numbers: range) -> bytes | None:
         """Read what `solve` needs of frames that are solved at once."""
-        text: bytes | None = _trajectory(self).index.text(numbers) if self.at_once else None
+        text: bytes | None = _trajectory(self).index.text(numbers) if self.in_batches else None
         return text
 
     def solve(self, numbers: range, text: bytes | None = None) -> list[SolvedRows]:
@@ -155,7 +155,7 @@ class DumpToSolve:
         found = None
         if bodies is not None:
             try:
-                found = solve_at_once(bodies, self.setting, self.tolerance)
+                found = solve_batch(bodies, self.setting, self.tolerance)
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {bodies.steps[0]}: {error}") from None
         if bodies is None or found is None:
@@ -184,7 +184,7 @@ class DumpToSolve:
             first = end
         return solved
 
-    def _together(self, found: FramesAtOnce, first: int, end: int) -> SolvedRows:
+    def _together(self, found: Batch, first: int, end: int) -> SolvedRows:
         """The rows of frames that are answered."""
         said = SolvedDump(unsolved=[])
         for number in range(first, end):
@@ -308,7 +308,7 @@ def executor_for(
     cluster; None for one worker."""
     if scheduler is None and workers <= 1:
         yield None
-    elif scheduler is None and dump.at_once:
+    elif scheduler is None and dump.in_batches:
         with ThreadPoolExecutor(workers) as threads:
             yield threads
     else:

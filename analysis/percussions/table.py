@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.percussions.setting import Setting, Solved
+from analysis.support.extras import load
 from analysis.support.files import whole_file
-from analysis.support.parts import load
 from nscd import _core
 from nscd.arrays import Floats, Indices
 from nscd.indeterminacy.admissible import Admissible, ProgramError
@@ -173,7 +173,10 @@ def walls_of(setting: Setting, contacts: Touching) -> dict[str, Column]:
 def certificate(status: str, residual: Floats, error: Floats) -> dict[str, Column]:
     """Name the columns of what the answers of k contacts say of themselves; (k,), (k,) m/s."""
     cells: dict[str, Column] = {"status": [status] * len(residual)}
-    return cells | {"residual": _known(residual), "velocity_error_m_per_s": _known(error)}
+    return cells | {
+        "residual": _none_where_nan(residual),
+        "velocity_error_m_per_s": _none_where_nan(error),
+    }
 
 
 def cells_of(
@@ -199,7 +202,7 @@ def dataframe(
     return frame if openness == "none" else frame.astype({"determined": "Int64"})
 
 
-def _known(values: Floats) -> Column:
+def _none_where_nan(values: Floats) -> Column:
     """Numbers; None for those that are not finite."""
     return values if np.isfinite(values).all() else [_finite(value) for value in values]
 

@@ -13,7 +13,7 @@ from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness, dataframe
 from analysis.scene.scene import Scene
-from analysis.support.parts import load
+from analysis.support.extras import load
 from nscd import ContactLaw
 from nscd.show import as_html
 

@@ -189,7 +189,7 @@ def summary(maps: Sequence[Map]) -> Iterator[str]:
                 )
 
 
-def told(case: Case) -> dict[str, str]:
+def words_of(case: Case) -> dict[str, str]:
     """Give the words of a case: title; fails (which methods, and how); words (of the map); edge
     (what the boundary is by theory, where there is one)."""
     return Words("analysis.stability.cases").parts(case.name, **case.values)
@@ -223,7 +223,7 @@ def _numbers(made: Map) -> dict[str, Any]:
     """A map as `json` takes it; rows that are no numbers as their labels."""
     case = made.case
     return {
-        "title": told(case)["title"],
+        "title": words_of(case)["title"],
         "columns": asdict(case.columns),
         "rows": asdict(case.rows) | {"values": [_plain(row) for row in case.rows.values]},
         "quantities": list(case.quantities),
@@ -241,7 +241,7 @@ def _plain(row: Row) -> float | str:
 
 def _section(words: Words, made: Map) -> Section:
     """A case: what fails, its map, and where the outcome changes."""
-    case, says = made.case, told(made.case)
+    case, says = made.case, words_of(made.case)
     rows = [list(_edge(edge).values()) for edge in made.boundaries]
     values = {"row": case.rows.label, "column": case.columns.label, "edge": says.get("edge", "")}
     return Section(
@@ -255,7 +255,7 @@ def _section(words: Words, made: Map) -> Section:
 
 def _summary_rows(made: Map) -> Iterator[list[Cell]]:
     """What failed in a case, one row per boundary that has a theory, or one."""
-    case, says = made.case, told(made.case)
+    case, says = made.case, words_of(made.case)
     lead: list[Cell] = [
         f"[{says['title']}](#{case.name})",
         says["fails"],

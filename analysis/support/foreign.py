@@ -33,13 +33,13 @@ JOURNALS = ("-wal", "-journal")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class Node:
     """Hold a table, a group or a dataset of a file.
 
     attributes: texts and single numbers; None for other kinds"""
 
     attributes: dict[str, Any] = field(default_factory=dict)
-    below: dict[str, Part] = field(default_factory=dict)  # what is in a group or table
+    below: dict[str, Node] = field(default_factory=dict)  # what is in a group or table
     values: NDArray[Any] | None = None  # of a column or dataset; None for a group
 
     def texts(self, column: str) -> list[str]:
@@ -47,7 +47,7 @@ class Part:
         return [str(text) for text in json.loads(str(self.below[column].values))]
 
 
-def read_foreign(path: Path, kind: Literal["sqlite", "hdf5"], names: Sequence[str]) -> Part:
+def read_foreign(path: Path, kind: Literal["sqlite", "hdf5"], names: Sequence[str]) -> Node:
     """Read the tables or groups of these names, those that are there.
 
     Raises UnreadableError naming the file: it is damaged, a view or a virtual table, a link to
@@ -145,13 +145,13 @@ class _Reader:
 _READER = _Reader()
 
 
-def _tree(arrays: Any) -> Part:
-    whole = Part()
+def _tree(arrays: Any) -> Node:
+    whole = Node()
     for name, number, attributes in json.loads(str(arrays["parts"])):
         values = None if number is None else arrays[str(number)]
         *path, last = name.split("/")
         place = whole
         for step in path:
             place = place.below[step]
-        place.below[last] = Part(attributes=attributes, values=values)
+        place.below[last] = Node(attributes=attributes, values=values)
     return whole

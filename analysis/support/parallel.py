@@ -10,7 +10,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.support.parts import load
+from analysis.support.extras import load
 
 # Called with a label and the share that is done, 0 to 1.
 Progress = Callable[[str, float], None]

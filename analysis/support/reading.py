@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, Protocol
 
-from analysis.support.parts import MissingPartError, load
+from analysis.support.extras import MissingPartError, load
 
 # A row of a table has some hundred bytes; without this limit one line could be a whole file.
 LONGEST_LINE = 1 << 16

@@ -97,7 +97,7 @@ class Setting:
         )
 
 
-def settings_of(scene: Scene, engines: Sequence[str]) -> list[Setting]:
+def whole_run_settings(scene: Scene, engines: Sequence[str]) -> list[Setting]:
     """List the settings of a scene, the reference first: the rigid engine at its shortest step."""
     found = []
     if RIGID in engines:
@@ -163,7 +163,7 @@ def whole_runs_of(scene: Scene, count: int, out: Path) -> list[SettingRuns]:
         return []
     engines = [known.NAME for known in ENGINES if known.find()]
     crowds = crowds_of(scene, count)
-    return runs_of(settings_of(crowds[0], engines), crowds, out)
+    return runs_of(whole_run_settings(crowds[0], engines), crowds, out)
 
 
 # From rest (s): the crowd is arrested, the cheapest test of stiffness.
@@ -271,7 +271,7 @@ class Precision:
         return {name: known[name] for name in known if name in values and values[name].mean()}
 
 
-def measure(
+def measure_whole_runs(
     scene: Scene,
     runs: Sequence[SettingRuns],
     *,
@@ -438,22 +438,22 @@ def points_of(found: Precision) -> Iterator[WholeRunPoint]:
                 stiffness_N_per_m=setting.stiffness_N_per_m,
                 longer=setting.longer,
                 crowds=len(one.crowds),
-                cpu_seconds=_known(one.cpu_seconds),
-                with_impulses_s=_known(one.with_impulses),
+                cpu_seconds=_none_if_nan(one.cpu_seconds),
+                with_impulses_s=_none_if_nan(one.with_impulses),
                 quantity=name,
                 unit=statistic.unit,
                 mean=mean,
-                standard_error=_known(error),
-                bias=_known(bias.share),
-                bias_low=_known(bias.low),
-                bias_high=_known(bias.high),
+                standard_error=_none_if_nan(error),
+                bias=_none_if_nan(bias.share),
+                bias_low=_none_if_nan(bias.low),
+                bias_high=_none_if_nan(bias.high),
                 reference=one is found.reference,
                 machine=machine(),
                 date=today,
             )
 
 
-def _known(value: float) -> float | None:
+def _none_if_nan(value: float) -> float | None:
     return value if isfinite(value) else None
 
 

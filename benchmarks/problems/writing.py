@@ -15,9 +15,9 @@ from analysis.exchange.fclib import write_problem
 from analysis.exchange.problem import ExchangeError, hdf5
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness
+from analysis.support.extras import load
 from analysis.support.files import write_json
 from analysis.support.parallel import Progress, Task, do_all
-from analysis.support.parts import load
 from analysis.support.reading import read_text
 from analysis.support.shipped import shipped
 from benchmarks.problems.families import FAMILIES

@@ -8,7 +8,7 @@ from analysis.stability.case import By, Outcome
 from analysis.stability.cases.penalty import (
     Collision,
     Packed,
-    Search,
+    Renewal,
     damping,
     drift,
     initial_overlap,
@@ -95,11 +95,11 @@ def test_coinciding_centres_give_no_numbers_and_exit_status_0(tmp_path):
 
 
 def test_contacts_are_lost_by_a_skin_too_small_and_not_by_the_products_deck(tmp_path):
-    below, above = around(skin, Search("lammps", 30), tmp_path, 0.01)
+    below, above = around(skin, Renewal("lammps", 30), tmp_path, 0.01)
     assert (below.outcome, above.outcome) == (Outcome.ENERGY_GAIN, Outcome.STABLE)
     assert below.silent
-    assert skin.attempt(0.005, Search("lammps"), tmp_path).outcome is Outcome.STABLE
-    passed = skin.attempt(0.005, Search("lammps", 400), tmp_path)
+    assert skin.attempt(0.005, Renewal("lammps"), tmp_path).outcome is Outcome.STABLE
+    passed = skin.attempt(0.005, Renewal("lammps", 400), tmp_path)
     assert passed.outcome is not Outcome.STABLE
 
 

@@ -9,12 +9,12 @@ from analysis.work_precision.whole_runs import (
     Precision,
     Setting,
     crowds_of,
-    measure,
+    measure_whole_runs,
     points_of,
     read_whole_runs,
     runs_of,
-    settings_of,
     statistics_of,
+    whole_run_settings,
     whole_runs_rows,
     whole_runs_section,
     write_whole_runs,
@@ -62,7 +62,7 @@ def test_crowds_that_all_differ_alike_have_no_interval():
 
 def test_the_settings_of_a_scene_begin_with_the_shortest_rigid_step(tmp_path):
     scene = make("arch").with_run(duration_s=4.0, frames=40)
-    every = settings_of(scene, ["lammps", "yade", "rigid"])
+    every = whole_run_settings(scene, ["lammps", "yade", "rigid"])
     assert [one.step_s for one in every if one.engine == "rigid"] == pytest.approx(
         [0.001, 0.005, 0.02, 0.005, 0.005]
     )
@@ -82,7 +82,7 @@ def test_whole_runs_of_a_small_crowd(tmp_path):
     ready = [*runs[0].every, runs[1].crowds[0], runs[1].alone]
     for run in ready:
         run.record()  # here, which is quicker than in other processes
-    found = measure(scene, runs, read_only=True)
+    found = measure_whole_runs(scene, runs, read_only=True)
     rigid, soft = found.every
     assert (list(rigid.crowds), list(soft.crowds)) == ([0, 1], [0])
     assert 0 < soft.cpu_seconds < soft.with_impulses

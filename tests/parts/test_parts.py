@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from analysis.support import parallel
-from analysis.support.parts import BASE, EXTRAS, MissingPartError, install, load
+from analysis.support.extras import BASE, EXTRAS, MissingPartError, install, load
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

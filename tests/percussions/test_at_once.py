@@ -50,7 +50,7 @@ def job(film, **given):
 @pytest.mark.parametrize("left", ["dump", "desired"])
 def test_each_frame_is_answered_as_alone(film, left):
     dump = job(film, left=left, tolerance=1e-10)
-    assert dump.at_once
+    assert dump.in_batches
     (found,) = dump.solve(range(FRAMES))
     lines = [line.split(",") for line in found.rows.decode().splitlines()]
     trajectory, at = open_bodies(dump.path).trajectory, 0

@@ -34,7 +34,7 @@ SURFACES = {
 DENSITIES = (1.0, 2.0, 4.0, 7.0, 14.0)
 # people/m at the free end and at the wall; of one mean
 PROFILES = ((1.5 * DENSITY, 0.5 * DENSITY), (DENSITY, DENSITY), (0.5 * DENSITY, 1.5 * DENSITY))
-AT = (0.0, 0.5, 1.0, 2.0, 4.0)  # m from the wall
+FROM_WALL_M = (0.0, 0.5, 1.0, 2.0, 4.0)  # m from the wall
 PER_METRE = 20  # cells, for a mesh of 0.2 m in the room
 STIFF = 1e3  # times the k_v of Table 1: a chain that is as good as rigid
 EQUAL = 0.01  # relative: numbers that agree
@@ -67,9 +67,9 @@ class Rod:
 
     @property
     def inner(self) -> list[float]:
-        """−σ = −k_v ∂w/∂x at AT from the wall."""
+        """−σ = −k_v ∂w/∂x at FROM_WALL_M from the wall."""
         slope = np.gradient(self.right + SPEED, self.x, edge_order=2)
-        return [float(np.interp(LENGTH - at, self.x, -VOLUME * slope)) for at in AT]
+        return [float(np.interp(LENGTH - at, self.x, -VOLUME * slope)) for at in FROM_WALL_M]
 
     @property
     def closing(self) -> float:
@@ -115,10 +115,10 @@ class Varied(Rod):
 
     @property
     def rigid(self) -> list[float]:
-        """At AT from the wall for rigid disks of the same masses: the momentum of all who stand
+        """At FROM_WALL_M from the wall for rigid disks of the same masses: the momentum of all who stand
         behind."""
         first, last = self.ends
-        behind = [LENGTH - at for at in AT]
+        behind = [LENGTH - at for at in FROM_WALL_M]
         return [SPEED * (first * x + 0.5 * (last - first) * x**2 / LENGTH) for x in behind]
 
 
@@ -210,9 +210,9 @@ class Chains:
 
     @property
     def growing(self) -> list[float]:
-        """m, the distances of AT from the wall at which it grows with every density."""
+        """m, the distances of FROM_WALL_M from the wall at which it grows with every density."""
         steps = np.diff([trial.inner for trial in self.dense], axis=0)
-        return [at for at, least in zip(AT, steps.min(0), strict=True) if least > 0]
+        return [at for at, least in zip(FROM_WALL_M, steps.min(0), strict=True) if least > 0]
 
 
 def chains(mesh: float) -> Chains:
@@ -258,7 +258,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
         __name__,
         **{"found": found, "error": max(trial.error for trial in found.trials)},
         **{"length": LENGTH, "density": DENSITY, "volume": VOLUME, "speed": SPEED},
-        **{"threshold": THRESHOLD, "densities": DENSITIES, "at": AT},
+        **{"threshold": THRESHOLD, "densities": DENSITIES, "at": FROM_WALL_M},
         printed=sum(trial.printed for trial in found.trials),
         rebound=sum(trial.printed != (trial.at_wall == 0) for trial in found.trials),
         right=sum(trial.chain.sticks == (trial.at_wall == 0) for trial in found.trials),
@@ -289,7 +289,7 @@ def verdicts(found: Chains) -> dict[str, Verdict]:
         "condition": Verdict.of(all(t.printed == (t.at_wall == 0) for t in found.trials)),
         "solution": Verdict.of(*(table_1.formula_error(h) < EQUAL for h in lengths)),
         "percussion": Verdict.of(abs(found.factor - 1) < EQUAL, falls),
-        "increasing": Verdict.of(*(at in found.growing for at in AT)),
+        "increasing": Verdict.of(*(at in found.growing for at in FROM_WALL_M)),
         "glued": Verdict.of(table_1.closing < STILL),
         "variable": Verdict.of(bool(np.all(rising > 0)), found.rigid_factor < 1 + EQUAL),
         "constant": Verdict.of(constant.from_rigid < ROUNDING, constant.pressure < ROUNDING),

@@ -17,7 +17,7 @@ import pandas as pd
 import pedpy
 from scipy.spatial import cKDTree
 
-from analysis.support.foreign import Part, read_foreign
+from analysis.support.foreign import Node, read_foreign
 from analysis.support.reading import (
     LARGEST_WHOLE,
     NUMBER,
@@ -179,7 +179,7 @@ def _jupedsim(file: Path) -> pedpy.TrajectoryData:
 
 def _archive(file: Path) -> pedpy.TrajectoryData:
     """An HDF5 file of the Pedestrian Dynamics Data Archive."""
-    found = read_foreign(file, "hdf5", ["trajectory"]).below.get("trajectory", Part())
+    found = read_foreign(file, "hdf5", ["trajectory"]).below.get("trajectory", Node())
     names = ("id", "frame", "x", "y")
     values = found.values
     if values is None or values.ndim != 1 or not set(names) <= set(values.dtype.names or ()):

@@ -373,7 +373,7 @@ RENEWAL = "neigh_modify every 1 delay 0 check yes binsize 1.0"
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class Renewal:
     """A row: the engine, and every how many steps its list is renewed unchecked; None: as its own
     deck or script has it, which checks each step."""
 
@@ -396,12 +396,12 @@ class Search:
         return edits
 
 
-def searches(*every: int) -> tuple[Search, ...]:
+def renewals(*every: int) -> tuple[Renewal, ...]:
     """Make the rows of both engines' own decks and of LAMMPS' with unchecked renewals between."""
-    return Search("lammps"), *(Search("lammps", steps) for steps in every), Search("yade")
+    return Renewal("lammps"), *(Renewal("lammps", steps) for steps in every), Renewal("yade")
 
 
-def skin_theory(row: Search) -> float:
+def skin_theory(row: Renewal) -> float:
     """Compute the skin below which a contact is noticed so late, with the overlap
     δ = 2vNΔt − skin, that it adds GAIN to the energy.
 
@@ -422,12 +422,12 @@ def skin_theory(row: Search) -> float:
         (0.001, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.4, 0.9),
         (0.01, 0.03, 0.1),
     ),
-    rows=("engine, renewal of its list", searches(10, 30, 100, 400), searches(30)),
+    rows=("engine, renewal of its list", renewals(10, 30, 100, 400), renewals(30)),
     quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN,),
     theory=skin_theory,
 )
-def skin(skin_m: float, row: Search, folder: Path) -> Cell:
+def skin(skin_m: float, row: Renewal, folder: Path) -> Cell:
     """Let two disks meet, each at SPEED_M_PER_S, that start just outside the skin (m) of the row's
     neighbour list."""
     gap = skin_m * (1 + 1e-6)

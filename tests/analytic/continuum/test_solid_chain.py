@@ -6,7 +6,14 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from analysis.pages.section import Verdict
-from analysis.paper.continuum.solid_chain import AT, LENGTH, SPEED, chains, varied, verdicts
+from analysis.paper.continuum.solid_chain import (
+    FROM_WALL_M,
+    LENGTH,
+    SPEED,
+    chains,
+    varied,
+    verdicts,
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +35,7 @@ def test_a_chain_of_varying_density_against_a_boundary_value_problem(ends):
     start = np.stack([2 * SPEED - SPEED * np.exp(x - LENGTH), -SPEED * np.exp(x - LENGTH)])
     exact = solve_bvp(slopes, lambda a, b: np.array([a[1], b[0] - SPEED]), x, start, tol=1e-7)
     assert exact.success
-    expected = -volume * exact.sol(LENGTH - np.array(AT))[1]
+    expected = -volume * exact.sol(LENGTH - np.array(FROM_WALL_M))[1]
     assert rod.inner == pytest.approx(expected, rel=3e-3)
     assert rod.answer.wall_force.sum() == pytest.approx(expected[0] - SPEED, rel=1e-6)
 
@@ -37,7 +44,7 @@ def test_rigid_disks_press_with_the_momentum_of_all_behind(found):
     for rod in found.varied:
         x = np.linspace(0, LENGTH, 20_001)
         rho = np.interp(x, [0, LENGTH], rod.ends)
-        for at, percussion in zip(AT, rod.rigid, strict=True):
+        for at, percussion in zip(FROM_WALL_M, rod.rigid, strict=True):
             behind = x <= LENGTH - at + 1e-9
             assert percussion == pytest.approx(SPEED * np.trapezoid(rho[behind], x[behind]))
 

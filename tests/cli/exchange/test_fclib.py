@@ -15,8 +15,8 @@ from analysis.exchange.fclib import read_problem, write_problem
 from analysis.exchange.problem import is_hdf5
 from analysis.percussions import Setting, percussions_of
 from analysis.scene import Crowd, read_scene, room
+from analysis.support.extras import MissingPartError
 from analysis.support.frames import write_frame
-from analysis.support.parts import MissingPartError
 from nscd import ContactLaw, Snapshot
 
 h5py = pytest.importorskip("h5py", reason="needs h5py")

