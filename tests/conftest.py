@@ -1,7 +1,8 @@
-"""Shared: hypothesis without deadlines (compiled kernels make the first example slow), Ctrl-C,
-which some tests send, where a shell in the background has switched it off, commands that print no
-warning, and a cluster."""
+"""Shared: hypothesis without deadlines, Ctrl-C, which some tests send, where a shell in the
+background has switched it off, the command as a user calls it, without warnings, and a cluster."""
 
+import importlib
+import os
 import signal
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import sys
 import pytest
 from hypothesis import settings
 
-from tests.forked import without_warnings
+from tests.forked import PROGRAM, ROOT, as_program, in_fork, without_warnings
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -26,6 +27,41 @@ def communicate(self, *args, **options):
 
 
 subprocess.Popen.communicate = communicate
+
+
+# what the commands import when they are called, so that forks have it
+IMPORTED = (
+    "advice.choice", "compare.study", "film.page", "motion.report", "paper.page",
+    "percussions.solving", "scene.real.import_crowd", "stability.page", "work_precision.page",
+    "work_precision.whole_runs",
+)  # fmt: skip
+
+
+@pytest.fixture
+def percussions(tmp_path):
+    """Run `percussions …` in an empty folder, in a fork; returns the finished process."""
+    for name in IMPORTED:
+        importlib.import_module(f"analysis.{name}")
+
+    def call(*words, timeout=600):
+        words = [str(word) for word in words]
+        status, said, printed = in_fork(lambda: as_program(words, tmp_path), timeout)
+        return subprocess.CompletedProcess(["percussions", *words], status, printed, said)
+
+    return call
+
+
+@pytest.fixture
+def alone(tmp_path):
+    """The same in a Python of its own, this very tree, whichever is installed."""
+
+    def call(*words, timeout=600):
+        return subprocess.run(
+            [sys.executable, "-c", PROGRAM, *map(str, words)], cwd=tmp_path, capture_output=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True, timeout=timeout, check=False,
+        )  # fmt: skip
+
+    return call
 
 
 @pytest.fixture

@@ -30,16 +30,11 @@ RANKS = [
     ["analysis/pages"],
     ["analysis/exposure"],
     ["analysis/motion"],
-    [
-        "analysis/work_precision",
-        "analysis/stability",
-        "analysis/paper",
-        "analysis/push",
-    ],
+    ["analysis/work_precision", "analysis/stability", "analysis/paper", "analysis/push"],
     ["analysis/advice", "analysis/film"],
     ["analysis/advice/people"],
     ["analysis/cli", "crowd_percussions"],
-]
+]  # fmt: skip
 
 
 def modules():

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 
 from analysis.engines import yade
@@ -92,21 +91,6 @@ def test_run_solve_compare(percussions, tmp_path):
     assert wall / 0.5 == pytest.approx(engine, rel=1e-3)
 
 
-def test_two_workers_give_what_one_gives(percussions, tmp_path):
-    make("jam", 30).with_run(duration_s=1.0, frames=8).write(tmp_path)
-    assert percussions("run", "jam.toml").returncode == 0
-    dump = tmp_path / "out/jam/lammps_hooke_k1e+06/bodies.dump"
-    for workers in (1, 2):
-        result = percussions("solve", dump, "--workers", workers, "--out", f"{workers}.csv")
-        assert result.returncode == 0, result.stderr
-    numbers = [*range(13), 14, 16]  # neither names of walls nor the status
-    one, two = (
-        np.loadtxt(tmp_path / f"{workers}.csv", delimiter=",", skiprows=1, usecols=numbers)
-        for workers in (1, 2)
-    )
-    np.testing.assert_allclose(one, two, rtol=1e-6, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("words", "across"),
     [((), 0), (("--friction", 0.1), 7.5), (("--friction", 0.1, "--restitution", 0.5), 11.25)],
@@ -138,6 +122,8 @@ def test_friction_and_restitution_are_of_the_law_that_is_solved(
         (("report", "nowhere"), "unknown scene"),
         (("report", "pair", "--engine", "magic"), "unknown engine"),
         (("scenes", "--make", "arch", "--disks", "1"), "needs at least 2"),
+        (("scenes", "--make", "pair", "--disks", "5"), "fixed number"),
+        (("scenes", "--make", "arc"), "unknown scene"),
         (("import", "absent.txt", "--frame", "3", "--room", "absent.toml"), "absent"),
     ],
 )
@@ -161,25 +147,13 @@ def test_empty_contact_set(percussions, tmp_path):
     )
 
 
-def test_an_engine_that_dies_leaves_the_earlier_run(percussions, tmp_path):
-    make("jam", 20).with_run(duration_s=0.5, frames=2).write(tmp_path)
-    assert percussions("run", "jam.toml").returncode == 0
-    folder = tmp_path / "out/jam/lammps_hooke_k1e+06"
-    before = (folder / "bodies.dump").read_bytes()
-    failed(percussions("run", "jam.toml", "--time-step", 0.02, "--duration", 5), "lammps")
-    assert (folder / "bodies.dump").read_bytes() == before
-    assert [path.name for path in folder.parent.iterdir()] == [folder.name]
-
-
 @pytest.mark.parametrize(
     "engine",
     [
         "lammps",
-        pytest.param(
-            "yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed")
-        ),
+        pytest.param("yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed")),
     ],
-)
+)  # fmt: skip
 def test_interruption_leaves_nothing_half_written(tmp_path, engine):
     make("arch", 2000).with_run(duration_s=60.0).write(tmp_path)
     command = [

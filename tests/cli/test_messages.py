@@ -100,15 +100,11 @@ def test_help_does_not_wait_for_libraries(percussions):
         (OSError("odd"), 1, "odd"),
         (MemoryError(), 1, "out of memory; fewer disks, frames or workers need less"),
         (KeyboardInterrupt(), 130, "interrupted; earlier results are untouched"),
-        (
-            IndexError("list index"),
-            70,
-            "a mistake in crowd-percussions, IndexError: list index; .*",
-        ),
+        (IndexError("list index"), 70, "a mistake in crowd-percussions, IndexError: list index; .*"),
         (OverflowError("too large"), 70, "a mistake in crowd-percussions, OverflowError: .*"),
         (RecursionError("deep"), 70, "a mistake in crowd-percussions, RecursionError: .*"),
     ],
-)
+)  # fmt: skip
 def test_whatever_is_raised_is_one_line(monkeypatch, capsys, raised, status, says):
     def read(name):
         raise raised

@@ -104,13 +104,6 @@ def called(command, folder):
     )
 
 
-def test_commands_of_readme_leave_what_it_says(folder):
-    run = folder / "out/gate/lammps_hooke_k1e+06"
-    assert (run / "bodies.dump").exists()
-    assert (folder / "contacts.csv").read_text().startswith("time_s,")
-    assert (run / "comparison.csv").exists()
-
-
 def test_python_of_readme(folder):
     pages = [str(ROOT / page) for page in SHOWN]
     words = ["-m", "doctest", "-o", "NORMALIZE_WHITESPACE", *pages]

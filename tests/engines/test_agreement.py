@@ -5,7 +5,7 @@ import pytest
 
 from analysis.scene.shipped_scenes import make
 
-IMPACTS = ["pair", "pair_oblique", "four_disks", "chain", "chain_wall", "chain_masses", "corridor"]
+IMPACTS = ["pair_oblique", "chain_wall", "chain_masses", "corridor"]
 
 
 def by_both(simulate, scene):

@@ -2,27 +2,21 @@
 history leaves."""
 
 import numpy as np
-import pytest
 
 from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
 from analysis.scene.shipped_scenes import make, room_with_a_door
-from nscd import Snapshot, find_contacts, solve
+from nscd import find_contacts, solve
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
 from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
 from nscd.indeterminacy.least_energy import least_energy
+from tests.crowds import disks_at
 
 TAU = 0.5
 
 
 def at_rest(position, radius, mass):
-    n = len(position)
-    return Snapshot(
-        position=position,
-        velocity=np.zeros((n, 2)),
-        radius=np.full(n, radius),
-        mass=np.broadcast_to(mass, (n,)),
-    )
+    return disks_at(position, radius=radius, mass=mass)
 
 
 def driven(name, snapshot, walls, drive, stiffness, duration):
@@ -42,11 +36,11 @@ def driven(name, snapshot, walls, drive, stiffness, duration):
 def end_of(simulation, scene):
     """The disks of the last frame."""
     last = {name: column[-1] for name, column in simulation.columns.items()}
-    return Snapshot(
-        position=np.column_stack([last["x"], last["y"]]),
-        velocity=np.column_stack([last["vx"], last["vy"]]),
-        radius=last["radius"],
-        mass=scene.snapshot.mass,
+    return disks_at(
+        np.column_stack([last["x"], last["y"]]),
+        np.column_stack([last["vx"], last["vy"]]),
+        last["radius"],
+        scene.snapshot.mass,
     )
 
 
@@ -124,12 +118,7 @@ def hexagonal(spread):
     sites = sites[np.argsort(np.hypot(*sites.T).round(9), kind="stable")[:30]]
     walls, drive = room_with_a_door(float(np.hypot(*sites.T).max()) + r)
     radius = r * (1 + spread * np.random.default_rng(5).uniform(-1, 1, 30))
-    snapshot = Snapshot(
-        position=(1 + 2 * spread) * sites,
-        velocity=np.zeros((30, 2)),
-        radius=radius,
-        mass=np.full(30, 75.0),
-    )
+    snapshot = disks_at((1 + 2 * spread) * sites, radius=radius)
     return driven("hexagonal", snapshot, walls, drive, 1e6, 10.0)
 
 
@@ -189,17 +178,11 @@ def test_radii_that_nobody_can_measure_change_the_forces_within_the_intervals(si
     assert 0.2 < difference(seen, chosen) < 0.5
 
 
-@pytest.mark.parametrize("stretch", [1.0, 1.5])
-def test_history_moves_the_forces_away_from_the_least_energy_but_not_out(simulate, stretch):
-    """Unequal disks that walk up to the door from near and from afar come to rest otherwise."""
+def test_history_moves_the_forces_away_from_the_least_energy_but_not_out(simulate):
+    """Unequal disks that walk up to the door from afar come to rest otherwise."""
     scene = make("jam", 40).with_contact(stiffness_N_per_m=1e5).with_run(duration_s=40.0, frames=2)
     start = scene.snapshot
-    snapshot = Snapshot(
-        position=start.position * [stretch, 1.0],
-        velocity=start.velocity,
-        radius=start.radius,
-        mass=start.mass,
-    )
+    snapshot = disks_at(start.position * [1.5, 1.0], start.velocity, start.radius, start.mass)
     scene = scene.model_copy(update={"snapshot": snapshot})
     contacts, seen, chosen, intervals = check_inside(simulate("lammps", scene), scene)
     assert determinacy(contacts, 40).redundant >= 3

@@ -57,7 +57,7 @@ def wait(condition, longest=60.0):
 
 
 @pytest.mark.parametrize("name", ENGINES)
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_an_engine_ends_with_the_command_that_started_it(tmp_path, name, number):
     require(name)
     make("arch", 100).with_run(**LONG).write(tmp_path)

@@ -17,7 +17,7 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import ReferenceError, leapfrog
 from nscd import Snapshot
-from tests.engines.at_hand import ROOT, require
+from tests.engines.at_hand import ROOT, lammps, require, yade
 
 ENGINES = ["lammps", "yade"]
 SAID = re.compile(r"^GUARD (\w+) at t = (\S+) s \(step (\d+)\): (.+)$", re.MULTILINE)
@@ -79,27 +79,15 @@ def of_commands(name, scene, folder, command, decks="lammps_inputs", scripts="ya
     require(name)
     path = scene.write(folder)
     if name == "yade":
-        words = [
-            "yade",
-            "-L",
-            "noserver",
-            "-j1",
-            "-n",
-            "-x",
-            f"{scripts}/crowd.py",
-            str(path),
-            f"out={folder}",
-        ]
+        words = yade(path, f"out={folder}")
+        words[6] = f"{scripts}/crowd.py"
         return command(words, ROOT, PYTHONPATH=str(scripts), PYTHONDONTWRITEBYTECODE="1")
     (folder / "scene.in").write_text(scene_deck(scene))
-    given = {
-        "decks": decks,
-        "deck": folder / "scene.in",
-        "data": path.with_suffix(".data"),
-        "out": folder,
-    }
-    variables = [word for key, value in given.items() for word in ("-var", key, str(value))]
-    return command(["lmp", "-in", f"{decks}/crowd.in", "-log", "none", *variables], ROOT)
+    words = lammps(
+        decks=decks, deck=folder / "scene.in", data=path.with_suffix(".data"), out=folder
+    )
+    words[2] = f"{decks}/crowd.in"
+    return command(words, ROOT)
 
 
 # what is provoked, the reason, and the first step and the last in which the guard must have seen it
@@ -228,12 +216,7 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
         ("lammps", "pair", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
         ("lammps", "chain", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
         ("lammps", "chain_wall_masses", {"restitution": 0.9}, {"duration_s": 0.1, "frames": 10}),
-        (
-            "lammps",
-            "pair_oblique",
-            {"friction": 0.5, "restitution": 0.9},
-            {"duration_s": 0.1, "frames": 20},
-        ),
+        ("lammps", "pair_oblique", {"friction": 0.5, "restitution": 0.9}, {"duration_s": 0.1, "frames": 20}),
         ("lammps", "corridor", {}, {"frames": 10}),
         ("lammps", "gate", {"law": "hertz"}, {"frames": 10}),
         ("lammps", "gate", {"restitution": 0.9, "stiffness_N_per_m": 3e4}, {"frames": 20}),
@@ -241,7 +224,7 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
         ("yade", "chain_wall_masses", {"restitution": 1.0}, {"duration_s": 0.1, "frames": 10}),
         ("yade", "gate", {"friction": 0.5, "restitution": 0.9}, {"frames": 10}),
     ],
-)
+)  # fmt: skip
 def test_a_sound_run_is_not_stopped(simulate, name, scene, contact, run):
     sound = read_scene(scene).with_contact(**contact).with_run(**({"time_step_s": None} | run))
     assert simulate(name, sound).record.exit_state == "finished"
@@ -251,22 +234,11 @@ def test_a_sound_run_is_not_stopped(simulate, name, scene, contact, run):
 def test_the_guard_changes_nothing(tmp_path, command, name):
     require(name)
     for guard in ("yes", "no"):
-        given = {"duration": "0.2", "frames": "4", "out": str(tmp_path / guard), "guard": guard}
+        given = {"duration": 0.2, "frames": 4, "out": tmp_path / guard, "guard": guard}
         if name == "yade":
-            words = ["yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py", "gate"]
-            words += [f"{key}={value}" for key, value in given.items()]
+            words = yade("gate", *(f"{key}={value}" for key, value in given.items()))
         else:
-            words = [
-                "lmp",
-                "-in",
-                "lammps_inputs/crowd.in",
-                "-log",
-                "none",
-                "-var",
-                "scene",
-                "gate",
-            ]
-            words += [word for key, value in given.items() for word in ("-var", key, value)]
+            words = lammps(scene="gate", **given)
         done = command(words, ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     assert (tmp_path / "yes/bodies.dump").read_bytes() == (tmp_path / "no/bodies.dump").read_bytes()

@@ -14,10 +14,9 @@ from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import read_scene, scene_names
-from tests.engines.at_hand import ROOT, require
+from tests.engines.at_hand import ROOT, lammps, require, yade
 
-PAPER = ["pair", "four_disks", "chain", "chain_wall", "corridor", "arch", "arch_masses", "jam"]
-YADE = ["yade", "-L", "noserver", "-n", "-x", "yade_scripts/crowd.py"]
+PAPER = ["four_disks", "chain_wall", "corridor", "arch_masses"]
 
 
 @pytest.fixture(scope="module")
@@ -44,17 +43,9 @@ def numbers(said):
 
 def expected(scene):
     law = penalty_of(scene)
-    return [
-        law.damping_ratio,
-        law.damping,
-        law.wall_damping,
-        law.restitution_least,
-        law.restitution_most,
-        law.time_step,
-        law.safe_time_step,
-        law.steps,
-        law.frame_interval,
-    ]
+    found = [law.damping_ratio, law.damping, law.wall_damping, law.restitution_least]
+    found += [law.restitution_most, law.time_step, law.safe_time_step, law.steps]
+    return [*found, law.frame_interval]
 
 
 def test_the_committed_decks_are_those_of_the_scenes():
@@ -69,21 +60,7 @@ def test_the_committed_decks_are_those_of_the_scenes():
 @pytest.mark.parametrize("name", PAPER)
 def test_plain_lammps_runs_each_scene(checkout, command, name):
     require("lammps")
-    words = [
-        "lmp",
-        "-in",
-        "lammps_inputs/crowd.in",
-        "-var",
-        "scene",
-        name,
-        "-var",
-        "duration",
-        "0.002",
-        "-var",
-        "frames",
-        "2",
-    ]
-    done = command(words, checkout)
+    done = command(lammps(scene=name, duration=0.002, frames=2), checkout)
     assert done.returncode == 0, done.stdout[-2000:]
     out = checkout / "out" / name / "lammps"
     bodies = index_dump(out / "bodies.dump")
@@ -114,7 +91,7 @@ def test_yade_makes_no_prompt_ready_for_a_script_after_which_it_ends(tmp_path, c
 @pytest.mark.parametrize("name", PAPER)
 def test_plain_yade_runs_each_scene(checkout, command, name):
     require("yade")
-    done = command([*YADE, name, "duration=0.002", "frames=2"], checkout, PYTHONPATH="yade_scripts")
+    done = command(yade(name, "duration=0.002", "frames=2"), checkout, PYTHONPATH="yade_scripts")
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     out = checkout / "out" / name / "yade"
     assert index_dump(out / "bodies.dump").counts == (len(read_scene(name).snapshot),) * 3
@@ -130,19 +107,9 @@ def test_the_deck_finds_the_damping_of_any_restitution(
     checkout, command, tmp_path, restitution, law
 ):
     require("lammps")
-    given = {
-        "scene": "chain_masses",
-        "restitution": restitution,
-        "law": law,
-        "stiffness": 3e7,
-        "friction": 0.4,
-        "dt": 0,
-        "duration": 0.001,
-        "frames": 3,
-        "out": tmp_path,
-    }
-    words = [word for name, value in given.items() for word in ("-var", name, str(value))]
-    done = command(["lmp", "-in", "lammps_inputs/crowd.in", *words], checkout)
+    given = {"restitution": restitution, "law": law, "stiffness": 3e7, "friction": 0.4, "dt": 0}
+    words = lammps(scene="chain_masses", **given, duration=0.001, frames=3, out=tmp_path)
+    done = command(words, checkout)
     scene = read_scene("chain_masses").with_contact(
         restitution=restitution, law=law, stiffness_N_per_m=3e7, friction=0.4
     )
@@ -153,10 +120,7 @@ def test_the_deck_finds_the_damping_of_any_restitution(
 
 def test_a_deck_with_an_unknown_law_says_so(checkout, command):
     require("lammps")
-    done = command(
-        ["lmp", "-in", "lammps_inputs/crowd.in", "-var", "scene", "pair", "-var", "law", "jelly"],
-        checkout,
-    )
+    done = command(lammps(scene="pair", law="jelly"), checkout)
     assert done.returncode != 0
     assert "law: jelly; there are hooke, hertz, body and body_hertz" in done.stdout
 
@@ -172,7 +136,7 @@ def test_a_deck_with_an_unknown_law_says_so(checkout, command):
 )
 def test_the_script_names_what_is_wrong(checkout, command, words, message):
     require("yade")
-    done = command([*YADE, *words], checkout, PYTHONPATH="yade_scripts")
+    done = command(yade(*words), checkout, PYTHONPATH="yade_scripts")
     assert done.returncode != 0
     assert message in done.stderr
     assert "Traceback" not in done.stderr
@@ -204,7 +168,7 @@ def test_no_port_is_open_while_yade_runs(checkout, tmp_path, started):
     """Bare, YADE itself opens two before the script runs; the script must have closed them when it
     starts to work."""
     require("yade")
-    words = YADE if started == "as documented" else ["yade", "-n", "-x", "yade_scripts/crowd.py"]
+    words = yade() if started == "as documented" else ["yade", "-n", "-x", "yade_scripts/crowd.py"]
     environment = os.environ | (
         {"PYTHONPATH": "yade_scripts"} if started == "as documented" else {}
     )

@@ -5,16 +5,17 @@ import pytest
 from scipy.optimize import nnls
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from tests.crowds import disks_at
 
 
 def line(mass, velocity, radius=0.25):
     """Touching disks along x."""
     n = len(mass)
-    return Snapshot(
-        position=np.column_stack([2 * radius * np.arange(n), np.zeros(n)]),
-        velocity=np.column_stack([velocity, np.zeros(n)]),
-        radius=np.full(n, radius),
-        mass=mass,
+    return disks_at(
+        np.column_stack([2 * radius * np.arange(n), np.zeros(n)]),
+        np.column_stack([velocity, np.zeros(n)]),
+        radius,
+        mass,
     )
 
 
@@ -25,11 +26,8 @@ def wall_after(snapshot):
 
 def triangle(velocity):
     """Three disks that touch each other: as many contacts as disks."""
-    return Snapshot(
-        position=[[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]],
-        velocity=velocity,
-        radius=[0.25] * 3,
-        mass=[50.0, 75.0, 100.0],
+    return disks_at(
+        [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]], velocity, mass=[50.0, 75.0, 100.0]
     )
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from nscd import Snapshot, Walls, find_contacts
+from nscd import Walls, find_contacts
 from nscd.rivals import LoehnerReading, loehner_force, social_force
+from tests.crowds import disks_at
 from tests.errata.dimension import FORCE, KG, SPEED, M, S
 
 
@@ -12,12 +13,7 @@ def row(gaps, radii):
     radii = np.asarray(radii, dtype=float)
     x = np.concatenate([[0.0], np.cumsum(radii[:-1] + radii[1:] + gaps)])
     n = len(radii)
-    return Snapshot(
-        position=np.column_stack([x, np.zeros(n)]),
-        velocity=np.zeros((n, 2)),
-        radius=radii,
-        mass=np.full(n, 75.0),
-    )
+    return disks_at(np.column_stack([x, np.zeros(n)]), radius=radii)
 
 
 def test_sliding_term_has_no_comma():

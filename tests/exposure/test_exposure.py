@@ -22,7 +22,7 @@ from analysis.exposure.exposure import (
     write_exposure,
 )
 from analysis.scene.scene import Analysis, ContactModel, Drive, Room, Run, Scene, Wall
-from nscd import Snapshot
+from tests.crowds import disks_at
 
 PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5
 
@@ -30,12 +30,7 @@ PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5
 def row(radius=RADIUS):
     """Five people in a row against a wall of 0.8 m, who all push with 150 N."""
     reach = -radius * (2 * np.arange(PEOPLE) + 1)
-    snapshot = Snapshot(
-        position=np.column_stack([reach, np.zeros(PEOPLE)]),
-        velocity=np.zeros((PEOPLE, 2)),
-        radius=np.full(PEOPLE, radius),
-        mass=np.full(PEOPLE, 75.0),
-    )
+    snapshot = disks_at(np.column_stack([reach, np.zeros(PEOPLE)]), radius=radius)
     room = Room(
         title="a row before a wall",
         source="made for a test",
@@ -118,12 +113,7 @@ def test_the_line_load_is_that_of_the_worst_metre():
     """Of people at 0, 0.9, 1.8 and 4 m along a wall who press with 1, 2, 3 and 4 kN, two at most
     are within a metre: 2 + 3 kN."""
     along = np.array([0.0, 0.9, 1.8, 4.0])
-    now = Snapshot(
-        position=np.column_stack([-0.2 * np.ones(4), along]),
-        velocity=np.zeros((4, 2)),
-        radius=np.full(4, 0.2),
-        mass=np.full(4, 75.0),
-    )
+    now = disks_at(np.column_stack([-0.2 * np.ones(4), along]), radius=0.2)
     scene = row().model_copy(
         update={
             "snapshot": now,
@@ -148,12 +138,7 @@ def test_density_is_that_of_pedpy():
     scene = row()
     random = np.random.default_rng(3)
     places = np.array([5.0, 0.0]) + random.uniform(-3, 3, (40, 2))
-    now = Snapshot(
-        position=places,
-        velocity=random.normal(size=(40, 2)),
-        radius=np.full(40, 0.2),
-        mass=np.full(40, 75.0),
-    )
+    now = disks_at(places, random.normal(size=(40, 2)), 0.2)
     empty = {"keys": np.empty((0, 3), int), "impulse": np.empty((0, 2))}
     crowd = loads_of(scene, Window(start=0.0, end=0.1, now=now, **empty)).crowd
     half = shapely.Point(5.0, 0.0).buffer(2.0, quad_segs=400) & shapely.box(0, -9, 5.0, 9)
@@ -218,11 +203,14 @@ def test_users_add_and_replace_limits(tmp_path):
     assert known["mine"].cited == "my report, 2026"
     assert known["chest_bar_men"].number == 500
     assert len(known) == len(known_limits()) + 1
+    with pytest.raises(LimitError, match="no such file"):
+        known_limits([tmp_path / "none.toml"])
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
+        (GOOD, GOOD + GOOD, "two limits are called mine"),
         ('unit = "N"', 'unit = "kN"', r"'mine': unit 'kN'; contact_largest is in N"),
         ('unit = "N"', 'unit = "N/m"', r"unit 'N/m'; contact_largest is in N"),
         ('source = "my report, 2026"\n', "", r"limit 'mine' source: is missing"),
@@ -245,12 +233,3 @@ def test_a_wrong_file_names_the_limit_and_the_key(tmp_path, old, new, said):
     with pytest.raises(LimitError, match=said) as found:
         known_limits([path])
     assert str(path) in str(found.value)
-
-
-def test_missing_and_double(tmp_path):
-    with pytest.raises(LimitError, match="no such file"):
-        known_limits([tmp_path / "none.toml"])
-    path = tmp_path / "mine.toml"
-    path.write_text(GOOD + GOOD)
-    with pytest.raises(LimitError, match="two limits are called mine"):
-        known_limits([path])

@@ -4,7 +4,6 @@ import base64
 import csv
 import gzip
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +25,6 @@ from nscd import find_contacts
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 EXCERPT, GATE = SCENES / "gate_excerpt.txt", SCENES / "rooms" / "gate.toml"
-sys.path.append(str(Path(__file__).resolve().parents[1] / "cli"))
 
 
 @pytest.fixture(scope="module")

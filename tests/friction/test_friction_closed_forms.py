@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from nscd import ContactLaw, Contacts, ContactState, Snapshot, Walls, find_contacts, solve
+from nscd import ContactLaw, Contacts, ContactState, Walls, find_contacts, solve
+from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, violation
 
 EXACT = 1e-12
@@ -14,9 +15,7 @@ def on_walls(velocity, angles, spin=0.0, radius=1.0, mass=75.0):
     degrees."""
     angles = np.radians(np.atleast_1d(angles))
     normal = -np.column_stack([np.cos(angles), np.sin(angles)])
-    snapshot = Snapshot(
-        position=[[0.0, 0.0]], velocity=[velocity], radius=[radius], mass=[mass], spin=[spin]
-    )
+    snapshot = disks_at([[0.0, 0.0]], [velocity], [radius], [mass], spin=[spin])
     k = len(normal)
     contacts = Contacts(
         first=np.zeros(k, dtype=int),
@@ -65,11 +64,8 @@ def pyramid(gap=0.0):
     """Two equal disks on the floor that touch, or stand apart, and one on top, all falling at 1
     m/s."""
     half = 1.0 + 0.5 * gap
-    snapshot = Snapshot(
-        position=[[-half, 1.0], [half, 1.0], [0.0, 1.0 + np.sqrt(4.0 - half**2)]],
-        velocity=np.tile([0.0, -1.0], (3, 1)),
-        radius=np.ones(3),
-        mass=np.full(3, 75.0),
+    snapshot = disks_at(
+        [[-half, 1.0], [half, 1.0], [0.0, 1.0 + np.sqrt(4.0 - half**2)]], [0.0, -1.0], 1.0
     )
     floor = Walls(start=[[-9.0, 0.0]], end=[[9.0, 0.0]])
     return snapshot, find_contacts(snapshot, floor, tolerance=1e-9)
@@ -157,19 +153,9 @@ def test_wedges_have_one_answer_below_the_bound():
     assert several > 5
 
 
-def test_rolling_disk_goes_on_rolling():
-    snapshot, contacts = on_walls((2.0, -1.0), 90.0, spin=-2.0 / 0.25, radius=0.25)
-    found = solve(snapshot, contacts, law=ContactLaw(friction=0.3), tolerance=EXACT)
-    np.testing.assert_allclose(found.impulse[0], [0.0, -75.0], atol=1e-12)
-    assert found.right_spin[0] == pytest.approx(-8.0, abs=1e-12)
-
-
 def test_a_contact_of_solid_disks_gives_way_three_times_as_easily_along_it():
-    snapshot = Snapshot(
-        position=[[0.0, 0.0], [0.5, 0.0]],
-        velocity=[[0.0, 1.0], [0.0, 0.0]],
-        radius=[0.2, 0.3],
-        mass=[60.0, 90.0],
+    snapshot = disks_at(
+        [[0.0, 0.0], [0.5, 0.0]], [[0.0, 1.0], [0.0, 0.0]], [0.2, 0.3], [60.0, 90.0]
     )
     contacts = find_contacts(snapshot, tolerance=1e-9)
     dense = Dense(snapshot, contacts, snapshot.velocity)
@@ -199,12 +185,8 @@ def test_rebound_of_one_disk_with_friction(e, mu):
 
 def test_without_friction_it_is_the_same_bit_for_bit():
     snapshot, contacts = pyramid()
-    spun = Snapshot(
-        position=snapshot.position,
-        velocity=snapshot.velocity,
-        radius=snapshot.radius,
-        mass=snapshot.mass,
-        spin=[1.0, 2.0, 3.0],
+    spun = disks_at(
+        snapshot.position, snapshot.velocity, snapshot.radius, snapshot.mass, spin=[1.0, 2.0, 3.0]
     )
     plain = solve(spun, contacts)
     zero = solve(spun, contacts, law=ContactLaw(friction=0.0, wall_friction=0.0))
@@ -213,15 +195,6 @@ def test_without_friction_it_is_the_same_bit_for_bit():
     np.testing.assert_array_equal(plain.reaction, zero.reaction)
     np.testing.assert_array_equal(plain.right_velocity, zero.right_velocity)
     np.testing.assert_array_equal(zero.right_spin, spun.spin)
-
-
-def test_friction_of_one_kind_of_contact_only():
-    snapshot, contacts = pyramid()
-    found = solve(snapshot, contacts, law=ContactLaw(wall_friction=0.5), tolerance=EXACT)
-    assert found.status == "solved"
-    assert not found.friction.tangential[~contacts.is_wall].any()
-    assert found.friction.tangential[contacts.is_wall].any()
-    assert set(found.friction.coefficient) == {0.0, 0.5}
 
 
 @pytest.mark.parametrize(
@@ -248,12 +221,8 @@ def test_bad_requests_are_refused_by_name():
 
 @pytest.mark.parametrize("speed", [1e-90, 1e-200, 1e-308, 5e-324])
 def test_speeds_whose_squares_are_no_numbers_have_an_answer(speed):
-    disks = Snapshot(
-        position=[[0.0, 0.2], [0.4, 0.2]],
-        velocity=[[speed, -speed], [-speed, 0.0]],
-        radius=[0.2, 0.2],
-        mass=[75.0, 75.0],
-        spin=[speed, 0.0],
+    disks = disks_at(
+        [[0.0, 0.2], [0.4, 0.2]], [[speed, -speed], [-speed, 0.0]], 0.2, spin=[speed, 0.0]
     )
     floor = Walls(start=[[-9.0, 0.0]], end=[[9.0, 0.0]])
     contacts = find_contacts(disks, floor, tolerance=1e-9)

@@ -5,6 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, violation
 
 WALL = Walls(start=[[-50.0, 0.0]], end=[[50.0, 0.0]])
@@ -89,11 +90,11 @@ def test_turning_the_crowd_turns_the_answer(snapshot, mu, angle):
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     contacts = find_contacts(snapshot, tolerance=1e-9)
     assume(len(contacts))
-    turned = Snapshot(
-        position=snapshot.position @ turn.T,
-        velocity=snapshot.velocity @ turn.T,
-        radius=snapshot.radius,
-        mass=snapshot.mass,
+    turned = disks_at(
+        snapshot.position @ turn.T,
+        snapshot.velocity @ turn.T,
+        snapshot.radius,
+        snapshot.mass,
         spin=snapshot.spin,
     )
     law = ContactLaw(friction=mu)

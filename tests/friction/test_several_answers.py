@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from nscd import ContactLaw, Contacts, Snapshot, solve
+from nscd import ContactLaw, Contacts, solve
+from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers
 
 # Seeds of problems that enumeration finds several answers of, and of those of which u⁻ is one.
@@ -34,11 +35,11 @@ def drawn(seed):
         first[c] = random.integers(0, c + 1)
         reach = radius[first[c]] + radius[second[c]]
         position[second[c]] = position[first[c]] + reach * normal[c]
-    snapshot = Snapshot(
-        position=position,
-        velocity=random.normal(size=(n, 2)),
-        radius=radius,
-        mass=random.uniform(30.0, 120.0, n),
+    snapshot = disks_at(
+        position,
+        random.normal(size=(n, 2)),
+        radius,
+        random.uniform(30.0, 120.0, n),
         spin=random.normal(size=n),
     )
     contacts = Contacts(

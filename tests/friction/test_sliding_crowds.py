@@ -4,7 +4,8 @@ not found is said."""
 import numpy as np
 import pytest
 
-from nscd import ContactLaw, Snapshot, find_contacts, solve
+from nscd import ContactLaw, find_contacts, solve
+from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, violation
 from tests.friction.test_steps_with_friction import FLOOR, arrays, pile
 
@@ -49,11 +50,11 @@ def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
 def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
     whole = pile(rows=5)
     rng = np.random.default_rng(170)
-    snapshot = Snapshot(
-        position=whole.position,
-        velocity=rng.normal(size=(len(whole), 2)),
-        radius=whole.radius,
-        mass=10.0 ** rng.uniform(-4, 4, len(whole)),
+    snapshot = disks_at(
+        whole.position,
+        rng.normal(size=(len(whole), 2)),
+        whole.radius,
+        10.0 ** rng.uniform(-4, 4, len(whole)),
         spin=whole.spin,
     )
     contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)

@@ -7,6 +7,7 @@ import pytest
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.cones import Cones
+from tests.crowds import disks_at
 from tests.friction.coulomb import Dense
 
 
@@ -58,10 +59,7 @@ def test_a_disk_that_slides_is_determined():
 def test_the_dimension_is_that_of_the_dense_null_space_of_a_pile_that_sticks():
     rows = 4
     places = [(2.0 * i + j, 1.0 + np.sqrt(3.0) * j) for j in range(rows) for i in range(rows - j)]
-    n = len(places)
-    snapshot = Snapshot(
-        position=places, velocity=np.tile([0.0, -1.0], (n, 1)), radius=np.ones(n), mass=np.ones(n)
-    )
+    snapshot = disks_at(places, [0.0, -1.0], 1.0, 1.0)
     floor = Walls(start=[[-9.0, 0.0]], end=[[19.0, 0.0]])
     contacts = find_contacts(snapshot, floor, tolerance=1e-9)
     answer = solve(snapshot, contacts, law=ContactLaw(friction=0.5), tolerance=1e-12)

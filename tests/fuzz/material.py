@@ -13,7 +13,7 @@ from analysis import engines
 from analysis.compare.comparison import compare_run, write_contacts
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
-from nscd import Snapshot
+from tests.crowds import disks_at
 from tests.fuzz import strangers
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -120,11 +120,11 @@ def crowd(random):
     radius = numbers.choice([0.2, 0.25], n)
     x = np.cumsum(radius) + np.concatenate([[0], np.cumsum(radius)[:-1]])
     x += np.cumsum(numbers.choice([0.0, 0.0, 0.3, -0.001], n))
-    return Snapshot(
-        position=np.column_stack([x - x.mean(), radius + 0.0]),
-        velocity=numbers.normal(0, 1, (n, 2)).round(3),
-        radius=radius,
-        mass=numbers.integers(50, 100, n).astype(float),
+    return disks_at(
+        np.column_stack([x - x.mean(), radius + 0.0]),
+        numbers.normal(0, 1, (n, 2)).round(3),
+        radius,
+        numbers.integers(50, 100, n).astype(float),
         ids=numbers.permutation(n) + 1,
     )
 

@@ -6,7 +6,7 @@ import pytest
 from analysis.dumps.windows import Window
 from analysis.motion.study import arch_in, arches_of, share_of
 from analysis.scene.scene import read_scene
-from nscd import Snapshot
+from tests.crowds import disks_at
 
 
 @pytest.fixture(scope="module")
@@ -25,12 +25,7 @@ RING = [(1, 2, 0), (2, 3, 0), (3, 4, 0), (4, 5, 0), (1, LOWER, 1), (5, UPPER, 1)
 def window(contacts, start=0.0, newtons=100.0, places=PLACES):
     """A window of 0.1 s in which these contacts press with so many newtons."""
     keys = np.array(sorted(contacts), dtype=np.int64).reshape(-1, 3)
-    now = Snapshot(
-        position=places,
-        velocity=np.zeros((len(places), 2)),
-        radius=np.full(len(places), 0.2),
-        mass=np.full(len(places), 75.0),
-    )
+    now = disks_at(places, radius=0.2)
     impulse = np.column_stack([np.full(len(keys), 0.1 * newtons), np.zeros(len(keys))])
     return Window(start=start, end=start + 0.1, now=now, keys=keys, impulse=impulse)
 

@@ -114,12 +114,9 @@ def test_what_is_not_alike_is_not_compared(scene, rigid, tmp_path):
     heavier = scene.snapshot.mass.copy()
     heavier[6] = 80.0
     for other, said in (
-        (
-            dataclasses.replace(scene.snapshot, mass=heavier),
-            r"mass \(kg\) of disk 7: 80.0, not 75.0",
-        ),
+        (dataclasses.replace(scene.snapshot, mass=heavier), r"mass \(kg\) of disk 7: 80.0, not 75.0"),
         (make("arch", disks=20).snapshot, "20 people, not 30"),
-    ):
+    ):  # fmt: skip
         with pytest.raises(DumpError, match=said):
             check_same_crowd(
                 (rigid, scene), (tmp_path, scene.model_copy(update={"snapshot": other}))

@@ -12,7 +12,7 @@ from playwright.sync_api import sync_playwright
 
 from analysis.pages.html import cell_html, cell_kind, href, render, write_pictures
 from analysis.pages.section import Claim, Picture, Section, Table
-from tests.cli.browser import BROWSER, QUIET
+from tests.pages.browser import BROWSER, QUIET
 
 ROOT = Path(__file__).resolve().parents[2]
 

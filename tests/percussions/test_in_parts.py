@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 from analysis.cli.solve import solve
-from analysis.dumps import DumpError
 from analysis.percussions.in_parts import JOB, solve_in_parts
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
@@ -116,16 +115,6 @@ def test_the_command(dump, tmp_path, capsys):
     assert str(out) in capsys.readouterr().out
     with pytest.raises(ValueError, match=r"--part-frames: contacts.csv: parts are Parquet"):
         solve(dump.path, left_velocity="dump", part_frames=20)
-
-
-def test_no_contact_anywhere(tmp_path):
-    path = tmp_path / "far.dump"
-    with path.open("w") as file:
-        names = ("id", "x", "y", "radius", "mass", "vx", "vy")
-        write_frame(file, "ATOMS", 0, names, [[1], [0.0], [0.0], [0.25], [75.0], [0.0], [0.0]])
-    job = DumpToSolve(path=path, setting=Setting(left_velocity="dump"))
-    with pytest.raises(DumpError, match=r"far.dump: no contact in any frame"):
-        solve_in_parts(job, tmp_path / "parts.parquet", PART)
 
 
 def test_a_worker_is_lost(dump, tmp_path, cluster):

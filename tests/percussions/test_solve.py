@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from analysis.dumps import DumpError, open_bodies, snapshot_of
-from analysis.engines.record import EngineError
 from analysis.percussions import PercussionAnalysis, Setting, percussions_of
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.percussions.table import cells_of
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
-from nscd import ContactLaw, Snapshot, Walls
+from nscd import ContactLaw, Walls
+from tests.crowds import disks_at
 
 FEW = "id x y radius mass vx vy"
 PAIR = [[1, 0, 0, 0.25, 75, 2, 0], [2, 0.5, 0, 0.25, 75, 0, 0]]
@@ -177,20 +177,6 @@ def test_a_table_keeps_its_kinds_where_a_frame_has_no_contact(tmp_path):
     assert [row["determined"] for row in rows] == ["1"]
 
 
-def test_overlaps_that_no_crowd_has(tmp_path):
-    deep = [PAIR[0], [2, 0.2, 0, 0.25, 75, 0, 0]]
-    path = dump_of(tmp_path, frame(3, deep))
-    with pytest.raises(DumpError, match=r"step 3: disk 1 and disk 2 overlap by 1.2 of a radius"):
-        solved(path, tmp_path)
-    assert len(solved(path, tmp_path, largest_overlap=2.0)) == 1
-
-
-def test_coinciding_disks_name_the_file(tmp_path):
-    path = dump_of(tmp_path, frame(3, [PAIR[0], [2, *PAIR[0][1:]]]))
-    with pytest.raises(DumpError, match=r"some.dump, step 3: position: disk 1 and disk 2 coincide"):
-        solved(path, tmp_path)
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -285,12 +271,8 @@ def test_friction_has_columns_of_its_own(tmp_path, mu, across, state):
 def test_a_scene_has_its_own_friction_and_a_blocked_crowd_no_spin(pressed):
     rough = pressed.with_contact(friction=0.3)
     disks = pressed.snapshot
-    touching = Snapshot(
-        position=disks.position,
-        velocity=disks.velocity,
-        radius=1.3 * disks.radius,
-        mass=disks.mass,
-        spin=np.ones(len(disks)),
+    touching = disks_at(
+        disks.position, disks.velocity, 1.3 * disks.radius, disks.mass, spin=np.ones(len(disks))
     )
     found = percussions_of(rough, touching)
     at_rest = replace(touching, spin=np.zeros(len(disks)))
@@ -308,22 +290,10 @@ def test_a_universe_of_another_reader_says_what_to_do(tmp_path):
         PercussionAnalysis(universe)
 
 
-def test_a_stopped_run_is_not_solved(tmp_path):
-    path = dump_of(tmp_path, frame(0, PAIR))
-    (tmp_path / "run.json").write_text("{}")
-    with pytest.raises(EngineError, match=r"run.json"):
-        setting_beside(path)
-
-
 def test_ranges_hold_the_reaction(pressed):
     """Four disks in a square between four walls: hyperstatic, yet each range has its reaction."""
     r = 0.25
-    square = Snapshot(
-        position=[[-r, -r], [r, -r], [-r, r], [r, r]],
-        velocity=[[1, 1], [-1, 1], [1, -1], [-1, -1]],
-        radius=[r] * 4,
-        mass=[75.0] * 4,
-    )
+    square = disks_at([[-r, -r], [r, -r], [-r, r], [r, r]], [[1, 1], [-1, 1], [1, -1], [-1, -1]], r)
     found = percussions_of(Setting(), square)
     cells = cells_of(found, "ranges", step=0)
     assert len(cells["first"]) == 4
@@ -337,8 +307,9 @@ def test_ranges_hold_the_reaction(pressed):
     assert cells_of(named)["wall"].count("floor") == 2
 
 
-def test_no_answer_is_lost_between_processes(tmp_path, pressed):
-    """What the snapshot says is what the universe says, disk by disk."""
-    path = dump_of(tmp_path, frame(0, PAIR))
-    ts = open_bodies(path).trajectory.ts
-    assert percussions_of(Setting(), snapshot_of(ts)).answer.impulse[0, 0] == pytest.approx(75)
+def test_overlaps_that_no_crowd_has(tmp_path):
+    deep = [PAIR[0], [2, 0.2, 0, 0.25, 75, 0, 0]]
+    path = dump_of(tmp_path, frame(3, deep))
+    with pytest.raises(DumpError, match=r"step 3: disk 1 and disk 2 overlap by 1.2 of a radius"):
+        solved(path, tmp_path)
+    assert len(solved(path, tmp_path, largest_overlap=2.0)) == 1

@@ -12,8 +12,9 @@ from analysis.push.hindcast import RIGID
 from analysis.push.row import Inputs, rigid, soft
 from analysis.push.trial import Trial
 from analysis.scene.lammps_data import write_data
-from nscd import Snapshot, Walls
+from nscd import Walls
 from nscd.stepping import Motion, Push
+from tests.crowds import disks_at
 
 RADIUS_M, HELD_KG = 0.12, 1e7
 
@@ -49,12 +50,7 @@ def disks_of(trial, gap):
     mass = np.full(count, HELD_KG)
     mass[1 : len(trial.mass)] = trial.mass[1:]
     place = np.concatenate([[0.0], np.cumsum(gap + 2 * RADIUS_M)])
-    return Snapshot(
-        position=np.column_stack([place, np.zeros(count)]),
-        velocity=np.zeros((count, 2)),
-        radius=np.full(count, RADIUS_M),
-        mass=mass,
-    )
+    return disks_at(np.column_stack([place, np.zeros(count)]), radius=RADIUS_M, mass=mass)
 
 
 def stepped(trial, gap, tau, step=0.001):

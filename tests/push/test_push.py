@@ -166,11 +166,6 @@ def test_what_is_refused(tmp_path, content, words):
         written(tmp_path, content)
 
 
-def test_a_column_of_another_name_is_not_taken_for_one(tmp_path):
-    with pytest.raises(TrialError, match="line 1: two columns are called x"):
-        as_text(tmp_path, table().to_csv(index=False).replace("frame", "x", 1))
-
-
 def test_frames_at_odd_times_do_not_multiply(tmp_path):
     """The heads of each person at times of their own, and 10 kHz: no more than 100 frames a second."""
     content = table()
@@ -226,3 +221,8 @@ def test_the_shipped_trial_is_found_from_any_folder(tmp_path, monkeypatch):
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "push_excerpt.csv").write_text("mine")
     assert or_shipped(Path("scenes/push_excerpt.csv")).read_text() == "mine"
+
+
+def test_a_column_of_another_name_is_not_taken_for_one(tmp_path):
+    with pytest.raises(TrialError, match="line 1: two columns are called x"):
+        as_text(tmp_path, table().to_csv(index=False).replace("frame", "x", 1))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from nscd import Snapshot, Walls, find_contacts
 from nscd.stepping import Motion, Push, StepError, WindowSums
 from nscd.stepping.search import neighbours, segments_of
+from tests.crowds import disks_at
 
 MASS, SPEED, TAU = 75.0, 2.0, 0.5
 
@@ -15,12 +16,7 @@ MASS, SPEED, TAU = 75.0, 2.0, 0.5
 def row(n, gap=0.0, velocity=(0.0, 0.0)):
     """n disks of radius 0.25 m along x, the last one `gap` before a wall at x = 0."""
     x = -0.25 - gap - (0.5 + gap) * np.arange(n)[::-1]
-    return Snapshot(
-        position=np.column_stack([x, np.zeros(n)]),
-        velocity=np.tile(velocity, (n, 1)),
-        radius=np.full(n, 0.25),
-        mass=np.full(n, MASS),
-    )
+    return disks_at(np.column_stack([x, np.zeros(n)]), velocity, mass=MASS)
 
 
 def wall():
@@ -55,12 +51,7 @@ def test_a_pressed_row_pushes_each_neighbour_with_the_drive_of_all_behind(step, 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
 def test_two_disks_rebound_with_the_restitution_asked(restitution):
-    pair = Snapshot(
-        position=[[0.0, 0.0], [0.61, 0.0]],
-        velocity=[[2.0, 0.0], [0.0, 0.0]],
-        radius=[0.25, 0.25],
-        mass=[75.0, 25.0],
-    )
+    pair = disks_at([[0.0, 0.0], [0.61, 0.0]], [[2.0, 0.0], [0.0, 0.0]], mass=[75.0, 25.0])
     motion = Motion(pair, step=0.01, restitution=restitution)
     for _ in range(20):
         motion.advance()
@@ -76,11 +67,11 @@ def crowd(seed, n=40, speed=2.0):
     random = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(n)))
     lattice = np.stack(np.meshgrid(np.arange(side), np.arange(side)), -1).reshape(-1, 2)[:n]
-    return Snapshot(
-        position=0.6 * lattice + random.uniform(-0.05, 0.05, (n, 2)),
-        velocity=random.normal(0.0, speed, (n, 2)),
-        radius=random.uniform(0.15, 0.24, n),
-        mass=random.uniform(50.0, 100.0, n),
+    return disks_at(
+        0.6 * lattice + random.uniform(-0.05, 0.05, (n, 2)),
+        random.normal(0.0, speed, (n, 2)),
+        random.uniform(0.15, 0.24, n),
+        random.uniform(50.0, 100.0, n),
     )
 
 
@@ -134,29 +125,6 @@ def test_free_flight_is_a_parabola(step):
     assert done.reaction.max() == pytest.approx(75.0 * 9.81 * step, rel=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
-@given(seed=st.integers(0, 2**31), margin=st.sampled_from([0.0, 0.02, 0.3]))
-def test_neighbours_are_those_of_the_contact_search(seed, margin):
-    snapshot, walls = crowd(seed), box(-0.3, 4.0)
-    near = neighbours(
-        np.array(snapshot.position), np.array(snapshot.radius), segments_of(walls), margin
-    )
-    contacts = find_contacts(snapshot, walls, tolerance=margin)
-    pairs = set(
-        zip(contacts.first[~contacts.is_wall], contacts.second[~contacts.is_wall], strict=True)
-    )
-    assert pairs == set(zip(near.first[near.wall < 0], near.second[near.wall < 0], strict=True))
-    found = {(a, w): g for a, w, g in zip(near.first, near.wall, near.gap, strict=True) if w >= 0}
-    searched = {
-        (a, w): g
-        for a, w, g, is_wall in zip(
-            contacts.first, contacts.second, contacts.gap, contacts.is_wall, strict=True
-        )
-        if is_wall
-    }
-    assert found.items() <= {key: pytest.approx(g) for key, g in searched.items()}.items()
-
-
 @pytest.mark.parametrize(
     ("where", "contacts"),
     [((-0.3, -0.3), 1), ((0.3, -0.3), 1), ((0.3, 0.3), 2), ((-0.3, 0.2), 1), ((2.0, 0.3), 1)],
@@ -182,12 +150,7 @@ def test_windows_add_up_to_the_momentum_that_the_wall_took():
 
 
 def test_overlapping_disks_are_pushed_apart_and_stay_apart():
-    snapshot = Snapshot(
-        position=[[0.0, 0.0], [0.4, 0.1], [0.7, -0.1]],
-        velocity=np.zeros((3, 2)),
-        radius=np.full(3, 0.25),
-        mass=[50.0, 75.0, 100.0],
-    )
+    snapshot = disks_at([[0.0, 0.0], [0.4, 0.1], [0.7, -0.1]], mass=[50.0, 75.0, 100.0])
     motion = Motion(snapshot, step=5e-3)
     assert motion.overlap > 0.08
     moved = motion.separate()
@@ -214,3 +177,26 @@ def test_nonsense_is_refused_by_name(field, value):
     given = {"step": 5e-3} | {field: value}
     with pytest.raises(ValueError, match=field):
         Motion(row(2), **given)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**31), margin=st.sampled_from([0.0, 0.02, 0.3]))
+def test_neighbours_are_those_of_the_contact_search(seed, margin):
+    snapshot, walls = crowd(seed), box(-0.3, 4.0)
+    near = neighbours(
+        np.array(snapshot.position), np.array(snapshot.radius), segments_of(walls), margin
+    )
+    contacts = find_contacts(snapshot, walls, tolerance=margin)
+    pairs = set(
+        zip(contacts.first[~contacts.is_wall], contacts.second[~contacts.is_wall], strict=True)
+    )
+    assert pairs == set(zip(near.first[near.wall < 0], near.second[near.wall < 0], strict=True))
+    found = {(a, w): g for a, w, g in zip(near.first, near.wall, near.gap, strict=True) if w >= 0}
+    searched = {
+        (a, w): g
+        for a, w, g, is_wall in zip(
+            contacts.first, contacts.second, contacts.gap, contacts.is_wall, strict=True
+        )
+        if is_wall
+    }
+    assert found.items() <= {key: pytest.approx(g) for key, g in searched.items()}.items()

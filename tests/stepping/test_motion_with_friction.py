@@ -6,6 +6,7 @@ import pytest
 import nscd.friction
 from nscd import Snapshot, Walls
 from nscd.stepping import Motion, Push, StepError, WindowSums
+from tests.crowds import disks_at
 
 RADIUS, GRAVITY = 0.25, 9.81
 
@@ -51,9 +52,7 @@ def test_a_disk_on_an_incline_rolls_or_slides(slope, friction):
 
 def test_momentum_and_spin_of_a_rubbing_pair_are_kept():
     """Two disks that graze: the impulse that turns both is what their windows say."""
-    pair = Snapshot(
-        position=[[0, 0], [0.55, 0.2]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.3], mass=[70, 90]
-    )
+    pair = disks_at([[0, 0], [0.55, 0.2]], [[2, 0], [0, 0]], [0.25, 0.3], [70, 90])
     motion, sums = Motion(pair, step=5e-3, friction=0.4), WindowSums(2)
     for _ in range(60):
         done = motion.advance()
@@ -85,12 +84,7 @@ def test_a_push_without_end_is_named(push):
 
 def rubbing_pair():
     """A disk that slides into one that lies on the floor."""
-    pair = Snapshot(
-        position=[[0, RADIUS], [0.51, RADIUS]],
-        velocity=[[2.0, 0], [0, 0]],
-        radius=[RADIUS] * 2,
-        mass=[75] * 2,
-    )
+    pair = disks_at([[0, RADIUS], [0.51, RADIUS]], [[2.0, 0], [0, 0]], RADIUS)
     gravity = Push(acceleration=(0.0, -GRAVITY))
     return Motion(pair, floor(), step=8e-3, friction=0.3, push=gravity)
 

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
 from nscd import Snapshot
+from tests.crowds import disks_at
 
 ENGINES = ["lammps", "yade"]
 K = 1e6
@@ -59,7 +60,7 @@ def seen(simulation, speed, first=0, second=1):
     )
 
 
-@pytest.mark.parametrize(("name", "restitution"), [("lammps", 0.5), ("lammps", 0.1), ("yade", 0.5)])
+@pytest.mark.parametrize(("name", "restitution"), [("lammps", 0.1), ("yade", 0.5)])
 def test_a_collision_converges_to_the_closed_form(simulate, impact, name, restitution):
     """First order in the time step: halving it halves the error."""
     closed = collision(37.5, K, dashpot(restitution, 37.5), 2.0)
@@ -80,9 +81,7 @@ def test_a_collision_converges_to_the_closed_form(simulate, impact, name, restit
 @pytest.mark.parametrize("name", ENGINES)
 def test_unequal_masses_share_one_dashpot(simulate, name):
     mass = np.array([50.0, 100.0])
-    snapshot = Snapshot(
-        position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25, 0.25], mass=mass
-    )
+    snapshot = disks_at([[0, 0], [0.5, 0]], [[2, 0], [0, 0]], mass=mass)
     run = Run(duration_s=0.03, frames=3000, time_step_s=1e-5)
     scene = (
         read_scene("pair")
@@ -102,14 +101,7 @@ def test_unequal_masses_share_one_dashpot(simulate, name):
 
 @pytest.mark.parametrize(
     ("name", "turn"),
-    [
-        ("lammps", 0.0),
-        ("lammps", 90.0),
-        ("lammps", 37.0),
-        ("lammps", 200.0),
-        ("yade", 90.0),
-        ("yade", 37.0),
-    ],
+    [("lammps", 37.0), ("lammps", 90.0), ("yade", 200.0)],
 )
 def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, name, turn):
     angle = np.deg2rad(turn)
@@ -184,18 +176,3 @@ def test_hertz_contacts_honour_the_restitution_too(simulate, impact, restitution
     assert (v[1] - v[0]) / 2.0 == pytest.approx(restitution, abs=1e-3)
     assert not len(simulation.contacts[-1])
     assert min(contacts.force[:, 0].min(initial=0) for contacts in simulation.contacts) >= 0
-
-
-def test_hertz_contacts_have_the_stiffness_asked_at_one_percent(simulate):
-    """An elastic collision turns at the overlap where 2/5 K x^2.5 = ½ m u²; K x^0.5 · 1.5 = k at x
-    = 1 % of the radius."""
-    scene = (
-        read_scene("pair")
-        .with_contact(law="hertz", restitution=1.0)
-        .with_run(duration_s=0.05, frames=5000, time_step_s=1e-5)
-    )
-    simulation = simulate("lammps", scene)
-    stiffness = K / (1.5 * np.sqrt(0.01 * 0.25))
-    deepest = (0.5 * 37.5 * 4.0 * 2.5 / stiffness) ** 0.4
-    overlap = max(contacts.overlap.max(initial=0) for contacts in simulation.contacts)
-    assert overlap == pytest.approx(deepest, rel=2e-3)

@@ -8,7 +8,7 @@ from analysis.engines.lammps import merge_contacts
 from analysis.engines.penalty import penalty_of
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene
 from analysis.support.frames import write_frame
-from nscd import Snapshot
+from tests.crowds import disks_at
 
 FRICTION, OVERLAP = 0.4, 0.01
 BODIES = ["id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy"]
@@ -21,9 +21,7 @@ def pressed(tmp_path, tangential, at_end):
     """What merge_contacts gives of two disks at rest, first left of second, that overlap by 1 cm:
     its row; tangential (2,) N and the normal force at_end (N) are those of LAMMPS on the first."""
     position = np.array([[0.0, 0.0], [0.5 - OVERLAP, 0.0]])
-    snapshot = Snapshot(
-        position=position, velocity=np.zeros((2, 2)), radius=[0.25, 0.25], mass=[75.0, 75.0]
-    )
+    snapshot = disks_at(position)
     scene = Scene(
         name="two",
         title="two disks",

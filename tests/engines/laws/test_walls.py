@@ -7,8 +7,8 @@ import pytest
 from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
 from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
-from nscd import Snapshot
-from tests.engines.at_hand import ROOT, require
+from tests.crowds import disks_at
+from tests.engines.at_hand import ROOT, lammps, require, yade
 
 STIFFNESS = 1e6
 
@@ -22,12 +22,7 @@ def laid_over():
     position = np.column_stack([x.ravel() for x in np.meshgrid(grid, grid)]) + rng.uniform(
         -0.2, 0.2, (1600, 2)
     )
-    disks = Snapshot(
-        position=position,
-        velocity=np.zeros((1600, 2)),
-        radius=np.full(1600, 0.25),
-        mass=np.full(1600, 75.0),
-    )
+    disks = disks_at(position)
     ends = rng.uniform(-18, 18, (12, 2, 2))
     walls = [
         Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b))
@@ -65,9 +60,8 @@ def test_lammps(laid_over, command, tmp_path):
     require("lammps")
     laid_over.write(tmp_path)
     (tmp_path / "laid.in").write_text(scene_deck(laid_over))
-    given = {"deck": tmp_path / "laid.in", "data": tmp_path / "laid.data", "out": tmp_path}
-    words = [word for name, value in given.items() for word in ("-var", name, str(value))]
-    done = command(["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none", *words], ROOT)
+    words = lammps(deck=tmp_path / "laid.in", data=tmp_path / "laid.data", out=tmp_path)
+    done = command(words, ROOT)
     assert done.returncode == 0, done.stdout[-2000:]
     found = {}
     for number in range(1, 13):
@@ -86,18 +80,8 @@ def test_lammps(laid_over, command, tmp_path):
 
 def test_yade(laid_over, command, tmp_path):
     require("yade")
-    words = [
-        "yade",
-        "-L",
-        "noserver",
-        "-n",
-        "-x",
-        "yade_scripts/crowd.py",
-        str(laid_over.write(tmp_path)),
-    ]
-    done = command(
-        [*words, f"out={tmp_path}"], ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1"
-    )
+    words = yade(laid_over.write(tmp_path), f"out={tmp_path}")
+    done = command(words, ROOT, PYTHONPATH="yade_scripts", PYTHONDONTWRITEBYTECODE="1")
     assert done.returncode == 0, done.stderr[-2000:]
     found = {}
     for disk, wall, is_wall, nx, ny, overlap, fx, fy in index_contacts(

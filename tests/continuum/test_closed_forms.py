@@ -1,0 +1,189 @@
+"""The collision against its closed forms: chains that stick, rebound and leave, and half an annulus
+pressed to its middle; and the closed forms against their own equations."""
+
+import numpy as np
+import pytest
+
+from nscd.continuum.closed_forms import Chain, HalfAnnulus, chain_mesh
+from nscd.continuum.collision import collide
+from nscd.continuum.medium import Medium, table_1_medium
+from nscd.continuum.pressure import pressure
+from nscd.continuum.space import Space
+from nscd.percussions import Status
+
+LENGTH, SPEED, H = 10.0, 1.7, np.sqrt(9 / 7)
+THRESHOLD = 9 / H * np.tanh(LENGTH / H)  # κ = tanh L
+
+
+def medium(surface=0.0):
+    return table_1_medium(surface=surface, person=1.0)
+
+
+def orders(errors):
+    """Observed orders of the last halving of the cells."""
+    return np.log2(np.array(errors[-2]) / np.array(errors[-1]))
+
+
+def errors(answer, exact, slope):
+    """L² norms of the errors of u⁺ and of ∂w/∂x."""
+    basis = answer.space.basis
+    x = np.asarray(basis.global_coordinates())[0]
+    value = answer.right_field[0] - exact(x)
+    gradient = np.asarray(answer.sum_field.grad)[0, 0] - slope(x)
+    return [np.sqrt((field**2 * basis.dx).sum()) for field in (value, gradient)]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(
+    ("surface", "sticks"),
+    [(1.0, True), (THRESHOLD * (1 - 1e-9), True), (20.0, False)],
+    ids=["sticks", "threshold", "rebounds"],
+)
+def test_orders_of_chain(order, surface, sticks):
+    exact = Chain(medium=medium(surface), length=LENGTH, left_velocity=SPEED)
+    found, wall = [], []
+    for cells in (40, 80, 160):
+        answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(surface), [SPEED])
+        assert answer.status is Status.SOLVED
+        assert answer.energy.error < 1e-10
+        found.append(
+            errors(answer, exact.right_velocity, lambda x: -exact.internal_percussion(x) / 9)
+        )
+        wall.append(abs(answer.wall_percussion[0] - exact.wall_percussion))
+        assert answer.active.all() == sticks
+    assert orders(found) == pytest.approx([order + 1, order], abs=0.03)
+    if sticks:
+        assert orders(wall) == pytest.approx(2 * order, abs=0.05)
+    else:
+        assert answer.wall_percussion[0] == 0.0
+
+
+def test_closed_form_holds_its_own_equation():
+    """ρ[u] = −∂r_int/∂x, σ = k_v∂w/∂x and the wall's law, by differences of the closed form; both
+    sides of the threshold."""
+    x, step = np.linspace(0.5, 9.5, 19), 1e-5
+    for surface in (0.0, 3.0, THRESHOLD * 0.999, THRESHOLD * 1.001, 20.0):
+        chain = Chain(medium=medium(surface), length=LENGTH, left_velocity=SPEED)
+        slope = (chain.right_velocity(x + step) - chain.right_velocity(x - step)) / (2 * step)
+        assert chain.internal_percussion(x) == pytest.approx(-9 * slope, rel=1e-6)
+        spread = (chain.internal_percussion(x + step) - chain.internal_percussion(x - step)) / (
+            2 * step
+        )
+        assert 7 * (chain.right_velocity(x) - SPEED) == pytest.approx(-spread, rel=1e-6)
+        end = float(chain.right_velocity(LENGTH))
+        assert chain.internal_percussion(LENGTH) == pytest.approx(
+            surface * (end + SPEED) + chain.wall_percussion
+        )
+        assert end <= 1e-12
+        assert min(-end, chain.wall_percussion) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("waves", "order"), [(4, 1), (4, 2), (1, 2)])
+def test_plane_mode_of_chain_that_leaves_its_wall(waves, order):
+    """u⁺/u⁻ = (1 − h²q²)/(1 + h²q²) while the wall is not pressed: an even number of half waves
+    needs hq > 1, an odd one < 1."""
+    q = waves * np.pi / LENGTH
+    ratio = (1 - (H * q) ** 2) / (1 + (H * q) ** 2)
+    found = []
+    for cells in (40, 80):
+        answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(), lambda x: np.cos(q * x))
+        assert not answer.active.any()
+        found.append(
+            errors(
+                answer, lambda x: ratio * np.cos(q * x), lambda x: -(1 + ratio) * q * np.sin(q * x)
+            )
+        )
+    assert orders(found) == pytest.approx([order + 1, order], abs=0.05)
+
+
+def test_walls_dissipate_only_where_they_are_pressed():
+    """A crowd that leaves keeps its velocity; as printed, the wall holds it back."""
+    space = Space(chain_mesh(LENGTH, 40), 2)
+    free = collide(space, medium(3.0), [-SPEED])
+    assert free.right_velocity == pytest.approx(-SPEED)
+    assert free.energy.surface == 0.0
+    printed = collide(space, medium(3.0), [-SPEED], surface_everywhere=True)
+    assert printed.right_velocity.max() > -0.6 * SPEED
+    assert printed.energy.surface < -1.0
+
+
+def test_push_at_the_free_end():
+    """r_ext at x = 0 of a resting chain: w = r_ext h/k_v · (cosh((l − x)/h) − …) with w(l) = 0:
+    sinh((l − x)/h)/cosh L."""
+    push, space = 5.0, Space(chain_mesh(LENGTH, 200), 2)
+    answer = collide(space, medium(), [0.0], external=[push])
+    x = space.nodes[:, 0]
+    exact = push * H / 9 * np.sinh((LENGTH - x) / H) / np.cosh(LENGTH / H)
+    assert answer.velocity_sum[:, 0] == pytest.approx(exact, abs=1e-6)
+    assert answer.wall_percussion == pytest.approx(push / np.cosh(LENGTH / H), rel=1e-4)
+    assert answer.energy.external > 0
+    assert answer.energy.error < 1e-10
+
+
+@pytest.mark.parametrize(("arguments", "name"), [((0.0, 4), "length"), ((1.0, 0), "cells")])
+def test_bad_chain_mesh(arguments, name):
+    with pytest.raises(ValueError, match=name):
+        chain_mesh(*arguments)
+
+
+MEDIUM = table_1_medium(surface=0.0, person=1.0)
+EXACT = HalfAnnulus(medium=MEDIUM, inner=1.0, outer=4.0, speed=1.5, push=2.0)
+
+
+def measured(order, cells):
+    """Errors of w in L², of D(w) in L², of p in L², and of the whole force on the walls."""
+    space = Space(EXACT.mesh(cells, curved=order == 2), order)
+    answer = collide(space, MEDIUM, EXACT.left_velocity, external=EXACT.external)
+    assert answer.status is Status.SOLVED
+    assert answer.active.all()
+    assert (answer.wall_percussion > 0).all()
+    assert answer.energy.error < 1e-11
+    x, dx = np.asarray(space.basis.global_coordinates()), space.basis.dx
+    gradient = np.asarray(answer.sum_field.grad)
+    value = np.asarray(answer.sum_field) - EXACT.velocity_sum(x)
+    strain = 0.5 * (gradient + gradient.swapaxes(0, 1)) - EXACT.strain(x)
+    p = pressure(answer) - EXACT.pressure(x)
+    norm = [
+        np.sqrt((np.sum(error**2, axis=axes) * dx).sum())
+        for error, axes in ((value, 0), (strain, (0, 1)), (p, ()))
+    ]
+    return [*norm, abs(answer.wall_force.sum() - EXACT.wall_force)]
+
+
+def test_closed_form_holds_the_equation():
+    """f″ + f′/r − f/r² − f/h² = 2U/h² and f′ itself, by differences."""
+    r, d, h = np.linspace(1.2, 3.8, 14), 1e-4, MEDIUM.length
+    f, slope = EXACT.radial, EXACT.slope
+    assert slope(r) == pytest.approx((f(r + d) - f(r - d)) / (2 * d), rel=1e-6)
+    second = (slope(r + d) - slope(r - d)) / (2 * d)
+    assert second + slope(r) / r - f(r) / r**2 - f(r) / h**2 == pytest.approx(
+        2 * 1.5 / h**2, rel=1e-6
+    )
+    assert slope(1.0) == pytest.approx(0, abs=1e-12)
+    assert 9 * slope(4.0) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("order", "wanted"), [(1, [2, 1, 1, 2]), (2, [3, 2, 2, 4])])
+def test_orders_of_half_annulus(order, wanted):
+    coarse, fine = measured(order, 12), measured(order, 24)
+    assert np.log2(np.array(coarse) / np.array(fine)) == pytest.approx(wanted, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"inner": 5.0}, "inner, outer"),
+        ({"medium": Medium(density=[7.0, 7.0], volume_dissipation=9)}, "density"),
+        ({"medium": table_1_medium(person=1.0)}, "surface_dissipation"),
+        ({"push": 100.0}, "leaves the wall"),
+    ],
+)  # fmt: skip
+def test_bad_half_annulus(change, message):
+    case = {"medium": MEDIUM, "inner": 1.0, "outer": 4.0, "speed": 1.5, "push": 2.0}
+    with pytest.raises(ValueError, match=message):
+        HalfAnnulus(**(case | change))
+
+
+def test_half_annulus_without_cells():
+    with pytest.raises(ValueError, match="cells"):
+        EXACT.mesh(0, curved=False)

@@ -1,0 +1,255 @@
+"""Redundant contacts whose admissible percussions are known by hand: wedges, a flower, a corner;
+and bad input."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from nscd import ContactLaw, Walls, find_contacts, solve
+from nscd.indeterminacy.admissible import Admissible
+from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
+from nscd.indeterminacy.intervals import (
+    Intervals,
+    IntervalStatus,
+    interval,
+    weights_of_contacts,
+    weights_of_disk,
+    weights_of_wall,
+)
+from nscd.indeterminacy.least_energy import least_energy
+from tests.crowds import disks_at
+
+MASS, SPEED, RADIUS = 75.0, 2.0, 0.25
+LOAD = MASS * SPEED
+
+
+def crowd(position, velocity, walls=None, mass=MASS):
+    """Contacts and percussions of touching disks."""
+    snapshot = disks_at(position, velocity, RADIUS, mass)
+    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
+    answer = solve(snapshot, contacts, tolerance=1e-10)
+    assert answer.status == "solved"
+    return contacts, answer
+
+
+def vertices(matrix, impulse):
+    """All vertices of {x ≥ 0, matrix x = impulse}: every basis, by least squares."""
+    rank = np.linalg.matrix_rank(matrix)
+    size, found = np.abs(impulse).max(), []
+    for columns in map(list, itertools.combinations(range(matrix.shape[1]), rank)):
+        part = matrix[:, columns]
+        if np.linalg.svd(part, compute_uv=False)[-1] < 1e-9:
+            continue
+        x = np.linalg.lstsq(part, impulse, rcond=None)[0]
+        if x.min() > -1e-9 * size and np.abs(part @ x - impulse).max() < 1e-9 * size:
+            vertex = np.zeros(matrix.shape[1])
+            vertex[columns] = x
+            found.append(vertex)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("speed", [0.0, SPEED])
+def test_three_disks_wedged_between_two_walls(speed):
+    """Nobody can say how hard they are squeezed: λ = s + Σ m u of those behind, for any squeeze s ≥
+    0."""
+    walls = Walls(start=[[0, -1], [1.5, -1]], end=[[0, 1], [1.5, 1]])
+    contacts, answer = crowd([[0.25, 0], [0.75, 0], [1.25, 0]], [speed, 0.0], walls)
+    behind = {
+        (0, 0): 0,
+        (0, 1): 1,
+        (1, 2): 2,
+        (2, 1): 3,
+    }  # first, second: disks ahead of the left wall
+    least = [
+        behind[pair] * MASS * speed for pair in zip(contacts.first, contacts.second, strict=True)
+    ]
+    known = determinacy(contacts, 3)
+    assert (known.rank, known.redundant, known.determined.sum()) == (3, 1, 0)
+    for contact in range(4):
+        found = interval(contacts, answer, weights_of_contacts(contacts, contact))
+        assert found.status is IntervalStatus.UNBOUNDED
+        assert found.upper == np.inf
+        assert found.lower == pytest.approx(least[contact], abs=1e-9)
+    # what they push on the right wall more than on the left one is determined all the same
+    thrust = interval(contacts, answer, weights_of_wall(contacts, 1) - weights_of_wall(contacts, 0))
+    assert (thrust.lower, thrust.upper) == pytest.approx((3 * MASS * speed,) * 2, abs=1e-9)
+    np.testing.assert_allclose(least_energy(contacts, answer), least, atol=1e-9)
+
+
+def row_and_pair():
+    """Three disks across a channel that they just fill, and two behind that press them to its
+    end."""
+    high = np.sqrt(3) * RADIUS
+    position = [[-RADIUS, 2 * RADIUS * (i - 1)] for i in range(3)]
+    position += [[-RADIUS - high, RADIUS * (2 * i - 1)] for i in range(2)]
+    half = 3 * RADIUS
+    walls = Walls(
+        start=[[0, -half], [0, half], [-5, -half]], end=[[0, half], [-5, half], [0, -half]]
+    )
+    return crowd(position, [SPEED, 0.3 * SPEED], walls, mass=np.array([75.0, 60, 90, 50, 100]))
+
+
+def test_beside_a_wedge_intervals_are_finite_and_those_of_all_vertices():
+    contacts, answer = row_and_pair()
+    matrix = contacts.normal_matrix(5).toarray().T
+    corners = vertices(matrix, matrix @ answer.reaction)
+    intervals = Intervals(Admissible.of(contacts, answer))
+    assert Admissible.of(contacts, answer).closed.all()
+    across = (contacts.first < 3) & (np.abs(contacts.normal[:, 1]) > 0.9)
+    assert across.sum() == 4
+    for contact in range(len(contacts)):
+        found = intervals.of(weights_of_contacts(contacts, contact))
+        assert found.lower == pytest.approx(corners[:, contact].min(), abs=1e-9 * LOAD)
+        if across[contact]:
+            assert (found.status, found.upper) == (IntervalStatus.UNBOUNDED, np.inf)
+        else:
+            assert found.status is IntervalStatus.PROVEN
+            assert found.upper == pytest.approx(corners[:, contact].max(), abs=1e-9 * LOAD)
+    # the squeeze is the same all the way
+    ends = np.flatnonzero(across & contacts.is_wall)
+    sides = np.zeros(len(contacts))
+    sides[ends] = 1.0, -1.0
+    found = intervals.of(sides)
+    values = corners @ sides
+    assert (found.lower, found.upper) == pytest.approx(
+        (values.min(), values.max()), abs=1e-9 * LOAD
+    )
+
+
+@pytest.mark.parametrize("rim_stiffness", [1.0, 3.0])
+def test_a_flower_of_seven_disks(rim_stiffness):
+    """Six disks pressed to a seventh: each needs spoke + rim = m U; the flower has one self-stress,
+    spokes − rim."""
+    angle = np.pi / 3 * np.arange(6)
+    rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
+    velocity = np.concatenate([[[0, 0]], -SPEED * rim / (2 * RADIUS)])
+    contacts, answer = crowd(np.concatenate([[[0, 0]], rim]), velocity)
+    spoke = contacts.first == 0
+    known = determinacy(contacts, 7)
+    assert (known.rank, known.redundant, known.determined.any()) == (11, 1, False)
+    assert admissible_determinacy(contacts, answer).redundant == 1
+    intervals = Intervals(Admissible.of(contacts, answer))
+    for contact in range(12):
+        found = intervals.of(weights_of_contacts(contacts, contact))
+        assert found.status is IntervalStatus.PROVEN
+        assert (found.lower, found.upper) == pytest.approx((0, LOAD), abs=1e-9)
+    centre = intervals.of(weights_of_disk(contacts, 0))
+    assert (centre.lower, centre.upper) == pytest.approx((0, 6 * LOAD), abs=1e-8)
+    petal = intervals.of(weights_of_disk(contacts, 3))  # one spoke and two of the rim
+    assert (petal.lower, petal.upper) == pytest.approx((LOAD, 2 * LOAD), abs=1e-8)
+    # least s²/1 + t²/κ with s + t = m U
+    chosen = least_energy(contacts, answer, np.where(spoke, 1.0, rim_stiffness))
+    np.testing.assert_allclose(chosen[spoke], LOAD / (1 + rim_stiffness), rtol=1e-12)
+    np.testing.assert_allclose(
+        chosen[~spoke], LOAD * rim_stiffness / (1 + rim_stiffness), rtol=1e-12
+    )
+
+
+def corner():
+    """Five disks in a corner, three on the right wall and two behind, pressed into it: eleven
+    contacts, ten velocities."""
+    high = np.sqrt(3) * RADIUS
+    position = [[-RADIUS, RADIUS + 2 * RADIUS * i] for i in range(3)]
+    position += [[-RADIUS - high, 2 * RADIUS * (i + 1)] for i in range(2)]
+    walls = Walls(start=[[0, 0], [0, 0]], end=[[0, 5], [-5, 0]])
+    return crowd(position, [SPEED, -0.5 * SPEED], walls, mass=np.array([75.0, 60, 90, 50, 100]))
+
+
+def test_intervals_in_a_corner_are_those_of_all_vertices():
+    contacts, answer = corner()
+    assert determinacy(contacts, 5).redundant >= 1
+    admissible = Admissible.of(contacts, answer)
+    closed = np.flatnonzero(admissible.closed)
+    matrix = contacts.select(closed).normal_matrix(5).toarray().T
+    corners = vertices(matrix, matrix @ admissible.reaction[closed])
+    assert len(corners) >= 2
+    intervals = Intervals(admissible)
+    rng = np.random.default_rng(0)
+    rows = [*np.eye(len(contacts)), *rng.normal(size=(10, len(contacts)))]
+    for weights in rows:
+        found = intervals.of(weights)
+        values = corners @ weights[closed]
+        assert found.status is IntervalStatus.PROVEN
+        assert (found.lower, found.upper) == pytest.approx(
+            (values.min(), values.max()), abs=1e-9 * LOAD
+        )
+        for reaction in (answer.reaction, least_energy(contacts, answer)):
+            assert found.lower - 1e-6 <= weights @ reaction <= found.upper + 1e-6
+
+
+def test_what_a_flat_wall_carries_is_determined_though_no_contact_is():
+    """A row of redundant disks pressed straight into a wall: its load is the momentum that they
+    lose."""
+    contacts, answer = corner()
+    right = interval(contacts, answer, weights_of_wall(contacts, 0))
+    assert right.width == pytest.approx(0, abs=1e-8)
+    assert right.upper == pytest.approx(SPEED * (75 + 60 + 90 + 50 + 100), rel=1e-12)
+
+
+def test_a_contact_that_opens_carries_nothing():
+    contacts, answer = crowd([[0, 0], [0.5, 0], [1.0, 0]], [[2, 0], [0, 0], [5, 0]])
+    found = interval(contacts, answer, weights_of_contacts(contacts, 1))
+    assert (found.lower, found.upper, found.status) == (0, 0, IntervalStatus.PROVEN)
+    assert admissible_determinacy(contacts, answer).determined.all()
+
+
+def test_positivity_determines_more_than_balance():
+    """The flower hit from one side only: the self-stress would pull where nothing pushes."""
+    angle = np.pi / 3 * np.arange(6)
+    rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
+    velocity = np.zeros((7, 2))
+    velocity[1] = [-SPEED, 0]
+    contacts, answer = crowd(np.concatenate([[[0, 0]], rim]), velocity)
+    assert not determinacy(contacts, 7).determined.any()
+    sharper = admissible_determinacy(contacts, answer)
+    assert sharper.determined.all()
+    assert sharper.redundant == 0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda c, a: interval(c, a, [1.0]), r"weights: shape \(1,\) where \(11\) is needed"),
+        (lambda c, a: interval(c, a, np.full(11, np.nan)), "weights: not a finite number in row 0"),
+        (lambda c, a: weights_of_contacts(c, 11), "contact 11 where there are 11"),
+        (
+            lambda c, a: interval(c.select([0, 1]), a, [1, 1]),
+            "11 reactions where there are 2 contacts",
+        ),
+        (lambda c, a: least_energy(c, a, np.zeros(11)), "stiffness: 0 N/m at contact 0"),
+        (lambda c, a: determinacy(c, 2), "disk index 4 where there are 2 disks"),
+        (
+            lambda c, a: interval(
+                c, dataclasses.replace(a, status="failed", reason="no"), np.ones(11)
+            ),
+            r"failed \(no\)",
+        ),
+        (
+            lambda c, a: interval(
+                c, dataclasses.replace(a, reaction=a.reaction - 1e3), np.ones(11)
+            ),
+            "pulls",
+        ),
+    ],
+)
+def test_bad_input_has_a_clear_message(wrong, message):
+    contacts, answer = corner()
+    with pytest.raises(ValueError, match=message):
+        wrong(contacts, answer)
+
+
+def test_dissipation_leaves_the_same_contacts_open():
+    """u⁺ is unique with dissipation too, so Cᵀλ is."""
+    angle = np.pi / 3 * np.arange(6)
+    rim = 2 * RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
+    position = np.concatenate([[[0, 0]], rim])
+    snapshot = disks_at(position, -SPEED * position, RADIUS, MASS)
+    contacts = find_contacts(snapshot, tolerance=1e-9)
+    answer = solve(snapshot, contacts, law=ContactLaw(dissipation=10.0), tolerance=1e-10)
+    assert admissible_determinacy(contacts, answer).redundant == 1
+    chosen = least_energy(contacts, answer)
+    change = contacts.normal_matrix(7).T @ (chosen - answer.reaction)
+    assert np.abs(change).max() < 1e-9 * chosen.max()
+    assert np.linalg.norm(chosen) <= np.linalg.norm(answer.reaction) * (1 + 1e-12)

@@ -1,0 +1,79 @@
+"""Small crowds: the certificate of an answer computed again, and which method gives it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nscd import Walls, find_contacts, solve
+from tests.crowds import disks_at
+
+WALLS = Walls(start=[[-1, -0.25]], end=[[9, -0.25]])
+
+
+def crowd(seed, n, kept, decades=0.0):
+    """A triangular lattice of which a share is kept: pairs, chains, rings and jams."""
+    rng = np.random.default_rng(seed)
+    side = int(np.ceil(np.sqrt(n / kept)))
+    sites = np.array(
+        [
+            [0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j]
+            for i in range(side)
+            for j in range(side)
+        ]
+    )
+    chosen = rng.permutation(len(sites))[:n]
+    return disks_at(
+        sites[chosen],
+        rng.normal(size=(n, 2)),
+        mass=60.0 * 10.0 ** rng.uniform(-decades, decades, n),
+    )
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(0, 10**6), st.integers(2, 40), st.floats(0.15, 1.0), st.floats(0.0, 2.0),
+    st.booleans(),
+)  # fmt: skip
+def test_what_an_answer_says_of_itself_is_so(seed, n, kept, decades, canonical):
+    """The law and the certificate, computed again from impulses and velocities."""
+    snapshot = crowd(seed, n, kept, decades)
+    contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
+    found = solve(snapshot, contacts, tolerance=1e-10, canonical=canonical)
+    assert found.status == "solved"
+    before, after, mass = snapshot.velocity, found.right_velocity, snapshot.mass[:, None]
+    np.testing.assert_allclose(found.impulse, found.reaction[:, None] * contacts.normal, atol=1e-15)
+    scale, weight = np.abs(before).max(), contacts.inverse_mass(snapshot.mass)
+    error = np.minimum(weight * found.reaction, -contacts.approach_velocity(after))
+    assert found.residual == pytest.approx(np.abs(error).max(initial=0.0) / scale, abs=1e-14)
+    off = mass * (after - before) - contacts.momentum_change(found.impulse, n)
+    received = contacts.sum_at_disks(found.reaction, n)
+    share = np.abs(off).max(1) / (snapshot.mass * scale + received)
+    assert found.momentum_error == pytest.approx(share.max(), abs=1e-14)
+    energy = 0.5 * (mass * (after**2 - before**2)).sum()
+    assert found.energy_change == pytest.approx(energy, abs=1e-12 * (mass * before**2).sum())
+    assert found.energy_change <= 1e-9 * (mass * before**2).sum()
+
+
+@pytest.mark.parametrize(
+    ("n", "kept", "decades", "solver", "why"),
+    [
+        (12, 0.2, 0.0, "tree", "form trees"),
+        (64, 0.6, 0.0, "active_set", "descent found the closed contacts"),
+        (64, 0.85, 0.0, "interior_point", "does not find the closed contacts"),
+        (64, 0.85, 2.0, "interior_point", "masses far apart"),
+    ],
+)
+def test_each_rung_is_taken(n, kept, decades, solver, why):
+    """Everybody walks to the middle."""
+    still = crowd(4, n, kept, decades)
+    inward = still.position.mean(0) - still.position
+    snapshot = dataclasses.replace(still, velocity=inward)
+    contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
+    answer = solve(snapshot, contacts, tolerance=1e-10)
+    assert answer.status == "solved"
+    assert answer.solver == solver
+    assert why in answer.choice
+    assert answer.canonical

@@ -1,0 +1,180 @@
+"""The paper's chains and lines: the pages' own numbers against linear algebra, closed forms and
+finite differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.pages.section import Verdict
+from analysis.paper.discrete import fig2_corridor, fig3_chains
+from analysis.paper.discrete.fig1_four_disks import (
+    influence,
+    line_restitution,
+    opening_threshold,
+)
+from analysis.paper.discrete.fig2_corridor import (
+    crossing_times,
+    first_arrivals,
+    gaps_of,
+    local_contacts,
+    long_wave_speed,
+)
+from analysis.paper.discrete.fig3_chains import LENGTHS, Chain, Trial, chain_of
+from analysis.paper.discrete.line_of_disks import aligned, newton_impact
+from analysis.scene.scene import read_scene
+from nscd import find_contacts, solve
+
+KINDS = [(wall, equal) for wall in (False, True) for equal in (True, False)]
+
+
+@pytest.fixture(scope="module")
+def section():
+    return fig3_chains.build()
+
+
+def claim(section, words):
+    return next(claim for claim in section.claims if words in claim.statement)
+
+
+@pytest.mark.parametrize(("wall", "equal"), KINDS)
+@pytest.mark.parametrize("n", LENGTHS)
+def test_chains_of_every_length_meet_the_closed_forms(n, wall, equal):
+    trial = Trial.of(chain_of(n, wall, equal))
+    assert trial.answer.status == "solved"
+    assert trial.reaction_error <= 1e-10
+    assert trial.velocity_error <= 1e-10
+
+
+@pytest.mark.parametrize(("wall", "equal"), KINDS)
+@pytest.mark.parametrize("n", [2, 10, 56])
+def test_the_closed_forms_solve_the_delassus_equation(n, wall, equal):
+    """W λ = C u⁻ by dense linear algebra, and λ ≥ 0: the closed form is the complementarity
+    solution."""
+    chain = chain_of(n, wall, equal)
+    closing = np.eye(n)[: n if wall else n - 1] - np.eye(n, k=1)[: n if wall else n - 1]
+    delassus = closing @ np.diag(1 / chain.mass) @ closing.T
+    reaction = np.linalg.solve(delassus, closing @ chain.left)
+    closed, common = chain.closed_form()
+    np.testing.assert_allclose(closed, reaction, rtol=1e-9)
+    assert (closed > 0).all()
+    np.testing.assert_allclose(chain.left - closing.T @ closed / chain.mass, common, atol=1e-9)
+
+
+def test_a_chain_that_opens_is_seen_to_miss_the_closed_form():
+    """The comparison can fail: (5) pulls where the left velocities grow along the chain in one
+    place."""
+    left = np.array([2.0, 0.5, 1.5, 0.0])
+    assert Trial.of(Chain(mass=np.full(4, 75.0), left=left, wall=False)).reaction_error <= 1e-10
+    assert (
+        Trial.of(
+            Chain(mass=np.full(4, 75.0), left=np.array([2.0, 0, 3, 0]), wall=False)
+        ).reaction_error
+        > 0.1
+    )
+
+
+def test_a_chain_needs_two_disks_and_masses_that_fit():
+    with pytest.raises(ValueError, match="n: 1"):
+        chain_of(1, False, True)
+    with pytest.raises(ValueError, match="velocity"):
+        aligned([75.0, 75.0], [1.0])
+
+
+def test_the_section_on_chains_says_what_held(section):
+    assert claim(section, "constrained pedestrian chain").verdict is Verdict.FAILS
+    assert claim(section, "read for a free chain").verdict is Verdict.HOLDS
+    assert claim(section, "identical and different masses").verdict is Verdict.HOLDS
+    assert claim(section, "constant left-velocity").verdict is Verdict.HOLDS
+    assert not section.warnings
+    assert all(len(row) == len(table.head) for table in section.tables for row in table.rows)
+
+
+@pytest.mark.parametrize("disks", [2, 3, 4, 7])
+@pytest.mark.parametrize("e", [0.0, 0.4, 1.0])
+def test_newtons_law_for_a_line(disks, e):
+    """u⁺ = (1+e)U/n, and for the first −eU more: −1/3, 2/3, 2/3 for three disks with e = 1."""
+    line = aligned(np.full(disks, 75.0), [1.0] + [0.0] * (disks - 1))
+    right = newton_impact(line, find_contacts(line, tolerance=1e-9), e)[:, 0]
+    expected = np.full(disks, (1 + e) / disks)
+    expected[0] -= e
+    np.testing.assert_allclose(right, expected, atol=1e-12)
+
+
+def test_newtons_law_refuses_a_restitution_that_gains_energy():
+    line = aligned([75.0, 75.0], [1.0, 0.0])
+    with pytest.raises(ValueError, match="restitution"):
+        newton_impact(line, find_contacts(line, tolerance=1e-9), 1.5)
+
+
+@pytest.mark.parametrize("mass", [[75.0] * 2, [75.0] * 4, [1.0] * 4, [50.0, 90.0, 60.0, 75.0]])
+def test_the_first_contact_opens_beyond_the_effective_mass_of_the_rest(mass):
+    rest = sum(mass[1:])
+    assert opening_threshold(mass) == pytest.approx(mass[0] * rest / (mass[0] + rest), rel=1e-8)
+
+
+@pytest.mark.parametrize("e", [0.1, 0.25, 0.5, 0.9])
+def test_restitution_is_exact_for_a_pair_and_short_for_four(e):
+    """(k − M)/(k + M) with the effective mass M = ½m of a pair or ¾m of one against three."""
+    assert line_restitution(2, e) == pytest.approx(e, abs=1e-9)
+    k_over_m = 0.5 * (1 + e) / (1 - e)
+    assert line_restitution(4, e) == pytest.approx(
+        max(0, (k_over_m - 0.75) / (k_over_m + 0.75)), abs=1e-9
+    )
+
+
+def test_the_first_percussion_feels_the_last_disk():
+    """(3): ∂p¹²/∂u^j = −m¹m^j/Σm for each j > 1, neighbours or not."""
+    mass = np.array([50.0, 90.0, 60.0, 75.0])
+    found = influence(mass, [2.0, 1.2, 0.5, 0.0])
+    np.testing.assert_allclose(found[1:], -50.0 * mass[1:] / mass.sum(), rtol=1e-7)
+    assert found.sum() == pytest.approx(0, abs=1e-6)
+    # a contact that opens between them cuts the line
+    np.testing.assert_allclose(influence(mass, [2.0, 0.0, 5.0, 0.0])[2:], 0, atol=1e-7)
+
+
+def test_momentum_through_a_gap_is_what_the_disks_beyond_gain():
+    scene = read_scene("corridor")
+    contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=1e-6)
+    answer = solve(scene.snapshot, contacts, tolerance=1e-10)
+    gaps = gaps_of(scene, contacts, answer)
+    np.testing.assert_allclose(gaps.flux, gaps.gained, rtol=1e-8)
+    assert (np.diff(gaps.flux) < 0).all()
+    # the six contacts of the pushing disks with the first column behind them
+    assert local_contacts(scene, contacts).sum() == 6
+
+
+def test_rigid_disks_in_the_corridor_keep_the_momentum_of_the_push(monkeypatch):
+    """Walls give none along x: Σ m Δx = 3 · 75 kg · 2 m/s · t; and nobody overlaps."""
+    monkeypatch.setattr(fig2_corridor, "TIME_S", 0.1)
+    scene = read_scene("corridor")
+    found = fig2_corridor.rigid_final(scene)
+    gained = scene.snapshot.mass @ (found.position - found.start)[:, 0]
+    assert gained == pytest.approx(450.0 * 0.1, rel=1e-6)
+    moved = replace(scene.snapshot, position=found.position)
+    contacts = find_contacts(moved, scene.wall_segments(), tolerance=1e-6)
+    assert contacts.gap.min() > -1e-9
+    assert 0 < found.moved <= len(found.displaced) == 53
+
+
+def test_crossing_times_are_between_frames():
+    times = np.array([0.0, 1.0, 2.0])
+    values = np.array([[5.0, 0.0, 0.0], [5.0, 1.0, 0.0], [5.0, 3.0, 0.0]])
+    np.testing.assert_allclose(crossing_times(times, values, 2.0), [0.0, 1.5, np.nan])
+    places, first = first_arrivals(np.array([0.0, 1.0, 1.0]), np.array([np.nan, 3.0, 2.0]))
+    np.testing.assert_allclose(places, [0, 1])
+    np.testing.assert_allclose(first, [np.nan, 2.0])
+
+
+def test_long_waves_have_the_slope_of_the_lattices_dispersion():
+    """Columns of 3 and 4 disks on six springs each, as a chain of rigid columns: ω(q)/q of its
+    dynamical matrix at small q."""
+    scene = read_scene("corridor")
+    contacts = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=1e-6)
+    spacing, k, m = 0.5 * np.sqrt(1 - 0.55**2), scene.contact.stiffness_N_per_m, 75.0
+    spring = 6 * k * (1 - 0.55**2)
+    phase = 1e-3
+    coupling = -spring / np.sqrt(12) / m * (1 + np.exp(-2j * phase))
+    matrix = np.array([[2 * spring / (3 * m), coupling], [np.conj(coupling), 2 * spring / (4 * m)]])
+    frequency = np.sqrt(np.linalg.eigvalsh(matrix)[0])
+    assert long_wave_speed(scene, contacts) == pytest.approx(frequency * spacing / phase, rel=1e-4)

@@ -1,0 +1,181 @@
+"""The page of the paper's discrete figures: its files, and itself in a real browser from a file://
+address."""
+
+import csv
+import json
+
+import pytest
+
+from analysis.engines import PENALTY, RunRecord
+from analysis.engines.run import Cost, EngineRun, run_ahead
+from analysis.pages.html import write_pictures
+from analysis.pages.numbers import number
+from analysis.pages.section import Picture, Section
+from analysis.paper.page import errata
+from analysis.scene.shipped_scenes import make
+from tests.pages.browser import BROWSER, has_its_numbers, opened
+
+PAGE_SECTIONS = "section[data-figure]"
+
+
+@pytest.fixture
+def built(percussions, tmp_path):
+    """The figures that need the shortest engine runs."""
+    made = percussions(
+        "paper", "discrete", "--figure", 3, "--figure", 1, "--runs", "runs", timeout=600
+    )
+    assert made.returncode == 0, made.stderr
+    return made, tmp_path / "paper"
+
+
+def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path):
+    made, folder = built
+    numbers = json.loads((folder / "numbers.json").read_text())
+    assert list(numbers) == ["1", "3"]
+    with (folder / "claims.csv").open(newline="") as file:
+        claims = list(csv.DictReader(file))
+    assert {claim["verdict"] for claim in claims} == {"holds", "holds in part", "does not hold"}
+    pictures = ["fig_1_dissipation", "fig_1_velocities", "fig_3_accuracy", "fig_3_chains"]
+    assert sorted(path.stem for path in (folder / "figures").glob("*.png")) == pictures
+    assert all(
+        (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF") for name in pictures
+    )
+    assert not list(folder.rglob("*.part"))
+    if BROWSER is not None:
+        _read(made.stdout.strip().splitlines()[-1], folder, numbers, claims)
+    # a second build runs no engine again
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")}
+    again = percussions("paper", "discrete", "--figure", 1, "--runs", "runs", timeout=600)
+    assert again.returncode == 0, again.stderr
+    assert {
+        path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")
+    } == before
+    second = json.loads((folder / "numbers.json").read_text())["1"]
+    assert second["engine_runs"]["made"] == 0
+    assert second["engine_runs"]["reused"] == len(before)
+    assert second["cpu_seconds"]["engines"] == 0
+    engines = [
+        [row for row in section["tables"][0]["rows"] if "hooke" in row[0]]
+        for section in (numbers["1"], second)
+    ]
+    assert len(engines[0]) == 4
+    assert engines[0] == engines[1]
+
+
+def _read(address, folder, numbers, claims):
+    """The page loads without complaint, offline, and says what the files say."""
+    with opened(address, 390) as page:
+        assert page.locator(PAGE_SECTIONS).count() == len(numbers)
+        for figure, content in numbers.items():
+            section = page.locator(f"#fig-{figure}")
+            assert section.locator("table").count() == len(content["tables"])
+            has_its_numbers(section, content)
+        largest = numbers["3"]["tables"][0]["rows"][0][3]
+        assert number(largest, 4) in page.locator("#fig-3").inner_text()
+        for verdict in ("does not hold", "holds in part", "holds"):
+            rows = page.locator(f"[data-verdict='{verdict}'] tr")
+            assert rows.count() == 1 + sum(claim["verdict"] == verdict for claim in claims)
+        tables = page.locator("#claims table").evaluate_all(
+            "all => all.map(t => t.closest('[data-verdict]').dataset.verdict)"
+        )
+        assert tables == ["does not hold", "holds in part", "holds"]
+        assert page.locator("#errata tr").count() == 1 + len(errata("Section 2")) > 5
+        links = page.locator("a[href^='./figures/']").evaluate_all(
+            "all => all.map(a => a.getAttribute('href'))"
+        )
+        # the picture itself, PNG and PDF
+        assert len(links) == 3 * 4
+        assert all((folder / link).is_file() for link in links)
+        assert page.locator("img").count() == 4
+
+
+def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
+    made = percussions("paper", "discrete", "--figure", 7)
+    assert made.returncode == 1
+    assert "figure: 7" in made.stderr
+    assert not (tmp_path / "paper").exists()
+    assert percussions("paper", "whole").returncode == 2
+
+
+def test_a_missing_engine_is_a_warning_on_the_page(percussions, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", "/nonexistent")
+    made = percussions("paper", "discrete", "--figure", 1)
+    assert made.returncode == 0, made.stderr
+    assert "warning: Fig. 1: cradle_4_e1, yade" in made.stderr
+    page = (tmp_path / "paper/index.html").read_text()
+    assert "apt-get install --no-install-recommends yade" in page
+    assert 'role="alert"' in page
+
+
+def test_runs_made_ahead_are_made_once_and_failures_are_counted(tmp_path):
+    engine = next((known.NAME for known in PENALTY if known.find() is not None), None)
+    if engine is None:
+        pytest.skip("no engine is installed")
+    scenes = [make("jam", 20, seed).with_run(duration_s=0.2, frames=1) for seed in (1, 2)]
+    wanted = [
+        EngineRun(scene=scene, engine=engine, folder=tmp_path / f"run{number}")
+        for number, scene in enumerate([*scenes, scenes[0]])
+    ]
+    wanted[2] = EngineRun(scene=scenes[0], engine=engine, folder=wanted[0].folder)
+    wanted.append(EngineRun(scene=scenes[0], engine="missing", folder=tmp_path / "failed"))
+    told = []
+    costs = run_ahead(wanted, lambda label, share: told.append((label, share)), processes=2)
+    assert told[-1] == ("engine runs", pytest.approx(1.0))
+    assert [told[0], len(told)] == [("engine runs", 0.0), 4]
+    assert [costs[run.folder].made for run in wanted] == [1, 1, 1, 0]
+    assert costs[wanted[3].folder] == Cost(failed=1)
+    for run in wanted[:2]:
+        assert costs[run.folder].cpu_seconds == RunRecord.read(run.folder).cpu_seconds > 0
+    again = run_ahead(wanted[:2])
+    assert sum(again.values(), Cost()) == Cost(reused=2)
+    assert run_ahead([]) == {}
+
+
+def test_errata_are_read_whole(tmp_path):
+    page = tmp_path / "errata.md"
+    page.write_text(
+        "# All\n\n## Section 2: disks\n\n### (7)\n- **Printed**: u⁺ = *u*\n- **Correct**: `u`\n"
+        "- **Why**: two\n  lines\n- **Test**: none\n\n## Section 3\n\n### (9)\n- **Printed**: a\n"
+    )
+    (entry,) = errata("Section 2", page)
+    assert (entry.where, entry.printed, entry.correct, entry.why) == (
+        "(7)",
+        "u⁺ = *u*",
+        "`u`",
+        "two lines",
+    )
+    with pytest.raises(ValueError, match=r"\(9\).*Correct"):
+        errata("Section 3", page)
+    with pytest.raises(ValueError, match="Section 4"):
+        errata("Section 4", page)
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        ("u⁺ = *u* and\n  `u`", "u⁺ = *u* and `u`"),
+        ("m u_d/τ in arch_masses", "m u~d~/τ in arch_masses"),
+        ("λ^{i,i+1} = Σ_{j ≤ i} m_j", "λ^i,i+1^ = Σ~j\u00a0≤\u00a0i~ m~j~"),
+        ("e^{−(l − x)/h}, ρ^γ", "e^−(l\u00a0−\u00a0x)/h^, ρ^γ^"),
+    ],
+)
+def test_errata_in_the_markdown_of_pages(tmp_path, words, shown):
+    page = tmp_path / "errata.md"
+    page.write_text(
+        f"## Section 2\n\n### (1)\n- **Printed**: {words}\n- **Correct**: b\n- **Why**: c\n"
+    )
+    assert errata("Section 2", page)[0].printed == shown
+
+
+def test_an_interrupted_picture_leaves_the_earlier_one(tmp_path):
+    class Broken:
+        def savefig(self, file, **kwargs):
+            file.write(b"half")
+            raise KeyboardInterrupt
+
+    broken = Picture(name="p", caption="", figure=Broken())
+    (tmp_path / "p.png").write_bytes(b"whole")
+    with pytest.raises(KeyboardInterrupt):
+        write_pictures([Section(number="1", title="", pictures=[broken])], tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["p.png"]
+    assert (tmp_path / "p.png").read_bytes() == b"whole"

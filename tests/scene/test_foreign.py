@@ -1,0 +1,186 @@
+"""SQLite and HDF5 files of others: read in a process that ends, tables and datasets of the file
+itself only, each value of its kind, and memory that goes with rows."""
+
+import re
+import resource
+import sqlite3
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from analysis.scene.floors import read_floor
+from analysis.scene.real.trajectory import Recording, TrajectoryError, read_heads
+from analysis.scene.scene import SceneError
+from analysis.support import foreign
+from analysis.support.reading import UnreadableError
+from tests.forked import as_program, in_fork
+
+ROOT = Path(__file__).resolve().parents[2]
+FREE = ROOT / "tests/data/rooms/free.toml"
+TABLE = "create table trajectory_data (id int, frame int, pos_x real, pos_y real)"
+KINDS = [("id", "i8"), ("frame", "i8"), ("x", "f8"), ("y", "f8")]
+
+
+def walkers():
+    return [(i, f, 0.5 * (i - 1), 0.1 * f) for i in (1, 2, 3) for f in range(5)]
+
+
+def base_of(path, rows, *, table=TABLE, fps="10", geometry=()):
+    base = sqlite3.connect(path)
+    with base:
+        base.execute(table)
+        base.execute("create table metadata (key text, value text)")
+        base.executemany("insert into metadata values (?, ?)", [("fps", fps), ("version", "2")])
+        base.executemany("insert into trajectory_data values (?, ?, ?, ?)", rows)
+        base.execute("create table geometry (wkt text)")
+        base.executemany("insert into geometry values (?)", [(wkt,) for wkt in geometry])
+    base.close()
+    return path
+
+
+def archive(path, rows=None, kinds=KINDS, **attributes):
+    with h5py.File(path, "w") as file:
+        made = file.create_dataset("trajectory", data=np.array(rows or walkers(), dtype=kinds))
+        made.attrs.update({"fps": 10.0} | attributes)
+    return path
+
+
+def test_memory_goes_with_rows_not_with_frame_numbers(tmp_path):
+    """One row of frame 10⁹: `import` took 8.9 GB for it."""
+    far = [*walkers(), (1, 10**9, 0.0, 0.0)]
+    text = "# framerate: 10\n# in m\n" + "".join(" ".join(map(str, row)) + "\n" for row in far)
+    (tmp_path / "far.txt").write_text(text)
+    base_of(tmp_path / "far.sqlite", far)
+    archive(tmp_path / "far.h5", far)
+
+    def program():
+        found = [0]
+        for name in ("far.txt", "far.sqlite", "far.h5"):
+            words = ["import", name, "--frame", "2", "--room", str(FREE), "--out", name + ".d"]
+            pages = int(Path("/proc/self/statm").read_text().split()[0])
+            # addresses, not memory: libraries reserve some when they are first used
+            most = pages * resource.getpagesize() + (1 << 32)
+            resource.setrlimit(resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
+            found.append(as_program(words, tmp_path))
+        return max(found)
+
+    status, said, _ = in_fork(program, 60)
+    assert status == 0, said
+    first = (tmp_path / "far.txt.d/free.data").read_bytes()
+    for name in ("far.sqlite", "far.h5"):
+        assert (tmp_path / f"{name}.d/free.data").read_bytes() == first
+
+
+def test_few_steps_of_vadere_that_are_many_frames_are_refused(tmp_path):
+    rows = ["pedestrianId simTime endTime startX startY endX endY"]
+    rows += [f"{p} {t} {t + 1} {p} {t} {p} {t + 1}" for p in (1, 2) for t in (0, 2_000_000)]
+    (tmp_path / "long.traj").write_text("\n".join(rows))
+    with pytest.raises(TrajectoryError, match=r"long\.traj: 4e\+07 frames of 4 rows"):
+        Recording.read(tmp_path / "long.traj", frame_rate=10)
+
+
+def test_a_file_whose_library_finds_no_end_is_left(tmp_path, monkeypatch):
+    """The process is ended in the middle of its work, and the next file gets another."""
+    file = archive(tmp_path / "walkers.h5")
+    monkeypatch.setattr(foreign, "_READER", foreign._Reader())
+    monkeypatch.setattr(foreign, "LEAST_CPU_S", 0.01)  # too little to import h5py
+    began = time.monotonic()
+    with pytest.raises(UnreadableError, match=r"walkers\.h5: .* found no end within 0 s"):
+        foreign.read_foreign(file, "hdf5", ["trajectory"])
+    assert time.monotonic() - began < 30
+    monkeypatch.undo()
+    assert len(read_heads(file, 2).ids) == 3
+
+
+def text_of_links(path):
+    (path.parent / "secret").write_bytes(np.arange(60.0).tobytes())
+    with h5py.File(path, "w") as file:
+        where = [(str(path.parent / "secret"), 0, 480)]
+        file.create_dataset("trajectory", shape=(15,), dtype=KINDS, external=where)
+
+
+def other_file(path):
+    archive(path.parent / "other.h5")
+    with h5py.File(path, "w") as file:
+        file["trajectory"] = h5py.ExternalLink("other.h5", "/trajectory")
+
+
+def packed(path):
+    with h5py.File(path, "w") as file:
+        many = {"shape": (10**10,), "dtype": KINDS, "chunks": (1000,), "compression": "gzip"}
+        file.create_dataset("trajectory", **many).attrs["fps"] = 10.0
+
+
+def a_view(path):
+    base_of(path, [], table="create table trajectory_data (a, b, c, d)")
+    endless = "with recursive n(i) as (select 1 union all select i + 1 from n) select i from n"
+    base = sqlite3.connect(path)
+    with base:
+        base.execute("drop table trajectory_data")
+        base.execute(f"create view trajectory_data as {endless}")
+    base.close()
+
+
+def unfinished(path):
+    base_of(path, walkers())
+    path.with_name(path.name + "-wal").write_bytes(b"x")
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "said"),
+    [
+        ("a.h5", text_of_links, "its numbers in other files"),
+        ("a.h5", other_file, "a link to somewhere else"),
+        ("a.h5", packed, "more than a file of this size can have"),
+        ("a.h5", lambda p: archive(p, kinds=[*KINDS[:3], ("y", "S8")]), "y: numbers are needed"),
+        ("a.h5", lambda p: archive(p, fps="often"), "fps: often; a number is needed"),
+        ("a.h5", lambda p: archive(p, [(0.5, 0, 0, 0)], [("id", "f8"), *KINDS[1:]]), "id: 0.5"),
+        ("a.h5", lambda p: p.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(600)), "damaged"),
+        ("a.sqlite", a_view, "trajectory_data is a view"),
+        ("a.sqlite", unfinished, "a.sqlite-wal lies beside it"),
+        ("a.sqlite", lambda p: base_of(p, [(1, 0, "far", 0)]), "row 1: pos_x: 'far' is no number"),
+        ("a.sqlite", lambda p: base_of(p, [(1, 2.5, 0, 0)]), "row 1: frame: '2.5' is no integer"),
+        ("a.sqlite", lambda p: base_of(p, walkers(), fps="x"), "fps: x; a number is needed"),
+        ("a.sqlite", lambda p: p.write_bytes(b"SQLite format 3\0" + bytes(600)), "damaged"),
+    ],
+)
+def test_what_is_no_table_of_numbers_is_refused(name, make, said, tmp_path):
+    make(tmp_path / name)
+    with pytest.raises(TrajectoryError, match=rf"a\.\w+: .*{re.escape(said)}"):
+        Recording.read(tmp_path / name)
+
+
+def test_a_reader_changes_nothing_beside_the_file(tmp_path):
+    base_of(tmp_path / "walkers.sqlite", walkers())
+    (tmp_path / "walkers.sqlite").chmod(0o444)
+    before = (tmp_path / "walkers.sqlite").read_bytes()
+    read_heads(tmp_path / "walkers.sqlite", 2)
+    assert [path.name for path in tmp_path.iterdir()] == ["walkers.sqlite"]
+    assert (tmp_path / "walkers.sqlite").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "said"),
+    [
+        ("pathfinder.csv", "p,3,5e-1,1,0.5", "PedPy takes 15 of its 16 rows"),
+        ("crowdit.csv", "3,nan,1,0.5", "PedPy takes 15 of its 16 rows"),
+        ("crowdit.csv", "4,1e17,1,0.5", r"frame: 1e\+18; a whole number below"),
+    ],
+)
+def test_no_row_is_dropped_or_bent_in_silence(name, row, said, tmp_path):
+    content = (ROOT / "tests/data/trajectories" / name).read_text()
+    (tmp_path / name).write_text(content + row + "\n")
+    with pytest.raises(TrajectoryError, match=said):
+        Recording.read(tmp_path / name)
+
+
+def test_floors_of_jupedsim(tmp_path):
+    halves = ["POLYGON ((0 0, 2 0, 2 3, 0 3, 0 0))", "POLYGON ((2 0, 4 0, 4 3, 2 3, 2 0))"]
+    assert read_floor(base_of(tmp_path / "two.sqlite", [], geometry=halves)).polygon.area == 12
+    with pytest.raises(SceneError, match=r"none\.sqlite: no geometry of JuPedSim"):
+        read_floor(base_of(tmp_path / "none.sqlite", []))
+    with pytest.raises(SceneError, match=r"bad\.sqlite: geometry: ParseException"):
+        read_floor(base_of(tmp_path / "bad.sqlite", [], geometry=["POLYGON (("]))

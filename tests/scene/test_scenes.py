@@ -1,0 +1,241 @@
+"""Scenes: files, makers, and what is refused."""
+
+import bz2
+import gzip
+import lzma
+
+import numpy as np
+import pytest
+
+from analysis.scene.placement import check_room
+from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
+from analysis.scene.schema import Goal
+from analysis.scene.shipped_scenes import MAKERS, make
+from analysis.support.shipped import shipped
+from nscd import Snapshot, Walls
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_committed_files_are_what_the_maker_writes(name, tmp_path):
+    make(name).write(tmp_path)
+    for suffix in (".toml", ".data"):
+        assert (tmp_path / f"{name}{suffix}").read_bytes() == (
+            shipped("scenes") / f"{name}{suffix}"
+        ).read_bytes()
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_reading_gives_back_what_was_written(name, tmp_path):
+    scene = read_scene(name)
+    again = read_scene(scene.write(tmp_path))
+    assert again.digest() == scene.digest()
+    assert again.notes == scene.notes
+    np.testing.assert_array_equal(again.snapshot.mass, scene.snapshot.mass)
+
+
+def test_any_number_and_seed(tmp_path):
+    a, b, c = make("arch", 1500, 3), make("arch", 1500, 3), make("arch", 1500, 4)
+    np.testing.assert_array_equal(a.snapshot.position, b.snapshot.position)
+    assert len(a.snapshot) == 1500
+    assert not np.array_equal(a.snapshot.position, c.snapshot.position)
+    a.check("arch")
+
+
+def test_drive_points_to_the_nearest_point_of_the_door():
+    drive = read_scene("arch").drive
+    position = np.array([[-1.0, 0.3], [-3.0, 4.5], [0.5, 0.2]])
+    desired = drive.desired_velocity(position)
+    np.testing.assert_allclose(desired, [[2, 0], [2 * 0.6, -2 * 0.8], [2, 0]], atol=1e-15)
+
+
+CHANGES = [
+    ("stiffness_N_per_m = 1000000.0", "stiffness_N_per_m = -1.0", "contact.stiffness_N_per_m"),
+    ("stiffness_N_per_m = 1000000.0", "stiffness_kN_per_m = 1000.0", "unknown key"),
+    ("restitution", "wall_stiffness_N_per_m = 0.0\nrestitution", "contact.wall_stiffness_N_per_m"),
+    ("restitution", "wall_stiffness_N_per_m = '3e5'\nrestitution", "wall_stiffness.*valid number"),
+    ('law = "hooke"', 'law = "body"', "contact: stiffness_N_per_m: law = body has a stiffness of"),
+    ("duration_s = 2.0", "duration_s = nan", "run.duration_s"),
+    ("restitution = 0.1", "restitution = 2", "contact.restitution"),
+    ('law = "hooke"', 'law = "hook"', "contact.law"),
+    ("outward = [1.0, 0.0]", "outward = [1.0, 1.0]", "unit vector"),
+    ('data = "arch.data"', 'data = "absent.data"', "absent.data: no such file"),
+    ('data = "arch.data"', 'data = "../arch.data"', "disks.data"),
+    ('data = "arch.data"', 'data = "/etc/passwd"', "disks.data"),
+    ("[drive]", "[drive", "line"),
+    ("restitution = 0.1", "restitution = true", "contact.restitution: .*valid number"),
+    ("restitution = 0.1", 'restitution = "0.1"', "contact.restitution: .*valid number"),
+    ("restitution = 0.1", "restitution = 1e-308", "contact.restitution: .*nearer to 0 than 1e-100"),
+    ("frames = 40", "frames = 40.0", "run.frames: .*valid integer"),
+    ("frames = 40", "frames = true", "run.frames: .*valid integer"),
+    ("outward = [1.0, 0.0]", 'outward = ["1.0", 0.0]', "drive.outward.0: .*valid number"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), CHANGES, ids=[change[1] for change in CHANGES])
+def test_bad_scene_file(tmp_path, old, new, message):
+    path = make("arch").write(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(SceneError, match=message):
+        read_scene(path)
+
+
+def _with_data(tmp_path, change):
+    path = make("arch").write(tmp_path)
+    data = tmp_path / "arch.data"
+    data.write_text(change(data.read_text()))
+    return path
+
+
+def test_bad_initial_states(tmp_path):
+    with pytest.raises(SceneError, match=r"arch\.data: truncated"):
+        read_scene(_with_data(tmp_path, lambda text: "\n".join(text.splitlines()[:200])))
+    lines = make("arch").write(tmp_path) and (tmp_path / "arch.data").read_text().splitlines()
+    at = lines.index("Atoms # sphere") + 2
+    first = lines[at].split()
+
+    def replaced(column, value):
+        words = list(first)
+        words[column] = value
+        return lambda _: "\n".join([*lines[:at], " ".join(words), *lines[at + 1 :]]) + "\n"
+
+    for column, value, message in [
+        (2, "0.0", r"radius: 0 in row 0"),
+        (4, "nan", r"line 12: Atoms: nan: a finite number is needed"),
+        (4, "5.0", r"disk 1 at \(5, .*outside the walls"),
+        (2, "1.5", r"disk \d+ and .* overlap by"),
+        (3, "word", r"line 12: Atoms: 'word' is not a number"),
+    ]:
+        with pytest.raises(SceneError, match=message):
+            read_scene(_with_data(tmp_path, replaced(column, value)))
+
+
+def square(x, y, side):
+    """Four walls."""
+    corners = np.array([[x, y], [x + side, y], [x + side, y + side], [x, y + side]], dtype=float)
+    return [*zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("squares", "door", "place", "is_refused"),
+    [
+        ([(0, 0, 1)], None, (3, 0), False),  # a pillar on an open floor
+        ([(0, 0, 1), (4, 0, 1)], None, (2.5, 0.5), False),  # two
+        ([(0, 0, 9)], None, (5, 5), False),  # a room without a door
+        ([(0, 0, 9)], ((3, 0), (4, 0)), (-5, 5), True),  # outside of a room with a door
+        ([(0, 0, 9), (4, 4, 1)], None, (2, 2), False),  # beside a pillar in a room
+        ([(0, 0, 9), (4, 4, 1)], None, (4.5, 4.5), True),  # in it
+        ([(0, 0, 9), (4, 4, 1)], ((3, 0), (4, 0)), (-2, 2), True),  # outside of all
+    ],
+)
+def test_a_pillar_is_no_room(squares, door, place, is_refused):
+    walls = [wall for corner in squares for wall in square(*corner)]
+    if door:  # the wall below it in two
+        (_, _, side), walls = squares[0], walls[1:]
+        walls += [((0, 0), door[0]), (door[1], (side, 0))]
+    start, end = np.array([wall for wall in walls], dtype=float).transpose(1, 0, 2)
+    one = Snapshot(position=[place], velocity=[[0, 0]], radius=[0.2], mass=[75])
+    room = Walls(start=start, end=end)
+    doors = Walls(start=[door[0]], end=[door[1]]) if door else None
+    if is_refused:
+        with pytest.raises(ValueError, match=r"disk 1 at .* is outside the walls"):
+            check_room(one, room, doors)
+    else:
+        assert check_room(one, room, doors) == []
+
+
+def test_data_that_is_not_whole(tmp_path):
+    make("pair").write(tmp_path)
+    text = (tmp_path / "pair.data").read_text()
+    before = text.split("Velocities")[0]
+
+    def read(changed):
+        (tmp_path / "pair.data").write_bytes(
+            changed if isinstance(changed, bytes) else changed.encode()
+        )
+        return read_scene(tmp_path / "pair.toml")
+
+    assert read(text).snapshot.velocity[0, 0] == 2
+    for changed, message in [
+        (before, r"pair.data: truncated: Velocities: 0 rows for 2 atoms"),
+        (before + "Velocities\n", r"truncated: Velocities: 0 rows"),
+        (text.replace("2 atoms", "2.5 atoms"), r"line 3: atoms: '2.5' where a whole number"),
+        (text.replace("2 atoms", "1 atoms"), r"line \d+: Atoms: more rows than the 1 atoms"),
+        (text.replace("2 atoms", "9999999999 atoms"), r"line 3: atoms: '9999999999' where"),
+        (text.replace("2 atoms", "2000000000 atoms"), r"Atoms: 2 rows for 2000000000 atoms"),
+        (text.replace("\n2 1 0.5", "\n2.7 1 0.5"), r"line 13: id: '2.7' where a whole number"),
+        (text.replace("0.5 0.0 0.0\n", "0.5 0.0 0.5\n"), r"z differs between disks"),
+        (text.replace("0.5 0.0 0.0\n", "0.5 0.0 nan\n"), r"line 13: Atoms: nan: a finite number"),
+        (text.replace("2.0 0.0 0.0", "2.0 0.0 0.1"), r"v_z, ω_x or ω_y is not 0"),
+        (text.replace("0.5 0.0 0.0\n", "0.5 0.0\n"), r"line 13: Atoms: 6 columns where 7 or 10"),
+        (text.replace("Velocities", "Speeds"), r"line \d+: 'Speeds' where Atoms or Velocities"),
+        (text.replace("0.5 0.0 0.0\n", "0_5 0.0 0.0\n"), r"'0_5' is not a number"),
+        (text.encode() + b"\0" * 9, r"pair.data, line \d+: binary"),
+        (text + "x" * 99999, r"pair.data, line \d+: longer than 65536 characters"),
+    ]:
+        with pytest.raises(SceneError, match=message) as error:
+            read(changed)
+        assert "\n" not in str(error.value)
+
+
+def test_a_mark_of_windows_editors_is_no_text(tmp_path):
+    path = make("pair").write(tmp_path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert read_scene(path).title == make("pair").title
+
+
+def test_compressed_data_is_read_and_endless_is_not(tmp_path):
+    path = make("pair").write(tmp_path)
+    plain = (tmp_path / "pair.data").read_bytes()
+    for pack in (gzip.compress, bz2.compress, lzma.compress):
+        (tmp_path / "pair.data").write_bytes(pack(plain))
+        assert len(read_scene(path).snapshot) == 2
+    (tmp_path / "pair.data").write_bytes(gzip.compress(plain)[:-30])
+    with pytest.raises(SceneError, match=r"pair.data, line \d+: damaged"):
+        read_scene(path)
+    (tmp_path / "pair.data").unlink()
+    (tmp_path / "pair.data").symlink_to("/dev/zero")
+    with pytest.raises(SceneError, match=r"pair.data: not a regular file"):
+        read_scene(path)
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(SceneError, match=r"folder.toml: not a regular file"):
+        read_scene(tmp_path / "folder.toml")
+
+
+@pytest.mark.parametrize("name", ["..", "../up", ".hidden", "a/b", ""])
+def test_names_stay_in_their_folder(name):
+    with pytest.raises(SceneError, match=r"name: "):
+        Scene.of(make("pair"), name=name, snapshot=make("pair").snapshot)
+
+
+def test_a_title_of_two_lines_is_one_line_of_the_data_file(tmp_path):
+    scene = read_scene("pair").model_copy(update={"title": "a pair\n3 atoms\n"})
+    again = read_scene(scene.write(tmp_path))
+    assert again.title == scene.title
+    assert len(again.snapshot) == 2
+    assert (tmp_path / "pair.data").read_text().startswith("a pair 3 atoms (SI units")
+
+
+def test_a_goal_of_some_people_there_and_back(tmp_path):
+    crowd = make("arch", 30)
+    door = {"door_start_m": (0.0, 6.0), "door_end_m": (-1.0, 7.0), "outward": (0.0, 1.0)}
+    goals = (Goal(people=(11, 20), **door),)
+    aimed = crowd.model_copy(
+        update={"drive": crowd.drive.model_copy(update={"goals": goals}), "name": "two"}
+    )
+    path = aimed.write(tmp_path)
+    again = read_scene(path)
+    assert again.drive == aimed.drive
+    assert again.digest() == aimed.digest() != crowd.digest()
+    text = path.read_text()
+    for change, says in (
+        (("[11, 20]", "[41, 50]"), "two.toml: drive.goals: number 1: nobody has an id from 41 to"),
+        (("[11, 20]", "[20, 11]"), "two.toml: drive.goals.0: people: 20 to 11; the first comes"),
+        (("outward = [0.0, 1.0]", "outward = [0.0, 2.0]"), "drive.goals.0: outward must be a unit"),
+        (("[[drive.goals]]\n", "[[drive.goals]]\nspeed = 1\n"), "goals.0.speed: unknown key"),
+    ):
+        assert change[0] in text
+        path.write_text(text.replace(*change))
+        with pytest.raises(SceneError, match=says):
+            read_scene(path)
