@@ -40,7 +40,7 @@ from analysis.stability.cases.stepping import (
 )
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.exact_line import exact_line
-from analysis.stability.page import LOOKS, draw_map, told
+from analysis.stability.page import LOOKS, draw_map, words_of
 from nscd import ContactLaw
 
 
@@ -241,7 +241,7 @@ def test_rows_of_a_case_have_labels_of_their_own():
 def test_every_case_has_its_words():
     for quick in (False, True):
         for made in choose(None, quick):
-            words = told(made)
+            words = words_of(made)
             assert {"title", "fails", "words"} <= set(words), made.name
             assert ("edge" in words) == (made.theory is not None), made.name
 
