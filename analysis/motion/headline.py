@@ -116,7 +116,7 @@ def headline_section(
     words = Words(__name__)
     values: dict[str, object] = {"people": len(scene.snapshot), "duration": scene.run.duration_s}
     name, title = f"{scene.name}-at-a-glance", scene.title
-    said = [words.text("push", **_push(scene), green=GREEN_GUIDE_N)]
+    said = [words.text("push", push=scene.push_range, drive=scene.drive, green=GREEN_GUIDE_N)]
     if study is None:
         introduction = [words.text("once", **values, **_bodies(scene)), words.text("people")]
         said += [words.text("none"), _soft(words, scene)]
@@ -216,14 +216,6 @@ def _soft(words: Words, scene: Scene) -> str:
     ladder = (scene.contact.stiffness_N_per_m, chest.low_N_per_m, chest.high_N_per_m)
     soft = [(k, softness(scene, k)) for k in ladder]
     return words.text("soft", soft=soft, doubtful=DOUBTFUL, no_crowd=NO_CROWD)
-
-
-def _push(scene: Scene) -> dict[str, object]:
-    """With how much each person pushes (N), and of what that is made."""
-    drive = scene.drive
-    assert drive is not None
-    push = drive.push(scene.snapshot.mass)
-    return {"push": (float(push.min()), float(push.max())), "drive": drive}
 
 
 def _numbers(words: Words, study: MotionStudy, models: Sequence[Ensemble]) -> Table:

@@ -13,7 +13,6 @@ from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import significant
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
-from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import how_varied
 from nscd.arrays import Floats
 
@@ -86,8 +85,11 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
     warnings = [*study.failures, *study.warnings]
     if not study.ensembles:
         return Section(number=name, title=title, warnings=warnings)
-    first = study.ensembles[0]
+    first, (least, most) = study.ensembles[0], scene.push_range
     values = {
+        "least": least,
+        "most": most,
+        "ways": scene.drive.ways if scene.drive else 0,
         "models": [one.title for one in study.ensembles],
         "crowds": study.crowds,
         "varied": how_varied(scene, study.crowds),
@@ -110,7 +112,7 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
         title=title,
         introduction=[
             words.text("what", **values),
-            words.text("friction" if without else "push", **_push(scene), **values),
+            words.text("friction" if without else "push", **values),
             words.text("arch", **values),
         ],
         words=_said(words, study, without),
@@ -122,14 +124,6 @@ def motion_section(study: MotionStudy, without: MotionStudy | None = None) -> Se
         ],
         warnings=warnings,
     )
-
-
-def _push(scene: Scene) -> dict[str, float]:
-    """The least and the largest force (N) with which a person pushes, and to how many doors."""
-    drive = scene.drive
-    assert drive is not None
-    push = drive.push(scene.snapshot.mass)
-    return {"least": float(push.min()), "most": float(push.max()), "ways": drive.ways}
 
 
 def _said(words: Words, study: MotionStudy, without: MotionStudy | None) -> list[str]:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
 import tomli_w
 from pydantic import ConfigDict, Field, Strict, ValidationError
 
@@ -111,6 +112,12 @@ class Scene(Room):
             return cls(**{key: getattr(room, key) for key in Room.model_fields}, **rest)
         except ValidationError as error:
             raise SceneError(first_problem(error)) from None
+
+    @property
+    def push_range(self) -> tuple[float, float]:
+        """Give the least and the largest force (N) with which a person pushes; 0 without a drive."""
+        push = self.drive.push(self.snapshot.mass) if self.drive else np.zeros(1)
+        return float(push.min()), float(push.max())
 
     def with_contact(self, **changes: object) -> Scene:
         """Return the scene with some keys of its contact model changed; the laws of a body bring

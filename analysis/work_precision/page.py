@@ -12,7 +12,6 @@ from analysis.pages.names import engine_name
 from analysis.pages.numbers import number, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
-from analysis.scene.scene import Scene
 from analysis.support.files import write_text
 from analysis.work_precision.chart import ACCURACY, Chart
 from analysis.work_precision.charts import look_of, scaling_picture, work_precision_picture
@@ -72,7 +71,7 @@ def _compared(words: Words, chart: Chart) -> Section:
         contacts=len(window.contacts),
         moved_apart=scene.reconciliation is None,
         duration=window.duration(scene.contact.stiffness_N_per_m),
-        push=_push(scene),
+        push=scene.push_range,
     )
     starts = _starts(_of(measured.points, measured.quantities[0]))
     sides = ", ".join(significant(side) for side in chart.mesh_sides)
@@ -93,14 +92,6 @@ def _compared(words: Words, chart: Chart) -> Section:
             *medium,
         ],
     )
-
-
-def _push(scene: Scene) -> tuple[float, float]:
-    """The least and the largest force (N) with which a person pushes; none in an impact."""
-    if scene.drive is None:
-        return 0.0, 0.0
-    push = scene.drive.push(scene.snapshot.mass)
-    return float(push.min()), float(push.max())
 
 
 def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
