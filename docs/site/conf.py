@@ -48,7 +48,7 @@ CONTENTS = {
 }
 
 # A link to what is outside docs/, from a page so many folders below it.
-OUTSIDE = r"\[[^\]]*\]\((?:\.\./){%d}(benchmarks/[^)]*)\)"
+OUTSIDE = r"\[[^\]]*\]\((?:\.\./){%d}(benchmarks/[^)]*|CONTRIBUTING\.md)\)"
 
 project, release = PROJECT["name"], PROJECT["version"]
 copyright = PROJECT["authors"][0]["name"]

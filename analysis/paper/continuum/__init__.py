@@ -1,1 +1,1 @@
-"""Section 3 of the paper, a folder per figure."""
+"""Section 3 of the paper, a file per figure."""

@@ -1,1 +1,1 @@
-"""Section 2 of the paper, a folder per figure."""
+"""Section 2 of the paper, a file per figure."""
