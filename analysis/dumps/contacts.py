@@ -125,14 +125,12 @@ LEAST_ORDER, MOST_ORDER = 1.0, 2.0
 class Impulses:
     """Hold what the contacts of an impact gave, all frames together.
 
-    contacts: as the engine wrote them; their `force` is ∫f dt, (k,2) N·s
-    change: (n,2) N·s, m(u_end − u_start − g T) of each disk, T the whole time
     error: the largest distance of that change from what these impulses give, as a share of the
         largest change
     frames_needed: about so many would bring the error to 1 %, by the error of every second frame"""
 
-    contacts: EngineContacts
-    change: Floats
+    contacts: EngineContacts  # as the engine wrote them; their `force` is ∫f dt, (k,2) N·s
+    change: Floats  # (n,2) N·s, m(u_end − u_start − g T) of each disk, T the whole time
     error: float
     frames_needed: int
 

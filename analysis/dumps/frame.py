@@ -24,19 +24,15 @@ class DumpError(ValueError):
 class Frame(NamedTuple):
     """Say where one frame of a dump is.
 
-    step: of the simulation
-    time: s, where the dump has ITEM: TIME
     low, high: (2,) m, the box in x and y
-    rows: of its table
-    line: number of the first row in the file, from 1; 0 where there are no lines
     offset, length: bytes of the table in the (decompressed) file"""
 
-    step: int
-    time: float | None
+    step: int  # of the simulation
+    time: float | None  # s, where the dump has ITEM: TIME
     low: tuple[float, float]
     high: tuple[float, float]
-    rows: int
-    line: int
+    rows: int  # of its table
+    line: int  # number of the first row in the file, from 1; 0 where there are no lines
     offset: int = 0
     length: int = 0
 
@@ -64,17 +60,12 @@ FLAT = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class BodyColumns:
-    """Find the columns that a body needs among those of a dump.
+    """Find the columns that a body needs among those of a dump."""
 
-    names: all columns, in order
-    place: names of x, y, z (z: may be missing)
-    scaled: whether these are shares of the box
-    unit: of lengths and of velocities per second, in m"""
-
-    names: tuple[str, ...]
-    place: tuple[str, str, str]
-    scaled: bool
-    unit: float = 1.0
+    names: tuple[str, ...]  # all columns, in order
+    place: tuple[str, str, str]  # names of x, y, z (z: may be missing)
+    scaled: bool  # whether these are shares of the box
+    unit: float = 1.0  # of lengths and of velocities per second, in m
 
     @classmethod
     def of(cls, path: Path, names: tuple[str, ...], unit: float = 1.0) -> BodyColumns:

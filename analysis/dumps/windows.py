@@ -22,17 +22,14 @@ HOW = "run the scene again with --impulses"
 class Window:
     """Hold what a window of a run passed on.
 
-    start, end: s
-    now: the crowd at its end
     keys: (k,3) id of a disk; id of the other, or number of the wall from 1; 1 for a wall, else 0;
-        rising, each once
-    impulse: (k,2) N·s, of the first on the second"""
+        rising, each once"""
 
-    start: float
-    end: float
-    now: Snapshot
+    start: float  # s
+    end: float  # s
+    now: Snapshot  # the crowd at its end
     keys: Indices
-    impulse: Floats
+    impulse: Floats  # (k,2) N·s, of the first on the second
 
     @property
     def duration(self) -> float:

@@ -62,13 +62,10 @@ def python_command(module: str, *words: str) -> Command:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """How a command ended.
+    """How a command ended."""
 
-    status: exit status, negative for a signal, None where it was killed after its longest time;
-    last: its last lines that are not empty; wall_seconds, cpu_seconds: s."""
-
-    status: int | None
-    last: tuple[str, ...]
+    status: int | None  # negative for a signal, None where it was killed after its longest time
+    last: tuple[str, ...]  # its last lines that are not empty
     wall_seconds: float
     cpu_seconds: float
 

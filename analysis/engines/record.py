@@ -27,18 +27,14 @@ ROUNDING = 1e-12
 class Timing:
     """Say when an engine steps and writes, and what restitution two bodies have.
 
-    time_step, safe_time_step: s
-    steps: of the whole run
-    frame_interval: steps between written frames
-    damping_ratio: of the heaviest disks; 0 of an engine without dashpots
     restitution_least, restitution_most: what is obtained over the masses
     stiffness, wall_stiffness: N/m, of disks and of walls; None of an engine without springs"""
 
-    time_step: float
-    safe_time_step: float
-    steps: int
-    frame_interval: int
-    damping_ratio: float
+    time_step: float  # s
+    safe_time_step: float  # s
+    steps: int  # of the whole run
+    frame_interval: int  # steps between written frames
+    damping_ratio: float  # of the heaviest disks; 0 of an engine without dashpots
     restitution_least: float
     restitution_most: float
     stiffness: float | None = None

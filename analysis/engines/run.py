@@ -428,15 +428,12 @@ def _check(name: str, engine_name: str, staging: Path, record: RunRecord) -> flo
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EngineRun:
-    """A run that somebody needs.
-
-    scene: what is run; engine: the name of the engine that runs it; folder: where its results are;
-    ranks: of MPI that share it."""
+    """A run that somebody needs."""
 
     scene: Scene
-    engine: str
-    folder: Path
-    ranks: int = 1
+    engine: str  # its name
+    folder: Path  # where its results are
+    ranks: int = 1  # of MPI that share it
 
     @classmethod
     def of(cls, scene: Scene, engine: str, runs: Path) -> EngineRun:

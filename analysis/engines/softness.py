@@ -51,14 +51,11 @@ def _file() -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigidOver:
-    """Hold by how much rigid disks are above soft bodies in a quantity, as a share.
+    """Hold by how much rigid disks are above soft bodies in a quantity, as a share."""
 
-    words: names the quantity
-    mean; low, high: nine tenths of the crowds that were measured"""
-
-    words: str
+    words: str  # names the quantity
     mean: float
-    low: float
+    low: float  # nine tenths of the crowds that were measured lie between low and high
     high: float
 
     @property

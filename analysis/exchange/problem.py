@@ -81,9 +81,9 @@ class GlobalProblem:
 class LocalProblem:
     """Hold the problem u = W r + q of k contacts in the plane, without its bodies."""
 
-    delassus: csc_array  # W (2k,2k) 1/kg; free: q (2k,) m/s; friction: μ (k,)
-    free: Floats
-    friction: Floats
+    delassus: csc_array  # W (2k,2k) 1/kg
+    free: Floats  # q (2k,) m/s
+    friction: Floats  # μ (k,)
 
 
 def _transfer(snapshot: Snapshot, contacts: Contacts, n: int, k: int) -> csc_array:

@@ -44,16 +44,12 @@ from nscd.show import arrays
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Batch:
-    """Hold the answers of f frames.
+    """Hold the answers of f frames."""
 
-    bodies, setting: what was solved
-    found: contacts, and what they carry
-    window: s, the time that turns percussions into forces; None for an impact"""
-
-    bodies: Bodies
-    setting: Setting
-    found: Found
-    window: float | None
+    bodies: Bodies  # what was solved
+    setting: Setting  # what was solved
+    found: Found  # contacts, and what they carry
+    window: float | None  # s, the time that turns percussions into forces; None for an impact
 
     def columns(self, first: int, end: int) -> dict[str, Any]:
         """Name the columns of the contacts of some frames, as `columns_of` does for one."""
@@ -103,25 +99,17 @@ _READING = threading.Lock()
 class DumpToSolve:
     """What is to be solved, and how.
 
-    path: of the dump
-    time_step: s, of the simulation; see `open_bodies`
-    unit: of lengths; see `open_bodies`
-    setting: walls, drive, left velocity
-    law: of the contacts; inelastic, with the friction of the setting, where left out
-    tolerance: residual up to which a frame counts as solved
-    openness: what is said of reactions that the mechanics may leave open
-    threads: of each large frame
-    parquet: whether rows are made for Parquet, not for CSV"""
+    law: of the contacts; inelastic, with the friction of the setting, where left out"""
 
-    path: Path
-    time_step: float | None = None
-    unit: str | None = None
-    setting: Setting
+    path: Path  # of the dump
+    time_step: float | None = None  # s, of the simulation; see `open_bodies`
+    unit: str | None = None  # of lengths; see `open_bodies`
+    setting: Setting  # walls, drive, left velocity
     law: ContactLaw | None = None
-    tolerance: float = 1e-8
-    openness: Openness = "determined"
-    threads: int = 1
-    parquet: bool = False
+    tolerance: float = 1e-8  # residual up to which a frame counts as solved
+    openness: Openness = "determined"  # what is said of reactions that the mechanics may leave open
+    threads: int = 1  # of each large frame
+    parquet: bool = False  # whether rows are made for Parquet, not for CSV
 
     @property
     def in_batches(self) -> bool:

@@ -211,8 +211,8 @@ class Hindcast:
 
     trial: Trial
     inputs: Inputs
-    models: dict[str, Cases]  # what each makes of all cases, by name; base: scores of baselines
-    base: dict[str, Scored]
+    models: dict[str, Cases]  # what each makes of all cases, by name
+    base: dict[str, Scored]  # scores of baselines
     odds: dict[str, Odds]  # over the likeliest, of each model that has a possible case
 
     def together(self) -> list[str]:

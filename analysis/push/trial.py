@@ -155,21 +155,19 @@ GROUPS = {"male": MEN, "m": MEN, "female": WOMEN, "f": WOMEN, "w": WOMEN}
 class Trial:
     """Hold a row of n people from the push on, the one who is pushed first.
 
-    name: of the file; people: their names; notes: what was missing in the file and is taken from
-    elsewhere
     pushed: (f,) m, the way of the first that models are given: its speeds over 0.08 s summed, since
         the noise of single frames would be blows"""
 
-    name: str
-    people: tuple[str, ...]
-    notes: tuple[str, ...]
+    name: str  # of the file
+    people: tuple[str, ...]  # their names
+    notes: tuple[str, ...]  # what was missing in the file and is taken from elsewhere
     time: Floats  # (f,) s, from 0.08 s before the push reaches the first
     start_s: float  # s, when it reaches the first, on that clock
     along: Floats  # (f, n) m, heads along the row, from the first head's start
     pushed: Floats
-    depth: Floats  # (n,) m, of the chests; depth_sd: m, of the mean of two; mass: (n,) kg
-    depth_sd: float
-    mass: Floats
+    depth: Floats  # (n,) m, of the chests
+    depth_sd: float  # m, of the mean of two
+    mass: Floats  # (n,) kg
     wall: float | None  # m, along the row, None without
 
     @property

@@ -16,15 +16,11 @@ MOST_DEVIATIONS = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group:
-    """Describe a group of people, each by mean and standard deviation.
+    """Describe a group of people, each by mean and standard deviation."""
 
-    breadth: m, of the shoulders (bideltoid)
-    depth: m, of the chest
-    mass: kg"""
-
-    breadth: tuple[float, float]
-    depth: tuple[float, float]
-    mass: tuple[float, float]
+    breadth: tuple[float, float]  # m, of the shoulders (bideltoid)
+    depth: tuple[float, float]  # m, of the chest
+    mass: tuple[float, float]  # kg
 
     def bodies(self, deviation: Floats) -> tuple[Floats, Floats]:
         """Return radius (n,) m and mass (n,) kg of people so many standard deviations (n,) above
@@ -67,14 +63,12 @@ def bodies_of(people: str, count: int, seed: int) -> tuple[Floats, Floats]:
 class Varied:
     """Say how people differ from each other.
 
-    people: a key of PEOPLE; radius and mass are then those of its bodies
     radius_share: without it, radii are uniform within so large a share above and below the given
-        one
-    seed: of the random numbers"""
+        one"""
 
-    people: str | None = None
+    people: str | None = None  # a key of PEOPLE; radius and mass are then those of its bodies
     radius_share: float = 0.0
-    seed: int = 1
+    seed: int = 1  # of the random numbers
 
     def bodies(self, radius: float, mass: float, count: int) -> tuple[Floats, Floats]:
         """Draw radius (n,) m and mass (n,) kg of so many people; the given ones are means. Raises

@@ -43,18 +43,15 @@ class Edit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """A finished trial.
+    """A finished trial."""
 
-    folder: of its dumps; engine: name; status: exit status, in words where it had to be killed;
-    last_words: the end of what the engine said; time_step_s: s; steps: number; seconds: s, wall;"""
-
-    folder: Path
+    folder: Path  # of its dumps
     engine: str
-    status: str
-    last_words: str
+    status: str  # exit status, in words where it had to be killed
+    last_words: str  # the end of what the engine said
     time_step_s: float
     steps: int
-    seconds: float
+    seconds: float  # s, wall
     reused: bool  # whether it was taken from an earlier build
 
 

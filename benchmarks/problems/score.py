@@ -42,13 +42,11 @@ MISSING = "missing"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scores:
-    """Hold the verdicts on s solvers and p problems.
+    """Hold the verdicts on s solvers and p problems."""
 
-    verdicts: by solver and problem; None where there is no answer"""
-
-    solvers: tuple[str, ...]  # names; problems: what the manifest says of each
-    problems: tuple[dict[str, Any], ...]
-    verdicts: tuple[tuple[Verdict | None, ...], ...]
+    solvers: tuple[str, ...]  # names
+    problems: tuple[dict[str, Any], ...]  # what the manifest says of each
+    verdicts: tuple[tuple[Verdict | None, ...], ...]  # by solver and problem; None: no answer
 
     def of(self, friction: bool) -> Scores:
         """Keep the problems with friction, or those without, and the solvers that answer any."""

@@ -23,16 +23,12 @@ CORNERS = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LemonsCrowd:
-    """Hold a crowd as LEMONS has it, each person one disk.
-
-    snapshot: disks where LEMONS has their centres of mass; ids are LEMONS' plus one
-    walls: of Geometry.xml
-    shapes: how many disks each person has there"""
+    """Hold a crowd as LEMONS has it, each person one disk."""
 
     file: Path
-    snapshot: Snapshot
-    walls: tuple[Wall, ...]
-    shapes: int
+    snapshot: Snapshot  # disks where LEMONS has their centres of mass; ids are LEMONS' plus one
+    walls: tuple[Wall, ...]  # of Geometry.xml
+    shapes: int  # how many disks each person has there
 
     def into(self, room: Path, name: str | None = None) -> Scene:
         """Put the crowd into the room of a TOML file, with that file's walls, or LEMONS' where it

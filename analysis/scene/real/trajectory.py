@@ -302,20 +302,14 @@ FARTHEST_M = 1e9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Heads:
-    """Hold the heads in one frame of a file, ordered by id.
+    """Hold the heads in one frame of a file, ordered by id."""
 
-    file, frame: where they come from
-    window_s: s, over which velocities were measured
-    ids: (n,)
-    position: (n,2) m
-    velocity: (n,2) m/s, NaN for those who were not seen long enough to have one"""
-
-    file: Path
-    frame: int
-    window_s: float
-    ids: Indices
-    position: Floats
-    velocity: Floats
+    file: Path  # where they come from
+    frame: int  # where they come from
+    window_s: float  # s, over which velocities were measured
+    ids: Indices  # (n,)
+    position: Floats  # (n,2) m
+    velocity: Floats  # (n,2) m/s, NaN for those who were not seen long enough to have one
 
     @property
     def origin(self) -> str:
@@ -325,14 +319,11 @@ class Heads:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording:
-    """Hold the heads of a whole file.
-
-    data: id, frame, x (m), y (m)
-    frame_rate: 1/s"""
+    """Hold the heads of a whole file."""
 
     file: Path
-    data: pd.DataFrame
-    frame_rate: float
+    data: pd.DataFrame  # id, frame, x (m), y (m)
+    frame_rate: float  # 1/s
 
     @classmethod
     def read(
