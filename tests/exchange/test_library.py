@@ -169,7 +169,7 @@ def by_command(tmp_path):
     """`benchmarks/library.py` in a folder of its own."""
 
     def called(*words):
-        program = Path(__file__).resolve().parents[3] / "benchmarks" / "library.py"
+        program = Path(__file__).resolve().parents[2] / "benchmarks" / "library.py"
         command = [sys.executable, str(program), *map(str, words)]
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
 
