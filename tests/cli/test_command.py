@@ -13,6 +13,7 @@ import pytest
 
 from analysis.engines import yade
 from analysis.scene.shipped_scenes import make
+from tests.docs.documented import columns
 
 
 def failed(result, *words):
@@ -47,28 +48,9 @@ def test_run_solve_compare(percussions, tmp_path):
     assert solved.returncode == 0, solved.stderr
     with (tmp_path / "contacts.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert (
-        list(rows[0])
-        == [
-            "time_s",
-            "first",
-            "second",
-            "is_wall",
-            "nx",
-            "ny",
-            "gap_m",
-            "reaction_Ns",
-            "impulse_x_Ns",
-            "impulse_y_Ns",
-            "force_x_N",
-            "force_y_N",
-            "force_N",
-            "wall",
-            "determined",
-            "status",
-            "residual",
-        ]
-        or list(rows[0])[-1] == "velocity_error_m_per_s"
+    assert set(rows[0]) <= columns()
+    assert {"time_s", "first", "second", "is_wall", "reaction_Ns", "force_N", "wall"} <= set(
+        rows[0]
     )
     last = [row for row in rows if float(row["time_s"]) == float(rows[-1]["time_s"])]
     wall = sum(float(row["impulse_x_Ns"]) for row in last if row["is_wall"] == "1")

@@ -143,3 +143,17 @@ def test_an_interrupt_while_libraries_are_imported(tmp_path, after):
     assert process.returncode in (130, 1)
     assert "Traceback" not in said
     assert len(said.splitlines()) == 1, said
+
+
+def test_a_run_imports_little():
+    """The parent of a run reads its scene, says its price and starts the engine."""
+    program = (
+        "import sys, analysis.cli.commands; few = 'rich' in sys.modules\n"
+        "import analysis.advice.library, analysis.engines.run\n"
+        "print(few, sorted(set(sys.modules) & set(sys.argv[1:])))"
+    )
+    heavy = ("MDAnalysis", "matplotlib", "pandas", "scipy.linalg", "scipy.optimize", "scipy.sparse")
+    said = subprocess.run(
+        [sys.executable, "-c", program, *heavy], capture_output=True, text=True, check=True
+    )
+    assert said.stdout == "False []\n"

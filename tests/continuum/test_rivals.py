@@ -154,23 +154,21 @@ def test_room_against_non_negative_least_squares(room):
 
 def test_first_order_refuses_bad_input(room):
     mesh = mesh_of(room, 1.5)
-    with pytest.raises(ValueError, match="equation: unknown 'exact'"):
-        first_order_flow(mesh, [0, U], equation="exact")
-    with pytest.raises(ValueError, match=r"^desired_velocity: shape \(3, 2\)"):
-        first_order_flow(mesh, np.zeros((3, 2)))
-    with pytest.raises(ValueError, match="desired_velocity: the function gives shape"):
-        first_order_flow(mesh, lambda x: x[:, 0])
-    with pytest.raises(ValueError, match="desired_velocity: values in cells"):
-        first_order_flow(mesh, np.zeros((mesh.nelements, 2)), equation=PlaceEquation.PRINTED)
-    with pytest.raises(ValueError, match="desired_velocity: not a finite number"):
-        first_order_flow(mesh, np.full((mesh.nelements, 2), np.nan))
-    with pytest.raises(ValueError, match="tolerance"):
-        first_order_flow(mesh, [0, U], tolerance=0)
     closed = mesh_of(room_of_outline([[0, 0], [1, 0], [1, 1], [0, 1]]), 0.5)
-    with pytest.raises(ValueError, match="no exit and no free border"):
-        first_order_flow(closed, [0, U])
-    with pytest.raises(ValueError, match="curved"):
-        first_order_flow(MeshTri2.from_mesh(mesh).with_boundaries(mesh.boundaries), [0, U])
+    curved = MeshTri2.from_mesh(mesh).with_boundaries(mesh.boundaries)
+    cells = np.zeros((mesh.nelements, 2))
+    for where, desired, given, says in (
+        (mesh, [0, U], {"equation": "exact"}, "equation: unknown 'exact'"),
+        (mesh, np.zeros((3, 2)), {}, r"^desired_velocity: shape \(3, 2\)"),
+        (mesh, lambda x: x[:, 0], {}, "desired_velocity: the function gives shape"),
+        (mesh, cells, {"equation": PlaceEquation.PRINTED}, "desired_velocity: values in cells"),
+        (mesh, cells + np.nan, {}, "desired_velocity: not a finite number"),
+        (mesh, [0, U], {"tolerance": 0}, "tolerance"),
+        (closed, [0, U], {}, "no exit and no free border"),
+        (curved, [0, U], {}, "curved"),
+    ):
+        with pytest.raises(ValueError, match=says):
+            first_order_flow(where, desired, **given)
 
 
 def test_first_order_tells_that_it_is_not_solved():

@@ -159,14 +159,6 @@ def test_steps_that_cannot_be_are_refused(tmp_path, change, message):
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize(("asked", "step"), [(0.02, 0.05 / 3), (0.001, 0.001), (0.2, 0.05)])
-def test_steps_fit_between_frames(asked, step):
-    scene = crowd().with_run(duration_s=1.0, frames=20, rigid_step_s=asked)
-    found = rigid.timing(scene)
-    assert found.time_step == pytest.approx(step, rel=1e-12)
-    assert found.time_step * found.steps == pytest.approx(1.0, rel=1e-12)
-
-
 def test_a_step_without_an_answer_stops_the_run(tmp_path, monkeypatch):
     scene = crowd().model_copy(update={"name": "scene"})
     scene.write(tmp_path)

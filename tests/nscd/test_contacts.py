@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nscd import Snapshot, Walls, find_contacts, solve
+from tests.crowds import disks_at
 
 
 @given(st.integers(0, 10**6))
@@ -43,32 +44,23 @@ def test_wall_gap_is_the_distance_to_the_segment(x, y):
 
 
 def test_what_is_refused():
-    two = Snapshot(position=[[0, 0], [0, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1])
-    with pytest.raises(ValueError, match="disk 1 and disk 2 coincide"):
-        find_contacts(two, tolerance=0)
-    one = Snapshot(position=[[0, 0]], velocity=[[0, 0]], radius=[1], mass=[1])
+    two, one = disks_at([[0, 0], [0, 0]], radius=1), disks_at([[0, 0]], radius=1)
+    apart = disks_at([[0, 0], [2, 0]], radius=1)
     line = Walls(start=[[5, 5], [-1, 0]], end=[[6, 5], [1, 0]])
-    with pytest.raises(ValueError, match="disk 1 and wall 2 coincide"):
-        find_contacts(one, line, tolerance=0)
-    with pytest.raises(ValueError, match="tolerance"):
-        find_contacts(two, tolerance=np.nan)
-    with pytest.raises(ValueError, match="radius: 0 in row 1"):
-        Snapshot(position=[[0, 0], [3, 0]], velocity=np.zeros((2, 2)), radius=[1, 0], mass=[1, 1])
-    with pytest.raises(ValueError, match="velocity: not a finite number in row 0"):
-        Snapshot(position=[[0, 0]], velocity=[[np.nan, 0]], radius=[1], mass=[1])
-    apart = Snapshot(
-        position=[[0, 0], [2, 0]], velocity=np.zeros((2, 2)), radius=[1, 1], mass=[1, 1]
-    )
     contacts = find_contacts(apart, tolerance=1e-9)
-    with pytest.raises(ValueError, match="left_velocity"):
-        solve(apart, contacts, left_velocity=np.full((2, 2), np.inf))
-    with pytest.raises(ValueError, match="tolerance"):
-        solve(apart, contacts, tolerance=1e-20)
-    with pytest.raises(ValueError, match="unknown 'magic'"):
-        solve(apart, contacts, solver="magic")
-    one = Snapshot(position=[[0, 0]], velocity=[[0, 0]], radius=[1], mass=[1])
-    with pytest.raises(ValueError, match="disk index 1 where there are 1 disks"):
-        solve(one, contacts)
+    for call, says in (
+        (lambda: find_contacts(two, tolerance=0), "disk 1 and disk 2 coincide"),
+        (lambda: find_contacts(one, line, tolerance=0), "disk 1 and wall 2 coincide"),
+        (lambda: find_contacts(two, tolerance=np.nan), "tolerance"),
+        (lambda: disks_at([[0, 0], [3, 0]], radius=[1, 0]), "radius: 0 in row 1"),
+        (lambda: disks_at([[0, 0]], [np.nan, 0]), "velocity: not a finite number in row 0"),
+        (lambda: solve(apart, contacts, left_velocity=np.full((2, 2), np.inf)), "left_velocity"),
+        (lambda: solve(apart, contacts, tolerance=1e-20), "tolerance"),
+        (lambda: solve(apart, contacts, solver="magic"), "unknown 'magic'"),
+        (lambda: solve(one, contacts), "disk index 1 where there are 1 disks"),
+    ):
+        with pytest.raises(ValueError, match=says):
+            call()
 
 
 @given(st.integers(0, 10**6), st.floats(0, 2 * np.pi), st.floats(-1e5, 1e5))

@@ -232,39 +232,29 @@ def test_forces_turn_with_the_crowd(seed, angle):
 # bad inputs
 
 
+TEXT = LoehnerReading.TEXT
+FIVE = find_contacts(line(np.full(5, 75.0), 0.0), tolerance=1e-9)
+THREE = line(np.full(3, 75.0), 0.0)
+
+
 @pytest.mark.parametrize(
-    ("field", "value"),
-    [("strength", -1.0), ("decay", 0.0), ("body_stiffness", np.nan), ("sliding_friction", np.inf)],
+    ("make", "message"),
+    [
+        (lambda: SocialForceLaw(strength=-1.0), "strength"),
+        (lambda: SocialForceLaw(decay=0.0), "decay"),
+        (lambda: SocialForceLaw(body_stiffness=np.nan), "body_stiffness"),
+        (lambda: SocialForceLaw(sliding_friction=np.inf), "sliding_friction"),
+        *((lambda f=f: SocialForceLaw().reach(f), "left_out") for f in (0.0, -1.0, 3000.0, np.nan)),
+        (lambda: loehner_force(*pair(0.0), -1.0, TEXT), "maximum_force"),
+        (lambda: loehner_force(*pair(0.0), np.nan, TEXT), "maximum_force"),
+        (lambda: loehner_force(*pair(0.0), [1.0, 2.0, 3.0], TEXT), "maximum_force"),
+        (lambda: loehner_force(*pair(0.0), 1.0, TEXT, tolerance=-1.0), "tolerance"),
+        (lambda: loehner_force(*pair(0.0), 1.0, "upside down"), "reading"),
+        (lambda: social_force(THREE, FIVE), "contacts: disk index 4"),
+        (lambda: first_order(THREE, FIVE), "contacts: disk index 4"),
+        (lambda: loehner_force(THREE, FIVE, 1.0, TEXT), "contacts: disk index 4"),
+    ],
 )
-def test_bad_coefficients(field, value):
-    with pytest.raises(ValueError, match=field):
-        SocialForceLaw(**{field: value})
-
-
-@pytest.mark.parametrize("left_out", [0.0, -1.0, 3000.0, np.nan])
-def test_bad_reach(left_out):
-    with pytest.raises(ValueError, match="left_out"):
-        SocialForceLaw().reach(left_out)
-
-
-def test_bad_loehner():
-    snapshot, contacts = pair(0.0)
-    for limit in (-1.0, np.nan, [1.0, 2.0, 3.0]):
-        with pytest.raises(ValueError, match="maximum_force"):
-            loehner_force(snapshot, contacts, limit, LoehnerReading.TEXT)
-    with pytest.raises(ValueError, match="tolerance"):
-        loehner_force(snapshot, contacts, 1.0, LoehnerReading.TEXT, tolerance=-1.0)
-    with pytest.raises(ValueError, match="reading"):
-        loehner_force(snapshot, contacts, 1.0, "upside down")
-
-
-def test_pairs_of_another_crowd():
-    contacts = find_contacts(line(np.full(5, 75.0), 0.0), tolerance=1e-9)
-    small = line(np.full(3, 75.0), 0.0)
-    for force in (
-        social_force,
-        first_order,
-        lambda a, b: loehner_force(a, b, 1.0, LoehnerReading.TEXT),
-    ):
-        with pytest.raises(ValueError, match="contacts: disk index 4"):
-            force(small, contacts)
+def test_bad_input(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

@@ -207,34 +207,33 @@ def test_no_contacts_no_stress():
 
 def test_bad_input_is_refused_by_name():
     snapshot, contacts = crowd(n=4)
-    good, kernel = np.zeros((len(contacts), 2)), Kernel(width=0.3)
-    for width in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(ValueError, match=r"width: .* positive width"):
-            Kernel(width=width)
-    with pytest.raises(ValueError, match=r"cutoff: 0\.5 widths"):
-        Kernel(width=0.3, cutoff=0.5)
-    with pytest.raises(ValueError, match="impulse: not a finite number in row 1"):
-        stress_field(
-            snapshot,
-            contacts,
-            np.where(np.arange(len(good))[:, None] == 1, np.nan, good),
-            kernel,
-            points(),
-        )
-    with pytest.raises(ValueError, match="impulse: shape"):
-        stress_field(snapshot, contacts, good[1:], kernel, points())
-    with pytest.raises(ValueError, match="at: shape"):
-        stress_field(snapshot, contacts, good, kernel, [1.0, 2.0])
-    with pytest.raises(ValueError, match="at: not a finite number in row 0"):
-        stress_field(snapshot, contacts, good, kernel, [[np.inf, 2.0]])
-    with pytest.raises(ValueError, match="values: shape"):
-        smear(snapshot.position, np.zeros(3), kernel, points())
+    good, kernel, at = np.zeros((len(contacts), 2)), Kernel(width=0.3), points()
+    broken = np.where(np.arange(len(good))[:, None] == 1, np.nan, good)
     beyond = Contacts(
         first=[7], second=[0], is_wall=[False], normal=[[1, 0]], gap=[0], point=[[0, 0]]
     )
-    for call in (
-        lambda p: stress_field(snapshot, beyond, p, kernel, points()),
-        lambda p: virial(snapshot, beyond, p),
-    ):
-        with pytest.raises(ValueError, match="disk index 7 where there are 4 disks"):
-            call([[1.0, 0.0]])
+    for call, says in [
+        *(
+            (lambda w=w: Kernel(width=w), r"width: .* positive width")
+            for w in (0, -1, np.nan, np.inf)
+        ),
+        (lambda: Kernel(width=0.3, cutoff=0.5), r"cutoff: 0\.5 widths"),
+        (
+            lambda: stress_field(snapshot, contacts, broken, kernel, at),
+            "impulse: not a .* in row 1",
+        ),
+        (lambda: stress_field(snapshot, contacts, good[1:], kernel, at), "impulse: shape"),
+        (lambda: stress_field(snapshot, contacts, good, kernel, [1.0, 2.0]), "at: shape"),
+        (
+            lambda: stress_field(snapshot, contacts, good, kernel, [[np.inf, 2.0]]),
+            "at: not a finite",
+        ),
+        (lambda: smear(snapshot.position, np.zeros(3), kernel, at), "values: shape"),
+        (
+            lambda: stress_field(snapshot, beyond, [[1.0, 0.0]], kernel, at),
+            "disk index 7 where there",
+        ),
+        (lambda: virial(snapshot, beyond, [[1.0, 0.0]]), "disk index 7 where there are 4 disks"),
+    ]:
+        with pytest.raises(ValueError, match=says):
+            call()

@@ -5,15 +5,11 @@ import numpy as np
 import pytest
 
 from analysis.paper.continuum.mesh_precision import (
-    ANNULUS,
     ROOM,
     TABLE,
-    Errors,
     Plan,
-    Point,
     build,
     evaluated,
-    seconds_to,
     study,
 )
 from nscd.continuum.collision import collide
@@ -27,20 +23,6 @@ SMALL = Plan(room=((2.0, 1.0), (2.0, 1.0)), references=(0.9, 0.6), annulus=((8, 
 @pytest.fixture(scope="module")
 def small():
     return study(SMALL)
-
-
-def point(cpu_s, error):
-    return Point(
-        family="P1 graded", size=1.0, unknowns=100, mesh_s=0.25 * cpu_s, solve_s=0.75 * cpu_s,
-        errors=Errors(energy=error, pressure=error, load=error), status=Status.SOLVED,
-    )  # fmt: skip
-
-
-def test_seconds_to_a_goal_follow_the_power_law_between_points():
-    points = [point(s, 0.1 * s**-0.5) for s in (1.0, 4.0, 16.0)]
-    assert seconds_to(points, "energy", 0.04) == pytest.approx(6.25)
-    assert seconds_to(points, "load", 0.2) == 1.0
-    assert seconds_to(points, "pressure", 0.01) is None
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -74,17 +56,6 @@ def test_errors_fall_and_graded_meshes_have_less(small):
         assert graded.energy < 0.6 * uniform.energy
         assert graded.pressure < 0.2 * uniform.pressure
     assert small.uncertainty.energy < by_family["P2 graded"][-1].errors.energy
-
-
-def test_errors_of_the_half_annulus_have_their_orders(small):
-    """From 8 to 16 cells (P1) and 4 to 8 (P2); the load is of order 2 and better. The wall force is
-    the closed form's."""
-    assert ANNULUS.wall_force > 0
-    p1, p2 = small.annulus[:2], small.annulus[2:]
-    assert np.log2(p1[0].errors.energy / p1[1].errors.energy) == pytest.approx(1.0, abs=0.15)
-    assert np.log2(p1[0].errors.load / p1[1].errors.load) == pytest.approx(2.0, abs=0.25)
-    assert p2[1].errors.energy < 0.6 * p2[0].errors.energy
-    assert p2[1].errors.energy < 0.3 * p1[0].errors.energy
 
 
 def test_section_says_what_its_table_holds():

@@ -106,20 +106,6 @@ def few(monkeypatch):
     monkeypatch.setattr(pressed_crowd, "STIFFNESSES", (1e6,))
 
 
-def test_without_an_engine_the_chains_remain(few, monkeypatch, tmp_path):
-    monkeypatch.setattr(rivals, "PENALTY", ())
-    section = rivals.build(tmp_path)
-    assert any("no engine" in warning for warning in section.warnings)
-    assert [picture.name for picture in section.pictures] == [
-        "fig_6_laws",
-        "fig_6_chain",
-        "fig_6_evacuation",
-    ]
-    assert len(section.claims) == 5
-    for table in section.tables:
-        assert all(len(row) == len(table.head) for row in table.rows)
-
-
 def test_the_whole_section_and_its_second_build(few, tmp_path):
     """Equal masses: the first-order model is the percussions. Unequal: it is not. Engine runs are
     taken again."""

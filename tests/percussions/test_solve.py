@@ -1,6 +1,5 @@
 """Percussions of snapshots, trajectories and dumps: one rule, one reader, one table."""
 
-import gzip
 import math
 from dataclasses import replace
 
@@ -123,13 +122,6 @@ def test_people_leave_between_frames(tmp_path):
     analysis = PercussionAnalysis(open_bodies(path)).run()
     assert [len(ids) for ids in analysis.results.ids] == [3, 2, 0, 2]
     assert analysis.all_solved
-
-
-def test_a_compressed_dump_gives_the_same(tmp_path):
-    plain = solved(dump_of(tmp_path, frame(0, PAIR), frame(1, PAIR)), tmp_path)
-    packed = tmp_path / "some.dump.gz"
-    packed.write_bytes(gzip.compress((tmp_path / "some.dump").read_bytes()))
-    assert solved(packed, tmp_path) == plain
 
 
 def test_velocities_count_only_where_they_are_needed(tmp_path):

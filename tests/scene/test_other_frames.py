@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from analysis.cli.commands import app
-from analysis.scene.real.import_crowd import frames_near, import_crowd, with_other_frames
+from analysis.scene.real.import_crowd import frames_near, import_crowd
 from analysis.scene.real.trajectory import Recording, read_heads
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import PLACE_M, how_varied, variant
@@ -112,10 +112,3 @@ def test_a_frame_that_cannot_be_a_crowd_is_named(tmp_path):
     scene = read_scene(tmp_path / "free.toml")
     assert (scene.other_frames.frames, scene.other_frames.refused) == ((1,), (3,))
     assert scene.other_frames.rows()[1] == ("other frames that could not become crowds", "3")
-
-
-def test_no_other_frames_where_none_are_asked_for():
-    made, reasons = with_other_frames(crowd_of(405), Recording.read(EXCERPT), 0, 1.0, crowd_of)
-    assert made.scene.other_frames is None
-    assert not reasons
-    assert "frame" not in how_varied(made.scene, 5)

@@ -41,7 +41,6 @@ from analysis.stability.cases.stepping import (
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.exact_line import exact_line
 from analysis.stability.page import LOOKS, draw_map, words_of
-from nscd import ContactLaw
 
 
 @pytest.mark.parametrize("n", [1, 2, 10])
@@ -82,23 +81,38 @@ def test_contraction_of_gauss_seidel_is_the_spectral_radius_of_its_iteration():
     assert 1 - contraction(n) == pytest.approx(1 - radius, rel=0.02)
 
 
-def test_gauss_seidel_gives_up_on_a_long_chain_and_the_others_do_not(tmp_path):
-    edge = long_chains.theory("gauss_seidel")
-    assert (
-        long_chains.attempt(round(0.97 * edge), "gauss_seidel", tmp_path).outcome is Outcome.STABLE
-    )
-    assert (
-        long_chains.attempt(round(1.03 * edge), "gauss_seidel", tmp_path).outcome
-        is Outcome.NOT_CONVERGED
-    )
-    assert long_chains.attempt(round(1.03 * edge), "auto", tmp_path).outcome is Outcome.STABLE
+EDGE = long_chains.theory("gauss_seidel")
+# case, column, row, what is found
+TRIED = [
+    (long_chains, round(0.97 * EDGE), "gauss_seidel", Outcome.STABLE),
+    (long_chains, round(1.03 * EDGE), "gauss_seidel", Outcome.NOT_CONVERGED),
+    (long_chains, round(1.03 * EDGE), "auto", Outcome.STABLE),
+    (mass_ratio_solvers, 1e6, "gauss_seidel", Outcome.NOT_CONVERGED),
+    (mass_ratio_solvers, 1e6, "interior_point", Outcome.STABLE),
+    # the order of contacts decides reactions of which any is taken, and no others
+    (contact_order, 4.0, Choice("gauss_seidel", False), Outcome.INACCURATE),
+    (contact_order, 4.0, Choice("auto"), Outcome.STABLE),
+    # a restitution near one loses its digits
+    (restitution, 1e-4, "auto", Outcome.STABLE),
+    (restitution, 1e-15, "auto", Outcome.NOT_CONVERGED),
+    # percussions have no smallest speed
+    *((small_speeds, speed, "auto", Outcome.STABLE) for speed in (1e-14, 1e-100, 0.0)),
+    # an overlap is refused by a run and left by percussions
+    (initial_overlap, 0.03, PRODUCT, Outcome.REFUSED),
+    (initial_overlap, 0.03, PERCUSSIONS, Outcome.STABLE),
+    (initial_overlap, 2.0, PERCUSSIONS, Outcome.REFUSED),
+    (opening_contacts, 0.4, 1.0, Outcome.STABLE),
+    # friction has several answers only above μ = cot(D/2)
+    (several_answers, 0.9, 90.0, Outcome.STABLE),
+    (several_answers, 2.0, 150.0, Outcome.INACCURATE),
+    (unsolved_step, 1.0, Tolerance(1e-6), Outcome.STABLE),
+    (left_overlap, 1e-2, 1.0, Outcome.INACCURATE),
+]
 
 
-def test_mass_ratio_ends_sweeps_but_not_the_interior_point(tmp_path):
-    assert (
-        mass_ratio_solvers.attempt(1e6, "gauss_seidel", tmp_path).outcome is Outcome.NOT_CONVERGED
-    )
-    assert mass_ratio_solvers.attempt(1e6, "interior_point", tmp_path).outcome is Outcome.STABLE
+@pytest.mark.parametrize(("case", "column", "row", "outcome"), TRIED)
+def test_what_a_cell_finds(case, column, row, outcome, tmp_path):
+    assert case.attempt(column, row, tmp_path).outcome is outcome
 
 
 def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
@@ -110,12 +124,6 @@ def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
     assert free.silent
     assert chosen.outcome is Outcome.STABLE
     assert chosen.numbers[2] > 0
-
-
-def test_order_of_contacts_decides_any_reactions_only(tmp_path):
-    free = contact_order.attempt(4.0, Choice("gauss_seidel", False), tmp_path)
-    assert free.outcome is Outcome.INACCURATE
-    assert contact_order.attempt(4.0, Choice("auto"), tmp_path).outcome is Outcome.STABLE
 
 
 def test_dense_percussions_agree_with_the_closed_chain_and_satisfy_the_law():
@@ -139,31 +147,8 @@ def test_exact_line_has_the_two_disk_restitution_and_the_printed_four_disk_case(
 
 def test_k_on_opening_contacts_adds_energy_and_the_answer_warns(tmp_path):
     cell = opening_contacts.attempt(0.4, 20.0, tmp_path)
-    assert cell.outcome is Outcome.ENERGY_GAIN
-    assert cell.numbers[-1] == 1
-    assert exact_energy(0.4, 20.0)[1] > 0
-    assert opening_contacts.attempt(0.4, 1.0, tmp_path).outcome is Outcome.STABLE
-    assert exact_energy(0.4, 1.0)[1] < 0
-
-
-def test_restitution_near_one_loses_its_digits(tmp_path):
-    assert restitution.attempt(1e-4, "auto", tmp_path).outcome is Outcome.STABLE
-    assert restitution.attempt(1e-15, "auto", tmp_path).outcome is Outcome.NOT_CONVERGED
-    with pytest.raises(ValueError, match="restitution"):
-        ContactLaw(restitution=1.0)
-
-
-@pytest.mark.parametrize("speed", [1e-14, 1e-100, 0.0])
-def test_percussions_have_no_smallest_speed(speed, tmp_path):
-    assert small_speeds.attempt(speed, "auto", tmp_path).outcome is Outcome.STABLE
-
-
-def test_overlap_is_refused_by_a_run_and_left_by_percussions(tmp_path):
-    refused = initial_overlap.attempt(0.03, PRODUCT, tmp_path)
-    assert refused.outcome is Outcome.REFUSED
-    assert "overlap" in refused.reason
-    assert initial_overlap.attempt(0.03, PERCUSSIONS, tmp_path).outcome is Outcome.STABLE
-    assert initial_overlap.attempt(2.0, PERCUSSIONS, tmp_path).outcome is Outcome.REFUSED
+    assert (cell.outcome, cell.numbers[-1]) == (Outcome.ENERGY_GAIN, 1)
+    assert exact_energy(0.4, 20.0)[1] > 0 > exact_energy(0.4, 1.0)[1]
 
 
 def test_a_rigid_disk_is_held_by_every_door_narrower_than_itself(tmp_path):
@@ -274,18 +259,7 @@ def test_what_a_step_does_not_look_for_overlaps(tmp_path):
     assert missed.numbers[1] == 1
 
 
-def test_a_step_without_an_answer_is_named_and_a_loose_one_overlaps(tmp_path):
-    loose = Tolerance(1e-6)
-    assert unsolved_step.attempt(1.0, loose, tmp_path).outcome is Outcome.STABLE
-    stopped = unsolved_step.attempt(1e8, loose, tmp_path)
+def test_a_step_without_an_answer_is_named(tmp_path):
+    stopped = unsolved_step.attempt(1e8, Tolerance(1e-6), tmp_path)
     assert stopped.outcome is Outcome.NOT_CONVERGED
     assert "residual" in stopped.reason
-    assert left_overlap.attempt(1e-2, 1.0, tmp_path).outcome is Outcome.INACCURATE
-
-
-def test_friction_has_several_answers_only_above_the_bound(tmp_path):
-    """μ = cot(D/2)."""
-    assert several_answers.attempt(0.9, 90.0, tmp_path).outcome is Outcome.STABLE
-    above = several_answers.attempt(2.0, 150.0, tmp_path)
-    assert above.outcome is Outcome.INACCURATE
-    assert above.numbers[0] > 1e-3

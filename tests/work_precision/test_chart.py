@@ -14,14 +14,12 @@ from analysis.cli.commands import app
 from analysis.engines import lammps
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.stability.atlas import build, choose
-from analysis.stability.case import Outcome
-from analysis.support.parallel import Task, do_all, workers
+from analysis.support.parallel import workers
 from analysis.work_precision import soft
 from analysis.work_precision.chart import Chart, measure
 from analysis.work_precision.page import write_chart
 from analysis.work_precision.point import PointStatus, read_points
-from analysis.work_precision.soft import SoftSetting, run_folder, run_soft, scene_of, settings_of
+from analysis.work_precision.soft import SoftSetting, run_soft, scene_of, settings_of
 from analysis.work_precision.whole_runs import read_whole_runs, whole_runs_of
 from analysis.work_precision.window import driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
@@ -219,41 +217,3 @@ def test_too_long_runs_are_left_out(window):
     assert {s.law for s in chosen} == {"hooke", "hertz"}
     large = impact_window(make("chain", 4000))
     assert len(list(settings_of(large, ("lammps",)))) < len(chosen)
-
-
-def test_on_a_dask_cluster_of_two_processes(window, tmp_path):
-    distributed = pytest.importorskip(
-        "distributed", reason="no Dask (pip install 'crowd-percussions[cluster]')"
-    )
-    scene = scene_of(window, setting(4.0))
-    tasks = [
-        Task(
-            call=run_soft,
-            arguments=(scene, setting(4.0), run_folder(tmp_path / name, setting(4.0))),
-            work=1.0,
-        )
-        for name in ("one", "two")
-    ]
-    with (
-        distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            silence_logs=50,
-        ) as cluster,
-        workers(scheduler=cluster.scheduler_address) as executor,
-    ):
-        one, two = do_all(tasks, executor, "runs")
-        maps = build(
-            choose(["opening_contacts"], True), tmp_path, True, scheduler=cluster.scheduler_address
-        )
-    here = run_soft(scene, setting(4.0), tmp_path / "here")
-    for there in (one, two):
-        assert there.answer.status == PointStatus.OK
-        assert (there.motion.velocity == here.motion.velocity).all()
-        assert there.answer.cpu_seconds > 0
-    assert {cell.outcome for cell in maps[0].cells.values()} == {
-        Outcome.STABLE,
-        Outcome.ENERGY_GAIN,
-    }

@@ -57,13 +57,6 @@ def test_the_push_of_each_is_to_the_own_door(simulate, scene, engine):
             assert np.abs(push - wanted(scene, place, speed)).max() < 1e-9
 
 
-def test_lammps_and_yade_go_the_same_way(simulate, scene):
-    lammps, yade = simulate("lammps", scene), simulate("yade", scene)
-    for column in ("x", "y", *PUSHED):
-        size = np.abs(lammps[column]).max()
-        assert np.abs(lammps[column] - yade[column]).max() < 1e-9 * size, column
-
-
 def test_the_reference_integrator_drives_the_same(scene):
     velocity, got = np.full((40, 2), 0.3), np.empty((40, 2))
     place = 2.0 * scene.snapshot.position  # nobody touches anybody
