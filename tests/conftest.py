@@ -2,15 +2,15 @@
 background has switched it off, the command as a user calls it, without warnings, and a cluster."""
 
 import importlib
-import os
 import signal
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 from hypothesis import settings
 
-from tests.forked import PROGRAM, ROOT, as_program, in_fork, without_warnings
+from tests.forked import PROGRAM, as_program, in_fork, python, without_warnings
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -55,13 +55,7 @@ def percussions(tmp_path):
 def alone(tmp_path):
     """The same in a Python of its own, this very tree, whichever is installed."""
 
-    def call(*words, timeout=600):
-        return subprocess.run(
-            [sys.executable, "-c", PROGRAM, *map(str, words)], cwd=tmp_path, capture_output=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True, timeout=timeout, check=False,
-        )  # fmt: skip
-
-    return call
+    return partial(python, PROGRAM, cwd=tmp_path)
 
 
 @pytest.fixture

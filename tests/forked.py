@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -25,6 +26,15 @@ WARNING = re.compile(r"^.*:\d+: \w*Warning: .*(?:\n.*)?", re.M)
 
 class TooLongError(BaseException):
     """A command beyond its time."""
+
+
+def python(code, *words, cwd=None, timeout=600, **environment):
+    """Run code in a Python of its own with this very tree: the finished process."""
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, words)], cwd=cwd, timeout=timeout, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment}, capture_output=True,
+        stdin=subprocess.DEVNULL, check=False,
+    )  # fmt: skip
 
 
 def in_fork(program, longest_s):

@@ -14,6 +14,8 @@ import pytest
 from analysis.engines import yade
 from analysis.scene.shipped_scenes import make
 from tests.docs.documented import columns
+from tests.engines.at_hand import require
+from tests.forked import PROGRAM
 
 
 def failed(result, *words):
@@ -137,16 +139,9 @@ def test_empty_contact_set(percussions, tmp_path):
     ],
 )  # fmt: skip
 def test_interruption_leaves_nothing_half_written(tmp_path, engine):
+    require(engine)
     make("arch", 2000).with_run(duration_s=60.0).write(tmp_path)
-    command = [
-        sys.executable,
-        "-c",
-        "from analysis.cli import main; main()",
-        "run",
-        "arch.toml",
-        "--engine",
-        engine,
-    ]
+    command = [sys.executable, "-c", PROGRAM, "run", "arch.toml", "--engine", engine]
     process = subprocess.Popen(
         command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
     )

@@ -12,7 +12,7 @@ import pytest
 
 from analysis.cli import app, main
 from analysis.scene import scene as scene_module
-from tests.forked import PROGRAM, ROOT
+from tests.forked import PROGRAM, ROOT, python
 
 
 @pytest.mark.parametrize(
@@ -79,13 +79,7 @@ def test_help_does_not_wait_for_libraries(percussions):
         "import sys\nfrom analysis.cli import main\ntry:\n    main()\nfinally:\n"
         "    print(sorted({name.partition('.')[0] for name in sys.modules}))"
     )
-    made = subprocess.run(
-        [sys.executable, "-c", program, "--help"],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    made = python(program, "--help")
     *shown, modules = made.stdout.splitlines()
     assert any("stability" in line for line in shown)
     for heavy in ("numpy", "scipy", "MDAnalysis", "pydantic", "matplotlib", "nscd"):
@@ -153,7 +147,4 @@ def test_a_run_imports_little():
         "print(few, sorted(set(sys.modules) & set(sys.argv[1:])))"
     )
     heavy = ("MDAnalysis", "matplotlib", "pandas", "scipy.linalg", "scipy.optimize", "scipy.sparse")
-    said = subprocess.run(
-        [sys.executable, "-c", program, *heavy], capture_output=True, text=True, check=True
-    )
-    assert said.stdout == "False []\n"
+    assert python(program, *heavy).stdout == "False []\n"

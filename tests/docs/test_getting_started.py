@@ -3,13 +3,12 @@
 import csv
 import importlib.util
 import re
-import subprocess
-import sys
 from fnmatch import fnmatch
 
 import pytest
 
 from tests.docs.documented import ROOT, blocks, write_files
+from tests.forked import python
 
 PAGE = "docs/cases/dump.md"
 SITE = ROOT / "docs/site"
@@ -37,14 +36,7 @@ def test_a_dump_of_your_own(tmp_path):
         line.removeprefix("percussions ") for block in blocks(PAGE)
         for line in block.text.splitlines() if line.startswith("percussions solve")
     )  # fmt: skip
-    made = subprocess.run(
-        [sys.executable, "-c", PROGRAM, collide, press],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    made = python(PROGRAM, collide, press, cwd=tmp_path, MPLBACKEND="agg")
     assert made.returncode == 0, made.stderr
     with (tmp_path / "contacts.csv").open() as file:
         carried = [float(row["reaction_Ns"]) for row in csv.DictReader(file)]

@@ -4,9 +4,6 @@ import csv
 import dataclasses
 import doctest
 import importlib.util
-import os
-import subprocess
-import sys
 
 import pytest
 
@@ -18,6 +15,7 @@ from analysis.paper import page
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.docs.documented import ROOT, blocks, columns, write_files
+from tests.forked import PROGRAM, python
 
 needs_lammps = pytest.mark.skipif(
     engines.engine("lammps").find() is None, reason="LAMMPS is not installed"
@@ -31,16 +29,7 @@ def test_a_scene_by_hand(tmp_path):
     for line in commands.splitlines():
         words = line.split()
         assert words[0] == "percussions"
-        call = [sys.executable, "-c", "from analysis.cli import main; main()", *words[1:]]
-        made = subprocess.run(
-            call,
-            cwd=tmp_path,
-            # this very tree, whichever is installed
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        made = python(PROGRAM, *words[1:], cwd=tmp_path)
         assert made.returncode == 0, made.stderr
     compared = compare_run(tmp_path / "out/corner/lammps_hooke_k1e+06")
     table = (tmp_path / "out/corner/lammps_hooke_k1e+06/comparison.csv").read_text()

@@ -30,22 +30,11 @@ def frame(step, rows, columns=COLUMNS, kind="ATOMS"):
 
 def rows(n=4, seed=0):
     rng = np.random.default_rng(seed)
-    return [
-        [
-            i + 1,
-            1,
-            *rng.normal(size=2).tolist(),
-            0,
-            0.2,
-            75.0 + i,
-            *rng.normal(size=2).tolist(),
-            0,
-            0.5,
-            1,
-            2,
-        ]
-        for i in range(n)
-    ]
+
+    def two():
+        return rng.normal(size=2).tolist()
+
+    return [[i + 1, 1, *two(), 0, 0.2, 75.0 + i, *two(), 0, 0.5, 1, 2] for i in range(n)]
 
 
 def test_float64_and_id_order(tmp_path):

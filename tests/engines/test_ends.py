@@ -28,13 +28,9 @@ LONG = {"duration_s": 1000.0, "frames": 10000}
 def started(program, folder, *words):
     """A Python process with this tree's code, working in the folder."""
     return subprocess.Popen(
-        [sys.executable, "-c", program, *words],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )
+        [sys.executable, "-c", program, *words], cwd=folder, stdout=subprocess.DEVNULL, text=True,
+        stderr=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
 
 
 def working_in(folder):

@@ -19,8 +19,7 @@ from analysis.cli import main
 from analysis.engines import run as engine_runs
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import EngineError
-from tests.forked import TooLongError, as_program, in_fork
-from tests.fuzz.material import ROOT
+from tests.forked import PROGRAM, TooLongError, as_program, in_fork, python
 
 # CPU time of a case, the compilation of kernels that it is the first to use included; of the clock
 # it may take as much longer as the machine is busy, unless it waits for ever.
@@ -43,16 +42,7 @@ def started(words, here, spare):
     """Run a command in a Python of its own."""
     before = _cpu_of_children()
     try:
-        ended = subprocess.run(
-            [sys.executable, "-c", "from analysis.cli import main; main()", *words],
-            cwd=here,
-            env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(spare)},
-            capture_output=True,
-            text=True,
-            timeout=LONGEST_S,
-            stdin=subprocess.DEVNULL,
-            check=False,
-        )
+        ended = python(PROGRAM, *words, cwd=here, timeout=LONGEST_S, TMPDIR=str(spare))
     except subprocess.TimeoutExpired:
         raise TooLongError(f"waits for more than {LONGEST_S:g} s") from None
     return Outcome(

@@ -6,23 +6,13 @@ import shutil
 from playwright.sync_api import sync_playwright
 
 BROWSER = next(
-    (
-        path
-        for name in ("chromium", "chromium-browser", "google-chrome")
-        if (path := shutil.which(name))
-    ),
-    None,
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
 PHONE = 600
 QUIET = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
+]  # fmt: skip
 
 
 def rows_of(page, section, caption):
@@ -53,20 +43,13 @@ def opened(address, width):
     """The page, on a screen so many pixels wide; it must load offline and without complaint, with
     all its pictures, and not scroll sideways."""
     assert address.startswith("file://")
-    complaints = []
+    complaints, asked = [], []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
         page = browser.new_page(viewport={"width": width, "height": 844})
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "request",
-            lambda request: (
-                None
-                if request.url.startswith(("file:", "data:"))
-                else complaints.append(request.url)
-            ),
-        )
+        page.on("request", lambda request: asked.append(request.url))
         page.goto(address)
         yield page
         assert (
@@ -83,3 +66,4 @@ def opened(address, width):
             assert page.evaluate(f"Math.max(0, ...{right})") <= width
         browser.close()
     assert complaints == []
+    assert all(url.startswith(("file:", "data:")) for url in asked), asked

@@ -3,8 +3,6 @@
 import ast
 import doctest
 import importlib
-import subprocess
-import sys
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +13,7 @@ import pytest
 import crowd_percussions as cp
 import nscd
 from analysis import scene
+from tests.forked import python
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -90,9 +89,7 @@ def test_types_know_the_same_names():
 
 def test_nothing_is_imported_before_it_is_used():
     program = "import crowd_percussions, sys; print(*sys.modules)"
-    made = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    made = python(program)
     heavy = {"numpy", "nscd", "analysis", "MDAnalysis", "importlib.metadata"}
     assert not heavy & set(made.stdout.split())
 

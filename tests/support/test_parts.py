@@ -2,19 +2,16 @@
 
 import ast
 import json
-import os
 import re
-import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 
 from analysis.support import parallel
 from analysis.support.extras import BASE, EXTRAS, MissingPartError, install, load
+from tests.forked import ROOT, python
 
-ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = PROJECT["optional-dependencies"]
 PACKAGES = ("nscd", "analysis", "crowd_percussions")
@@ -81,14 +78,7 @@ def without_extras(tmp_path_factory):
     (folder / "crowd.dump").write_text(DUMP)
     missing = [library.partition(".")[0] for part in EXTRAS for library in part.libraries]
     calls = [words for words, _ in ENDS]
-    made = subprocess.run(
-        [sys.executable, "-c", PROGRAM, json.dumps(missing), json.dumps(calls)],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    made = python(PROGRAM, json.dumps(missing), json.dumps(calls), cwd=folder)
     assert made.returncode == 0, made.stderr
     assert (folder / "contacts.csv").read_text().count("\n") == 2
     assert not (folder / "room.png").exists()

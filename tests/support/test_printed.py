@@ -1,13 +1,12 @@
 """What commands print: no Python warning (the test that started them fails), and characters that
 the terminal lacks as a question mark."""
 
-import os
 import subprocess
 import sys
 
 import pytest
 
-from tests.forked import in_fork
+from tests.forked import PROGRAM, in_fork, python
 
 WARNS = "import warnings; warnings.warn('divide by zero', RuntimeWarning)"
 
@@ -26,9 +25,6 @@ def test_printed_warning_fails_the_test_that_started_the_command():
 
 
 def test_characters_that_the_terminal_lacks_do_not_end_a_command():
-    done = subprocess.run(
-        [sys.executable, "-c", "from analysis.cli import main; main()", "scenes"],
-        env={**os.environ, "PYTHONIOENCODING": "ascii"}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = python(PROGRAM, "scenes", PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     assert "?f dt against p" in done.stdout
