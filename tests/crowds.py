@@ -1,8 +1,8 @@
-"""Crowds that tests begin with."""
+"""Crowds and scenes that tests begin with."""
 
 import numpy as np
 
-from nscd import Snapshot
+from nscd import Snapshot, Walls
 
 
 def disks_at(position, velocity=(0.0, 0.0), radius=0.25, mass=75.0, **others):
@@ -15,3 +15,54 @@ def disks_at(position, velocity=(0.0, 0.0), radius=0.25, mass=75.0, **others):
         mass=np.broadcast_to(mass, n),
         **others,
     )
+
+
+def line(mass, velocity, radius=0.25):
+    """Touching disks along x, of these masses (kg), with velocities along it (m/s)."""
+    n = len(mass)
+    left = np.column_stack([np.broadcast_to(velocity, n), np.zeros(n)])
+    return disks_at(np.column_stack([2 * radius * np.arange(n), np.zeros(n)]), left, radius, mass)
+
+
+def wall_after(snapshot):
+    """The wall that the last of a line touches."""
+    end = snapshot.position[-1, 0] + snapshot.radius[-1]
+    return Walls(start=[[end, -1]], end=[[end, 1]])
+
+
+def lattice(seed, n=25, decades=0.0, rows=6):
+    """Touching disks on a triangular lattice with vacancies, in random motion; masses over some
+    decades."""
+    rng = np.random.default_rng(seed)
+    j, i = (k.ravel() for k in np.meshgrid(np.arange(rows), np.arange(6), indexing="ij"))
+    sites = np.column_stack([0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j])
+    chosen = rng.permutation(len(sites))[:n]
+    velocity, mass = rng.normal(size=(n, 2)), 10.0 ** rng.uniform(-decades / 2, decades / 2, n)
+    return disks_at(sites[chosen], velocity, mass=mass)
+
+
+def drive_to(start, end, outward=(1.0, 0.0), speed=2.0, **others):
+    """Everybody walks to the door (m) at this speed (m/s) with τ = 0.5 s."""
+    from analysis.scene.scene import Drive
+
+    return Drive(
+        speed_m_per_s=speed, relaxation_time_s=0.5, door_start_m=start, door_end_m=end,
+        outward=outward, **others,
+    )  # fmt: skip
+
+
+def scene_at(snapshot, walls=(), *, contact, run, name="made", time=None, **others):
+    """A scene of disks; walls as pairs of ends (m), contact and run as their keys; an impact, or a
+    driven crowd looked at at a time (s)."""
+    from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
+
+    made = tuple(
+        Wall(name=f"wall{n}", start_m=tuple(map(float, start)), end_m=tuple(map(float, end)))
+        for n, (start, end) in enumerate(walls)
+    )
+    when = {} if time is None else {"time_s": time}
+    looked = Analysis(kind="driven" if others.get("drive") else "impact", **when)
+    return Scene(
+        name=name, title=name, source="a test", snapshot=snapshot, walls=made,
+        contact=ContactModel(**contact), run=Run(**run), analysis=looked, **others,
+    )  # fmt: skip

@@ -3,14 +3,14 @@ history leaves."""
 
 import numpy as np
 
-from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, Wall
+from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make, room_with_a_door
 from nscd import find_contacts, solve
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.determinacy import admissible_determinacy, determinacy
 from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
 from nscd.indeterminacy.least_energy import least_energy
-from tests.crowds import disks_at
+from tests.crowds import disks_at, drive_to, scene_at
 
 TAU = 0.5
 
@@ -20,17 +20,10 @@ def at_rest(position, radius, mass):
 
 
 def driven(name, snapshot, walls, drive, stiffness, duration):
-    return Scene(
-        name=name,
-        title=name,
-        source="made for the comparison at rest",
-        snapshot=snapshot,
-        walls=tuple(walls),
-        drive=drive,
-        contact=ContactModel(stiffness_N_per_m=stiffness, restitution=0.05),
-        run=Run(duration_s=duration, frames=2),
-        analysis=Analysis(kind="driven"),
-    )
+    contact = {"stiffness_N_per_m": stiffness, "restitution": 0.05}
+    run = {"duration_s": duration, "frames": 2}
+    scene = scene_at(snapshot, contact=contact, run=run, name=name, drive=drive)
+    return scene.model_copy(update={"walls": tuple(walls)})
 
 
 def end_of(simulation, scene):
@@ -74,13 +67,7 @@ def channel(stiffness):
         Wall(name="upper", start_m=(0.0, half), end_m=(-8.0, half)),
         Wall(name="lower", start_m=(-8.0, -half), end_m=(0.0, -half)),
     )
-    drive = Drive(
-        speed_m_per_s=2.0,
-        relaxation_time_s=TAU,
-        door_start_m=(0.0, -half),
-        door_end_m=(0.0, half),
-        outward=(1.0, 0.0),
-    )
+    drive = drive_to((0.0, -half), (0.0, half))
     # 400 periods √(m/k) are enough for its slowest motion to die out
     duration = 400 * np.sqrt(75.0 / stiffness)
     return driven("channel", at_rest(position, r, mass), walls, drive, stiffness, duration)

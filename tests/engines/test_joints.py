@@ -4,26 +4,16 @@ import numpy as np
 import pytest
 
 from analysis.engines.penalty import friction_at_joints
-from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
-from nscd import Snapshot
+from tests.crowds import disks_at, scene_at
 
 INSIDE = (1.0, 1.0)
 SQUARE = [((0, 0), (2, 0)), ((2, 0), (2, 2)), ((2, 2), (0, 2)), ((0, 2), (0, 0))]
 
 
 def scene_of(walls, place, friction):
-    return Scene(
-        name="joints",
-        title="joints",
-        source="none",
-        walls=tuple(
-            Wall(name=f"w{n}", start_m=start, end_m=end) for n, (start, end) in enumerate(walls)
-        ),
-        contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1, friction=friction),
-        run=Run(duration_s=0.1, frames=2),
-        analysis=Analysis(kind="impact"),
-        snapshot=Snapshot(position=[place], velocity=[[0, 0]], radius=[0.2], mass=[75.0]),
-    )
+    contact = {"stiffness_N_per_m": 1e6, "restitution": 0.1, "friction": friction}
+    run = {"duration_s": 0.1, "frames": 2}
+    return scene_at(disks_at([place], radius=0.2), walls, contact=contact, run=run)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@ interrupted."""
 
 import dataclasses
 import json
-import os
 import sys
 
 import numpy as np
@@ -132,13 +131,6 @@ def test_a_given_step_is_shortened_to_fit_between_frames():
         assert (timing.frame_interval, timing.steps) == (112, 336)
         fits = known.timing(pair.with_run(frames=10000, time_step_s=2e-6, rigid_step_s=2e-6))
         assert (fits.time_step, fits.frame_interval) == (2e-6, 5)
-
-
-def working_in(link, folder):
-    try:
-        return os.readlink(link).startswith(str(folder))
-    except OSError:
-        return False
 
 
 @pytest.mark.parametrize(

@@ -5,23 +5,7 @@ import pytest
 from scipy.optimize import nnls
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import disks_at
-
-
-def line(mass, velocity, radius=0.25):
-    """Touching disks along x."""
-    n = len(mass)
-    return disks_at(
-        np.column_stack([2 * radius * np.arange(n), np.zeros(n)]),
-        np.column_stack([velocity, np.zeros(n)]),
-        radius,
-        mass,
-    )
-
-
-def wall_after(snapshot):
-    end = snapshot.position[-1, 0] + snapshot.radius[-1]
-    return Walls(start=[[end, -1]], end=[[end, 1]])
+from tests.crowds import disks_at, line, wall_after
 
 
 def triangle(velocity):

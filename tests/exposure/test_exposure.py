@@ -21,8 +21,8 @@ from analysis.exposure.exposure import (
     read_exposure,
     write_exposure,
 )
-from analysis.scene.scene import Analysis, ContactModel, Drive, Room, Run, Scene, Wall
-from tests.crowds import disks_at
+from analysis.scene.scene import Wall
+from tests.crowds import disks_at, drive_to, scene_at
 
 PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5
 
@@ -31,23 +31,12 @@ def row(radius=RADIUS):
     """Five people in a row against a wall of 0.8 m, who all push with 150 N."""
     reach = -radius * (2 * np.arange(PEOPLE) + 1)
     snapshot = disks_at(np.column_stack([reach, np.zeros(PEOPLE)]), radius=radius)
-    room = Room(
-        title="a row before a wall",
-        source="made for a test",
-        walls=(Wall(name="wall", start_m=(0.0, -0.4), end_m=(0.0, 0.4)),),
-        drive=Drive(
-            speed_m_per_s=1.0,
-            relaxation_time_s=0.5,
-            door_start_m=(5.0, -0.1),
-            door_end_m=(5.0, 0.1),
-            aim="centre",
-            outward=(1.0, 0.0),
-        ),
-        contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
-        run=Run(duration_s=0.5, frames=10),
-        analysis=Analysis(kind="driven", time_s=0.5),
-    )
-    return Scene.of(room, name="row", snapshot=snapshot)
+    return scene_at(
+        snapshot, [((0.0, -0.4), (0.0, 0.4))], name="row", time=0.5,
+        drive=drive_to((5.0, -0.1), (5.0, 0.1), speed=1.0, aim="centre"),
+        contact={"stiffness_N_per_m": 1e6, "restitution": 0.1},
+        run={"duration_s": 0.5, "frames": 10},
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, violation
 
 WALL = Walls(start=[[-50.0, 0.0]], end=[[50.0, 0.0]])
@@ -52,26 +51,6 @@ def test_the_answer_is_one_of_those_that_exist(snapshot, mu, wall_mu):
 
 @settings(max_examples=40, deadline=None)
 @given(snapshot=clusters(), mu=MU)
-def test_free_clusters_keep_momentum_and_angular_momentum(snapshot, mu):
-    contacts = find_contacts(snapshot, tolerance=1e-9)
-    assume(len(contacts) and (contacts.gap > -1e-9).all())  # where they overlap, levers are longer
-    found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
-    mass = snapshot.mass[:, None]
-    before, after = (mass * snapshot.velocity).sum(0), (mass * found.right_velocity).sum(0)
-    np.testing.assert_allclose(after, before, atol=1e-9 * mass.sum())
-    inertia = 0.5 * snapshot.mass * snapshot.radius**2
-
-    def turning(velocity, spin):
-        cross = snapshot.position[:, 0] * velocity[:, 1] - snapshot.position[:, 1] * velocity[:, 0]
-        return float((snapshot.mass * cross + inertia * spin).sum())
-
-    change = turning(found.right_velocity, found.right_spin)
-    change -= turning(snapshot.velocity, snapshot.spin)
-    assert abs(change) < 1e-8 * mass.sum()
-
-
-@settings(max_examples=40, deadline=None)
-@given(snapshot=clusters(), mu=MU)
 def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
     contacts = find_contacts(snapshot, WALL, tolerance=1e-9)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
@@ -82,24 +61,3 @@ def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
     assert max(part.signorini, part.cone, part.natural_map) <= 1e-10
     assert part.dissipation < 1e-8
     assert (np.abs(part.tangential) <= mu * found.reaction + 1e-8).all()
-
-
-@settings(max_examples=25, deadline=None)
-@given(snapshot=clusters(), mu=MU, angle=st.floats(0.1, 6.0))
-def test_turning_the_crowd_turns_the_answer(snapshot, mu, angle):
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    contacts = find_contacts(snapshot, tolerance=1e-9)
-    assume(len(contacts))
-    turned = disks_at(
-        snapshot.position @ turn.T,
-        snapshot.velocity @ turn.T,
-        snapshot.radius,
-        snapshot.mass,
-        spin=snapshot.spin,
-    )
-    law = ContactLaw(friction=mu)
-    one = solve(snapshot, contacts, law=law, tolerance=1e-12)
-    two = solve(turned, find_contacts(turned, tolerance=1e-9), law=law, tolerance=1e-12)
-    # a tree of contacts without walls has one answer
-    np.testing.assert_allclose(two.right_velocity, one.right_velocity @ turn.T, atol=1e-8)
-    np.testing.assert_allclose(two.right_spin, one.right_spin, atol=1e-7)

@@ -9,27 +9,9 @@ from hypothesis import strategies as st
 from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
 from nscd.indeterminacy.least_energy import least_energy
 from nscd.solve import SOLVERS
-from tests.crowds import disks_at
+from tests.crowds import disks_at, lattice
 
 WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -0.6], [2.6, 3.0]]))
-
-
-def lattice(seed, n=25, decades=0.0):
-    """Touching disks on a triangular lattice with vacancies; masses over some decades."""
-    rng = np.random.default_rng(seed)
-    sites = np.array(
-        [
-            (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
-            for j in range(6)
-            for i in range(6)
-        ]
-    )
-    chosen = rng.permutation(len(sites))[:n]
-    return disks_at(
-        sites[chosen],
-        rng.normal(size=(n, 2)),
-        mass=10.0 ** rng.uniform(-decades / 2, decades / 2, n),
-    )
 
 
 def answer(snapshot, walls=WALLS, **keywords):

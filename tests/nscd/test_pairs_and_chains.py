@@ -4,17 +4,8 @@ masses."""
 import numpy as np
 import pytest
 
-from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import disks_at
-
-
-def line(mass, velocity, radius=0.25):
-    """Touching disks along x."""
-    mass = np.asarray(mass, dtype=float)
-    n = len(mass)
-    position = np.column_stack([2 * radius * np.arange(n), np.zeros(n)])
-    left = np.column_stack([velocity, np.zeros(n)])
-    return Snapshot(position=position, velocity=left, radius=np.full(n, radius), mass=mass)
+from nscd import ContactLaw, Walls, find_contacts, solve
+from tests.crowds import disks_at, line
 
 
 def answer(snapshot, walls=None, **law):

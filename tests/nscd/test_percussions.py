@@ -5,24 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Walls, find_contacts, solve
-from tests.crowds import disks_at
+from tests.crowds import disks_at, lattice
 
 WALLS = Walls(start=[[-3, -0.6], [2.6, -3]], end=[[5, -0.6], [2.6, 3]])
-
-
-def crowd(seed, n=25, spread=6.0):
-    """A touching crowd: a triangular lattice with random vacancies, masses over four decades,
-    random velocities."""
-    rng = np.random.default_rng(seed)
-    sites = [
-        (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
-        for j in range(6)
-        for i in range(6)
-    ]
-    chosen = rng.permutation(len(sites))[:n]
-    return disks_at(
-        np.array(sites)[chosen], rng.normal(size=(n, 2)), mass=10.0 ** rng.uniform(-2, 2, n)
-    )
 
 
 def solved(snapshot, walls=WALLS, **law):
@@ -34,7 +19,7 @@ def solved(snapshot, walls=WALLS, **law):
 
 @given(st.integers(0, 10**6))
 def test_balance_energy_and_complementarity(seed):
-    snapshot = crowd(seed)
+    snapshot = lattice(seed, decades=4.0)
     contacts, answer = solved(snapshot)
     momentum = snapshot.mass[:, None] * (answer.right_velocity - snapshot.velocity)
     size = snapshot.mass * np.abs(snapshot.velocity).max() + np.abs(answer.reaction).sum()
@@ -53,7 +38,7 @@ def test_balance_energy_and_complementarity(seed):
 
 @given(st.integers(0, 10**6), st.floats(0, 2 * np.pi))
 def test_rotation_turns_the_answer(seed, angle):
-    snapshot = crowd(seed)
+    snapshot = lattice(seed, decades=4.0)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     turned = disks_at(
         snapshot.position @ turn.T, snapshot.velocity @ turn.T, snapshot.radius, snapshot.mass
@@ -66,7 +51,7 @@ def test_rotation_turns_the_answer(seed, angle):
 
 @given(st.integers(0, 10**6))
 def test_order_of_disks_does_not_matter(seed):
-    snapshot = crowd(seed)
+    snapshot = lattice(seed, decades=4.0)
     order = np.random.default_rng(seed + 1).permutation(len(snapshot))
     shuffled = disks_at(
         snapshot.position[order],
@@ -81,7 +66,7 @@ def test_order_of_disks_does_not_matter(seed):
 
 @given(st.integers(0, 10**6), st.sampled_from([1e-3, 1e3]), st.sampled_from([1e-2, 1e2]))
 def test_units_scale_the_answer(seed, mass_scale, velocity_scale):
-    snapshot = crowd(seed)
+    snapshot = lattice(seed, decades=4.0)
     scaled = disks_at(
         snapshot.position,
         velocity_scale * snapshot.velocity,

@@ -9,26 +9,10 @@ from scipy.optimize import nnls
 
 from nscd import Snapshot, Walls, find_contacts, solve
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
-from tests.crowds import disks_at
+from tests.crowds import disks_at, line, wall_after
 
 RADIUS = 0.25
 UNEQUAL = np.array([50.0, 93, 61, 75, 88, 52, 99, 70, 64, 81])
-
-
-def line(mass, velocity):
-    """Touching disks along x."""
-    n = len(mass)
-    return disks_at(
-        np.column_stack([2 * RADIUS * np.arange(n), np.zeros(n)]),
-        np.column_stack([np.broadcast_to(velocity, n), np.zeros(n)]),
-        RADIUS,
-        mass,
-    )
-
-
-def wall_after(snapshot):
-    end = snapshot.position[-1, 0] + RADIUS
-    return Walls(start=[[end, -1]], end=[[end, 1]])
 
 
 def pair(gap, radii=(0.2, 0.3), velocities=((0.0, 0.0), (0.0, 0.0))):

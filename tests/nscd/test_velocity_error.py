@@ -6,28 +6,12 @@ import numpy as np
 import pytest
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import disks_at
+from tests.crowds import disks_at, lattice
 from tests.nscd.exact import distance, exact_velocity
 
 WALLS = Walls(start=[[-3.0, -0.6], [2.6, -3.0]], end=[[5.0, -0.6], [2.6, 3.0]])
 # What a bound may be above the error where this is rounding (m/s, velocities of about 1 m/s).
 ROUNDING = 1e-12
-
-
-def crowd(seed, n, decades=0.0):
-    """Touching disks on a triangular lattice with vacancies; masses over some decades."""
-    rng = np.random.default_rng(seed)
-    sites = [
-        (0.5 * i + 0.25 * (j % 2), -0.35 + 0.5 * np.sqrt(0.75) * j)
-        for j in range(4)
-        for i in range(6)
-    ]
-    chosen = rng.permutation(len(sites))[:n]
-    return disks_at(
-        np.array(sites)[chosen],
-        rng.normal(size=(n, 2)),
-        mass=10.0 ** rng.uniform(-decades / 2, decades / 2, n),
-    )
 
 
 def chain(n):
@@ -54,7 +38,7 @@ LAWS = {
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 @pytest.mark.parametrize(("seed", "decades"), [(0, 0.0), (1, 0.0), (2, 2.0), (3, 4.0)])
 def test_the_bound_holds_against_exact_arithmetic(law, seed, decades):
-    snapshot = crowd(seed, 12, decades)
+    snapshot = lattice(seed, 12, decades, rows=4)
     contacts = find_contacts(snapshot, WALLS if seed % 2 else None, tolerance=1e-9)
     coefficients, _ = law.coefficients(contacts.inverse_mass(snapshot.mass))
     exact = exact_velocity(
@@ -112,7 +96,7 @@ def test_the_bound_holds_where_roundings_add_up(n, seed):
 def test_the_bound_holds_on_random_crowds(decades):
     """Against a solution to 10⁻¹⁴ by another solver, whose own bound is added."""
     for seed in range(40):
-        snapshot = crowd(seed, 10 + seed % 14, decades)
+        snapshot = lattice(seed, 10 + seed % 14, decades, rows=4)
         contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
         for law in LAWS.values():
             sharp = solve(snapshot, contacts, law=law, solver="interior_point", tolerance=1e-14)
@@ -125,7 +109,7 @@ def test_the_bound_holds_on_random_crowds(decades):
 
 def test_an_answer_that_is_none_has_a_large_bound():
     """A residual of one half: the bound says so, and is not more than the crowd's motion."""
-    snapshot = crowd(5, 20)
+    snapshot = lattice(5, 20, rows=4)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
     found = solve(snapshot, contacts, solver="gauss_seidel", tolerance=0.5, canonical=False)
     sharp = solve(snapshot, contacts)
@@ -135,7 +119,7 @@ def test_an_answer_that_is_none_has_a_large_bound():
 
 
 def test_what_needs_no_solver_is_known_to_rounding():
-    snapshot = crowd(1, 12)
+    snapshot = lattice(1, 12, rows=4)
     away = disks_at(snapshot.position, snapshot.position, snapshot.radius, snapshot.mass)
     contacts = find_contacts(away, tolerance=1e-9)
     assert solve(away, contacts).velocity_error == 0.0

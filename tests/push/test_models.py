@@ -9,10 +9,8 @@ from analysis import engines
 from analysis.push.hindcast import ONSET, Cases, baselines, hindcast, odds, onsets
 from analysis.push.row import inputs_of, most_force, most_impulse, rigid, soft
 from analysis.push.trial import read_trial
-from analysis.support.shipped import shipped
 from tests.push.oracles import by_lammps, case_of, made, row_of, stepped
 
-EXCERPT = shipped("scenes") / "push_excerpt.csv"
 SPEED, GAP, RATE = 1.0, 0.2, 25
 SOFT = (2e3, 2e4)
 needs_lammps = pytest.mark.skipif(

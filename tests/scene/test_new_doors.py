@@ -115,9 +115,6 @@ def test_a_door_narrower_than_a_disk_is_said(percussions):
     assert len(made.stderr.splitlines()) == 1
 
 
-FLOOR = "POLYGON((0 0, 10 0, 10 6, 0 6, 0 0), (4 2, 5 2, 5 3, 4 3, 4 2))"
-
-
 def shape(x, y, width, height):
     return {"type": "RECTANGLE", "x": x, "y": y, "width": width, "height": height}
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from analysis.scene.scene import Drive, Wall
+from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision import continuum as ladders
 from analysis.work_precision.continuum import (
@@ -33,7 +33,7 @@ from nscd.continuum.medium import table_1_medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.room import room_of_outline
 from nscd.continuum.space import Space
-from tests.crowds import disks_at
+from tests.crowds import disks_at, drive_to
 from tests.work_precision.wall_line import line_at_a_wall
 
 RADIUS, ROWS, COLUMNS = 0.2, 4, 10
@@ -57,13 +57,7 @@ def dead_end(gap=0.0):
         Wall(name=f"wall_{number}", start_m=corners[number], end_m=corners[number + 1])
         for number in range(7)
     )
-    drive = Drive(
-        speed_m_per_s=2.0,
-        relaxation_time_s=0.5,
-        door_start_m=corners[-1],
-        door_end_m=corners[0],
-        outward=(1.0, 0.0),
-    )
+    drive = drive_to(corners[-1], corners[0])
     scene = scene.model_copy(update={"snapshot": disks, "walls": walls, "drive": drive})
     return driven_window(scene, disks.position)
 

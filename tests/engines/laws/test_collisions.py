@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
+from analysis.scene.scene import Run, read_scene
 from nscd import Snapshot
-from tests.crowds import disks_at
+from tests.crowds import disks_at, scene_at
 
 ENGINES = ["lammps", "yade"]
 K = 1e6
@@ -111,16 +111,9 @@ def test_a_wall_in_any_direction_rebounds_and_carries_the_momentum(simulate, nam
     )
     velocity = 2.0 * normal + 0.7 * along
     disk = Snapshot(position=[-0.301 * normal], velocity=[velocity], radius=[0.3], mass=[80.0])
-    scene = Scene(
-        name="one",
-        title="a disk and a wall",
-        source="closed form",
-        snapshot=disk,
-        walls=(Wall(name="wall", start_m=tuple(-along), end_m=tuple(2 * along)),),
-        contact=ContactModel(stiffness_N_per_m=K, restitution=0.4),
-        run=Run(duration_s=0.04, frames=2000, time_step_s=2e-5),
-        analysis=Analysis(kind="impact"),
-    )
+    contact = {"stiffness_N_per_m": K, "restitution": 0.4}
+    run = {"duration_s": 0.04, "frames": 2000, "time_step_s": 2e-5}
+    scene = scene_at(disk, [(-along, 2 * along)], contact=contact, run=run)
     simulation = simulate(name, scene)
     after = np.array([simulation["vx"][-1, 0], simulation["vy"][-1, 0]])
     closed = collision(80.0, K, dashpot(0.4, 80.0), 2.0)

@@ -6,11 +6,11 @@ import pytest
 import shapely
 from shapely.ops import nearest_points
 
-from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
 from analysis.scene.schema import BodyForce
 from analysis.work_precision.soft import leapfrog
 from nscd import Snapshot, Walls, find_contacts
 from nscd.stepping.search import neighbours, segments_of
+from tests.crowds import scene_at
 
 ENGINES = ["lammps", "yade"]
 RADIUS, MASS, K = 0.25, 75.0, 1e5
@@ -84,20 +84,11 @@ def scene_of(walls, position, velocity, body_force=(0.0, 0.0), restitution=1.0, 
     disk = Snapshot(position=[position], velocity=[velocity], radius=[RADIUS], mass=[MASS])
     room, _ = outline([(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)])
     pairs = [*zip(walls.start, walls.end, strict=True), *zip(room.start, room.end, strict=True)]
-    return Scene(
-        name="corner",
-        title="a disk at a corner",
-        source="by hand",
-        snapshot=disk,
-        walls=tuple(
-            Wall(name=f"side{n}", start_m=tuple(a.tolist()), end_m=tuple(b.tolist()))
-            for n, (a, b) in enumerate(pairs)
-        ),
+    return scene_at(
+        disk, pairs, name="corner", contact={"stiffness_N_per_m": K, "restitution": restitution},
+        run={"duration_s": duration, "frames": round(duration * 100), "time_step_s": 2e-4},
         body_force=BodyForce(acceleration_m_per_s2=body_force) if any(body_force) else None,
-        contact=ContactModel(stiffness_N_per_m=K, restitution=restitution),
-        run=Run(duration_s=duration, frames=round(duration * 100), time_step_s=2e-4),
-        analysis=Analysis(kind="impact"),
-    )
+    )  # fmt: skip
 
 
 def follow(simulation, polygon):

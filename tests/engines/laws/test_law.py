@@ -6,7 +6,7 @@ import pytest
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate as simulate_into
-from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall, read_scene
+from analysis.scene.scene import Wall, read_scene
 from analysis.scene.schema import (
     AS_HERTZ,
     BODY,
@@ -18,7 +18,7 @@ from analysis.scene.schema import (
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import leapfrog, soft_reference
 from nscd import Snapshot
-from tests.crowds import disks_at
+from tests.crowds import disks_at, scene_at
 from tests.engines.at_hand import require
 
 ENGINES = ["lammps", "yade"]
@@ -33,21 +33,11 @@ def few(law, body_force, **contact):
         [0.25, 0.3, 0.2],
         [60.0, 90.0, 45.0],
     )
-    walls = (
-        Wall(name="floor", start_m=(-3.0, -0.3), end_m=(3.0, -0.3)),
-        Wall(name="slope", start_m=(0.75, -0.3), end_m=(1.35, 1.0)),
-    )
-    return Scene(
-        name="few",
-        title="a few disks",
-        source="by hand",
-        snapshot=snapshot,
-        walls=walls,
-        body_force=body_force,
-        contact=ContactModel(law=law, **({"stiffness_N_per_m": 2e5, "restitution": 0.4} | contact)),
-        run=Run(duration_s=0.2, frames=20, time_step_s=1e-4),
-        analysis=Analysis(kind="impact"),
-    )
+    return scene_at(
+        snapshot, [((-3.0, -0.3), (3.0, -0.3)), ((0.75, -0.3), (1.35, 1.0))], name="few",
+        contact={"law": law, "stiffness_N_per_m": 2e5, "restitution": 0.4} | contact,
+        run={"duration_s": 0.2, "frames": 20, "time_step_s": 1e-4}, body_force=body_force,
+    )  # fmt: skip
 
 
 STEEL = {"wall_stiffness_N_per_m": 1e6}

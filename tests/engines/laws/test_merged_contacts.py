@@ -6,9 +6,8 @@ import pytest
 from analysis.dumps import index_dump
 from analysis.engines.lammps import merge_contacts
 from analysis.engines.penalty import penalty_of
-from analysis.scene.scene import Analysis, ContactModel, Run, Scene
 from analysis.support.frames import write_frame
-from tests.crowds import disks_at
+from tests.crowds import disks_at, scene_at
 
 FRICTION, OVERLAP = 0.4, 0.01
 BODIES = ["id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy"]
@@ -22,15 +21,8 @@ def pressed(tmp_path, tangential, at_end):
     its row; tangential (2,) N and the normal force at_end (N) are those of LAMMPS on the first."""
     position = np.array([[0.0, 0.0], [0.5 - OVERLAP, 0.0]])
     snapshot = disks_at(position)
-    scene = Scene(
-        name="two",
-        title="two disks",
-        source="by hand",
-        snapshot=snapshot,
-        contact=ContactModel(stiffness_N_per_m=1e5, restitution=0.5, friction=FRICTION),
-        run=Run(duration_s=0.1, frames=1),
-        analysis=Analysis(kind="impact"),
-    )
+    contact = {"stiffness_N_per_m": 1e5, "restitution": 0.5, "friction": FRICTION}
+    scene = scene_at(snapshot, contact=contact, run={"duration_s": 0.1, "frames": 1})
     none = np.zeros(2)
     table = [[1, 2], [1, 1], *position.T, none, [0.25, 0.25], [75.0, 75.0], *[none] * 6]
     with (tmp_path / "bodies.dump").open("w") as file:

@@ -6,8 +6,7 @@ import pytest
 
 from analysis.dumps import index_contacts, index_dump
 from analysis.engines.lammps import scene_deck
-from analysis.scene.scene import Analysis, ContactModel, Run, Scene, Wall
-from tests.crowds import disks_at
+from tests.crowds import disks_at, scene_at
 from tests.engines.at_hand import ROOT, lammps, require, yade
 
 STIFFNESS = 1e6
@@ -23,16 +22,9 @@ def laid_over():
         -0.2, 0.2, (1600, 2)
     )
     disks = disks_at(position)
-    ends = rng.uniform(-18, 18, (12, 2, 2))
-    walls = [
-        Wall(name=f"wall{i}", start_m=tuple(a), end_m=tuple(b))
-        for i, (a, b) in enumerate(ends.tolist())
-    ]
-    return Scene(
-        name="laid", title="disks over walls", source="made", snapshot=disks, walls=tuple(walls),
-        contact=ContactModel(stiffness_N_per_m=STIFFNESS, restitution=0.1),
-        run=Run(duration_s=1e-6, frames=1), analysis=Analysis(kind="impact"),
-    )  # fmt: skip
+    contact = {"stiffness_N_per_m": STIFFNESS, "restitution": 0.1}
+    ends, run = rng.uniform(-18, 18, (12, 2, 2)), {"duration_s": 1e-6, "frames": 1}
+    return scene_at(disks, ends, contact=contact, run=run, name="laid")
 
 
 def touching(scene):
