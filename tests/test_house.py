@@ -38,7 +38,7 @@ RANKS = [
     ["analysis/motion"],
     ["analysis/work_precision", "analysis/stability", "analysis/paper", "analysis/push"],
     ["analysis/advice", "analysis/film"],
-    ["analysis/advice/people"],
+    ["analysis/advice/people", "analysis/report"],
     ["analysis/cli", "crowd_percussions"],
 ]  # fmt: skip
 

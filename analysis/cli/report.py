@@ -23,8 +23,8 @@ from analysis.cli.app import (
 from analysis.cli.options import RigidLaw
 
 if TYPE_CHECKING:
-    from analysis.compare.study import Study
-    from analysis.motion.report import Chosen
+    from analysis.report.page import Reported
+    from analysis.report.runs import Chosen
     from analysis.scene.scene import Scene
 
 
@@ -38,8 +38,7 @@ def report(
         list[float] | None,
         typer.Option(
             parser=positive,
-            help="Stiffness in N/m; give it several times. Left out: the scene's and, for a "
-            "driven crowd, ten times it with the first engine that has springs.",
+            help="Stiffness in N/m; give it several times. Left out: the scene's.",
         ),
     ] = None,
     seeds: Annotated[
@@ -57,15 +56,16 @@ def report(
     """Run, solve and compare: one HTML page, CSV and JSON beside it.
 
     Exit status 1 if a run failed or a snapshot is not solved. A driven crowd also has replicates
-    from start to end, by all engines, and with friction too.
+    from start to end, with friction, push, radius and bodies varied.
 
     Example: percussions report arch jam gate --seeds 10 --out report"""
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
     from analysis.exposure.exposure import limits_of_people
-    from analysis.motion.report import in_motion, motion_of, runs_of, snapshot_runs
-    from analysis.pages.report import write_report
+    from analysis.motion.study import study_motion
+    from analysis.report.page import Reported, write_report
+    from analysis.report.runs import film_of, motion_of, runs_of, snapshot_runs
     from analysis.scene.scene import read_scene
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
@@ -75,38 +75,36 @@ def report(
     motions = [motion_of(one.scene, names, one.stiffnesses, seeds, runs) for one in chosen]
     pairs = list(zip(chosen, motions, strict=True))
     say_runs(needed := runs_of(chosen, soft, motions, runs))
+    reported = []
     with progress() as bars:
         run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
-        moved = [in_motion(one.scene, motion, last, bars, own) for one, motion in pairs]
-        studies = [
-            study(
-                one.scene.with_run(impulses=True) if motion else one.scene,
+        for one, models in pairs:
+            made = study(
+                one.scene.with_run(impulses=True) if models else one.scene,
                 soft,
                 one.stiffnesses,
-                snapshot_runs(runs, motion),
+                where := snapshot_runs(runs, models),
                 bars,
                 rigid_law,
                 further=one.further,
             )
-            for one, motion in pairs
-        ]
-        page = write_report(studies, out, command_line(), moved)
-    well = _say(studies, [motion.failures if motion else [] for motion in moved])
+            motion = study_motion(one.scene, models, last, bars, own) if models else None
+            reported.append(Reported(study=made, motion=motion, reel=film_of(made, where, bars)))
+        page = write_report(reported, out, command_line(), own)
+    well = _say(reported)
     print(page.resolve().as_uri())
     raise typer.Exit(0 if well else 1)
 
 
-def _say(studies: Sequence[Study], in_motion: Sequence[Sequence[str]]) -> bool:
+def _say(reported: Sequence[Reported]) -> bool:
     """Say warnings and failures; tell whether there was no failure and all is solved."""
-    failures = [(made.scene.name, failure) for made in studies for failure in made.failures]
-    for made, failed in zip(studies, in_motion, strict=True):
-        failures += [(made.scene.name, failure) for failure in failed]
-    for made in studies:
-        for warning in made.warnings:
-            warn(f"{made.scene.name}: {warning}")
-    for where, failure in failures:
-        print(f"failed: {where}: {failure}", file=sys.stderr)
-    answers = [comparison.answer for made in studies for comparison in made.comparisons]
+    for one in reported:
+        for warning in one.study.warnings:
+            warn(f"{one.study.scene.name}: {warning}")
+        for failure in one.failures:
+            print(f"failed: {one.study.scene.name}: {failure}", file=sys.stderr)
+    answers = [comparison.answer for one in reported for comparison in one.study.comparisons]
+    failures = [failure for one in reported for failure in one.failures]
     return not failures and all(answer.status == "solved" for answer in answers)
 
 
@@ -127,9 +125,8 @@ def _with_springs(names: Sequence[str]) -> list[str]:
 
 
 def _chosen(scene: Scene, asked: Sequence[float] | None) -> Chosen:
-    """The stiffnesses (N/m) that a report compares; an impact changes with the damping only."""
-    from analysis.motion.report import Chosen
+    """The stiffnesses (N/m) that a report compares."""
+    from analysis.report.runs import Chosen
 
     k = scene.contact.stiffness_N_per_m
-    every = asked or ([k] if scene.analysis.kind == "impact" else [k, 10 * k])
-    return Chosen(scene=scene, stiffnesses=every, further=asked or [k])
+    return Chosen(scene=scene, stiffnesses=asked or [k], further=asked or [k])

@@ -224,7 +224,7 @@ def _written(scene: Scene, out: Path) -> None:
     """Write a scene and its picture, and say so."""
 
     def draw() -> Figure:
-        from analysis.pages.report import scene_picture
+        from analysis.pages.drawing import scene_picture
 
         return scene_picture(scene)
 

@@ -298,6 +298,19 @@ def limits_of_people(files: tuple[Path, ...] = ()) -> tuple[Limit, ...]:
     return tuple(sorted(of_people, key=lambda one: (one.quantity, one.number)))
 
 
+# Limits of a contact force that no body sets: of a flow; and a second one for the same bar.
+NOT_OF_BODIES = ("flow_may_be_unstable", "flow_unstable", "chest_bar_pushing_back")
+
+
+def limits_of_bodies(files: tuple[Path, ...] = ()) -> list[Limit]:
+    """List the limits of a contact force that a body bears, smallest first."""
+    return [
+        one
+        for one in limits_of_people(files)
+        if one.quantity == "contact_largest" and one.name not in NOT_OF_BODIES
+    ]
+
+
 def above_key(limit: Limit) -> str:
     """Name the series of how many people are above a limit."""
     return f"above_{limit.name}"

@@ -13,10 +13,10 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize, to_hex
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_hex
 from matplotlib.figure import Figure
 
-from analysis.exposure.exposure import QUANTITIES, above_key, limits_of_people
+from analysis.exposure.exposure import QUANTITIES, above_key, limits_of_bodies, limits_of_people
 from analysis.film.frame import ENGINE, HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
 from analysis.film.summary import (
     JUMP,
@@ -186,23 +186,34 @@ def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
 # largest so many steps: both are finer than a screen.
 PLACE_M, STEPS = 1e-3, 1e4
 STOPS = 9
+# Of people: below all limits pale and cold; from limit to limit warmer and darker.
+BELOW, ABOVE = (
+    "#dfe7ee",
+    LinearSegmentedColormap.from_list("above", ["#fdc086", "#e6550d", "#7f0000"]),
+)
 
 
-def packed(reels: Sequence[Reel]) -> str:
-    """Pack a film for the page: JSON of whole numbers, gzip, base64.
+def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
+    """Pack a film for the page: JSON of whole numbers, gzip, base64; files: of users' limits.
 
     The same film gives the same text. The names of its keys are those that film.js reads."""
-    limits = [one for one in limits_of_people() if one.quantity == "contact_largest"]
+    limits = limits_of_bodies(files)
     shades = matplotlib.colormaps[SHADES](np.linspace(0, 1, STOPS))
     content = {
         "place": PLACE_M,
         "reels": [_reel(reel) for reel in reels],
         "limits": [{"number": one.number, "what": one.what, "source": one.cited} for one in limits],
+        "above": above_colours(len(limits)),
         "shades": [to_hex(shade) for shade in shades],
         "colours": {"known": BLUE, "open": ORANGE, "more": VERMILION, "less": BLUE, "head": PINK},
     }
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
+
+
+def above_colours(count: int) -> list[str]:
+    """Give the colours of people below all of so many limits, above the first, and so on."""
+    return [BELOW, *(to_hex(ABOVE(share)) for share in np.linspace(0, 1, count))]
 
 
 def _reel(reel: Reel) -> dict[str, Any]:
@@ -315,7 +326,6 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
         warnings=_warnings(words, reels),
         headlines=_headlines(words, reels, shared),
         still=still,
-        how=words.text("how"),
         data=packed(reels),
         sections=[
             Section(

@@ -18,7 +18,7 @@ from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows, Window, joined
 from analysis.engines import PENALTY, EngineError, engine
 from analysis.engines.guard import RunStoppedError
-from analysis.engines.run import EngineRun, run_ahead, run_folder
+from analysis.engines.run import EngineRun, run_ahead
 from analysis.exposure.exposure import exposure_values
 from analysis.motion.inference import (
     Difference,
@@ -40,7 +40,6 @@ from analysis.pages.numbers import (
     with_unit,
 )
 from analysis.scene.scene import Scene, read_scene
-from analysis.scene.shipped_scenes import variant
 from analysis.support.parallel import Progress
 from nscd import Snapshot
 from nscd.arrays import Floats, Indices
@@ -290,6 +289,8 @@ def _from_door(scene: Scene, snapshot: Snapshot) -> Floats:
     return distance
 
 
+# What nobody knows of a crowd, and a report varies.
+FACTORS = ("bodies", "friction", "push", "radius")
 # What two models are compared in, all at once.
 COMPARED = (*MEASURES, "wall_line_load")
 
@@ -320,6 +321,8 @@ class Ensemble:
     engine: str  # its name in commands
     series: Sequence[Series]  # one per replicate
     last_s: float  # s, how much of the end of each run counts
+    label: str = ""  # what it has of its own, in short
+    factor: str = ""  # what it varies, of FACTORS; nothing for the first model
 
     def windows(self, measure: str) -> list[Floats]:
         """Give the windows (w,) of each replicate that count. The flow and the lifetime of arches
@@ -384,11 +387,14 @@ def _differences(one: Ensemble, other: Ensemble) -> dict[str, Difference]:
     return differences(mine, theirs)
 
 
-# The other friction, of people and walls alike, that a scene without friction is run with.
-FRICTION = 0.4
-# From so many crowds on all models have all; else the costliest have the fewest that tell models
-# apart.
-MANY, FEW = 10, 3
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Model:
+    """Name a model of a scene and the runs of its replicates."""
+
+    title: str  # as that of Ensemble
+    label: str  # as that of Ensemble
+    factor: str  # as that of Ensemble
+    runs: Sequence[EngineRun]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -403,51 +409,6 @@ class MotionStudy:
     warnings: Sequence[str]  # what a reader should know
     limits: tuple[Path, ...] = ()  # files of users' limits
 
-    @property
-    def friction(self) -> float:
-        """The friction of all models."""
-        return self.scene.contact.friction
-
-    @property
-    def reference(self) -> Ensemble | None:
-        """The rigid model, where it ran."""
-        return next((one for one in self.ensembles if one.engine == "rigid"), None)
-
-
-def motion_runs(
-    scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], crowds: int, out: Path
-) -> dict[str, list[EngineRun]]:
-    """List the runs that a study needs, by the title of the model. Impulses are summed in all.
-
-    The first engine with springs runs at each stiffness, further ones at the first. Of ten crowds or
-    more all run everything. Of fewer only three run at the stiffnesses after the first, which cost
-    most, and further engines run crowd 0, since they agree with the first contact by contact."""
-    variants = [variant(scene, number).with_run(impulses=True) for number in range(crowds)]
-    soft = [known.NAME for known in PENALTY if known.NAME in engines]
-    runs: dict[str, list[EngineRun]] = {}
-    for name in engines:
-        for k in _stiffnesses(scene, name, soft, stiffnesses):
-            costly = name in soft and k != stiffnesses[0]
-            least = 1 if name in soft[1:] else FEW if costly else crowds
-            least = crowds if crowds >= MANY else least
-            made = [one.with_contact(stiffness_N_per_m=k) for one in variants[:least]]
-            title = model_title(made[0], name)
-            if len(made) < crowds:
-                title += f", {len(made)} replicates" if len(made) > 1 else ", one replicate"
-            runs[title] = [
-                EngineRun(scene=one, engine=name, folder=_folder(out, one, name, index))
-                for index, one in enumerate(made)
-            ]
-    return runs
-
-
-def _stiffnesses(
-    scene: Scene, name: str, soft: Sequence[str], stiffnesses: Sequence[float]
-) -> Sequence[float]:
-    if name not in soft:
-        return [scene.contact.stiffness_N_per_m]
-    return stiffnesses if name == soft[0] else stiffnesses[:1]
-
 
 def model_title(scene: Scene, name: str) -> str:
     """Name the model of a run: the engine with its stiffness or step, and friction where it has
@@ -460,40 +421,40 @@ def model_title(scene: Scene, name: str) -> str:
     return f"{engine_name(name)}, {setting}{friction}"
 
 
-def _folder(out: Path, scene: Scene, name: str, index: int) -> Path:
-    """Crowd by crowd, apart from the scene's own runs, which have no impulses."""
-    friction = scene.contact.friction
-    return run_folder(
-        out / (f"friction_{friction:g}" if friction else "") / f"crowd_{index}", scene, name
-    )
-
-
 def study_motion(
     scene: Scene,
-    runs: Mapping[str, Sequence[EngineRun]],
+    models: Sequence[Model],
     last_s: float,
     progress: Progress | None = None,
     limits: tuple[Path, ...] = (),
 ) -> MotionStudy:
     """Run what is not finished, on all cores, and read the series of all. A run that fails or is
     stopped is left out and named."""
-    run_ahead([run for every in runs.values() for run in every], progress)
+    run_ahead([run for model in models for run in model.runs], progress)
     ensembles: list[Ensemble] = []
     failures: list[str] = []
     warnings: list[str] = []
-    for title, every in runs.items():
+    for model in models:
         series = []
-        for index, run in enumerate(every):
+        for index, run in enumerate(model.runs):
             try:
                 series.append(read_series(run.folder, run.record().time_step_s, limits))
             except (EngineError, DumpError, StepError) as error:
-                said = f"{title}, crowd {index}: {error}"
+                said = f"{model.title}, replicate {index}: {error}"
                 (failures if isinstance(error, RunStoppedError) else warnings).append(said)
         if series:
             last = min(last_s, float(series[0].time[-1]))
-            name = every[0].engine
-            ensembles.append(Ensemble(title=title, engine=name, series=series, last_s=last))
-    crowds = max((len(every) for every in runs.values()), default=0)
+            ensembles.append(
+                Ensemble(
+                    title=model.title,
+                    engine=model.runs[0].engine,
+                    series=series,
+                    last_s=last,
+                    label=model.label,
+                    factor=model.factor,
+                )
+            )
+    crowds = max((len(model.runs) for model in models), default=0)
     return MotionStudy(
         scene=scene,
         ensembles=ensembles,
@@ -558,25 +519,6 @@ def least_words(found: Difference, unit: str) -> str:
     if not found.least:
         return "all equal"
     return percent(found.least, 2) if found.relative else with_unit(two(found.least), unit)
-
-
-def split(
-    found: Mapping[str, Difference], measures: Mapping[str, Measure]
-) -> tuple[list[tuple[str, str, str, str]], list[tuple[str, str]]]:
-    """Write the differences in these measures: those that are significant, with value and interval,
-    but for what stops; and the others, with the smallest that would have been seen."""
-    known = [(measures[key], one) for key, one in found.items() if key in measures]
-    differ = [
-        (measure.title, *difference_words(one, measure.unit))
-        for measure, one in known
-        if one.significant and not one.stops
-    ]
-    alike = [
-        (measure.title, least_words(one, measure.unit))
-        for measure, one in known
-        if not one.significant
-    ]
-    return differ, alike
 
 
 def difference_cell(found: Difference, unit: str) -> str:

@@ -16,6 +16,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from analysis.scene.scene import Scene
 from nscd import Contacts, Snapshot
 from nscd.arrays import Flags, Floats
 
@@ -143,3 +144,34 @@ def label_outer(panels: Any, x: str = "x (m)", y: str = "y (m)") -> None:
         axes.set_xlabel(x)
     for axes in panels[:, 0]:
         axes.set_ylabel(y)
+
+
+def scene_picture(scene: Scene) -> Figure:
+    """Draw the initial state: disks, walls, the door, and who moves or walks where."""
+    snapshot, drive = scene.snapshot, scene.drive
+    shown = snapshot.position
+    if drive and drive.goals:
+        shown = np.concatenate([shown, *(exit_.door for exit_ in drive.doors)])
+    size = size_of(shown, float(snapshot.radius.max()), 1)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.add_subplot()
+    draw_disks(axes, snapshot, PALE_BLUE)
+    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
+    velocity = (
+        drive.desired_velocity(snapshot.position, snapshot.ids) if drive else snapshot.velocity
+    )
+    moving = np.hypot(*velocity.T) > 0
+    if moving.any():
+        x, v = snapshot.position[moving], velocity[moving]
+        label = "desired direction" if drive else "velocity at the start"
+        length = 1.5 * snapshot.radius.mean() / np.hypot(*velocity.T).max()
+        draw_vectors(axes, x, length * v, color=ORANGE, width=0.003, label=label)
+    if drive:
+        for number, exit_ in enumerate(drive.doors):
+            (x0, y0), (x1, y1) = exit_.door
+            name = None if number else "door"
+            axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label=name)
+    if axes.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    frame(axes, shown, float(snapshot.radius.max()))
+    return figure

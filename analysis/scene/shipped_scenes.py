@@ -336,6 +336,27 @@ def variant(scene: Scene, number: int) -> Scene:
     return made
 
 
+def with_push(scene: Scene, push: float) -> Scene:
+    """Return a driven scene whose people push with `push` (N) in the mean: with the same speed and
+    a longer or shorter relaxation time."""
+    drive = scene.drive
+    assert drive is not None
+    own = float(drive.push(scene.snapshot.mass).mean())
+    slower = drive.model_copy(update={"relaxation_time_s": drive.relaxation_time_s * own / push})
+    return scene.model_copy(update={"drive": slower})
+
+
+def with_radius(scene: Scene, more: float) -> Scene:
+    """Return a scene whose radii are larger by `more` (m), its disks pushed apart where they then
+    overlap. Raises StepError where they cannot be, SceneError where somebody is then outside."""
+    larger = dataclasses.replace(scene.snapshot, radius=scene.snapshot.radius + more)
+    crowd = apart(larger, scene.wall_segments())
+    rest = {"reconciliation": None, "other_frames": None, "other_crowds": ()}
+    made = scene.model_copy(update=rest | {"snapshot": crowd})
+    made.check(scene.name)
+    return made
+
+
 def how_varied(scene: Scene, crowds: int) -> str:
     """Say in words what so many crowds of a scene differ in."""
     if scene.name in SEEDED and _is_shipped(scene):

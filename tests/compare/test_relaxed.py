@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.compare.study import study
-from analysis.pages.approach import moved_between
+from analysis.report.approach import moved_between
 from analysis.scene.shipped_scenes import make
 from tests.engines.at_hand import require
 

@@ -117,43 +117,44 @@ def check_vtk(folder, largest):
 
 def check_page(address, largest):
     with opened(address, 1300) as page:
-        page.wait_for_function("document.querySelector('#now').textContent.includes('Frame')")
-        page.locator("#canvas").focus()
+        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        page.locator(".canvas").focus()
         page.keyboard.press("End")
-        said = page.locator("#now").inner_text()
-        assert said.startswith("Frame 40, 0.02 s: 55 people, largest")
-        number = float(said.split("largest")[1].split("N")[0].replace("\u202f", ""))
+        said = page.locator(".now").inner_text()
+        assert said.startswith("0.02 s (frame 40): 55 people, largest contact force")
+        number = float(said.split("force")[1].split("N")[0].replace("\u202f", ""))
         assert number == pytest.approx(largest["lammps", "40"], abs=1.0)
-        titles = page.locator("#view option").all_inner_texts()
+        titles = page.locator(".view option").all_inner_texts()
         assert [title.split(",")[0] for title in titles] == [
-            "LAMMPS", "percussions", "LAMMPS − percussions", "rigid model",
+            "soft (LAMMPS)", "rigid (percussions)", "soft − rigid", "rigid (time steps)",
         ]  # fmt: skip
         page.keyboard.press("m")
-        assert "percussions solved" in page.locator("#now").inner_text()
-        page.locator("#person").fill("4")
-        table = page.locator("#contacts table")
+        assert "percussions solved" in page.locator(".now").inner_text()
+        page.locator(".film summary").click()
+        page.locator(".person").fill("4")
+        table = page.locator(".contacts table")
         assert table.locator("caption").inner_text().startswith("Person 4: contacts ")
         assert table.locator("th").all_inner_texts() == ["with", "force", "can be", "determined"]
-        box = page.locator("#canvas").bounding_box()
+        box = page.locator(".canvas").bounding_box()
         seen = set()
         for x in range(8):  # whom the pointer meets on its way
             page.mouse.move(box["x"] + box["width"] * (0.3 + x / 20), box["y"] + box["height"] / 2)
-            seen.add(page.locator("#person").input_value())
+            seen.add(page.locator(".person").input_value())
         assert len(seen) > 2
         page.emulate_media(reduced_motion="reduce")
-        page.locator("#canvas").press("Home")
-        page.locator("#canvas").press(" ")
-        assert page.locator("#play").inner_text() == "Pause"
+        page.locator(".canvas").press("Home")
+        page.locator(".canvas").press(" ")
+        assert page.locator(".play").inner_text() == "Pause"
         page.wait_for_timeout(300)  # with less motion a frame stands for a second
-        assert page.locator("#frame").input_value() == "0"
-        page.locator("#play").click()
+        assert page.locator(".frame").input_value() == "0"
+        page.locator(".play").click()
         plain = page.context.browser.new_page(java_script_enabled=False)
         plain.goto(address)
         assert plain.locator("noscript img, #viewer img").first.is_visible()
-        assert not plain.locator("#film").is_visible()
+        assert not plain.locator(".film").is_visible()
     with opened(address, 390) as page:
-        page.wait_for_function("document.querySelector('#now').textContent.includes('Frame')")
-        assert page.locator("#canvas").bounding_box()["width"] <= 390
+        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        assert page.locator(".canvas").bounding_box()["width"] <= 390
 
 
 def test_a_frame_that_is_not_solved_is_said_everywhere(percussions, tmp_path):

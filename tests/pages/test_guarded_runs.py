@@ -6,7 +6,7 @@ import re
 import pytest
 
 from analysis.compare.study import study
-from analysis.pages.report import write_report
+from analysis.report.page import Reported, write_report
 from analysis.scene.scene import read_scene
 
 
@@ -24,7 +24,9 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
     scene = read_scene("four_disks").with_contact(restitution=0.9)
     scene = scene.with_run(time_step_s=1e-5, duration_s=0.3, frames=200)
     made = study(scene, ["lammps"], [1e6, 1e2], tmp_path / "runs")
-    page = write_report([made], tmp_path / "report", "percussions report four_disks").read_text()
+    page = write_report(
+        [Reported(study=made)], tmp_path / "report", "percussions report four_disks"
+    ).read_text()
     assert re.search(
         r'role="alert"><h3 class="alarm">.*<li>lammps, k = 100 N/m: .*'
         "stopped by its guard: overlap",
@@ -43,7 +45,8 @@ def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(percussions, tmp
     done = percussions("report", *scenes, "--engine", "lammps", "--seeds", 0)
     assert done.returncode == 1
     page = (tmp_path / "report/index.html").read_text()
-    assert re.search(r'role="alert"><h3 class="alarm">.*No run of this scene can be used', page)
+    assert re.search(r'role="alert"><h3 class="alarm">.*stopped by its guard', page)
+    assert "No run of this scene can be used" in page
     numbers = json.loads((tmp_path / "report/numbers.json").read_text())
     assert {name: len(scene["runs"]) for name, scene in numbers.items()} == {"pair": 1, "pair_2": 0}
     assert re.search(

@@ -5,13 +5,15 @@ import re
 
 import pytest
 
-from analysis.engines.softness import known_bodies
-from analysis.motion.report import in_motion, motion_of
-from analysis.motion.study import MEASURES
+from analysis.engines.softness import softness
+from analysis.motion.study import study_motion
+from analysis.report.first import four, marks_of, range_of, verdicts
+from analysis.report.page import limits_table
+from analysis.report.runs import motion_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from tests.pages.browser import BROWSER, opened
 from tests.forked import as_program, in_fork
-from tests.pages.browser import BROWSER, opened, rows_of
 
 MINE = """
 [[limit]]
@@ -41,85 +43,81 @@ def reported(tmp_path_factory):
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium (apt-get install chromium)")
-def test_page_loads_offline_and_its_numbers_are_in_the_text(reported):
+@pytest.mark.parametrize("width", [1300, 400])
+def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reported, width):
     printed, folder = reported
     address = printed.strip().splitlines()[-1]
-    numbers = json.loads((folder / "report/numbers.json").read_text())
-    with opened(address, 390) as page:
-        assert page.locator("body > section:not(#reproduce)").count() == 4
-        moving = rows_of(page, "arch-in-motion", "Forces and flow")
-        for row, found in zip(
-            moving,
-            next(iter(numbers["arch"]["in_motion"]["models"].values())).values(),
-            strict=True,
-        ):
-            if found["unit"] in ("N", "N/m"):
-                text = row["LAMMPS, k = 10⁶ N/m"].split(" (")[0].replace("\u202f", "")
-                assert float(text) == pytest.approx(found["mean"], rel=0.06, abs=0.06)
-        glance = page.locator("#arch-at-a-glance").inner_text()
-        assert "Everybody pushes with 300 N" in glance
-        assert "does not reduce to mechanical" in glance
-        first = page.locator("body > section").first.get_attribute("id")
-        assert first == "arch-at-a-glance"
-        bearing = rows_of(page, "arch-at-a-glance", "People above each limit")
-        model = "LAMMPS, k = 10⁶ N/m"
-        named = numbers["arch"]["in_motion"]["exposure"][model]["above_asphyxia_minutes"]
-        (row,) = (row for row in bearing if row["limit"] == "1\u202f112 N")
-        assert float(row[model].split(" (")[0]) == pytest.approx(named["mean"], abs=0.5)
-        entries = page.locator("nav a").all_text_contents()
-        assert entries == page.locator("body > section:not(#reproduce) h2").all_text_contents()
+    motion = json.loads((folder / "report/numbers.json").read_text())["arch"]["in_motion"]
+    with opened(address, width) as page:
+        page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        first = page.locator("body > section").first
+        assert first.get_attribute("id") == "arch-at-a-glance"
+        seen = page.locator(".glance .ranges, .glance canvas, .glance .quiet:visible")
+        ends = seen.evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")
+        assert len(ends) > 6
+        assert max(ends) <= 844
+        said = page.locator(".lead").inner_text() + " " + page.locator(".glance").inner_text()
+        assert len(re.findall(r"[^ \n]*\w[^ \n]*", said)) <= 120
+        assert "20 disks, each pushing towards the door with 300 N, for 0.4 s" in said
+        assert "if it lasts 4–6 minutes" in said
+        values = page.locator(".glance .value").all_inner_texts()
+        for text, found in zip(values, motion["four"].values(), strict=True):
+            ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
+            assert ends[0] == pytest.approx(found["range"][0], rel=0.06, abs=0.06)
+            assert ends[-1] == pytest.approx(found["range"][1], rel=0.06, abs=0.06)
+        titles = page.locator(".view option").all_text_contents()
+        assert titles == ["soft (LAMMPS)", "rigid (percussions)", "soft − rigid"]
+        page.locator("summary").evaluate_all("all => all.forEach(one => one.click())")
         said = page.locator("li").all_text_contents()
         assert len(set(said)) == len(said)
+        assert "does not reduce to mechanical" in page.locator("#arch-assumptions").inner_text()
         for picture in page.locator("figure a[title]").all():
             file = folder / "report" / picture.get_attribute("href")
             assert file.stat().st_size > 1000
             assert file.with_suffix(".pdf").stat().st_size > 1000
-    for run in numbers["arch"]["runs"]:
-        assert (
-            (folder / "report" / run["csv"])
-            .read_text()
-            .startswith("first,second,is_wall,nx,ny,gap_m,penalty_x_N")
-        )
 
 
-def test_a_section_compares_lammps_with_the_rigid_model_and_says_what_friction_changes(reported):
+def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     _, folder = reported
-    moving = motion_of(
-        read_scene(folder / "arch.toml"), ["lammps", "rigid"], [1e6], 3, folder / "out"
-    )
-    assert all(run.is_finished() for runs in moving.runs.values() for run in runs)
-    assert [len(every) for every in moving.runs.values()] == [3, 3]
-    assert all("μ = 0.4" in name for name in moving.rough)
+    scene = read_scene(folder / "arch.toml")
+    models = motion_of(scene, ["lammps", "rigid"], [1e6], 3, folder / "out")
+    assert all(run.is_finished() for model in models for run in model.runs)
+    assert [(model.factor, model.label) for model in models] == [
+        ("", "rigid bodies"),
+        ("bodies", "stiff bodies, 1\u202f000 kN/m"),
+        ("bodies", "soft bodies, 5.9 kN/m"),
+        ("friction", "friction 0.4"),
+        ("push", "push 100 N"),
+        ("radius", "radius − 1 cm"),
+        ("radius", "radius + 1 cm"),
+    ]
+    base, *varied = ([run.scene for run in model.runs] for model in models)
+    mean = [float(one[0].snapshot.radius.mean()) for one in (base, varied[4], varied[5])]
+    assert mean[1:] == pytest.approx([mean[0] - 0.01, mean[0] + 0.01])
+    pushed = varied[3][0]
+    assert pushed.drive.push(75.0) == pytest.approx(100.0)
+    assert pushed.drive.speed_m_per_s == base[0].drive.speed_m_per_s
+    assert softness(varied[1][0]) == pytest.approx(6.0, rel=0.02)
     own = folder / "mine.toml"
     own.write_text(MINE)
-    made = in_motion(moving.scene, moving, 0.2, limits=(own,))
-    assert not made.failures
-    smooth, rough = made.sections
-    for section in made.sections:
-        (table,) = section.tables
-        assert len(table.rows) == len(MEASURES)
-    assert "300 N" in " ".join(smooth.introduction)
-    first = made.first
-    assert "Everybody pushes with **300 N**" in first.words[0]
-    assert "Green Guide" in first.words[0]
-    people, limits, ladder = first.tables
-    for name, one in zip(ladder.head[1:], known_bodies().values(), strict=True):
-        assert name.startswith(f"{one.words}, ")
-    assert len(ladder.rows) == 6
-    assert len(limits.rows) == 9
-    assert "above_mine" in made.numbers["exposure"]["LAMMPS, k = 10⁶ N/m"]
-    assert [row[-1] for row in limits.rows if "my own" in row[1]] == ["my report, 2026"]
-    counts = [float(row[3].split(" ")[0]) for row in limits.rows[:7]]
+    study = study_motion(scene, models, 0.2, limits=(own,))
+    assert not study.failures
+    for key in four(study):
+        found = range_of(study, key)
+        for one in study.ensembles:
+            interval = one.interval(key)
+            assert found.low <= interval.low <= interval.mean <= interval.high <= found.high
+        least, most = found.factors["push"]
+        means = sorted(study.ensembles[k].interval(key).mean for k in (0, 4))
+        assert [least, most] == means
+    table = limits_table([study], (own,))
+    assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]
+    forces = [row for row in table.rows if row[1] == "largest contact force"]
+    counts = [float(row[3].split(" ")[0]) for row in forces]
     assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
-    assert [row[0] for row in people.rows][-1] == "load on the worst metre of wall (kN/m)"
-    said = " ".join(smooth.words)
-    assert "rigid model" in said
-    assert "Friction 0.4" not in said
-    assert re.search("[Ff]riction 0.4", " ".join(rough.words))
-    lammps = made.numbers["models"]["LAMMPS, k = 10⁶ N/m"]["contact_mean"]
-    assert lammps["range_90"][0] <= lammps["mean"] <= lammps["range_90"][1]
-    assert made.numbers["other_friction"]["friction"] == 0.4
-    assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, folder) is None
+    assert any("**Friction 0.4** against rigid bodies" in said for said in verdicts(study))
+    assert 500.0 in marks_of(study, "contact_largest")
+    assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, folder) == []
 
 
 def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
@@ -128,10 +126,9 @@ def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):
     page = (tmp_path / "report/index.html").read_text()
     assert "Heads are not bodies" in page
     # without replicates there is a first screen, which claims no interval
-    assert page.index('<section id="gate-at-a-glance">') < page.index("<h2>Contents</h2>")
     assert "has no replicates" in page
-    assert "Everybody pushes with" in page
-    assert "stand above" not in re.sub(r"\s+", " ", page)
+    assert "each pushing towards the door with <strong>150 N</strong>" in page
+    assert 'class="ranges' not in page
     assert "in_motion" not in json.loads((tmp_path / "report/numbers.json").read_text())["gate"]
 
 

@@ -4,9 +4,9 @@ allow."""
 import numpy as np
 import pytest
 
-from analysis.pages.approach import fit_power
-from analysis.pages.report import _trends
 from analysis.pages.words import Words
+from analysis.report.approach import fit_power
+from analysis.report.contacts import _trends
 from analysis.scene import Crowd, room
 from analysis.scene.waiting import opposing
 
@@ -23,7 +23,9 @@ def run(engine, stiffness, difference):
 
 def trends(*runs, moved=0.0):
     engines = {run["engine"] for run in runs}
-    return _trends(Words("analysis.pages", kind="force"), runs, dict.fromkeys(engines, moved))
+    return _trends(
+        Words("analysis.report.contacts", kind="force"), runs, dict.fromkeys(engines, moved)
+    )
 
 
 def test_engines_that_agree_share_a_sentence():
@@ -50,7 +52,7 @@ def test_other_positions_allow_no_conclusion_however_many_stiffnesses():
 
 def test_runs_begun_anew_from_one_configuration_allow_a_conclusion():
     runs = [run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)]
-    words = Words("analysis.pages", kind="force")
+    words = Words("analysis.report.contacts", kind="force")
     (said,) = _trends(words, runs, {"lammps": 0.031}, frozenset({"lammps"}))
     assert "settled up to 0.031 m elsewhere" in said
     assert said.count("**approach each other**") == 3
@@ -90,6 +92,4 @@ def test_no_trend_of_one_stiffness_or_of_no_number(difference):
 def test_who_pushes_where(doors, said):
     drive = room("hall", 6, 3, doors, Crowd(people=6)).drive
     of_film = Words("analysis.film").text("push", push=(100.0, 100.0), drive=drive)
-    of_motion = Words("analysis.motion").text("push", least=100.0, most=100.0, ways=drive.ways)
-    for words in (of_film, of_motion):
-        assert f"Everybody pushes {said} with" in words
+    assert f"Everybody pushes {said} with" in of_film

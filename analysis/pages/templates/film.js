@@ -1,33 +1,35 @@
 "use strict";
-// The viewer of a film: unpacks the numbers of viewer.py and draws them. Nothing is loaded.
-(async () => {
-  const $ = (id) => document.getElementById(id);
+// The viewers of a page: each unpacks the numbers that film/page.py packed, and draws them. Nothing is loaded.
+document.querySelectorAll(".film").forEach(async (root) => {
+  const $ = (name) => root.querySelector(`.${name}`);
   const [play, slider, views, colours, person, now, canvas, legend, table] =
     ["play", "frame", "view", "colour", "person", "now", "canvas", "legend", "contacts"].map($);
-  $("film").hidden = false;
+  const key = $("key"), still = matchMedia("(prefers-reduced-motion: reduce)");
+  root.hidden = false;
   if (!("DecompressionStream" in window)) {
     now.textContent = "This browser cannot unpack the film; its pictures and tables are below.";
     return;
   }
   const scales = {};
-  const film = await unpacked($("packed").textContent.trim());
-  const still = matchMedia("(prefers-reduced-motion: reduce)");
+  const film = await unpacked($("packed").innerHTML.trim());
   // what can be shown: each model of each reel and, where their units are the same, the difference
   const shown = [];
   film.reels.forEach((reel, number) => {
     decode(reel);
-    const of = reel.engine ? `, places of ${reel.engine}` : "";
+    const of = reel.engine && film.reels.length > 1 ? `, positions of ${reel.engine}` : "";
+    const soft = reel.units.percussions ? `soft (${reel.engine})` : `rigid (${reel.engine.replace("rigid model", "time steps")})`;
     Object.keys(reel.units).forEach((model, place) => {
-      const title = model === "engine" ? reel.engine : reel.engine ? `percussions${of}` : reel.title;
+      const title = model === "engine" ? soft : reel.engine ? `rigid (percussions)${of}` : reel.title;
       shown.push({ reel, number, kind: "force", place, title, unit: reel.units[model] });
     });
     if (reel.units.engine && reel.units.engine === reel.units.percussions)
-      shown.push({ reel, number, kind: "difference", title: `${reel.engine} − percussions${of}`, unit: "N" });
+      shown.push({ reel, number, kind: "difference", title: `soft − rigid${of}`, unit: "N" });
   });
   shown.forEach((one, i) => views.add(new Option(one.title, i)));
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
   views.value = middle;
   slider.max = film.reels[0].frames.length - 1;
+  if (root.dataset.at === "end") slider.value = slider.max;
 
   let chosen = -1;  // a person's place among the ids of the reel
   let timer = 0, box;
@@ -75,6 +77,11 @@
     return `rgb(${from.map((value, k) => Math.round(value + (place - low) * (to[k] - value)))})`;
   }
 
+  // of a person: forces by the limits that they exceed, percussions in shades
+  function tint(most, unit) {
+    return unit === "N" ? film.above[film.limits.filter((limit) => most > limit.number).length] : shade(most / scales[unit]);
+  }
+
   function number(value, unit) {
     if (value === null) return "–";
     const digits = value && Math.abs(value) < 10 ? 1 : 0;
@@ -92,7 +99,8 @@
     const of = (k, pick) => all.reduce((best, one) => pick(best, one[k]), all[0][k]);
     const [x0, x1, y0, y1] = [of(0, Math.min), of(0, Math.max), of(1, Math.min), of(1, Math.max)];
     const width = canvas.clientWidth, across = x1 - x0 + 2 * margin, up = y1 - y0 + 2 * margin;
-    const scale = Math.min(width / across, 0.75 * Math.max(innerHeight, 480) / up), sharp = devicePixelRatio || 1;
+    const tall = (width < 480 ? 0.24 : 0.58) * Math.max(innerHeight, 560);
+    const scale = Math.min(width / across, tall / up), sharp = devicePixelRatio || 1;
     canvas.style.height = `${scale * up}px`;
     canvas.width = width * sharp;
     canvas.height = scale * up * sharp;
@@ -132,9 +140,9 @@
         const [x, y] = to(frame.at.get(one));
         pen.beginPath();
         pen.arc(x, y, scale * film.place * reel.radius[one], 0, 2 * Math.PI);
-        pen.fillStyle = by === "force" && most.get(one) ? shade(most.get(one) / scales[unit]) : "#f2f2f2";
+        pen.fillStyle = by === "force" && most.get(one) ? tint(most.get(one), unit) : "#f2f2f2";
         pen.fill();
-        pen.lineWidth = one === chosen ? 4 : 0.8;
+        pen.lineWidth = one === chosen ? 4 : Math.min(0.8, 0.1 * scale * film.place * reel.radius[one]);
         pen.strokeStyle = one === chosen ? "#000" : "#666";
         pen.stroke();
       });
@@ -142,8 +150,9 @@
         const size = carried(frame, i);
         if (!size) return;
         const line = [[to(frame.at.get(a)), to(end(reel, frame, i))]];
-        const width = Math.max(1, 10 * Math.min(1, Math.abs(size) / scales[unit]));
-        if (by === "force") stroke(pen, "#fff", width + 2, line);
+        const widest = Math.min(10, 1.2 * scale * film.place * reel.radius[a]);
+        const width = Math.max(widest / 10, widest * Math.min(1, Math.abs(size) / scales[unit]));
+        if (by === "force") stroke(pen, "#fff", width + widest / 6, line);
         const { colour, dash } = look(by, frame, i, size);
         stroke(pen, colour, width, line, dash);
       });
@@ -179,12 +188,13 @@
     const { reel, unit } = view();
     let most = 0;
     if (frame.a) frame.a.forEach((_, i) => { most = Math.max(most, Math.abs(carried(frame, i) || 0)); });
-    const solved = frame.s === "solved" ? "; percussions solved" : `; percussions ${frame.s}: ${frame.why}`;
+    const rigid = reel.units.percussions && (view().kind === "difference" || isRigid());
+    const solved = frame.s !== "solved" ? `; percussions ${frame.s}: ${frame.why}` : rigid ? "; percussions solved" : "";
     const jump = reel.jumps.includes(frame.n) ? "; a number jumps since the frame before" : "";
-    const what = view().kind === "difference" ? "largest difference" : "largest";
-    now.textContent = `Frame ${frame.n}, ${frame.t.toFixed(2)} s: ${frame.p ? frame.p.length : 0} people, `
+    const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest contact force" : "largest percussion";
+    now.textContent = `${frame.t.toFixed(2)} s (frame ${frame.n}): ${frame.p ? frame.p.length : 0} people, `
       + `${what} ${number(most, unit)}${reel.units.percussions ? solved : ""}${jump}.`;
-    now.className = frame.s === "solved" || !reel.units.percussions ? "" : "alarm";
+    now.classList.toggle("alarm", frame.s !== "solved" && "percussions" in reel.units);
     slider.setAttribute("aria-valuetext", now.textContent);
   }
 
@@ -197,7 +207,7 @@
         : `Person ${reel.ids[chosen]} is not in this frame.`;
       return;
     }
-    const head = kind === "difference" ? ["with", reel.engine, "percussions", "difference"]
+    const head = kind === "difference" ? ["with", "soft", "rigid", "difference"]
       : isRigid() ? ["with", "force", "can be", "determined"] : ["with", "force"];
     if (unit !== "N") head[head.indexOf("force")] = "percussion";
     let sum = 0;
@@ -229,29 +239,17 @@
     const { reel, unit, kind } = view(), by = kind === "difference" ? kind : colours.value;
     const line = (colour, dash, text) => `<li><span class="line" style="border-color:${colour};border-top-style:${dash ? "dashed" : "solid"}"></span> ${text}</li>`;
     legend.innerHTML = reel.frames.some((frame) => frame.h) ? "<p>A dot is where the head was filmed.</p>" : "";
-    if (by === "difference") legend.innerHTML += `<ul>${line(film.colours.more, false, "more in the engine")}${line(film.colours.less, true, "more in the percussions")}</ul>`;
-    if (by === "open") legend.innerHTML += `<ul>${line(film.colours.known, false, "determined by the balance of these disks")}${line(film.colours.open, true, "open within the range of the table")}${line("#666", true, "not known")}</ul>`;
+    if (by === "difference") legend.innerHTML += `<ul>${line(film.colours.more, false, "more in soft bodies")}${line(film.colours.less, true, "more in rigid bodies")}</ul>`;
+    if (by === "open") legend.innerHTML += `<ul>${line(film.colours.known, false, "fixed by equilibrium")}${line(film.colours.open, true, "not unique: within the range of the table")}${line("#666", true, "not known")}</ul>`;
+    key.textContent = "";
     if (by !== "force") return;
-    const bar = document.createElement("div"), rows = document.createElement("ul");
-    bar.className = "bar";
-    bar.style.background = `linear-gradient(to right, ${film.shades.join(",")})`;
-    const mark = (tag, share, text) => {
-      const one = document.createElement(tag);
-      one.style.left = `${100 * share}%`;
-      one.textContent = text;
-      bar.append(one);
-    };
-    [0, 0.5, 1].forEach((share) => mark("span", share, number(share * scales[unit])));
-    let before = -1;
-    (unit === "N" ? film.limits : []).forEach((limit, k) => {
-      const letter = String.fromCharCode(97 + k), share = limit.number / scales[unit], row = document.createElement("li");
-      if (share <= 1) { mark("i", share, ""); if (share - before > 0.03) { mark("b", share, letter); before = share; } }
-      row.textContent = `${letter}: ${number(limit.number, "N")}, ${limit.what} (${limit.source})${share > 1 ? "; beyond this scale" : ""}`;
-      rows.append(row);
-    });
-    const title = document.createElement("p");
-    title.textContent = unit === "N" ? "Largest contact force of a person (N), with limits:" : `Largest percussion at a person (${unit})`;
-    legend.append(title, bar, rows);
+    const rows = film.limits.map((limit, k) => [film.above[k + 1], `above ${number(limit.number, "N")}`, `${limit.what} (${limit.source})`]);
+    const few = unit === "N" ? rows.map(([colour, text], k) => `<span><i style="background:${colour}"></i> ${text.replace(k ? "above " : "", "")}</span>`)
+      : [`<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i> 0 to ${number(scales[unit], unit)}`];
+    key.innerHTML = few.join(" ");
+    const list = document.createElement("ul");
+    if (unit === "N") list.append(...rows.map(([, text, what]) => Object.assign(document.createElement("li"), { textContent: `${text}: ${what}` })));
+    legend.append(list);
   }
 
   function pause() { clearInterval(timer); timer = 0; play.textContent = "Play"; }
@@ -291,4 +289,4 @@
     if (act) { event.preventDefault(); act(); }
   };
   renew();
-})();
+});

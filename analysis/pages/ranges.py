@@ -1,0 +1,88 @@
+"""Ranges as bars on one axis, with limits as marks: what a page shows beside its words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.pages.numbers import decimals, significant
+
+# Marks nearer than this share of the axis have one label.
+APART = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bar:
+    """Hold a mean with its range, and a wider range behind it.
+
+    label: nothing where a chart has one bar
+    text: the range in words
+    """
+
+    mean: float
+    low: float
+    high: float
+    label: str = ""
+    text: str = ""
+    widest: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chart:
+    """Hold the bars of one quantity, on an axis from 0 to `top`.
+
+    text: the result in words
+    marks: limits, in the unit
+    """
+
+    title: str
+    unit: str
+    text: str
+    bars: Sequence[Bar]
+    marks: Sequence[float] = ()
+    most: float | None = None
+
+    @property
+    def top(self) -> float:
+        """The end of the axis: a round number above all bars, and above a mark that is near."""
+        if self.most is not None:
+            return self.most
+        ends = [max(bar.mean, bar.high, *(bar.widest or ())) for bar in self.bars]
+        highest = max((end for end in ends if math.isfinite(end)), default=0.0)
+        highest = max([highest, *(mark for mark in self.marks if mark <= 1.5 * highest)]) or 1.0
+        scale = 10.0 ** math.floor(math.log10(highest))
+        return next(
+            step * scale for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * scale >= highest
+        )
+
+    def share(self, value: float) -> float:
+        """Give the place of a value on the axis, in per cent."""
+        return round(100 * min(max(value / self.top, 0.0), 1.0), 2)
+
+    @property
+    def shown(self) -> list[float]:
+        """The marks on this axis."""
+        return [mark for mark in self.marks if mark <= self.top]
+
+    @property
+    def labelled(self) -> list[tuple[float, str]]:
+        """The marks that have a label, largest first where two are near, with the label."""
+        found: list[float] = []
+        for mark in sorted(self.shown, reverse=True):
+            if not found or found[-1] - mark > APART * self.top:
+                found.append(mark)
+        return [(mark, decimals(mark, 0)) for mark in found]
+
+    @property
+    def ticks(self) -> list[tuple[float, str]]:
+        """The ends and the middle of the axis, in words."""
+        if self.most is not None:
+            return [(end, decimals(end, 0)) for end in (0.0, self.most)]
+        return [(self.top * k / 2, short(self.top * k / 2)) for k in range(3)]
+
+
+def short(value: float) -> str:
+    """Write a number of an axis with two digits: 12 000, 0.5."""
+    rounded = float(f"{value:.2g}")
+    return decimals(rounded, 0) if rounded >= 10 else significant(rounded, 2)

@@ -1,0 +1,198 @@
+"""The first screen of a scene: its film, and four numbers as ranges over what nobody knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from analysis.exposure.exposure import above_key, limits_of_bodies, limits_of_people
+from analysis.exposure.exposure import Limit, known_limits
+from analysis.motion.inference import ALPHA
+from analysis.motion.study import difference_words, least_words, two
+from analysis.motion.study import Measure
+from analysis.motion.study import FACTORS, Ensemble, MotionStudy
+from analysis.pages.numbers import significant
+from analysis.pages.ranges import Bar, Chart
+from analysis.pages.words import Words
+from analysis.scene.scene import Scene
+
+# The limit whose people are counted on the first screen.
+NAMED = "asphyxia_minutes"
+REPLICATES = "replicates"
+# Of what models are compared in, in a sentence.
+SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
+
+
+def named_limit(study: MotionStudy) -> Limit:
+    """Give the limit that the first screen counts people above."""
+    return next(one for one in limits_of_people(study.limits) if one.name == NAMED)
+
+
+def four(study: MotionStudy) -> Mapping[str, Measure]:
+    """Name the four numbers of a first screen by their series."""
+    limit = named_limit(study)
+    above = f"people above {significant(limit.number, 4)} N at once"
+    return {
+        "contact_largest": Measure(title="largest contact force", unit="N"),
+        "wall_line_load": Measure(title="load on the worst metre of wall", unit="kN/m"),
+        above_key(limit): Measure(title=above, unit=f"of {len(study.scene.snapshot)}"),
+        "flow": Measure(title="people through the door", unit="per s"),
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """Hold a quantity over everything that was varied.
+
+    low, high: of all models, each with the range of 90 % of its moments
+    factors: by what each factor changes the mean: its least and its largest, widest first
+    """
+
+    low: float
+    high: float
+    factors: Mapping[str, tuple[float, float]]
+
+
+def range_of(study: MotionStudy, key: str) -> Range:
+    """Find the range of a quantity, and what widens it."""
+    first = study.ensembles[0]
+    ends = [end for one in study.ensembles for end in _ends(one, key)]
+    means = {
+        factor: [one.interval(key).mean for one in study.ensembles if one.factor in ("", factor)]
+        for factor in FACTORS
+    }
+    sample = first.sample(key)
+    means[REPLICATES] = [float(value) * sample.unit for value in sample.values]
+    spans = {factor: (min(each), max(each)) for factor, each in means.items() if len(each) > 1}
+    widest = sorted(spans, key=lambda factor: spans[factor][0] - spans[factor][1])
+    return Range(low=min(ends), high=max(ends), factors={one: spans[one] for one in widest})
+
+
+def _ends(one: Ensemble, key: str) -> tuple[float, float]:
+    """The range of a model; its mean where it has one replicate."""
+    found = one.interval(key)
+    low, high = (end if isfinite(end) else found.mean for end in (found.low, found.high))
+    return low, high
+
+
+def marks_of(study: MotionStudy, key: str) -> list[float]:
+    """List the limits that are drawn beside a quantity: of bodies, and the ends of the barriers'."""
+    if key == "contact_largest":
+        return [one.number for one in limits_of_bodies(study.limits)]
+    if key != "wall_line_load":
+        return []
+    barriers = [one.number for one in known_limits(study.limits) if one.quantity == key]
+    return [min(barriers), max(barriers)]
+
+
+def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
+    """Draw the four numbers, each as one bar, or (every) with a bar for each model."""
+    made = []
+    for key, measure in four(study).items():
+        whole = range_of(study, key)
+        text = f"{between(whole.low, whole.high)} {measure.unit}"
+        shown = study.ensembles if every else study.ensembles[:1]
+        bars = []
+        for one in shown:
+            low, high = _ends(one, key)
+            bars.append(
+                Bar(
+                    label=one.label if every else "",
+                    mean=one.interval(key).mean,
+                    low=low,
+                    high=high,
+                    text=between(low, high) if every else "",
+                    widest=None if every else (whole.low, whole.high),
+                )
+            )
+        title = measure.title[0].upper() + measure.title[1:]
+        most = float(len(study.scene.snapshot)) if measure.unit.startswith("of ") else None
+        made.append(
+            Chart(title=title, unit=measure.unit, text=text, bars=bars, most=most,
+                  marks=marks_of(study, key))
+        )  # fmt: skip
+    return made
+
+
+def between(low: float, high: float) -> str:
+    """Write a range with two digits; one number where its ends read the same."""
+    least, most = two(low), two(high)
+    return least if least == most else f"{least}–{most}"
+
+
+def matters(study: MotionStudy, key: str = "contact_largest") -> list[tuple[str, str]]:
+    """Name what changes a quantity most, widest first, and by how much: by a factor, or where it
+    can be nothing, from what to what."""
+    return [
+        (factor, f"×{significant(most / least, 2)}" if least > 0 else f"{two(least)}–{two(most)}")
+        for factor, (least, most) in range_of(study, key).factors.items()
+    ]
+
+
+def lead(scene: Scene) -> str:
+    """Say what was simulated and what pushes."""
+    drive = scene.drive
+    words = Words(__name__)
+    push: tuple[float, float] | None = None
+    if drive is not None:
+        every = drive.push(scene.snapshot.mass)
+        push = float(every.min()), float(every.max())
+    return words.text("lead", people=len(scene.snapshot), push=push, ways=drive.ways if drive else 0,
+                      duration=scene.run.duration_s)  # fmt: skip
+
+
+def notes(study: MotionStudy) -> list[str]:
+    """Say how to read the bars, what matters most, and for how long the limit must last."""
+    words = Words(__name__)
+    most = matters(study)
+    return [
+        words.text("bars", first=study.ensembles[0].label),
+        words.text("matters", most=most) if len(most) > 1 else "",
+        words.text("lasting", limit=named_limit(study), duration=study.scene.run.duration_s),
+    ]
+
+
+def verdicts(study: MotionStudy) -> list[str]:
+    """Say in one line each how every model differs from the first one in the four numbers."""
+    words, said = Words(__name__), []
+    first, titles = study.ensembles[0], four(study)
+    for one in study.ensembles[1:]:
+        found = {key: each for key, each in one.differences(first).items() if key in SHORT}
+        if not found:
+            continue
+        differ, alike = [], []
+        for key, each in found.items():
+            unit, title = titles[key].unit.replace("per s", "1/s"), SHORT[key]
+            if each.probability <= ALPHA:
+                differ.append((title, *difference_words(each, unit)))
+            else:
+                alike.append((title, least_words(each, unit)))
+        said.append(words.text("verdict", label=one.label, first=first.label, differ=differ,
+                               alike=alike))  # fmt: skip
+    return said
+
+
+def numbers(study: MotionStudy) -> dict[str, object]:
+    """Give the four numbers as ranges with what widens them, for numbers.json."""
+    found: dict[str, object] = {}
+    for key, measure in four(study).items():
+        whole = range_of(study, key)
+        found[key] = {
+            "unit": measure.unit,
+            "range": [whole.low, whole.high],
+            "factors": {name: list(ends) for name, ends in whole.factors.items()},
+            "models": {
+                one.title: [one.interval(key).mean, *_finite(one, key)] for one in study.ensembles
+            },
+        }
+    return found
+
+
+def _finite(one: Ensemble, key: str) -> list[float | None]:
+    low, high = one.interval(key).low, one.interval(key).high
+    return [end if np.isfinite(end) else None for end in (low, high)]
+
+

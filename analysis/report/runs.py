@@ -1,0 +1,159 @@
+"""The runs of a report: of its snapshots, and of crowds in motion with what nobody knows varied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.compare.study import Study, soft_models
+from analysis.dumps import DumpError
+from analysis.engines import PENALTY, EngineError
+from analysis.engines.rigid import NAME as RIGID
+from analysis.engines.run import EngineRun, run_folder
+from analysis.engines.softness import SOUND, softness
+from analysis.film.frame import Frames, Reel
+from analysis.film.export import film_runs
+from analysis.motion.study import Model, model_title
+from analysis.pages.numbers import number, significant
+from analysis.scene.scene import Scene, SceneError
+from analysis.scene.shipped_scenes import variant, with_push, with_radius
+from analysis.support.parallel import Progress
+from nscd.stepping import StepError
+
+# The other friction, of people and walls alike; the smaller push (N); how well radii are known (m).
+FRICTION, PUSH_N, RADIUS_M = 0.4, 100.0, 0.01
+# From so many replicates on all models have all; else what is varied has the fewest that can be
+# compared.
+MANY, FEW = 10, 3
+# A push or stiffness that is nearer to the scene's own is no variation.
+NEAR = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chosen:
+    """Name a scene of a report, and the stiffnesses (N/m) of the first engine with springs and of
+    the further ones, which agree with it contact by contact."""
+
+    scene: Scene
+    stiffnesses: Sequence[float]
+    further: Sequence[float]
+
+
+def moves(scene: Scene) -> bool:
+    """Tell whether a scene goes on: it is driven, and no impact, which is over at once."""
+    return scene.drive is not None and scene.analysis.kind != "impact"
+
+
+def motion_of(
+    scene: Scene, engines: Sequence[str], stiffnesses: Sequence[float], crowds: int, out: Path
+) -> list[Model]:
+    """List the models of a scene in motion, the rigid one first where it is among the engines, and
+    then what varies one thing that nobody knows; none of a scene that does not move."""
+    if not (moves(scene) and crowds):
+        return []
+    fewer = crowds if crowds >= MANY else min(crowds, max(FEW, crowds // 2))
+    every = [variant(scene, number) for number in range(crowds)]
+    soft = next((known.NAME for known in PENALTY if known.NAME in engines), None)
+    models = [_model(every, RIGID, out, "rigid bodies")] if RIGID in engines else []
+    for k in stiffnesses:
+        if soft is None:
+            break
+        stiff = [one.with_contact(stiffness_N_per_m=k) for one in every]
+        label = f"stiff bodies, {number(k / 1000)} kN/m"
+        models.append(_model(stiff, soft, out, label, "bodies" if models else ""))
+    if not models:
+        return []
+    if soft is not None and scene.contact.law == "hooke":
+        k = float(f"{softness(scene) * scene.contact.stiffness_N_per_m / SOUND:.2g}")
+        if k < min(stiffnesses) * (1 - NEAR):
+            softest = [one.with_contact(stiffness_N_per_m=k) for one in every[:fewer]]
+            label = f"soft bodies, {number(k / 1000)} kN/m"
+            models.append(_model(softest, soft, out, label, "bodies"))
+    first = models[0].runs
+    base = [run.scene for run in first[:fewer]]
+    for factor, label, changed in _variations(scene):
+        try:
+            varied = [changed(one) for one in base]
+        except (SceneError, StepError, ValueError):
+            continue  # this crowd has no such variation: a law without friction, a full room
+        name = label.replace(" ", "_").replace("−", "-")
+        models.append(_model(varied, first[0].engine, out / name, label, factor))
+    return models
+
+
+def _variations(scene: Scene) -> list[tuple[str, str, Callable[[Scene], Scene]]]:
+    """What is varied of the first model: the factor, in words, and how."""
+    assert scene.drive is not None
+    own = float(scene.drive.push(scene.snapshot.mass).mean())
+    friction = 0.0 if scene.contact.friction else FRICTION
+    found: list[tuple[str, str, Callable[[Scene], Scene]]] = [
+        (
+            "friction",
+            f"friction {significant(friction)}",
+            lambda one: one.with_contact(friction=friction),
+        )
+    ]
+    if abs(own - PUSH_N) > NEAR * PUSH_N:
+        found.append(
+            ("push", f"push {significant(PUSH_N)} N", lambda one: with_push(one, PUSH_N))
+        )
+    if float(scene.snapshot.radius.min()) > 2 * RADIUS_M:
+        found += [
+            ("radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)),
+            ("radius", "radius + 1 cm", lambda one: with_radius(one, RADIUS_M)),
+        ]
+    return found
+
+
+def _model(
+    scenes: Sequence[Scene], name: str, out: Path, label: str, factor: str = ""
+) -> Model:
+    """Crowd by crowd, apart from the scene's own runs, which have no impulses."""
+    made = [one.with_run(impulses=True) for one in scenes]
+    title = model_title(made[0], name)
+    if factor in ("push", "radius"):
+        title += f", {label}"
+    runs = [
+        EngineRun(scene=one, engine=name, folder=run_folder(out / f"crowd_{index}", one, name))
+        for index, one in enumerate(made)
+    ]
+    return Model(title=title, label=label, factor=factor, runs=runs)
+
+
+def snapshot_runs(out: Path, models: Sequence[Model]) -> Path:
+    """Return where the runs of a scene's snapshots are: those of crowd 0 of a scene in motion."""
+    return out / "crowd_0" if models else out
+
+
+def runs_of(
+    chosen: Sequence[Chosen], soft: Sequence[str], motions: Sequence[Sequence[Model]], out: Path
+) -> list[EngineRun]:
+    """List every run that a report needs once: of its snapshots and of its crowds in motion."""
+    every = []
+    for one, models in zip(chosen, motions, strict=True):
+        scene = one.scene.with_run(impulses=True) if models else one.scene
+        every += [
+            EngineRun.of(scene.with_contact(stiffness_N_per_m=k), name, snapshot_runs(out, models))
+            for name, k in soft_models(soft, one.stiffnesses, one.further)
+        ]
+        every += [run for model in models for run in model.runs]
+    return list({run.folder: run for run in every}.values())
+
+
+# Frames of the film of a first screen.
+FRAMES = 20
+
+
+def film_of(made: Study, out: Path, progress: Progress | None = None) -> Reel | None:
+    """Film the first run of a study; None where nothing ran or no contact was made."""
+    if not made.comparisons:
+        return None
+    one = made.comparisons[0]
+    step = max(1, one.scene.run.frames // FRAMES)
+    folder = run_folder(out, one.scene.model_copy(update={"name": made.scene.name}), one.record.engine)
+    try:
+        (reel,) = film_runs([folder], Frames(step=step), progress)
+    except (EngineError, DumpError):
+        return None
+    return reel
