@@ -13,7 +13,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_hex
+from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
 
 from analysis.exposure.exposure import QUANTITIES, above_key, limits_of_bodies, limits_of_people
@@ -40,6 +40,7 @@ from analysis.pages.drawing import (
     PINK,
     SHADES,
     VERMILION,
+    above_colours,
     add_scale,
     contact_lines,
     draw_disks,
@@ -186,11 +187,6 @@ def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
 # largest so many steps: both are finer than a screen.
 PLACE_M, STEPS = 1e-3, 1e4
 STOPS = 9
-# Of people: below all limits pale and cold; from limit to limit warmer and darker.
-BELOW, ABOVE = (
-    "#dfe7ee",
-    LinearSegmentedColormap.from_list("above", ["#fdc086", "#e6550d", "#7f0000"]),
-)
 
 
 def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
@@ -209,11 +205,6 @@ def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
     }
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
-
-
-def above_colours(count: int) -> list[str]:
-    """Give the colours of people below all of so many limits, above the first, and so on."""
-    return [BELOW, *(to_hex(ABOVE(share)) for share in np.linspace(0, 1, count))]
 
 
 def _reel(reel: Reel) -> dict[str, Any]:

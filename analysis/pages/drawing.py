@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.colorbar import Colorbar
-from matplotlib.colors import Normalize
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
@@ -31,8 +31,16 @@ COLOURS = (BLUE, ORANGE, GREEN, PINK)
 MARKERS = "osD^v"
 LINES = ("-", "--", ":", "-.")
 SHADES = "viridis_r"
+# Of people: below all limits pale and cold; from limit to limit warmer and darker.
+BELOW, ABOVE = "#DFE7EE", ("#FDC086", "#E6550D", "#7F0000")
 # Inches: so wide a picture has words on a telephone as large as those beside it.
 NARROW_IN = 4.4
+
+
+def above_colours(count: int) -> list[str]:
+    """Give the colours of people below all of so many limits, above the first, and so on."""
+    above = LinearSegmentedColormap.from_list("above", ABOVE)
+    return [BELOW, *(to_hex(above(share)) for share in np.linspace(0, 1, count))]
 
 
 def circles(snapshot: Snapshot, chosen: Flags | None = None) -> list[Circle]:

@@ -76,10 +76,10 @@ class Chart:
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
-        """The ends and the middle of the axis, in words."""
-        if self.most is not None:
-            return [(end, decimals(end, 0)) for end in (0.0, self.most)]
-        return [(self.top * k / 2, short(self.top * k / 2)) for k in range(3)]
+        """The ends of the axis, in words."""
+        return [
+            (end, short(end) if self.most is None else decimals(end, 0)) for end in (0.0, self.top)
+        ]
 
 
 def short(value: float) -> str:

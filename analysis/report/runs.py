@@ -60,7 +60,7 @@ def motion_of(
         if soft is None:
             break
         stiff = [one.with_contact(stiffness_N_per_m=k) for one in every]
-        label = f"stiff bodies, {number(k / 1000)} kN/m"
+        label = f"stiff bodies, {significant(k / 1000)} kN/m"
         models.append(_model(stiff, soft, out, label, "bodies" if models else ""))
     if not models:
         return []
@@ -68,7 +68,7 @@ def motion_of(
         k = float(f"{softness(scene) * scene.contact.stiffness_N_per_m / SOUND:.2g}")
         if k < min(stiffnesses) * (1 - NEAR):
             softest = [one.with_contact(stiffness_N_per_m=k) for one in every[:fewer]]
-            label = f"soft bodies, {number(k / 1000)} kN/m"
+            label = f"soft bodies, {significant(k / 1000)} kN/m"
             models.append(_model(softest, soft, out, label, "bodies"))
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]

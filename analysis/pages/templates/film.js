@@ -243,12 +243,12 @@ document.querySelectorAll(".film").forEach(async (root) => {
     if (by === "open") legend.innerHTML += `<ul>${line(film.colours.known, false, "fixed by equilibrium")}${line(film.colours.open, true, "not unique: within the range of the table")}${line("#666", true, "not known")}</ul>`;
     key.textContent = "";
     if (by !== "force") return;
-    const rows = film.limits.map((limit, k) => [film.above[k + 1], `above ${number(limit.number, "N")}`, `${limit.what} (${limit.source})`]);
-    const few = unit === "N" ? rows.map(([colour, text], k) => `<span><i style="background:${colour}"></i> ${text.replace(k ? "above " : "", "")}</span>`)
+    const rows = film.limits.map((limit, k) => [film.above[k + 1], number(limit.number, "N"), `${limit.what} (${limit.source})`]);
+    const few = unit === "N" ? rows.map(([colour, text], k) => `<span><i style="background:${colour}"></i> ${k ? "" : "above "}${k < film.limits.length - 1 ? text.replace(" N", "") : text}</span>`)
       : [`<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i> 0 to ${number(scales[unit], unit)}`];
     key.innerHTML = few.join(" ");
     const list = document.createElement("ul");
-    if (unit === "N") list.append(...rows.map(([, text, what]) => Object.assign(document.createElement("li"), { textContent: `${text}: ${what}` })));
+    if (unit === "N") list.append(...rows.map(([, text, what]) => Object.assign(document.createElement("li"), { textContent: `above ${text}: ${what}` })));
     legend.append(list);
   }
 
