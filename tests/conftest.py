@@ -31,7 +31,7 @@ subprocess.Popen.communicate = communicate
 
 # what the commands import when they are called, so that forks have it
 IMPORTED = (
-    "advice.choice", "compare.study", "film.page", "motion.report", "paper.page",
+    "advice.choice", "compare.study", "film.page", "report.page", "paper.page",
     "percussions.solving", "scene.real.import_crowd", "stability.page", "work_precision.page",
     "work_precision.whole_runs",
 )  # fmt: skip

@@ -134,14 +134,13 @@ def matters(study: MotionStudy, key: str = "contact_largest") -> list[tuple[str,
 
 def lead(scene: Scene) -> str:
     """Say what was simulated and what pushes."""
-    drive = scene.drive
-    words = Words(__name__)
-    push: tuple[float, float] | None = None
-    if drive is not None:
-        every = drive.push(scene.snapshot.mass)
-        push = float(every.min()), float(every.max())
-    return words.text("lead", people=len(scene.snapshot), push=push, ways=drive.ways if drive else 0,
-                      duration=scene.run.duration_s)  # fmt: skip
+    return Words(__name__).text(
+        "lead",
+        people=len(scene.snapshot),
+        push=scene.push_range if scene.drive else None,
+        ways=scene.drive.ways if scene.drive else 0,
+        duration=scene.run.duration_s,
+    )
 
 
 def notes(study: MotionStudy) -> list[str]:

@@ -12,8 +12,8 @@ from analysis.report.page import limits_table
 from analysis.report.runs import motion_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
-from tests.pages.browser import BROWSER, opened
 from tests.forked import as_program, in_fork
+from tests.pages.browser import BROWSER, opened
 
 MINE = """
 [[limit]]
