@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import IO, Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -128,7 +128,7 @@ def _write_ovito(reel: Reel, folder: Path) -> list[Path]:
     return written
 
 
-def _append(file, kind: str, frame: Frame, columns: Mapping[str, ArrayLike]) -> None:  # type: ignore[no-untyped-def]
+def _append(file: IO[Any], kind: str, frame: Frame, columns: Mapping[str, ArrayLike]) -> None:
     write_frame(file, kind, frame.number, list(columns), list(columns.values()))
 
 

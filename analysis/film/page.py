@@ -52,7 +52,7 @@ from analysis.pages.drawing import (
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import in_a_sentence
 from analysis.pages.numbers import NONE, decimals, significant
-from analysis.pages.section import Cell, Section, Table
+from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
 from analysis.support.files import write_text
@@ -468,7 +468,9 @@ def _headlines(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]
     return words.table("headlines", rows, **shared, **about, columns=columns, note=note)
 
 
-def _pictures(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]):  # type: ignore[no-untyped-def]
+def _pictures(
+    words: Words, reels: Sequence[Reel], shared: Mapping[str, object]
+) -> tuple[Picture, Picture]:
     """The frame that carries most, of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
 
