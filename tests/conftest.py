@@ -52,6 +52,21 @@ def percussions(tmp_path):
 
 
 @pytest.fixture
+def refused(percussions, tmp_path):
+    """The one line with which `percussions …` fails, which writes nothing."""
+
+    def line(*words):
+        before = sorted(tmp_path.rglob("*"))
+        made = percussions(*words)
+        (said,) = made.stderr.strip().splitlines()
+        assert made.returncode in (1, 2), made.returncode
+        assert sorted(tmp_path.rglob("*")) == before
+        return said
+
+    return line
+
+
+@pytest.fixture
 def alone(tmp_path):
     """The same in a Python of its own, this very tree, whichever is installed."""
 

@@ -23,15 +23,10 @@ no_lammps = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
 def test_advise(percussions, tmp_path):
     made = percussions("advise", "corridor", "--error", "5%", "--quantity", "wall-load")
     assert made.returncode == 0, made.stderr
-    for words in (
-        "advised: ",
-        "next better",
-        "the curve, from cheap to accurate",
-        "measured on",
-        "left out",
-        "spin",
-    ):
+    for words in ("advised: ", "next better", "the curve, from cheap to accurate", "measured on"):
         assert words in made.stdout
+    assert "left out" in made.stdout
+    assert "spin" in made.stdout
     content = json.loads((tmp_path / "advice/advice.json").read_text())
     assert content["choice"]["promised_error"] <= content["asked_error"] == 0.05
     assert content["read"]
@@ -48,15 +43,9 @@ def test_refusal_names_the_best_and_fails(percussions, tmp_path):
     assert content["best"]["promised_error"] > 0.001
 
 
-def test_bad_input_is_one_line(percussions):
-    for words, says in (
-        (("advise", "chain", "--error", "0"), "error: '0'"),
-        (("run", "chain", "--error", "0.01%"), "nothing reaches 0.01 %"),
-    ):
-        made = percussions(*words)
-        assert made.returncode == 1, words
-        assert says in made.stderr
-        assert len(made.stderr.strip().splitlines()) == 1, made.stderr
+def test_bad_input_is_one_line(refused):
+    assert "error: '0'" in refused("advise", "chain", "--error", "0")
+    assert "nothing reaches 0.01 %" in refused("run", "chain", "--error", "0.01%")
 
 
 def test_what_cannot_be_asked(tmp_path, monkeypatch):

@@ -159,7 +159,7 @@ def test_contact_forces_add_up_to_the_force_that_moves_a_disk(simulate, impact, 
         assert ((contacts.force * contacts.normal).sum(1) >= 0).all()
 
 
-@pytest.mark.parametrize("restitution", [0.01, 0.1353, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize("restitution", [0.01, 0.3, 1.0])
 def test_hertz_contacts_honour_the_restitution_too(simulate, impact, restitution):
     """Only in LAMMPS; without pulling."""
     simulation = simulate(
