@@ -27,6 +27,13 @@ if TYPE_CHECKING:
     from analysis.report.runs import Chosen
     from analysis.scene.scene import Scene
 
+Replicates = Annotated[
+    int, typer.Option(min=0, max=1000, help="Replicates of each driven scene; 0: none.")
+]
+Sheet = Annotated[
+    bool, typer.Option("--sheet", help="Write a page A4 (PDF) for a safety file, too.")
+]
+
 
 def report(
     scenes: Annotated[list[str], typer.Argument(help="Scenes, by name or .toml file.")],
@@ -41,14 +48,13 @@ def report(
             help="Stiffness in N/m; give it several times. Left out: the scene's.",
         ),
     ] = None,
-    seeds: Annotated[
-        int, typer.Option(min=0, max=1000, help="Replicates of each driven scene; 0: none.")
-    ] = 5,
+    seeds: Replicates = 5,
     last: Annotated[
         float, typer.Option(parser=positive, help="How much of the end of each run counts, in s.")
     ] = 1.0,
     rigid_law: RigidLaw = None,
     limits: Limits = None,
+    sheet: Sheet = False,
     scheduler: Scheduler = None,
     runs: Runs = Path("out"),
     out: Out = Path("report"),
@@ -66,6 +72,7 @@ def report(
     from analysis.motion.study import study_motion
     from analysis.report.page import Reported, write_report
     from analysis.report.runs import film_of, motion_of, runs_of, snapshot_runs
+    from analysis.report.sheet import write_sheets
     from analysis.scene.scene import read_scene
 
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
@@ -79,18 +86,15 @@ def report(
     with progress() as bars:
         run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
         for one, models in pairs:
-            made = study(
-                one.scene.with_run(impulses=True) if models else one.scene,
-                soft,
-                one.stiffnesses,
-                where := snapshot_runs(runs, models),
-                bars,
-                rigid_law,
-                further=one.further,
-            )
+            where = snapshot_runs(runs, models)
+            scene = one.scene.with_run(impulses=True) if models else one.scene
+            ks = one.stiffnesses
+            made = study(scene, soft, ks, where, bars, rigid_law, further=one.further)
             motion = study_motion(one.scene, models, last, bars, own) if models else None
             reported.append(Reported(study=made, motion=motion, reel=film_of(made, where, bars)))
         page = write_report(reported, out, command_line(), own)
+        for path in write_sheets(reported, out, command_line()) if sheet else ():
+            print(path)
     well = _say(reported)
     print(page.resolve().as_uri())
     raise typer.Exit(0 if well else 1)

@@ -165,22 +165,31 @@ def _draw_limits(axes: Axes, key: str) -> None:
 def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
     """Draw one frame: people, walls, and what the contacts carry in the last model; narrow: for a
     telephone."""
-    model = reel.models[-1]
     assert shown.found is not None
-    assert shown.match is not None
-    now, size = shown.found.snapshot, shown.size(model)
-    walls = [(wall.start_m, wall.end_m) for wall in reel.scene.walls]
-    points = np.concatenate([now.position, *(np.array(wall) for wall in walls)])
-    margin = float(now.radius.max())
+    walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
+    points = np.concatenate([shown.found.snapshot.position, *walls])
+    margin = float(shown.found.snapshot.radius.max())
     figure = Figure(figsize=size_of(points, margin, 1, narrow=narrow), layout="constrained")
     axes = figure.subplots()
+    norm = still_on(axes, reel, shown)
+    unit = shown.unit(reel.models[-1])
+    add_scale(figure, axes, norm, f"per contact ({unit})", narrow=narrow)
+    return figure
+
+
+def still_on(axes: Axes, reel: Reel, shown: Frame) -> Normalize:
+    """Draw one frame on axes; return the scale of its forces."""
+    assert shown.found is not None
+    assert shown.match is not None
+    now, size = shown.found.snapshot, shown.size(reel.models[-1])
+    walls = [(wall.start_m, wall.end_m) for wall in reel.scene.walls]
+    points = np.concatenate([now.position, *(np.array(wall) for wall in walls)])
     norm = Normalize(0, float(size.max(initial=0.0)) or 1.0)
     draw_disks(axes, now)
     draw_walls(axes, walls)
     draw_forces(axes, contact_lines(now, shown.match.contacts), size, norm)
-    frame(axes, points, margin)
-    add_scale(figure, axes, norm, f"per contact ({shown.unit(model)})", narrow=narrow)
-    return figure
+    frame(axes, points, float(now.radius.max()))
+    return norm
 
 
 # Places are whole multiples of this (m), and forces of the largest power of ten that leaves their

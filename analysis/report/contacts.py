@@ -2,55 +2,38 @@
 
 import math
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from analysis.compare.comparison import AT_REST, FEWEST, FORCE, Comparison, write_contacts
+from analysis.compare.comparison import AT_REST, FEWEST, FORCE, Comparison
 from analysis.compare.statistics import (
     Range,
-    carried_ranges,
     penalty_difference,
     statistics,
     wall_ranges,
 )
 from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
-from analysis.report.approach import MEASURES, SAME, fit_power, moved_between
 from analysis.pages.drawing import (
     BLACK,
     BLUE,
-    COLOURS,
     GREEN,
     GREY,
     LINES,
     MARKERS,
     NARROW_IN,
     ORANGE,
-    PALE_BLUE,
-    add_scale,
-    contact_lines,
-    draw_disks,
-    draw_forces,
-    draw_vectors,
-    draw_walls,
-    frame,
-    size_of,
 )
-from analysis.pages.html import render, write_pictures
 from analysis.pages.names import engine_label, engine_name
 from analysis.pages.numbers import number, percent, summed
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.snapshot import percussions_of
+from analysis.report.approach import MEASURES, SAME, fit_power, moved_between
 from analysis.scene.scene import Scene
-from analysis.support.files import write_json, write_text
-from nscd.arrays import Floats
 from nscd.indeterminacy.determinacy import determinacy
 
 
@@ -234,22 +217,16 @@ def _pictures(words: Words, study: Study) -> list[Picture]:
 
 
 def _tables(words: Words, study: Study, runs: Sequence[Run]) -> list[Table]:
-    scene, unit = study.scene, runs[0]["unit"]
+    unit = runs[0]["unit"]
     impact = unit != FORCE
     names = [engine_label(comparison) for comparison in study.comparisons]
     contacts = [_per_contact(name, run) for name, run in zip(names, runs, strict=True)]
     balances = [_balance(name, run, impact) for name, run in zip(names, runs, strict=True)]
-    tables = [
+    return [
         words.table("per-contact", contacts),
         words.table("balance", balances, unit=unit, impact=impact),
         words.table("engines", [_engine(run) for run in runs]),
     ]
-    if scene.reconciliation:
-        rows = scene.reconciliation.rows()
-        if scene.other_frames:
-            rows += scene.other_frames.rows()
-        tables.append(words.table("reconciliation", list(rows)))
-    return tables
 
 
 def _per_contact(name: str, run: Run) -> list[Cell]:

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
-from analysis.exposure.exposure import above_key, limits_of_bodies, limits_of_people
-from analysis.exposure.exposure import Limit, known_limits
+from analysis.exposure.exposure import (
+    Limit,
+    above_key,
+    known_limits,
+    limits_of_bodies,
+    limits_of_people,
+)
 from analysis.motion.inference import ALPHA
-from analysis.motion.study import difference_words, least_words, two
-from analysis.motion.study import Measure
-from analysis.motion.study import FACTORS, Ensemble, MotionStudy
+from analysis.motion.study import (
+    FACTORS,
+    Ensemble,
+    Measure,
+    MotionStudy,
+    difference_words,
+    least_words,
+    two,
+)
 from analysis.pages.numbers import significant
 from analysis.pages.ranges import Bar, Chart
 from analysis.pages.words import Words
@@ -169,9 +180,8 @@ def verdicts(study: MotionStudy) -> list[str]:
                 differ.append((title, *difference_words(each, unit)))
             else:
                 alike.append((title, least_words(each, unit)))
-        said.append(words.text("verdict", label=one.label, first=first.label, differ=differ,
-                               alike=alike))  # fmt: skip
-    return said
+        said.append(words.text("verdict", label=one.label, differ=differ, alike=alike))
+    return [words.text("against", first=first.label), *said] if said else []
 
 
 def numbers(study: MotionStudy) -> dict[str, object]:
@@ -193,5 +203,3 @@ def numbers(study: MotionStudy) -> dict[str, object]:
 def _finite(one: Ensemble, key: str) -> list[float | None]:
     low, high = one.interval(key).low, one.interval(key).high
     return [end if np.isfinite(end) else None for end in (low, high)]
-
-

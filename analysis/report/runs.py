@@ -12,10 +12,10 @@ from analysis.engines import PENALTY, EngineError
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.run import EngineRun, run_folder
 from analysis.engines.softness import SOUND, softness
-from analysis.film.frame import Frames, Reel
 from analysis.film.export import film_runs
+from analysis.film.frame import Frames, Reel
 from analysis.motion.study import Model, model_title
-from analysis.pages.numbers import number, significant
+from analysis.pages.numbers import significant
 from analysis.scene.scene import Scene, SceneError
 from analysis.scene.shipped_scenes import variant, with_push, with_radius
 from analysis.support.parallel import Progress
@@ -95,9 +95,7 @@ def _variations(scene: Scene) -> list[tuple[str, str, Callable[[Scene], Scene]]]
         )
     ]
     if abs(own - PUSH_N) > NEAR * PUSH_N:
-        found.append(
-            ("push", f"push {significant(PUSH_N)} N", lambda one: with_push(one, PUSH_N))
-        )
+        found.append(("push", f"push {significant(PUSH_N)} N", lambda one: with_push(one, PUSH_N)))
     if float(scene.snapshot.radius.min()) > 2 * RADIUS_M:
         found += [
             ("radius", "radius − 1 cm", lambda one: with_radius(one, -RADIUS_M)),
@@ -106,9 +104,7 @@ def _variations(scene: Scene) -> list[tuple[str, str, Callable[[Scene], Scene]]]
     return found
 
 
-def _model(
-    scenes: Sequence[Scene], name: str, out: Path, label: str, factor: str = ""
-) -> Model:
+def _model(scenes: Sequence[Scene], name: str, out: Path, label: str, factor: str = "") -> Model:
     """Crowd by crowd, apart from the scene's own runs, which have no impulses."""
     made = [one.with_run(impulses=True) for one in scenes]
     title = model_title(made[0], name)
@@ -151,7 +147,9 @@ def film_of(made: Study, out: Path, progress: Progress | None = None) -> Reel | 
         return None
     one = made.comparisons[0]
     step = max(1, one.scene.run.frames // FRAMES)
-    folder = run_folder(out, one.scene.model_copy(update={"name": made.scene.name}), one.record.engine)
+    folder = run_folder(
+        out, one.scene.model_copy(update={"name": made.scene.name}), one.record.engine
+    )
     try:
         (reel,) = film_runs([folder], Frames(step=step), progress)
     except (EngineError, DumpError):

@@ -35,7 +35,7 @@ def reported(tmp_path_factory):
     make("arch", disks=20).with_run(duration_s=0.4, frames=4).write(folder)
     words = [
         "report", "arch.toml", "--engine", "lammps", "--engine", "rigid", "--seeds", "3",
-        "--stiffness", "1e6", "--out", "report",
+        "--stiffness", "1e6", "--out", "report", "--sheet",
     ]  # fmt: skip
     status, said, printed = in_fork(lambda: as_program(words, folder), 600)
     assert status == 0, said
@@ -78,6 +78,14 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
             assert file.with_suffix(".pdf").stat().st_size > 1000
 
 
+def test_the_sheet_is_one_page_for_a_safety_file(reported):
+    _, folder = reported
+    sheet = (folder / "report/arch-sheet.pdf").read_bytes()
+    assert sheet.startswith(b"%PDF")
+    assert re.findall(rb"/Type /Page\b", sheet) == [b"/Type /Page"]
+    assert b"/MediaBox [ 0 0 595.44 841.68 ]" in sheet
+
+
 def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     _, folder = reported
     scene = read_scene(folder / "arch.toml")
@@ -116,7 +124,7 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     forces = [row for row in table.rows if row[1] == "largest contact force"]
     counts = [float(row[3].split(" ")[0]) for row in forces]
     assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
-    assert any("**Friction 0.4** against rigid bodies" in said for said in verdicts(study))
+    assert any("**Friction 0.4**:" in said for said in verdicts(study))
     assert 500.0 in marks_of(study, "contact_largest")
     assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, folder) == []
 

@@ -1,0 +1,1 @@
+"""The report: which runs it needs, its first screens, and the page with its files."""

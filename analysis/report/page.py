@@ -1,0 +1,295 @@
+"""The page of a report, and what lies beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from analysis.compare.comparison import write_contacts
+from analysis.compare.study import Study
+from analysis.exposure.exposure import QUANTITIES, Limit, above_key, limits_of_people
+from analysis.film.frame import Reel
+from analysis.film.page import draw_still, packed
+from analysis.motion.study import MEASURES, Measure, MotionStudy, count_cell, interval_cell
+from analysis.pages.html import render, write_pictures
+from analysis.pages.numbers import significant
+from analysis.pages.ranges import Chart
+from analysis.pages.section import Cell, Picture, Section, Table
+from analysis.pages.words import Words
+from analysis.report.contacts import contacts_section, runs_of
+from analysis.report.first import charts, lead, notes, verdicts
+from analysis.report.first import numbers as first_numbers
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import how_varied
+from analysis.support.files import write_json, write_text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Reported:
+    """Hold what a report has of one scene.
+
+    motion: None of a scene that does not move, or without replicates
+    reel: the film of its first run with springs; None where that failed
+    """
+
+    study: Study
+    motion: MotionStudy | None = None
+    reel: Reel | None = None
+
+    @property
+    def failures(self) -> list[str]:
+        """List the runs that failed."""
+        return [*self.study.failures, *(self.motion.failures if self.motion else ())]
+
+    @property
+    def warnings(self) -> list[str]:
+        """List what a reader should know, of all engines of which it is said once."""
+        said = [
+            *self.failures,
+            *self.study.warnings,
+            *(self.motion.warnings if self.motion else ()),
+        ]
+        whose: dict[str, list[str]] = {}
+        for one in said:
+            name, colon, words = one.partition(": ")
+            whose.setdefault(words if colon else one, []).append(name if colon else "")
+        return [
+            ": ".join(filter(None, (", ".join(names), words))) for words, names in whose.items()
+        ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Screen:
+    """Hold a scene of the page: its first screen, and what folds away below.
+
+    film: packed; nothing where there is none
+    charts: of the first screen; every: of all models
+    """
+
+    number: str
+    title: str
+    lead: str
+    film: str
+    still: Picture | None
+    charts: Sequence[Chart]
+    notes: Sequence[str]
+    every: Sequence[Chart]
+    verdicts: Sequence[str]
+    folds: Sequence[Section]
+    warnings: Sequence[str]
+
+
+def write_report(
+    reported: Sequence[Reported], folder: Path, command: str, limits: tuple[Path, ...] = ()
+) -> Path:
+    """Write the page and what lies beside it into the folder; return the page's path.
+
+    Beside `index.html` are `numbers.json`, one CSV of contacts per run, and in `figures/` every
+    picture as PNG and PDF, its name beginning with that of the scene.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    reported = with_distinct_names(reported)
+    screens, numbers = [], {}
+    for one in reported:
+        runs = runs_of(one.study)
+        for comparison, run in zip(one.study.comparisons, runs, strict=True):
+            write_contacts(folder / run["csv"], comparison)
+        screens.append(_screen(one, contacts_section(one.study, runs), limits))
+        numbers[one.study.scene.name] = {
+            "failures": one.study.failures,
+            "warnings": one.study.warnings,
+            "runs": runs,
+            **_reconciled(one.study.scene),
+            **({"in_motion": motion_numbers(one.motion)} if _ran(one.motion) else {}),
+        }
+    folds = [fold for screen in screens for fold in screen.folds]
+    stills = [
+        Section(number="", title="", pictures=[screen.still]) for screen in screens if screen.still
+    ]
+    moving = [one.motion for one in reported if _ran(one.motion) and one.motion]
+    page = render(
+        "report.html",
+        screens=screens,
+        limits=limits_table(moving, limits) if moving else None,
+        images=write_pictures([*folds, *stills], folder / "figures"),
+        command=command,
+    )
+    write_json(folder / "numbers.json", numbers)
+    write_text(folder / "index.html", page)
+    return folder / "index.html"
+
+
+def _reconciled(scene: Scene) -> dict[str, object]:
+    """What was done to filmed heads, for numbers.json."""
+    if not scene.reconciliation:
+        return {}
+    others = scene.other_frames.rows() if scene.other_frames else []
+    return {"reconciliation": dict([*scene.reconciliation.rows(), *others])}
+
+
+def _ran(motion: MotionStudy | None) -> bool:
+    return motion is not None and bool(motion.ensembles)
+
+
+def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> Screen:
+    scene, motion = one.study.scene, one.motion if _ran(one.motion) else None
+    words = Words(__name__)
+    folds = [_numbers(words, motion)] if motion else []
+    folds += [_assumptions(words, scene, motion), contacts]
+    still = None
+    if one.reel:
+        shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
+        caption = words.text("still", time=shown.time)
+        still = Picture(
+            name=f"{scene.name}-forces", caption=caption, figure=draw_still(one.reel, shown)
+        )
+    return Screen(
+        number=f"{scene.name}-at-a-glance",
+        title=scene.title,
+        lead=lead(scene),
+        film=packed([one.reel], limits) if one.reel else "",
+        still=still,
+        charts=charts(motion) if motion else (),
+        notes=notes(motion) if motion else _without(words, one, contacts),
+        every=charts(motion, every=True) if motion else (),
+        verdicts=verdicts(motion) if motion else (),
+        folds=folds,
+        warnings=one.warnings,
+    )
+
+
+def _without(words: Words, one: Reported, contacts: Section) -> list[str]:
+    """What a first screen says without replicates."""
+    drive = one.study.scene.drive
+    return [words.text("once") if drive else "", *contacts.words[:1]]
+
+
+def _numbers(words: Words, motion: MotionStudy) -> Section:
+    """Every measured quantity of the models that differ in their bodies only."""
+    shown = [one for one in motion.ensembles if one.factor in ("", "bodies")]
+    measures = {
+        **MEASURES,
+        "wall_line_load": Measure(title="load on the worst metre of wall", unit="kN/m"),
+    }
+    rows: list[list[Cell]] = [
+        [f"{measure.title} ({measure.unit})", *(interval_cell(one.interval(key)) for one in shown)]
+        for key, measure in measures.items()
+    ]
+    first = shown[0]
+    table = words.table(
+        "numbers",
+        rows,
+        models=[one.label for one in shown],
+        last=first.last_s,
+        window=first.series[0].window_s,
+    )
+    number = f"{motion.scene.name}-numbers"
+    return Section(number=number, title=words.text("numbers-title"), tables=[table])
+
+
+def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
+    """Say what was assumed, and what that leaves unknown."""
+    words, disks, drive = Words(__name__), scene.snapshot, scene.drive
+    radius = (float(disks.radius.min()), float(disks.radius.max()))
+    mass = (float(disks.mass.min()), float(disks.mass.max()))
+    said = [words.text("bodies", radius=radius, mass=mass, contact=scene.contact)]
+    if drive:
+        said.append(words.text("push", drive=drive))
+    if motion:
+        varied = how_varied(scene, motion.crowds)
+        fewer = min(len(one.series) for one in motion.ensembles)
+        said.append(words.text("replicates", crowds=motion.crowds, varied=varied, fewer=fewer))
+    return [*said, words.text("cannot")] if drive else said
+
+
+def _assumptions(words: Words, scene: Scene, motion: MotionStudy | None) -> Section:
+    """What was assumed, with the notes of the scene."""
+    said = [*assumptions(scene, motion), scene.notes, words.text("source", scene=scene)]
+    return Section(
+        number=f"{scene.name}-assumptions",
+        title=words.text("assumptions-title"),
+        introduction=[one for one in said if one],
+    )
+
+
+def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -> Table:
+    """Give the limits of people with their sources, and how many are above each in each scene, by
+    its first model."""
+    words = Words(__name__)
+    rows: list[list[Cell]] = [
+        [
+            f"{significant(limit.number, 4)} {limit.unit}",
+            QUANTITIES[limit.quantity].title.replace(" of a person", ""),
+            f"{limit.what}{lasting(limit)}; {limit.population}",
+            *(count_cell(one.ensembles[0].interval(above_key(limit))) for one in motions),
+            limit.cited,
+        ]
+        for limit in limits_of_people(files)
+    ]
+    scenes = [f"{one.scene.name}, of {len(one.scene.snapshot)}" for one in motions]
+    return words.table("limits", rows, scenes=scenes)
+
+
+def lasting(limit: Limit) -> str:
+    """Say for how long a limit must last."""
+    if limit.duration_s is None:
+        return ""
+    if limit.duration_most_s is None:
+        return f" in {significant(limit.duration_s)} s"
+    low, high = (significant(time / 60) for time in (limit.duration_s, limit.duration_most_s))
+    return f" in {low}–{high} min"
+
+
+def motion_numbers(study: MotionStudy | None) -> dict[str, object]:
+    """Give all numbers of a study, for numbers.json."""
+    assert study is not None
+    first = study.ensembles[0]
+    people = {above_key(one): "people" for one in limits_of_people(study.limits)}
+    units = {key: measure.unit for key, measure in MEASURES.items()}
+    units |= {"wall_line_load": "kN/m"} | people
+    models: dict[str, object] = {}
+    for one in study.ensembles:
+        compared = {} if one is first else one.differences(first)
+        found: dict[str, object] = {"varies": one.factor or None}
+        for key, unit in units.items():
+            interval = one.interval(key)
+            entry: dict[str, object] = {
+                "unit": unit,
+                "mean": interval.mean,
+                "range_90": [interval.low, interval.high],
+                "replicates": interval.replicates,
+                "windows_per_replicate": interval.windows,
+                "independent_windows": interval.independent,
+            }
+            if (above := compared.get(key)) is not None:
+                # a share, or in the unit where the first model is next to zero
+                name = "above_first" if above.relative else "more_than_first"
+                entry[name] = above.value
+                entry[f"{name}_interval_90"] = [above.low, above.high]
+                entry["smallest_seen"] = above.least
+                entry["probability"] = above.probability
+            found[key] = entry
+        models[one.title] = found
+    return {
+        "replicates": study.crowds,
+        "last_s": study.last_s,
+        "first": first.title,
+        "four": first_numbers(study),
+        "models": models,
+    }
+
+
+def with_distinct_names(reported: Sequence[Reported]) -> list[Reported]:
+    """Number the scenes that have the name of an earlier one: pair, pair_2, …"""
+    named: dict[str, Reported] = {}
+    for one in reported:
+        study = one.study
+        name, count = study.scene.name, 1
+        while name in named:
+            count += 1
+            name = f"{study.scene.name}_{count}"
+        scene = study.scene.model_copy(update={"name": name})
+        motion = one.motion and replace(one.motion, scene=scene)
+        named[name] = replace(one, study=replace(study, scene=scene), motion=motion)
+    return list(named.values())

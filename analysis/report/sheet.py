@@ -1,0 +1,116 @@
+"""One page A4 about a scene, for a safety file."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from analysis.exposure.exposure import limits_of_bodies
+from analysis.film.page import still_on
+from analysis.motion.study import MotionStudy
+from analysis.pages.drawing import BLUE, GREY, PALE_BLUE, VERMILION
+from analysis.pages.html import saved
+from analysis.pages.ranges import Chart
+from analysis.pages.words import Words
+from analysis.report.first import charts, lead, notes
+from analysis.report.page import Reported, assumptions, lasting, with_distinct_names
+from analysis.scene.scene import Scene
+from analysis.support.files import whole_file
+
+A4_IN = (8.27, 11.69)
+# Letters of a line of words, over the whole page.
+WIDE = 118
+
+
+def write_sheets(reported: Sequence[Reported], folder: Path, command: str) -> list[Path]:
+    """Write a sheet for each scene that moved; return the paths."""
+    paths = []
+    for one in with_distinct_names(reported):
+        if one.motion is None or not one.motion.ensembles:
+            continue
+        paths.append(folder / f"{one.study.scene.name}-sheet.pdf")
+        with whole_file(paths[-1], "wb") as file:
+            file.write(saved(draw_sheet(one, one.motion, command), "pdf"))
+    return paths
+
+
+def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
+    """Draw the sheet: what was simulated, four numbers as ranges, one picture, assumptions, limits
+    with their sources, what it cannot say, version and digest."""
+    scene = one.study.scene
+    figure = Figure(figsize=A4_IN)
+    figure.text(0.06, 0.965, scene.title, fontsize=15, weight="bold", va="top")
+    figure.text(0.06, 0.938, _plain(lead(scene)), fontsize=10, va="top")
+    if one.reel:
+        axes = figure.add_axes((0.05, 0.56, 0.44, 0.35))
+        shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
+        still_on(axes, one.reel, shown)
+    every = charts(motion)
+    for number, chart in enumerate(every):
+        _draw(figure.add_axes((0.54, 0.855 - 0.085 * number, 0.4, 0.022)), chart)
+    _write(figure, 0.55, _blocks(scene, motion, command))
+    return figure
+
+
+def _draw(axes: Axes, chart: Chart) -> None:
+    """Draw the bar of a chart, with the limits as marks."""
+    (bar,) = chart.bars
+    low, high = bar.widest or (bar.low, bar.high)
+    axes.barh(0, high - low, left=low, height=1.0, color=PALE_BLUE)
+    axes.barh(0, bar.high - bar.low, left=bar.low, height=0.5, color=BLUE)
+    axes.plot(bar.mean, 0, "ko", ms=4)
+    for mark in chart.shown:
+        axes.axvline(mark, color=VERMILION, lw=1.2)
+    for mark, text in chart.labelled:
+        axes.annotate(text, (mark, -0.7), (mark, -2.6), fontsize=6, color=VERMILION, ha="center",
+                      annotation_clip=False)  # fmt: skip
+    axes.set_title(f"{chart.title}: {chart.text}", fontsize=9, loc="left", pad=3, weight="bold")
+    axes.set(xlim=(0, chart.top), ylim=(-0.7, 0.7), yticks=[])
+    axes.set_xticks(*zip(*chart.ticks, strict=True), fontsize=7)
+    for side in ("left", "right", "top"):
+        axes.spines[side].set_visible(False)
+    axes.spines["bottom"].set_color(GREY)
+
+
+def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, list[str]]]:
+    """Headings with their lines."""
+    words = Words(__name__)
+    limits = [
+        f"{one.number:g} {one.unit}: {one.what}{lasting(one)} ({one.cited})"
+        for one in limits_of_bodies(motion.limits)
+    ]
+    version = metadata.version("crowd-percussions")
+    made = datetime.now(UTC).strftime("%Y-%m-%d")
+    said = words.text(
+        "made", version=version, date=made, digest=scene.digest()[:16], command=command
+    )
+    return [
+        ("How to read the ranges", notes(motion)),
+        ("Assumptions", assumptions(scene, motion)),
+        ("Limits", [*limits, words.text("barriers")]),
+        ("What this cannot say", words.items("cannot")),
+        ("Made by", [said]),
+    ]
+
+
+def _write(figure: Figure, top: float, blocks: Sequence[tuple[str, list[str]]]) -> None:
+    """Write the blocks below each other."""
+    for title, lines in blocks:
+        figure.text(0.06, top, title, fontsize=10, weight="bold", va="top")
+        top -= 0.019
+        for line in filter(None, lines):
+            wrapped = textwrap.wrap(_plain(line), WIDE)
+            figure.text(0.06, top, "\n".join(wrapped), fontsize=7.5, va="top", linespacing=1.25)
+            top -= 0.0117 * len(wrapped) + 0.003
+        top -= 0.008
+
+
+def _plain(words: str) -> str:
+    """Take the marks of Markdown away, and what would be a formula."""
+    return words.replace("**", "").replace("*", "").replace("`", "").replace("$", r"\$")
