@@ -62,7 +62,7 @@ def number(value: Any, name: str, need: str = "a finite number") -> float:
     Raises ValueError naming the field, and what is needed, for all else."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    real = isinstance(value, Real)
+    real = type(value) is float or isinstance(value, Real)  # the second takes 0.5 µs
     if not real or not -LARGEST <= value <= LARGEST:
         raise ValueError(f"{name}: {shown(value)}; {need} is needed")
     return float(value)

@@ -192,7 +192,8 @@ def _percussions(
 ) -> Percussions:
     """The answer of the core, and what it is worth."""
     name, why = CHOICES[said["rung"]]
-    why = why.format(n=said["disks"])
+    if "{" in why:
+        why = why.format(n=said["disks"])
     if said["threads"] > 1:
         why += f"; {said['threads']} threads"
     change, energy = said["change"], said["energy"]

@@ -6,13 +6,15 @@ overlaps, redundant and ill-conditioned; hexagonal: equal disks on a lattice, re
 line against a wall; masses: the heap with masses 1:10⁶; gate: one frame of a real crowd before a
 gate, the scene `gate`, in its one size; push: a row of people before a wall, the last of whom is
 pushed. The left velocity is 2 m/s toward the nearest point of the exit (along the chain; in `gate`
-the scene's own; in `push` of the last alone)."""
+the scene's own; in `push` of the last alone); pressed: the heap pushed together, as deeply and evenly as
+chance has it, so that it overlaps like a frame of a soft engine."""
 
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from analysis.scene.packing import REST
 from analysis.scene.scene import read_scene
@@ -123,6 +125,31 @@ def push(n: int, seed: int = 1) -> Case:
     return Case("push", snapshot, walls, find_contacts(snapshot, walls, tolerance=1e-9), velocity)
 
 
+def pressed(n: int, seed: int = 1) -> Case:
+    """A heap that overlaps: drawn together by up to 7 %, displaced by 10 mm and pushed apart for up to 119
+    rounds. By seed the door is open or closed, contacts are 1e-9 or 1e-3 m, masses and speeds differ."""
+    rng = np.random.default_rng(1000 * n + seed)
+    position, radius = _heap(n, seed)
+    position = position * rng.uniform(0.93, 0.995) + rng.normal(0, 0.01, (n, 2))
+    position[:, 0] = np.minimum(position[:, 0], -0.9 * radius)
+    for _ in range(int(rng.integers(0, 120))):
+        pair = cKDTree(position).query_pairs(2 * WIDEST, output_type="ndarray")
+        apart = position[pair[:, 1]] - position[pair[:, 0]]
+        distance = np.hypot(*apart.T)
+        overlap = np.maximum(radius[pair].sum(1) - distance, 0) / distance
+        push = 0.25 * overlap[:, None] * apart
+        moved = np.zeros((n, 2))
+        np.add.at(moved, pair[:, 0], -push)
+        np.add.at(moved, pair[:, 1], push)
+        moved[:, 0] -= 0.5 * np.maximum(position[:, 0] + radius, 0)
+        position = position + moved
+    even, shut, noisy = seed % 4 != 0, seed % 2 == 0, seed % 3 == 0
+    mass = np.full(n, 75.0) if even else rng.uniform(50.0, 110.0, n)
+    case = _case("pressed", position, radius, mass, 1e-3 if shut else 1e-9, closed=shut)
+    noise = rng.normal(0, 0.3, (n, 2)) if noisy else 0.0
+    return case._replace(left_velocity=case.left_velocity + noise)
+
+
 FAMILIES: dict[str, Callable[..., Case]] = {
     "heap": heap,
     "jammed": jammed,
@@ -131,6 +158,7 @@ FAMILIES: dict[str, Callable[..., Case]] = {
     "masses": masses,
     "gate": gate,
     "push": push,
+    "pressed": pressed,
 }
 
 

@@ -125,17 +125,17 @@ double norm(Scaled& s) {
         for (double value : v) square += value * value;
         return std::sqrt(square);
     };
-    double most = size();
+    // 10 rounds are far from the largest number: what they make is not scaled in between
+    double before = 1.0;
     for (int round = 0; round < POWER_ITERATIONS; ++round) {
-        for (double& value : v) value /= most;
+        if (round == POWER_ITERATIONS - 1) before = size();
         std::fill(s.ux.begin(), s.ux.end(), 0.0);
         std::fill(s.uy.begin(), s.uy.end(), 0.0);
         gather(s, v.data(), 0, k);
         for (std::size_t i = 0; i < s.inverse.size(); ++i) s.ux[i] *= s.inverse[i], s.uy[i] *= s.inverse[i];
         approach_scaled(s, v.data(), k);
-        most = size();
     }
-    return 1.02 * most;
+    return 1.02 * size() / before;
 }
 
 Scaled scaled_of(const System& s, const Parts& parts) {

@@ -43,7 +43,7 @@ constexpr int LOCAL_PIVOTS = 300;
 // step of a moving crowd, from random percussions; less of it beyond MEDIUM contacts, whose pivots take longer. They bound
 // the time that a search may take. Newton's method is tried where no contact changed, and after SOME steps nearer
 // than NEAR.
-constexpr int POINT = 10'000, SEVERAL = 4, STEP_POINT = 1500, RANDOM = 1500;
+constexpr int POINT = 12'000, SEVERAL = 4, STEP_POINT = 1500, RANDOM = 1500;
 constexpr double NEAR_POINT = 1e-5, MEDIUM = 1100.0;
 constexpr int SOME = 4;
 // States of an island's contacts that are tried in one search from random ones. Velocities farther apart than this share of

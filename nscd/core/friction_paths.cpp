@@ -44,6 +44,47 @@ LEVELS void add(double* __restrict to, const double* from, double by, std::size_
     for (std::size_t i = 0; i < size; ++i) to[i] += by * from[i];
 }
 
+// What a path knows of its contacts, for `steps_to_events`.
+struct Course {
+    const double *start, *push, *held, *v, *dv, *lam, *dlam;                 // along the normal
+    const double *start_s, *push_s, *held_tau, *s, *ds, *tau, *dtau;         // across it
+    const double *friction, *inverse_mass, *tangent_inverse;
+    const std::uint8_t* hold;
+    double t, way, compliance;
+};
+
+// How far t may go until the first and the second margin of each contact without dissipation is used up (see `margins`).
+LEVELS void steps_to_events(const Course& of, double* __restrict first, double* __restrict second, int k) {
+    const auto [start, push, held, v, dv, lam, dlam, start_s, push_s, held_tau, s, ds, tau, dtau, friction, inverse, tangent, hold, t, way, soft] = of;
+    const auto until = [](double left, double fast) { return (fast > 0.0 ? left > 0.0 ? left : 0.0 : INFINITE) / (fast > 0.0 ? fast : 1.0); };
+    for (int c = 0; c < k; ++c) {
+        const bool is_free = hold[c] == FREE, stuck = hold[c] == STICK;
+        const double mu = friction[c], side = hold[c] == FORWARD ? 1.0 : -1.0;
+        const double press = held[c] + lam[c], own = held_tau[c] + tau[c];
+        const double slip = side * (start_s[c] + s[c] + t * push_s[c] - soft * tangent[c] * tau[c]);
+        const double faster = side * (ds[c] + push_s[c] - soft * tangent[c] * dtau[c]);
+        const double gap = -start[c] - v[c] - t * push[c] - soft * inverse[c] * held[c];
+        first[c] = until(is_free ? gap : stuck ? mu * press - own : press, -way * (is_free ? -dv[c] - push[c] : stuck ? mu * dlam[c] - dtau[c] : dlam[c]));
+        second[c] = until(stuck ? mu * press + own : slip, is_free || mu == 0.0 ? 0.0 : -way * (stuck ? mu * dlam[c] + dtau[c] : faster));
+    }
+}
+
+// What `Path::set_forces` makes λ and τ from.
+struct Forces {
+    const double *v, *s, *push, *push_s, *start, *start_s, *held, *held_tau, *firm, *firm_s, *held_push, *friction, *kept;
+    const std::uint8_t *closed, *hold;
+    double t, offset;
+};
+LEVELS void forces_of(const Forces& of, double* __restrict lam, double* __restrict tau, int k) {
+    const auto [v, s, push, push_s, start, start_s, held, held_tau, firm, firm_s, held_push, friction, kept, closed, hold, t, offset] = of;
+    for (int c = 0; c < k; ++c) {
+        const double along = (v[c] + t * push[c] + offset * start[c]) * firm[c], across = (s[c] + t * push_s[c] + offset * start_s[c]) * firm_s[c];
+        const double by = hold[c] == FORWARD ? friction[c] : hold[c] == BACKWARD ? -friction[c] : 0.0;
+        const double one = closed[c] ? along : -offset * held[c], slid = by * (offset * held_push[c] + kept[c] * v[c] + one) - offset * held_tau[c];
+        lam[c] = one, tau[c] = hold[c] == STICK ? across : slid;
+    }
+}
+
 }  // namespace
 
 std::uint64_t Random::word() {
@@ -129,26 +170,25 @@ Path::Margins Path::margins(int c, double t) const {
     return m;
 }
 
-Path::Event Path::next_event(double t, double way) const {
+Path::Event Path::next_event(double t, double way) {
     Event next;
-    const auto consider = [&](int c, int which, double left, double rate) {
-        const double fast = -way * rate;  // how fast it is used up
-        left = left > 0.0 ? left : 0.0;
-        if (fast > 0.0 && left < next.step * fast) next = {left / fast, c, which};
-    };
-    const double *v = x_[V].data(), *dv = dx_[V].data(), *lam = x_[LAM].data(), *dlam = dx_[LAM].data(), *tau = x_[TAU].data(), *dtau = dx_[TAU].data();
-    const double *start = start_[0].data(), *push = push_[0].data(), *held = held_[0].data(), *held_tau = held_[1].data();
+    if (!p_.dissipates) {
+        const Course of{start_[0].data(), push_[0].data(), held_[0].data(), x_[V].data(), dx_[V].data(), x_[LAM].data(), dx_[LAM].data(),
+                        start_[1].data(), push_[1].data(), held_[1].data(), x_[S].data(), dx_[S].data(), x_[TAU].data(), dx_[TAU].data(),
+                        p_.friction.data(), p_.inverse_mass.data(), p_.tangent_inverse.data(), now_.hold.data(), t, way, compliance};
+        steps_to_events(of, along_.data(), across_.data(), p_.k);
+        for (int c = 0; c < p_.k; ++c) {
+            const bool stuck = now_.hold[c] == STICK;
+            if (along_[c] < next.step) next = {along_[c], c, stuck ? 1 : 0};
+            if (across_[c] < next.step) next = {across_[c], c, stuck ? 2 : 1};
+        }
+        return next;
+    }
     for (int c = 0; c < p_.k; ++c) {
-        const std::uint8_t hold = now_.hold[c];
-        if (p_.along[c] != 0.0 || hold == FORWARD || hold == BACKWARD) {
-            const Margins m = margins(c, t);
-            for (int which = 0; which < 3; ++which) consider(c, which, m[which].left, m[which].rate);
-        } else if (hold == FREE) {  // the same, for most contacts
-            consider(c, 0, -start[c] - v[c] - t * push[c] - compliance * p_.inverse_mass[c] * held[c], -dv[c] - push[c]);
-        } else {
-            const double most = p_.friction[c] * (held[c] + lam[c]), by = p_.friction[c] * dlam[c], own = held_tau[c] + tau[c];
-            consider(c, 1, most - own, by - dtau[c]);
-            consider(c, 2, most + own, by + dtau[c]);
+        const Margins m = margins(c, t);
+        for (int which = 0; which < 3; ++which) {
+            const double fast = -way * m[which].rate, left = std::max(m[which].left, 0.0);  // how fast it is used up
+            if (fast > 0.0 && left < next.step * fast) next = {left / fast, c, which};
         }
     }
     return next;
@@ -193,14 +233,9 @@ int Path::change_hold(int c, int which, double t) {
 // Where stuck, C u + ta − b = εw(λ − λ°) and T u + td = εw_t(τ − τ°); where sliding, what is beyond the latter is the slip
 // σ, and τ = ±μλ.
 void Path::set_forces(std::array<Numbers, 4>& x, double t, double offset) const {
-    for (int c = 0; c < p_.k; ++c) {
-        const double along = offset * held_[0][c], across = offset * held_[1][c];
-        const std::uint8_t hold = now_.hold[c];
-        x[LAM][c] = now_.closed[c] ? (x[V][c] + t * push_[0][c] + offset * start_[0][c]) * firm_[0][c] : -along;
-        if (hold == FREE) x[TAU][c] = -across;
-        else if (hold == STICK) x[TAU][c] = (x[S][c] + t * push_[1][c] + offset * start_[1][c]) * firm_[1][c];
-        else x[TAU][c] = slope(hold, p_.friction[c]) * (offset * held_push_[c] + p_.along[c] * x[V][c] + x[LAM][c]) - across;
-    }
+    const Forces of{x[V].data(), x[S].data(), push_[0].data(), push_[1].data(), start_[0].data(), start_[1].data(), held_[0].data(), held_[1].data(),
+                    firm_[0].data(), firm_[1].data(), held_push_.data(), p_.friction.data(), p_.along.data(), now_.closed.data(), now_.hold.data(), t, offset};
+    forces_of(of, x[LAM].data(), x[TAU].data(), p_.k);
 }
 
 namespace {

@@ -60,7 +60,7 @@ private:
         double step = INFINITE;
         int contact = -1, which = 0;
     };
-    Event next_event(double t, double way) const;
+    Event next_event(double t, double way);
     int change(const Event& event, double t);
     int change_hold(int c, int which, double t);
     void set_forces(std::array<Numbers, 4>& x, double t, double offset) const;

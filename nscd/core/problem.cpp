@@ -39,7 +39,9 @@ System chosen(const System& whole, std::span<const Index> contact, std::span<con
     };
     const auto moved = [&](const Numbers& given, int d) {
         Numbers some(given.empty() ? 0 : disk.size() * d);
-        for (std::size_t i = 0; i < some.size(); ++i) some[i] = given[std::size_t(disk[i / d]) * d + i % d];
+        auto* to = some.data();
+        if (!some.empty())
+            for (const Index i : disk) to = std::copy_n(given.data() + std::size_t(i) * d, d, to);
         return some;
     };
     s.first.resize(s.k), s.second.resize(s.k);

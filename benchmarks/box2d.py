@@ -1,0 +1,154 @@
+"""Box2D 3 beside the rigid engine: the same crowd, the same steps; its percussions judged as ours are.
+
+    python3.12 -m venv out/box2d && out/box2d/bin/pip install numpy box2d-python
+    python benchmarks/box2d.py --python out/box2d/bin/python [--scene arch] [--seconds 4]
+
+Box2D gets disks that do not turn, no friction, no restitution and, before each step, the velocities
+of free flight with the drive. CPU seconds are of the steps alone (`b2World_Step`; `Motion.advance`
+without the drive's field). The residual of a step is max|min(wλ, max(gap, 0)/h − C u)| / max|u_free|
+over its contacts with u = u_free − M⁻¹Cᵀλ: Box2D removes overlaps by and by, which is not counted.
+The overlap is the deepest after any step, the load the mean on all walls over the second half."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from machine import describe
+
+from analysis.engines.programs.rigid import motion_of
+from analysis.scene.scene import Scene
+from analysis.scene.shipped_scenes import make
+from nscd import Snapshot, _core, find_contacts
+
+WORLD = Path(__file__).parent / "processes" / "box2d_world.py"
+SUBSTEPS = (1, 4, 16, 64)
+
+
+class Step(NamedTuple):
+    """CPU seconds, residual, largest overlap (m) after it, Σλ of walls (N·s)."""
+
+    seconds: float
+    residual: float
+    overlap: float
+    on_walls: float
+
+
+def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> float:
+    """The residual of percussions λ of contacts (first, second, normal, gap, λ) in a step (s)."""
+    first, second, normal, gap, push = contacts
+    pair = second >= 0
+    velocity = u_free.copy()
+    impulse = push[:, None] * normal
+    np.subtract.at(velocity, first, impulse / mass[first, None])
+    np.add.at(velocity, second[pair], impulse[pair] / mass[second[pair], None])
+    other = np.where(pair[:, None], velocity[second], 0.0)
+    closing = (normal * (velocity[first] - other)).sum(1)
+    inverse = 1 / mass[first] + np.where(pair, 1 / mass[second], 0.0)
+    missed = np.abs(np.minimum(inverse * push, np.maximum(gap, 0.0) / step - closing)).max(initial=0.0)
+    return float(missed / np.hypot(*u_free.T).max())
+
+
+def overlap_of(position: Any, radius: Any, scene: Scene) -> float:
+    """The deepest overlap (m) of disks at positions."""
+    there = Snapshot(
+        position=position, velocity=np.zeros_like(position), radius=radius, mass=np.ones(len(radius))
+    )
+    found = find_contacts(there, scene.wall_segments(), tolerance=1e-3)
+    return max(0.0, -float(found.gap.min(initial=0.0)))
+
+
+def rigid(scene: Scene, steps: int) -> Iterator[Step]:
+    """Steps of this product's engine."""
+    motion = motion_of(scene, scene.snapshot)
+    motion.separate()
+    drive = scene.drive
+    assert drive is not None
+    share = motion.step / drive.relaxation_time_s
+    for _ in range(steps):
+        desired = drive.desired_velocity(motion.position, ids=scene.snapshot.ids)
+        free, _ = _core.freed(motion.velocity, desired, share, 0.0, 0.0)
+        motion._desired = lambda _, known=desired: known  # the field is not counted
+        started = time.process_time()
+        report = motion.advance()
+        seconds = time.process_time() - started
+        near = report.neighbours
+        contacts = near.first, near.second, near.normal, near.gap, report.reaction
+        residual = judged(free, (1 + share) * motion.mass, contacts, motion.step)
+        yield Step(seconds, residual, motion.overlap, float(report.reaction[near.second < 0].sum()))
+
+
+def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Step]:
+    """Steps of Box2D, from where the rigid engine begins."""
+    motion = motion_of(scene, scene.snapshot)
+    motion.separate()
+    drive, walls = scene.drive, scene.wall_segments()
+    assert drive is not None and walls is not None
+    share, n = motion.step / drive.relaxation_time_s, len(motion.mass)
+    mass = (1 + share) * motion.mass
+    with tempfile.TemporaryDirectory() as folder:
+        given = Path(folder) / "given.npz"
+        np.savez(
+            given, position=motion.position, radius=motion.radius, mass=mass, start=walls.start,
+            end=walls.end, step=motion.step, substeps=substeps,
+        )  # fmt: skip
+        words = [str(python), str(WORLD), str(given)]
+        with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as world:
+            assert world.stdin is not None and world.stdout is not None
+            position, velocity = motion.position, motion.velocity
+            for _ in range(steps):
+                desired = drive.desired_velocity(position, ids=scene.snapshot.ids)
+                free, _ = _core.freed(velocity, desired, share, 0.0, 0.0)
+                world.stdin.write(free.tobytes())
+                world.stdin.flush()
+                seconds, count = np.frombuffer(world.stdout.read(16))
+                state = np.frombuffer(world.stdout.read(32 * n)).reshape(2, n, 2)
+                position, velocity = state[0].copy(), state[1].copy()
+                found = np.frombuffer(world.stdout.read(48 * int(count))).reshape(-1, 6)
+                first, second = found[:, 0].astype(int), found[:, 1].astype(int)
+                # Box2D's normals point from the first body to the second, like ours
+                contacts = first, second, found[:, 2:4], found[:, 4], found[:, 5]
+                residual = judged(free, mass, contacts, motion.step)
+                overlap = overlap_of(position, motion.radius, scene)
+                yield Step(seconds, residual, overlap, float(found[second < 0, 5].sum()))
+
+
+def line(title: str, steps: list[Step], step: float) -> str:
+    """One row of the table."""
+    seconds, residual, overlap, load = (np.array(one) for one in zip(*steps, strict=True))
+    late = load[len(load) // 2 :].mean() / step
+    return (
+        f"| {title} | {seconds.sum():.2g} | {np.median(residual):.1e} | {residual.max():.1e} | "
+        f"{1e3 * overlap.max():.2g} | {late / 1e3:.3g} |"
+    )
+
+
+def main() -> None:
+    """Print the table, row by row."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("--python", type=Path, required=True, help="the one with box2d-python")
+    parser.add_argument("--scene", default="arch")
+    parser.add_argument("--seconds", type=float, default=4.0)
+    given = parser.parse_args()
+    print(describe(), end="\n\n")
+    print("| steps | CPU s | residual, median | largest | deepest overlap (mm) | load on walls (kN) |")
+    print("|---|---|---|---|---|---|", flush=True)
+    scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=0.005)
+    scene = scene.with_contact(restitution=0.0)
+    steps = round(given.seconds / 0.005)
+    for title, tolerance in (("rigid, exact", 1e-8), ("rigid, to 1e-4", 1e-4)):
+        made = scene.with_run(rigid_tolerance=tolerance)
+        print(line(title, list(rigid(made, steps)), 0.005), flush=True)
+    for substeps in SUBSTEPS:
+        found = list(box2d(scene, steps, given.python, substeps))
+        print(line(f"Box2D, {substeps} substeps", found, 0.005), flush=True)
+
+
+if __name__ == "__main__":
+    main()
