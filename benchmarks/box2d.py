@@ -51,14 +51,19 @@ def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> fl
     other = np.where(pair[:, None], velocity[second], 0.0)
     closing = (normal * (velocity[first] - other)).sum(1)
     inverse = 1 / mass[first] + np.where(pair, 1 / mass[second], 0.0)
-    missed = np.abs(np.minimum(inverse * push, np.maximum(gap, 0.0) / step - closing)).max(initial=0.0)
+    missed = np.abs(np.minimum(inverse * push, np.maximum(gap, 0.0) / step - closing)).max(
+        initial=0.0
+    )
     return float(missed / np.hypot(*u_free.T).max())
 
 
 def overlap_of(position: Any, radius: Any, scene: Scene) -> float:
     """The deepest overlap (m) of disks at positions."""
     there = Snapshot(
-        position=position, velocity=np.zeros_like(position), radius=radius, mass=np.ones(len(radius))
+        position=position,
+        velocity=np.zeros_like(position),
+        radius=radius,
+        mass=np.ones(len(radius)),
     )
     found = find_contacts(there, scene.wall_segments(), tolerance=1e-3)
     return max(0.0, -float(found.gap.min(initial=0.0)))
@@ -89,7 +94,8 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
     motion = motion_of(scene, scene.snapshot)
     motion.separate()
     drive, walls = scene.drive, scene.wall_segments()
-    assert drive is not None and walls is not None
+    assert drive is not None
+    assert walls is not None
     share, n = motion.step / drive.relaxation_time_s, len(motion.mass)
     mass = (1 + share) * motion.mass
     with tempfile.TemporaryDirectory() as folder:
@@ -100,7 +106,8 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
         )  # fmt: skip
         words = [str(python), str(WORLD), str(given)]
         with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as world:
-            assert world.stdin is not None and world.stdout is not None
+            assert world.stdin is not None
+            assert world.stdout is not None
             position, velocity = motion.position, motion.velocity
             for _ in range(steps):
                 desired = drive.desired_velocity(position, ids=scene.snapshot.ids)
@@ -137,7 +144,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=4.0)
     given = parser.parse_args()
     print(describe(), end="\n\n")
-    print("| steps | CPU s | residual, median | largest | deepest overlap (mm) | load on walls (kN) |")
+    print(
+        "| steps | CPU s | residual, median | largest | deepest overlap (mm) | load on walls (kN) |"
+    )
     print("|---|---|---|---|---|---|", flush=True)
     scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=0.005)
     scene = scene.with_contact(restitution=0.0)

@@ -91,7 +91,7 @@ public:
 
     // From an answer that is near.
     void run(Rubbed at, int effort) {
-        if (!by_proximal(at)) by_point(at, int(effort * std::min(1.0, MEDIUM / p_.k)) / (p_.dissipates ? SEVERAL : 1));
+        if (!by_proximal(at)) by_point(at, int(effort * std::min(1.0, MEDIUM / p_.k * (MEDIUM / p_.k))) / (p_.dissipates ? SEVERAL : 1));
     }
 
     // From random states and percussions, for an answer that is not among the known ones.

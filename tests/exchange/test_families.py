@@ -18,7 +18,9 @@ from benchmarks.problems.families import (
     chain,
     heap,
     jammed,
+    pressed,
 )
+from nscd import solve
 
 SIZE = 300
 
@@ -64,6 +66,17 @@ def test_jammed_disks_rest_under_their_overlaps():
     drive = push * case.left_velocity / 2.0
     balance = drive + contacts.momentum_change(force[:, None] * contacts.normal, SIZE)
     assert np.abs(balance).max() < 1.01 * REST * force.mean()
+
+
+def test_pressed_disks_overlap_and_keep_the_door_that_their_seed_gives():
+    for seed, walls in ((1, 2), (2, 1)):
+        case = pressed(SIZE, seed)
+        # displacements of 10 mm alone would leave half of the contacts apart
+        assert (case.contacts.gap < -1e-6).mean() > 0.5
+        assert len(case.walls) == walls
+        assert (
+            solve(case.snapshot, case.contacts, left_velocity=case.left_velocity).status == "solved"
+        )
 
 
 def test_accuracy_of_a_closed_form():
