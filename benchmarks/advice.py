@@ -8,6 +8,7 @@ are kept in `--runs` (out/advice): interrupted, all three go on where they stopp
 
 import argparse
 import dataclasses
+import itertools
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -16,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
+from machine import head, line, table
 
 from analysis.advice.candidates import Candidate, Question, rates_of
 from analysis.advice.choice import SHARES, advise, setting
@@ -52,7 +54,7 @@ QUESTIONS = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """One question, one scene, one asked error.
 
@@ -94,11 +96,8 @@ def outcome(scene: Scene, entry: Entry, words: str, asked: float, library: Libra
     advice = advise(scene, question, library=library)
     points = [p for p in entry.points if p.load == question.load and p.method in question.methods]
     if question.against == "model":
-        points = [
-            p
-            for p in points
-            if p.law == scene.contact.law and p.stiffness_N_per_m == entry.stiffness_N_per_m
-        ]
+        own = scene.contact.law, entry.stiffness_N_per_m
+        points = [p for p in points if (p.law, p.stiffness_N_per_m) == own]
     reaching = [p for p in points if (e := error_of(p, question)) is not None and e <= asked]
     best = min((p.cpu_seconds or 0.0 for p in reaching), default=None)
     measured, times = None, None
@@ -107,15 +106,7 @@ def outcome(scene: Scene, entry: Entry, words: str, asked: float, library: Libra
         measured = None if same is None else error_of(same, question)
         if same is not None and best is not None and same.cpu_seconds is not None:
             times = same.cpu_seconds / best
-    return Outcome(
-        scene=entry.name,
-        words=words,
-        asked=asked,
-        choice=advice.choice,
-        measured=measured,
-        times_best=times,
-        reachable=best is not None,
-    )
+    return Outcome(entry.name, words, asked, advice.choice, measured, times, best is not None)
 
 
 def error_of(point: Point, question: Question) -> float | None:
@@ -136,42 +127,34 @@ def is_setting(point: Point, candidate: Candidate) -> bool:
     return same and abs(point.stiffness_N_per_m / candidate.stiffness_N_per_m - 1) < 1e-9
 
 
-def summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """Lines of a Markdown table: each question at each asked error."""
-    head = "| question | asked | promised | held | refused | rightly "
-    yield head + "| cost over the cheapest found, median and most |"
-    yield "|---|---|---|---|---|---|---|"
-    for words in QUESTIONS:
-        for asked in ASKED:
-            ours = [o for o in outcomes if o.words == words and o.asked == asked]
-            made, refused = [o for o in ours if o.choice], [o for o in ours if not o.choice]
-            times = [o.times_best for o in made if o.times_best is not None]
-            cost = f"{np.median(times):.2f}, {max(times):.2f}" if times else "–"
-            yield (
-                f"| {words} | {percent(asked, 2)} | {len(made)} | {sum(o.held for o in made)} "
-                f"| {len(refused)} | {sum(o.held for o in refused)} | {cost} |"
-            )
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """A Markdown table: each question at each asked error."""
+    rows = []
+    for words, asked in itertools.product(QUESTIONS, ASKED):
+        ours = [o for o in outcomes if o.words == words and o.asked == asked]
+        made, refused = [o for o in ours if o.choice], [o for o in ours if not o.choice]
+        times = [o.times_best for o in made if o.times_best is not None]
+        cost = f"{np.median(times):.2f}, {max(times):.2f}" if times else "–"
+        counts = [n for some in (made, refused) for n in (len(some), sum(o.held for o in some))]
+        rows.append([words, percent(asked, 2), *counts, cost])
+    names = ("question", "asked", "promised", "held", "refused", "rightly")
+    return table([*names, "cost over the cheapest found, median and most"], rows)
 
 
-def details(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """Lines of a Markdown table: every scene and question at one asked error."""
-    head = f"| scene | question | choice for {percent(SHOWN, 2)} | promised | measured "
-    yield head + "| cost over the cheapest found |"
-    yield "|---|---|---|---|---|---|"
-    for o in outcomes:
-        if o.asked != SHOWN:
-            continue
+def details(outcomes: Sequence[Outcome]) -> str:
+    """A Markdown table: every scene and question at one asked error."""
+    rows = []
+    for o in (o for o in outcomes if o.asked == SHOWN):
         if o.choice is None:
             rightly = "nothing reaches it" if o.held else "**but something reaches it**"
-            yield f"| {o.scene} | {o.words} | refused | – | {rightly} | – |"
+            rows.append([o.scene, o.words, "refused", "–", rightly, "–"])
             continue
         measured = "did not end well" if o.measured is None else percent(o.measured, 2)
+        told = [setting(o.choice), percent(o.choice.promised_error, 2)]
         times = "–" if o.times_best is None else f"{o.times_best:.2f}"
-        yield (
-            f"| {o.scene} | {o.words} | {setting(o.choice)} "
-            f"| {percent(o.choice.promised_error, 2)} "
-            f"| {measured if o.held else f'**{measured}**'} | {times} |"
-        )
+        rows.append([o.scene, o.words, *told, measured if o.held else f"**{measured}**", times])
+    names = ("scene", "question", f"choice for {percent(SHOWN, 2)}", "promised", "measured")
+    return table([*names, "cost over the cheapest found"], rows)
 
 
 def test(runs: Path, processes: int | None, names: Sequence[str]) -> None:
@@ -190,26 +173,16 @@ def test(runs: Path, processes: int | None, names: Sequence[str]) -> None:
     kept = [name for name in scenes if all(o.held for o in made if o.scene == name)]
     dear = [o for o in made if o.times_best is not None and o.times_best > 2]
     refused = [o for o in outcomes if o.choice is None]
-    closer = [
-        o
-        for o in made
-        if o.measured is not None and o.choice and o.measured <= o.choice.promised_error
-    ]
+    closer = sum(
+        o.measured <= o.choice.promised_error for o in made if o.choice and o.measured is not None
+    )
     print(
         f"{len(made)} promises, {sum(o.held for o in made)} within the asked error; every promise "
-        f"held on {len(kept)} of"
+        f"held on {len(kept)} of\n{len(scenes)} unseen scenes. {closer} are also within the smaller "
+        f"error that the choice itself promised.\n{len(dear)} choices cost more than twice the "
+        f"cheapest found. {len(refused)} refusals, of which\n{sum(o.held for o in refused)} rightly: "
+        f"no setting measured reaches the asked error.\n\n{summary(outcomes)}\n\n{details(outcomes)}"
     )
-    print(
-        f"{len(scenes)} unseen scenes. {len(closer)} are also within the smaller error that the "
-        "choice itself promised."
-    )
-    print(
-        f"{len(dear)} choices cost more than twice the cheapest found. {len(refused)} refusals, of "
-        "which"
-    )
-    print(f"{sum(o.held for o in refused)} rightly: no setting measured reaches the asked error.\n")
-    for line in (*summary(outcomes), "", *details(outcomes)):
-        print(line)
 
 
 def impacts(runs: Path, processes: int | None) -> None:
@@ -217,9 +190,8 @@ def impacts(runs: Path, processes: int | None) -> None:
     every promise compares with what was measured."""
     question = Question(error=TIGHT, against="model", methods=SOFT)
     over: list[float] = []
-    asked = percent(TIGHT, 2)
-    print(f"| impact | disks | choice for {asked} | promised | measured | promised/measured |")
-    print("|---|---|---|---|---|---|")
+    names = ("impact", "disks", f"choice for {percent(TIGHT, 2)}", "promised", "measured")
+    print(head(*names, "promised/measured"))
     with workers(processes) as executor:
         for scene, entry in entries(IMPACTS, runs, executor):
             advice = advise(scene, question, library=stored_library())
@@ -230,12 +202,12 @@ def impacts(runs: Path, processes: int | None) -> None:
                     measured[same] = point.numerical_error
             ratios = [c.promised_error / error for c, error in measured.items()]
             over += ratios
-            told = "refused | – | –"
+            told = ["refused", "–", "–"]
             if (choice := advice.choice) is not None:
                 errors = (choice.promised_error, measured[choice])
-                told = " | ".join((setting(choice), *(percent(error, 2) for error in errors)))
+                told = [setting(choice), *(percent(error, 2) for error in errors)]
             spread = f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)})"
-            print(f"| {entry.name} | {entry.likeness.disks} | {told} | {spread} |", flush=True)
+            print(line([entry.name, entry.likeness.disks, *told, spread]), flush=True)
     print(f"\n{len(over)} promises: {min(over):.2f} to {max(over):.2f} times what was measured.")
 
 

@@ -15,49 +15,26 @@ import scipy.sparse as sparse
 from benchmarks.problems.families import Case
 from nscd import Contacts, Snapshot, Walls
 
+DISKS = ("position", "velocity", "radius", "mass")
+WALLS = ("start", "end")
+CONTACTS = ("first", "second", "is_wall", "normal", "gap", "point")
+
 
 def write_case(path: Path, case: Case) -> None:
     """Write a case as .npz."""
-    contacts = case.contacts
-    np.savez(
-        path,
-        name=case.name,
-        position=case.snapshot.position,
-        velocity=case.snapshot.velocity,
-        radius=case.snapshot.radius,
-        mass=case.snapshot.mass,
-        start=case.walls.start,
-        end=case.walls.end,
-        first=contacts.first,
-        second=contacts.second,
-        is_wall=contacts.is_wall,
-        normal=contacts.normal,
-        gap=contacts.gap,
-        point=contacts.point,
-        left_velocity=case.left_velocity,
-    )
+    parts = ((case.snapshot, DISKS), (case.walls, WALLS), (case.contacts, CONTACTS))
+    arrays = {name: getattr(part, name) for part, names in parts for name in names}
+    np.savez(path, name=case.name, left_velocity=case.left_velocity, **arrays)
 
 
 def read_case(path: Path) -> Case:
     """Read what `write_case` wrote."""
     with np.load(path) as file:
-        a = {name: file[name] for name in file.files}
-    return Case(
-        name=str(a["name"]),
-        snapshot=Snapshot(
-            position=a["position"], velocity=a["velocity"], radius=a["radius"], mass=a["mass"]
-        ),
-        walls=Walls(start=a["start"], end=a["end"]),
-        contacts=Contacts(
-            first=a["first"],
-            second=a["second"],
-            is_wall=a["is_wall"],
-            normal=a["normal"],
-            gap=a["gap"],
-            point=a["point"],
-        ),
-        left_velocity=a["left_velocity"],
-    )
+        disks, walls, contacts = (
+            {name: file[name] for name in names} for names in (DISKS, WALLS, CONTACTS)
+        )
+        name, left = str(file["name"]), file["left_velocity"]
+    return Case(name, Snapshot(**disks), Walls(**walls), Contacts(**contacts), left)
 
 
 class Scaled(NamedTuple):
@@ -103,14 +80,9 @@ def scaled(case: Case) -> Scaled:
     weight = np.sqrt(case.contacts.inverse_mass(case.snapshot.mass))
     left = case.left_velocity.ravel()
     size = np.sqrt(mass.mean()) * np.abs(left).max()
-    rows = (
-        sparse.diags_array(1 / weight)
-        @ case.contacts.normal_matrix(n)
-        @ sparse.diags_array(mass**-0.5)
-    )
-    return Scaled(
-        left * np.sqrt(mass) / size, sparse.csc_matrix(rows), size / weight, size / np.sqrt(mass)
-    )
+    normals, root = case.contacts.normal_matrix(n), np.sqrt(mass)
+    rows = sparse.diags_array(1 / weight) @ normals @ sparse.diags_array(1 / root)
+    return Scaled(left * root / size, sparse.csc_matrix(rows), size / weight, size / root)
 
 
 class Accuracy(NamedTuple):
@@ -137,11 +109,8 @@ def accuracy(case: Case, reaction: Any, own_velocity: Any | None) -> Accuracy:
     momentum = rows.T @ reaction
 
     def residual(velocity: Any) -> float:
-        found = (
-            float(np.abs(np.minimum(weight * reaction, -(rows @ velocity))).max(initial=0.0))
-            / scale
-        )
-        return found if np.isfinite(found) else np.inf
+        missed = np.abs(np.minimum(weight * reaction, -(rows @ velocity))).max(initial=0.0)
+        return float(missed) / scale if np.isfinite(missed) else np.inf
 
     velocity = left - momentum / mass
     best = Accuracy(residual(velocity), velocity, False)

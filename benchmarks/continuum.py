@@ -3,12 +3,12 @@ pressure under refinement.
 
 python benchmarks/continuum.py [--largest 100000]"""
 
-import argparse
+import itertools
 import time
 from typing import NamedTuple
 
 import numpy as np
-from machine import describe
+from machine import describe, head, line, options, table
 
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import random_speeds, toward_exit
@@ -56,18 +56,9 @@ def measure(order: int, left: str, wanted: float) -> Row:
         answer = collide(Space(mesh, order), MEDIUM, LEFT[left])
         wall.append(time.perf_counter() - begin)
         cpu.append(time.process_time() - used)
-    return Row(
-        order,
-        left,
-        int(answer.space.basis.N),
-        mesh_s,
-        min(wall),
-        min(cpu),
-        answer.iterations,
-        answer.residual,
-        answer.energy.error,
-        answer.status,
-    )
+    unknowns = int(answer.space.basis.N)
+    found = answer.iterations, answer.residual, answer.energy.error, answer.status
+    return Row(order, left, unknowns, mesh_s, min(wall), min(cpu), *found)
 
 
 def growth(name: str, rows: list[Row]) -> str:
@@ -78,49 +69,39 @@ def growth(name: str, rows: list[Row]) -> str:
     worst = np.exp(np.abs(t - slope * n - start).max()) - 1
     return (
         f"{name}: CPU seconds grow as N^{slope:.2f} over all sizes (farthest from the line: "
-        f"{worst:.0%}), "
-        f"as N^{upper:.2f} between the two largest."
+        f"{worst:.0%}), as N^{upper:.2f} between the two largest."
     )
 
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--largest", type=float, default=100_000, help="unknowns of the largest room"
-    )
-    largest = parser.parse_args().largest
-    print(describe(), "\n")
-    sizes = [
-        n for n in (3_125, 6_250, 12_500, 25_000, 50_000, 100_000, 200_000, 400_000) if n <= largest
-    ]
+    largest = options(__doc__, largest=100_000.0).largest
+    sizes = [3125 * 2**k for k in range(8) if 3125 * 2**k <= largest]
+    print(describe(), end="\n\n")
     print(
-        "| elements | u⁻ | unknowns | mesh CPU s | collision s | CPU s | sets | residual "
-        "| energy error | status |"
+        head(
+            *("elements", "u⁻", "unknowns", "mesh CPU s", "collision s", "CPU s", "sets"),
+            *("residual", "energy error", "status"),
+        )
     )
-    print("|---|---|---|---|---|---|---|---|---|---|")
     fits = []
-    for order in (1, 2):
-        for left in LEFT:
-            rows = [measure(order, left, size) for size in sizes]
-            for r in rows:
-                print(
-                    f"| P{r.order} | {r.left} | {r.unknowns} | {r.mesh_s:.2f} | {r.seconds:.2f} "
-                    f"| {r.cpu_s:.2f} "
-                    f"| {r.iterations} | {r.residual:.1e} | {r.energy_error:.1e} | {r.status} |",
-                    flush=True,
-                )
-            fits.append(growth(f"P{order}, {left}", rows))
+    for order, left in itertools.product((1, 2), LEFT):
+        rows = [measure(order, left, size) for size in sizes]
+        for r in rows:
+            seconds = [f"{one:.2f}" for one in (r.mesh_s, r.seconds, r.cpu_s)]
+            errors = [f"{one:.1e}" for one in (r.residual, r.energy_error)]
+            cells = [f"P{r.order}", r.left, r.unknowns, *seconds, r.iterations, *errors, r.status]
+            print(line(cells), flush=True)
+        fits += [growth(f"P{order}, {left}", rows)] if len(rows) > 1 else []
     print("", *fits, "", sep="\n")
-    print(
-        "| mesh | side m | unknowns | largest p in a triangle N·s/m | over a body (0.2 m) |\n"
-        "|---|---|---|---|---|"
-    )
-    for name, grading in (("uniform", 1.0), ("graded", 0.4)):
-        for p in largest_pressures(
-            ROOM, MEDIUM, TOWARD, Kernel(width=0.2), [1, 0.5, 0.25], grading=grading
-        ):
-            print(f"| {name} | {p.size:g} | {p.unknowns} | {p.raw:.0f} | {p.body:.0f} |")
+    names = ("mesh", "side m", "unknowns", "largest p in a triangle N·s/m", "over a body (0.2 m)")
+    body = Kernel(width=0.2)
+    pressures = [
+        [name, f"{p.size:g}", p.unknowns, f"{p.raw:.0f}", f"{p.body:.0f}"]
+        for name, grading in (("uniform", 1.0), ("graded", 0.4))
+        for p in largest_pressures(ROOM, MEDIUM, TOWARD, body, [1, 0.5, 0.25], grading=grading)
+    ]
+    print(table(names, pressures))
 
 
 if __name__ == "__main__":

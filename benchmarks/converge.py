@@ -8,10 +8,9 @@ they are; with --read nothing is run, and models are compared on the crowds that
 Prints a table, writes FOLDER/converge.png and FOLDER/whole_runs.json and .csv. With --store the
 statistics named take the place of those that advice reads (analysis/advice/whole_runs.json)."""
 
-import argparse
 from pathlib import Path
 
-from machine import describe
+from machine import describe, options, table
 
 from analysis.advice import motion as advice
 from analysis.advice.motion import stored_whole_runs
@@ -19,7 +18,6 @@ from analysis.scene.scene import read_scene
 from analysis.support.files import write_json
 from analysis.work_precision.whole_runs import (
     RIGID,
-    Precision,
     Setting,
     content_of,
     crowds_of,
@@ -47,25 +45,12 @@ def setting_of(model: str) -> Setting:
     return Setting(engine=engine, stiffness_N_per_m=float(value))
 
 
-def table(found: Precision) -> str:
-    """Write the table of a page as Markdown."""
-    head = ["model", "crowds", "CPU s", "with impulses (s)"]
-    head += [f"{one.title} ({one.unit})" for one in found.statistics.values()]
-    lines = [head, ["---"] * len(head), *whole_runs_rows(found)]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def main() -> None:
     """Run every crowd by every model, one after the other, and compare them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--scene", default="scenes/arch.toml")
-    parser.add_argument("--crowds", type=int, default=10)
-    parser.add_argument("--duration", type=float, default=4.0)
-    parser.add_argument("--models", nargs="+", default=MODELS)
-    parser.add_argument("--read", action="store_true")
-    parser.add_argument("--store", nargs="+", default=[], metavar="STATISTIC")
-    given = parser.parse_args()
+    given = options(
+        __doc__, "out", scene="scenes/arch.toml", crowds=10, duration=4.0, models=MODELS,
+        read=False, store=(),
+    )  # fmt: skip
     scene = read_scene(given.scene).with_run(
         duration_s=given.duration, frames=round(FRAMES * given.duration)
     )
@@ -75,7 +60,9 @@ def main() -> None:
         for run in one.every:
             print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
     found = measure_whole_runs(scene, every, read_only=True)
-    print(describe(), table(found), sep="\n\n")
+    head = ["model", "crowds", "CPU s", "with impulses (s)"]
+    head += [f"{one.title} ({one.unit})" for one in found.statistics.values()]
+    print(describe(), table(head, whole_runs_rows(found)), sep="\n\n")
     points = list(points_of(found))
     write_whole_runs(given.out, points)
     if given.store:

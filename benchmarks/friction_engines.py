@@ -8,13 +8,13 @@ only: where contacts stick it leaves forces open. So an engine's forces are held
 ones that are admissible: how far each normal and tangential force lies outside its interval, over
 the mean normal force."""
 
-import argparse
+import itertools
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from machine import describe
+from machine import describe, head, line, options
 
 from analysis.compare.comparison import Comparison, compare_run
 from analysis.engines.run import simulate
@@ -24,9 +24,9 @@ from nscd.indeterminacy.cones import Cones
 # A contact slides if this share of its friction is mobilised.
 SLIDES = 0.999
 COLUMNS = (
-    "engine | k (N/m) | contacts | only one model has it | mobilised | slide | rigid: slide | "
-)
-COLUMNS += "rigid: determined | outside, normal | outside, tangential"
+    "engine", "k (N/m)", "contacts", "only one model has it", "mobilised", "slide", "rigid: slide",
+    "rigid: determined", "outside, normal", "outside, tangential",
+)  # fmt: skip
 
 
 def outside(value: Any, ends: Any) -> Any:
@@ -34,8 +34,8 @@ def outside(value: Any, ends: Any) -> Any:
     return np.maximum(np.maximum(ends[:, 0] - value, value - ends[:, 1]), 0.0)
 
 
-def line(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
-    """One line of the table."""
+def row(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
+    """One row of the table."""
     match, rigid = found.match, found.percussions
     both = match.in_penalty & match.in_rigid
     normal = (match.penalty * match.contacts.normal).sum(1)
@@ -62,7 +62,7 @@ def line(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
         f"{(known.normal & known.tangential).mean():.2f}",
         f"{one.max(initial=0.0) / mean:.1e}", f"{two.max(initial=0.0) / mean:.1e}",
     ]  # fmt: skip
-    return " | ".join(map(str, cells))
+    return line(cells)
 
 
 def found_keys(found: Comparison) -> Any:
@@ -84,26 +84,21 @@ def found_keys(found: Comparison) -> Any:
 
 def main() -> None:
     """Run the engines and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
-    parser.add_argument("--engines", nargs="*", default=["lammps"])
-    parser.add_argument("--stiffness", nargs="*", type=float, default=[1e6, 1e7, 1e8])
-    parser.add_argument("--disks", type=int, default=40)
-    parser.add_argument("--mu", type=float, default=0.3)
-    parser.add_argument("--seconds", type=float, default=8.0)
-    parser.add_argument("--out", type=Path, default=Path("out/benchmark/friction_engines"))
-    arguments = parser.parse_args()
+    given = options(
+        __doc__, engines=("lammps",), stiffness=(1e6, 1e7, 1e8), disks=40, mu=0.3, seconds=8.0,
+        out=Path("out/benchmark/friction_engines"),
+    )  # fmt: skip
     print(describe(), file=sys.stderr)
-    print(COLUMNS)
-    for engine in arguments.engines:
-        for stiffness in arguments.stiffness:
-            scene = make("jam", arguments.disks)
-            scene = scene.with_contact(friction=arguments.mu, stiffness_N_per_m=stiffness)
-            scene = scene.with_run(duration_s=arguments.seconds, frames=2)
-            folder = arguments.out / f"{engine}_{stiffness:g}"
-            if not (folder / "run.json").exists():
-                simulate(scene, engine, folder)
-            found = compare_run(folder, time=arguments.seconds)
-            print(line(engine, stiffness, found, arguments.mu), flush=True)
+    print(head(*COLUMNS))
+    for engine, stiffness in itertools.product(given.engines, given.stiffness):
+        scene = make("jam", given.disks)
+        scene = scene.with_contact(friction=given.mu, stiffness_N_per_m=stiffness)
+        scene = scene.with_run(duration_s=given.seconds, frames=2)
+        folder = given.out / f"{engine}_{stiffness:g}"
+        if not (folder / "run.json").exists():
+            simulate(scene, engine, folder)
+        found = compare_run(folder, time=given.seconds)
+        print(row(engine, stiffness, found, given.mu), flush=True)
 
 
 if __name__ == "__main__":

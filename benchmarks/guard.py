@@ -1,9 +1,9 @@
 """What the guard costs: CPU seconds of the same run with and without it, alternating; the ratio of
 the medians and of the least of each.
 
-Usage: python benchmarks/guard.py [--repeats N] [--engine lammps|yade] [SCENE …]"""
+Usage: python benchmarks/guard.py [--repeats N] [--engine lammps yade] [--scenes SCENE …]"""
 
-import argparse
+import itertools
 import os
 import resource
 import statistics
@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from machine import describe
+from machine import describe, head, line, options
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -39,31 +39,23 @@ def cpu_seconds(engine: str, scene: str, guard: str, out: Path) -> float:
 
 def main() -> None:
     """Print one row per scene and engine."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=["arch", "jam", "corridor", "four_disks"])
-    parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument(
-        "--engine", nargs="+", default=["lammps", "yade"], choices=["lammps", "yade"]
-    )
-    arguments = parser.parse_args()
-    print(describe())
+    scenes = ("arch", "jam", "corridor", "four_disks")
+    given = options(__doc__, scenes=scenes, repeats=5, engine=dict.fromkeys(("lammps", "yade")))
     print(
-        f"{'engine':<8}{'scene':<14}{'without (CPU s)':>16}{'with':>9}{'medians':>10}{'least':>9}"
+        describe(),
+        head("engine", "scene", "without (CPU s)", "with", "medians", "least"),
+        sep="\n\n",
     )
-    for engine in arguments.engine:
-        for scene in arguments.scenes:
-            spent: dict[str, list[float]] = {"no": [], "yes": []}
-            with tempfile.TemporaryDirectory() as folder:
-                for _ in range(arguments.repeats):
-                    for guard, seconds in spent.items():
-                        seconds.append(cpu_seconds(engine, scene, guard, Path(folder)))
-            without, guarded = (statistics.median(spent[guard]) for guard in ("no", "yes"))
-            least = min(spent["yes"]) / min(spent["no"]) - 1
-            print(
-                f"{engine:<8}{scene:<14}{without:>16.3f}{guarded:>9.3f}"
-                f"{100 * (guarded / without - 1):>+9.1f}%{100 * least:>+8.1f}%",
-                flush=True,
-            )
+    for engine, scene in itertools.product(given.engine, given.scenes):
+        spent: dict[str, list[float]] = {"no": [], "yes": []}
+        with tempfile.TemporaryDirectory() as folder:
+            for _ in range(given.repeats):
+                for guard, seconds in spent.items():
+                    seconds.append(cpu_seconds(engine, scene, guard, Path(folder)))
+        without, guarded = (statistics.median(spent[guard]) for guard in ("no", "yes"))
+        least = min(spent["yes"]) / min(spent["no"]) - 1
+        shares = [f"{100 * share:+.1f} %" for share in (guarded / without - 1, least)]
+        print(line([engine, scene, f"{without:.3f}", f"{guarded:.3f}", *shares]), flush=True)
 
 
 if __name__ == "__main__":

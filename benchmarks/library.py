@@ -56,7 +56,7 @@ MOST_DENSE = 500
 def rough(name: str, limit: float) -> Callable[..., Result | None]:
     """The solver with friction of this name: a function of case, problem, rows and μ."""
     if name == "nscd":
-        return lambda case, problem, rows, mu: own(case, problem, rows, mu)
+        return own
     if name == "Gauss-Seidel":
         return lambda case, problem, rows, mu: plain(case, problem, rows, limit)
     solver = name.split()[1]
@@ -158,14 +158,8 @@ def answered(given: argparse.Namespace) -> None:
         case = Case(entry["name"], read.snapshot, walls, read.contacts, read.left_velocity)
         run = with_friction if entry["friction"] else without_friction
         files = {name: given.out / name / entry["file"] for name in given.solvers}
-        todo = {name: file for name, file in files.items() if not file.exists()}
-        run(
-            case,
-            entry["friction"],
-            {n: todo[n] for n in todo if n not in missing},
-            given.limit,
-            missing,
-        )
+        todo = {n: file for n, file in files.items() if n not in missing and not file.exists()}
+        run(case, entry["friction"], todo, given.limit, missing)
 
 
 def without_friction(

@@ -1,9 +1,13 @@
-"""The machine that a benchmark ran on, in words, and its memory bandwidth."""
+"""What every script shares: the machine in words and its memory bandwidth, options, tables."""
 
+import argparse
 import os
 import platform
 import time
+from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +36,46 @@ def bandwidth() -> float:
         a += b
         best = min(best, time.perf_counter() - started)
     return 3 * 8 * size / best
+
+
+def options(words: str | None, *places: str, **defaults: Any) -> argparse.Namespace:
+    """Read the options of a script; words: its docstring, which says what they mean.
+
+    places: names of paths that must be given, "…" after the name of several.
+    defaults: an option of the type of its default: a tuple takes several values, a dict some of its
+        keys (all by default), False is a switch, a type has no default."""
+    kind = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=words, formatter_class=kind)
+    for name in places:
+        several = {"nargs": "*"} if name.endswith("…") else {}
+        parser.add_argument(name.rstrip("…"), type=Path, **several)
+    for name, value in defaults.items():
+        given: dict[str, Any] = {"default": value, "type": type(value)}
+        if value is False:
+            given = {"action": "store_true"}
+        elif isinstance(value, type):
+            given = {"type": value}
+        elif isinstance(value, dict):
+            given = {"default": list(value), "nargs": "*", "choices": list(value)}
+        elif isinstance(value, tuple):
+            given |= {"nargs": "*", "type": type(value[0]) if value else str}
+        parser.add_argument(f"--{name.replace('_', '-')}", **given)
+    return parser.parse_args()
+
+
+def line(cells: Iterable[object]) -> str:
+    """A row of a table in Markdown."""
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def head(*names: str) -> str:
+    """The head of a table in Markdown."""
+    return f"{line(names)}\n{line(['---'] * len(names))}"
+
+
+def table(names: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table in Markdown."""
+    return "\n".join([head(*names), *map(line, rows)])
 
 
 def _version(name: str) -> str | None:

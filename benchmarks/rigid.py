@@ -8,13 +8,13 @@ start is in the CPU time. The residual is the largest of a step from each frame,
 energy is the kinetic one at the end. The last line fits the price of the rigid engine, start and disk step, as
 `analysis/advice/library.py` has it."""
 
-import argparse
+import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from machine import describe
+from machine import describe, head, line, options
 from scipy.optimize import nnls
 
 from analysis.dumps import open_bodies, snapshot_of
@@ -65,21 +65,21 @@ def residual_of(frames: Sequence[Snapshot], scene: Scene) -> float:
 
 def main() -> None:
     """Print the table, row by row."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
-    parser.add_argument("--share", type=float, default=1.0, help="of the simulated time")
-    parser.add_argument("--friction", type=float, default=0.0)
     titles = [title for title, _, _ in MODELS]
-    usual = [title for title in titles if title != WITH_FRICTION]
-    parser.add_argument("--models", nargs="+", choices=titles, default=usual)
-    parser.add_argument("--out", type=Path, default=None)
-    given = parser.parse_args()
+    usual = tuple(title for title in titles if title != WITH_FRICTION)
+    given = options(
+        __doc__, scenes=SCENES, share=1.0, friction=0.0, models=usual, out=Path
+    )  # share: of the simulated time
+    if unknown := set(given.models) - set(titles):
+        sys.exit(f"models: {', '.join(unknown)}; there are: {', '.join(titles)}")
     print(describe(), end="\n\n")
     print(
-        "| scene | simulated | model | steps | CPU s | CPU s per s | deepest overlap (m) | "
-        "largest residual | energy (J) |"
+        head(
+            *("scene", "simulated", "model", "steps", "CPU s", "CPU s per s"),
+            *("deepest overlap (m)", "largest residual", "energy (J)"),
+        ),
+        flush=True,
     )
-    print("|---|---|---|---|---|---|---|---|---|", flush=True)
     out = given.out or Path(tempfile.mkdtemp())
     work, seconds = [], []
     for name in given.scenes:
@@ -97,12 +97,10 @@ def main() -> None:
             frames = frames_of(folder)
             residual = "–" if soft else f"{residual_of(frames, made):.1e}"
             energy = 0.5 * frames[-1].mass @ (frames[-1].velocity ** 2).sum(1)
-            print(
-                f"| {name} | {simulated:g} s | {title} | {record.steps:,} | "
-                f"{record.cpu_seconds:.1f} | {record.cpu_seconds / simulated:.2g} | "
-                f"{overlap_of(frames, made):.1e} | {residual} | {energy:.3g} |",
-                flush=True,
-            )
+            spent = f"{record.cpu_seconds:.1f}", f"{record.cpu_seconds / simulated:.2g}"
+            cells = [name, f"{simulated:g} s", title, f"{record.steps:,}", *spent]
+            overlap = f"{overlap_of(frames, made):.1e}"
+            print(line([*cells, overlap, residual, f"{energy:.3g}"]), flush=True)
     if len(work) > 1:
         taken = np.array(seconds)
         rows = np.column_stack([1.0 / taken, np.array(work) / taken])

@@ -9,7 +9,6 @@ frame alone, and how far those of a block of frames are from them.
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
 
-import argparse
 import contextlib
 import resource
 import tempfile
@@ -19,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from machine import describe
+from machine import describe, head, line, options
 
 from analysis.dumps import index_dump, open_bodies
 from analysis.engines.record import RunRecord
@@ -29,8 +28,6 @@ from analysis.percussions.snapshot import percussions_of
 from analysis.percussions.solving import DumpToSolve, executor_for, solve_batch, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.shipped_scenes import make
-from benchmarks.problems.families import heap
-from nscd import solve
 
 SCENES = ("arch", "jam")
 TOLERANCE = 1e-10
@@ -41,32 +38,18 @@ TOUCH = 1e-6
 def main() -> None:
     """Make the dump unless the folder has it; solve it with each number of workers; print a
     table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=1000)
-    parser.add_argument("--disks", type=int, default=594)
-    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
-    parser.add_argument(
-        "--folder", type=Path, help="where the dump is kept; a temporary one by default"
-    )
-    given = parser.parse_args()
+    given = options(__doc__, frames=1000, disks=594, workers=(1, 2), folder=Path)
     print(describe())
-    # compiled kernels are loaded before, so that the first row does not pay for it
-    case = heap(given.disks)
-    solve(case.snapshot, case.contacts, left_velocity=case.left_velocity)
     with folder_of(given.folder) as folder:
         for name in SCENES:
-            dump = dump_of(
-                name, folder / f"{name}_{given.disks}_{given.frames}", given.disks, given.frames
-            )
-            size = dump.stat().st_size / 1e6
+            place = folder / f"{name}_{given.disks}_{given.frames}"
+            dump = dump_of(name, place, given.disks, given.frames)
+            size = f"{dump.stat().st_size / 1e6:.0f} MB"
             print(
-                f"\n{name}: {size:.0f} MB, {given.frames} frames of {given.disks} disks, "
-                f"to {TOLERANCE:g}"
+                f"\n{name}: {size}, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}\n"
             )
-            print(
-                f"{'table':>8}{'workers':>8}{'wall s':>10}{'CPU s':>10}{'ms per frame':>14}"
-                f"{'contacts':>11}{'not solved':>12}"
-            )
+            names = ("wall s", "CPU s", "ms per frame", "contacts", "not solved")
+            print(head("table", "workers", *names))
             for kind in ("csv", "parquet"):
                 for workers in given.workers:
                     whole(dump, workers, given.frames, folder / f"contacts.{kind}")
@@ -89,12 +72,9 @@ def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
     with executor_for(job, workers) as executor:
         found = solve_dump(job, out, executor=executor, workers=workers)
     wall, cpu = time.perf_counter() - started, cpu_seconds() - used
-    print(
-        f"{out.suffix[1:]:>8}{workers:>8}{wall:>10.2f}{cpu:>10.2f}{1e3 * wall / frames:>14.2f}"
-        f"{found.contacts:>11}{len(found.unsolved):>12}"
-    )
-    for line in found.unsolved[:3]:
-        print(f"    {line}")
+    spent = f"{wall:.2f}", f"{cpu:.2f}", f"{1e3 * wall / frames:.2f}"
+    print(line([out.suffix[1:], workers, *spent, found.contacts, len(found.unsolved)]))
+    print(*(f"    {words}\n" for words in found.unsolved[:3]), sep="", end="")
 
 
 def parts(dump: Path) -> None:

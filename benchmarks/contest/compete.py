@@ -74,15 +74,8 @@ def compete(
     seconds have passed.
 
     Raises MissingError if the solver is not installed."""
-    words = [
-        sys.executable,
-        str(PROCESSES / "attempts.py"),
-        str(case),
-        solver,
-        str(folder),
-        "--target",
-        str(target),
-    ]
+    words = [sys.executable, str(PROCESSES / "attempts.py"), str(case), solver, str(folder)]
+    words += ["--target", str(target)]
     if asked:
         words += ["--asked", *map(str, asked)]
     if variant is not None:
@@ -115,13 +108,9 @@ def run_limited(words: Sequence[str], limit: float, folder: Path) -> tuple[list[
     late = threading.Event()
     with (folder / "errors.txt").open("w+", encoding="utf-8") as errors:
         process = subprocess.Popen(
-            words,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            text=True,
-            env=os.environ | ONE_THREAD,
+            words, stdout=subprocess.PIPE, stderr=errors, text=True, env=os.environ | ONE_THREAD,
             start_new_session=True,
-        )
+        )  # fmt: skip
 
         def end() -> None:
             late.set()
@@ -149,13 +138,8 @@ def first_solve(case: Path) -> dict[str, float]:
     best: dict[str, float] = {}
     for _ in range(3):
         started = time.perf_counter()
-        said = subprocess.run(
-            [sys.executable, str(PROCESSES / "first_solve.py"), str(case)],
-            capture_output=True,
-            text=True,
-            check=True,
-            env=os.environ | ONE_THREAD,
-        ).stdout
+        words, alone = [sys.executable, PROCESSES / "first_solve.py", case], os.environ | ONE_THREAD
+        said = subprocess.run(words, capture_output=True, text=True, check=True, env=alone).stdout
         found = json.loads(said) | {"process_wall_s": time.perf_counter() - started}
         if not best or found["process_wall_s"] < best["process_wall_s"]:
             best = found

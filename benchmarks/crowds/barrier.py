@@ -11,12 +11,15 @@ have the push of 213 N a person that the table implies at its own density. Print
 metre of wall as shares of the row's, median and range over seeds. Runs that are in the
 folder are taken as they are."""
 
-import argparse
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 import numpy as np
+from machine import head, line, options
 
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import EngineRun
@@ -114,12 +117,6 @@ def lane(count: int) -> tuple[Wall, ...]:
     return (*front, *sides)
 
 
-def windows_of(run: EngineRun) -> Iterator[Window]:
-    """Run it; give its windows of 0.1 s."""
-    record = run.record()
-    yield from RunWindows(run.folder, record.time_step_s).between_frames()
-
-
 def depth_of(window: Window) -> float:
     """Give the depth (m) of a crowd of even density, nine tenths of which are as near to the wall
     as those of this one."""
@@ -130,7 +127,7 @@ def loads(run: EngineRun) -> tuple[Floats, Floats, float]:
     """Give the ends of the windows (s), the load (w, metres) N/m of the wall, and the depth (m) at
     the end."""
     end, found, depth = [], [], 0.0
-    for window in windows_of(run):
+    for window in RunWindows(run.folder, run.record().time_step_s).between_frames():
         row = np.zeros(WIDTH)
         front = window.is_wall & (window.keys[:, 1] <= WIDTH)
         size = np.abs(window.impulse[front, 0]) / window.duration
@@ -169,13 +166,11 @@ def found_case(depth: float, model: str, out: Path, push: float | None = None) -
 
 def main() -> None:
     """Run all, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
-    out = parser.parse_args().out
-    head = ["depth (m)", "row (kN/m)", "model", "people", "push (N)", "depth when pressed (m)"]
-    head += ["pressed: whole wall", "worst metre", "its largest 0.1 s"]
-    head += ["arrival: whole wall, 0.1 s", "worst metre, 0.1 s", "deepest overlap (r)"]
-    print("| " + " | ".join(head) + " |\n" + "|---" * len(head) + "|")
+    out = options(__doc__, "out").out
+    names = ["depth (m)", "row (kN/m)", "model", "people", "push (N)", "depth when pressed (m)"]
+    names += ["pressed: whole wall", "worst metre", "its largest 0.1 s"]
+    names += ["arrival: whole wall, 0.1 s", "worst metre, 0.1 s", "deepest overlap (r)"]
+    print(head(*names))
     asked: list[tuple[float, float | None]] = [(depth, None) for depth in DEPTHS_M]
     for depth, push in [*asked, (3.0, ROW_PUSH_N)]:
         for model in MODELS:
@@ -185,7 +180,7 @@ def main() -> None:
             deep = max(run.record().overlap_largest for run in runs)
             cells = [f"{depth:g}", f"{depth * ROW_N_PER_M2 / 1000:g}", model, str(case.people)]
             cells += [f"{case.push:.0f}", *map(_cell, rows.T), f"{deep:.2f}"]
-            print("| " + " | ".join(cells) + " |", flush=True)
+            print(line(cells), flush=True)
 
 
 def _cell(values: Floats) -> str:

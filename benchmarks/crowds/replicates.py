@@ -7,10 +7,13 @@ as they are. Of these crowds 3, 5 and 10 are drawn as the replicates of a report
 against all other crowds, and its verdicts against as many other crowds of the same model: no
 difference is there. Prints the table of docs/results/report.md."""
 
-import argparse
+import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 import numpy as np
+from machine import head, line, options
 
 from analysis.engines.run import EngineRun
 from analysis.motion.inference import Sample, differences
@@ -84,17 +87,11 @@ def measured(series: list[Series], count: int, draws: int) -> list[str]:
 
 def main() -> None:
     """Run, draw and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--crowds", type=int, default=60)
-    parser.add_argument("--draws", type=int, default=300)
-    parser.add_argument("--friction", type=float, default=0.0)
-    asked = parser.parse_args()
+    asked = options(__doc__, "folder", crowds=60, draws=300, friction=0.0)
     series = series_of(asked.folder, asked.crowds, asked.friction)
-    print("| replicates | windows held | flow held | any false verdict | +10 % seen |")
-    print("|---|---|---|---|---|")
+    print(head("replicates", "windows held", "flow held", "any false verdict", "+10 % seen"))
     for count in REPLICATES:
-        print("| " + " | ".join(measured(series, count, asked.draws)) + " |", flush=True)
+        print(line(measured(series, count, asked.draws)), flush=True)
 
 
 if __name__ == "__main__":

@@ -8,15 +8,18 @@ s = 3.5. Runs that are in the folder are taken as they are, and what was read of
 FOLDER/soft.csv: with --read nothing is run. Writes FOLDER/soft.png and prints the tables of
 docs/results/rigid_or_soft.md."""
 
-import argparse
 import csv
 import dataclasses
 import itertools
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 import numpy as np
+from machine import options, table
 from matplotlib.figure import Figure
 
 from analysis.dumps.windows import RunWindows
@@ -28,6 +31,7 @@ from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
+from analysis.support.files import write_rows
 
 # Push of a person (N) → desired speed (m/s), relaxation time (s), and when 1,200 people who begin at
 # rest are pressed together (s).
@@ -130,8 +134,7 @@ def measured(run: EngineRun, begin: float) -> dict[str, float]:
     """Run a case, or take the finished run; give the means of its windows of 0.1 s from `begin`
     (s) on."""
     record = run.record()
-    rows = []
-    before = None
+    rows, before = [], 0.0
     for window in RunWindows(run.folder, record.time_step_s).between_frames():
         gone = passed(run.scene, window.now)
         if window.start >= begin - 1e-9:
@@ -143,7 +146,7 @@ def measured(run: EngineRun, begin: float) -> dict[str, float]:
                     "person_mean_N": float(loads.sum()) / inside,
                     "contact_95_N": float(np.quantile(pressing(window), 0.95)),
                     "person_largest_N": values["person_largest"],
-                    "flow_per_s": (gone - (before or 0.0)) / window.duration,
+                    "flow_per_s": (gone - before) / window.duration,
                     "density_per_m2": values["density_door"],
                 }
             )
@@ -158,22 +161,19 @@ def table_of(path: Path) -> dict[Case, dict[str, float]]:
         return {}
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    names = [field.name for field in dataclasses.fields(Case)]
+    kinds = {field.name: field.type for field in dataclasses.fields(Case)}
     return {
-        Case(
-            int(row["people"]), float(row["push"]), row["softness"], int(row["crowd"]), float(row["radius"])
-        ): {key: float(value) for key, value in row.items() if key not in names}
+        Case(**{name: kind(row.pop(name)) for name, kind in kinds.items()}): {
+            key: float(value) for key, value in row.items()
+        }
         for row in rows
-    }  # fmt: skip
+    }
 
 
 def keep(path: Path, known: dict[Case, dict[str, float]]) -> None:
     """Write what is known of the runs."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        rows = [dataclasses.asdict(case) | values for case, values in known.items()]
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    rows = [dataclasses.asdict(case) | values for case, values in known.items()]
+    write_rows(path, list(rows[0]), (row.values() for row in rows))
 
 
 Known = dict[Case, dict[str, float]]
@@ -217,18 +217,17 @@ def picture(known: Known) -> Figure:
 def tables(known: Known) -> str:
     """Write the tables of the page: each measure relative to rigid at each s, over all families;
     soft people of other radii; cost."""
-    head = ["s", *MEASURES.values(), "largest overlap (r)"]
-    lines = [head, ["---"] * len(head)]
+    lines: list[list[str]] = []
     for s in SOFTNESS[1:]:
-        cells = [f"{s:g}"]
-        for key in MEASURES:
-            every = [v for n, f, _ in FAMILIES for v in relative(known, n, f, f"{s:g}", key)]
-            cells.append(_cell(every))
-        deep = [v["overlap_largest"] for c, v in known.items() if c.softness == f"{s:g}"]
-        lines.append([*cells, f"{max(deep, default=np.nan):.2f}"])
-    text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
-    first: list[str] = ["push (N)", "radius (m)", *MEASURES, "largest overlap (r)"]
-    lines = [first, ["---"] * len(first)]
+        name = f"{s:g}"
+        every = [
+            [v for n, f, _ in FAMILIES for v in relative(known, n, f, name, key)]
+            for key in MEASURES
+        ]
+        deep = [v["overlap_largest"] for c, v in known.items() if c.softness == name]
+        lines.append([name, *map(_cell, every), f"{max(deep, default=np.nan):.2f}"])
+    text = table(["s", *MEASURES.values(), "largest overlap (r)"], lines)
+    lines = []
     for push in BODY_PUSHES:
         for law, radius in [(f"{RIGID:g}", HARD_M), *((BODY, radius) for radius in RADII)]:
             wanted = Case(BODY_PEOPLE, push, law, 0, radius)
@@ -239,10 +238,10 @@ def tables(known: Known) -> str:
             ]
             if rows:
                 means = [f"{np.mean([row[key] for row in rows]):.3g}" for key in MEASURES]
-                deep = f"{max(row['overlap_largest'] for row in rows):.2f}"
+                deep = max(row["overlap_largest"] for row in rows)
                 name = f"{radius:g}" + (" rigid" if law != BODY else "")
-                lines.append([f"{push:g}", name, *means, deep])
-    text += "\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines)
+                lines.append([f"{push:g}", name, *means, f"{deep:.2f}"])
+    text += "\n\n" + table(["push (N)", "radius (m)", *MEASURES, "largest overlap (r)"], lines)
     total = sum(values["cpu_s"] for values in known.values())
     return f"{text}\n\n{len(known)} runs, {total:.0f} CPU s"
 
@@ -258,11 +257,7 @@ def _cell(values: Sequence[float]) -> str:
 
 def main() -> None:
     """Run every case that is not known, and draw."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--read", action="store_true")
-    given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+    given = options(__doc__, "out", read=False)
     path = given.out / "soft.csv"
     known = table_of(path)
     for case in [] if given.read else cases():

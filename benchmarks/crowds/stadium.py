@@ -16,7 +16,12 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from machine import options, table
 
 from analysis.dumps import index_dump
 from analysis.engines import engine
@@ -91,113 +96,93 @@ def apart(
     return found
 
 
-def place_of(
-    given: argparse.Namespace, people: int, stiffness: float | None, seconds: float
-) -> Path:
-    """Name the folder of a run."""
-    folder: Path = given.folder / f"{people}_{stiffness or 0:g}_{seconds:g}"
-    return folder
+Measured = dict[str, float]
 
 
-def sectors(given: argparse.Namespace) -> list[list[str]]:
-    """A row for each model: all sectors for the whole time."""
-    rows, people = [], given.people // given.doors
-    # the first run in a new environment compiles
-    apart("run", people, None, SHORT_S, given.folder / "first")
-    for stiffness in (None, *given.stiffness):
-        short, longer = (
-            apart("run", people, stiffness, t, place_of(given, people, stiffness, t))
-            for t in (SHORT_S, LONG_S)
-        )
-        second = (longer["cpu"] - short["cpu"]) / (LONG_S - SHORT_S)
-        hours = given.doors * given.hours * second
-        scene, name = scene_of(people, stiffness, LONG_S)
-        frames = given.doors * given.hours * HOUR / given.frame_seconds
-        s = softness(scene)
-        rows.append(
-            [
-                f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
+class Stadium:
+    """What was asked for, and the runs of a sector of each model."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        self.given, self.people = given, given.people // given.doors
+        self.frames = given.doors * given.hours * HOUR / given.frame_seconds
+        self.models = (None, *given.stiffness)
+
+    def measured(self, what: str, people: int, stiffness: float | None, seconds: float) -> Measured:
+        """Run, or solve the last frame of the run of so many seconds."""
+        place = self.given.folder / f"{people}_{stiffness or 0:g}_{seconds:g}"
+        return apart(what, people, stiffness, seconds, place)
+
+    def sectors(self) -> Iterator[list[str]]:
+        """A row for each model: all sectors for the whole time."""
+        given, people = self.given, self.people
+        for stiffness in self.models:
+            short, longer = (self.measured("run", people, stiffness, t) for t in (SHORT_S, LONG_S))
+            second = (longer["cpu"] - short["cpu"]) / (LONG_S - SHORT_S)
+            hours = given.doors * given.hours * second
+            scene, name = scene_of(people, stiffness, LONG_S)
+            yield [
+                name_of(stiffness),
                 f"{1e3 * engine(name).timing(scene).time_step:.2g} ms",
                 f"{number(second, 2)} s",
                 number(hours, 2),
                 number(given.seeds * hours, 2),
                 f"{longer['memory'] / GB:.2f} GB",
-                f"{number(frames * longer['frame'] / GB, 2)} GB",
-                f"{s:.2g}, {judged(s).split(':')[0]}" if stiffness else "–",
+                f"{number(self.frames * longer['frame'] / GB, 2)} GB",
+                judgement(scene) if stiffness else "–",
             ]
-        )
-    return rows
 
-
-def percussions(given: argparse.Namespace) -> list[list[str]]:
-    """A row for the percussions of a frame of a sector of each model."""
-    rows, people = [], given.people // given.doors
-    for stiffness in (None, *given.stiffness):
-        place = place_of(given, people, stiffness, LONG_S)
-        found = apart("solve", people, stiffness, LONG_S, place)
-        frames = given.doors * given.hours * HOUR / given.frame_seconds
-        rows.append(
-            [
-                f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
+    def percussions(self) -> Iterator[list[str]]:
+        """A row for the percussions of a frame of a sector of each model."""
+        for stiffness in self.models:
+            found = self.measured("solve", self.people, stiffness, LONG_S)
+            yield [
+                name_of(stiffness),
                 f"{found['contacts']:.0f}",
                 f"{number(1e3 * found['cpu'], 2)} ms",
-                number(frames * found["cpu"] / HOUR, 2),
+                number(self.frames * found["cpu"] / HOUR, 2),
                 f"{found['memory'] / GB:.2f} GB",
-                f"{number(frames * found['frame'] / GB, 2)} GB",
+                f"{number(self.frames * found['frame'] / GB, 2)} GB",
             ]
-        )
-    return rows
+
+    def together(self) -> Iterator[list[str]]:
+        """A row for each model: all people in one run, for a moment."""
+        for stiffness in self.models:
+            found = self.measured("run", self.given.people, stiffness, BRIEF_S)
+            scene, _ = scene_of(self.given.people, stiffness, BRIEF_S)
+            deep = judgement(scene) if stiffness else "–"
+            yield [name_of(stiffness), f"{found['memory'] / GB:.2f} GB", deep]
 
 
-def together(given: argparse.Namespace) -> list[list[str]]:
-    """A row for each model: all people in one run, for a moment."""
-    rows = []
-    for stiffness in (None, *given.stiffness):
-        place = place_of(given, given.people, stiffness, BRIEF_S)
-        found = apart("run", given.people, stiffness, BRIEF_S, place)
-        s = softness(scene_of(given.people, stiffness, BRIEF_S)[0])
-        rows.append(
-            [
-                f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid",
-                f"{found['memory'] / GB:.2f} GB",
-                f"{s:.2g}, {judged(s).split(':')[0]}" if stiffness else "–",
-            ]
-        )
-    return rows
+def name_of(stiffness: float | None) -> str:
+    """Name a model."""
+    return f"LAMMPS, {stiffness:.0e} N/m" if stiffness else "rigid"
 
 
-def show(head: list[str], rows: list[list[str]]) -> None:
-    """Print a table in Markdown."""
-    print(
-        "\n"
-        + "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
-    )
+def judgement(scene: Scene) -> str:
+    """How soft a crowd is, and what that means."""
+    s = softness(scene)
+    return f"{s:.2g}, {judged(s).split(':')[0]}"
 
 
 def main() -> None:
     """Measure, or do one part in a process of its own."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--people", type=int, default=50_000)
-    parser.add_argument("--doors", type=int, default=40)
-    parser.add_argument("--hours", type=float, default=1.0)
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--stiffness", type=float, nargs="+", default=[1e6, 1e7, 1e8])
-    parser.add_argument("--frame-seconds", type=float, default=1.0)
-    parser.add_argument("--part", nargs=4, help=argparse.SUPPRESS)
-    given = parser.parse_args()
+    given = options(
+        __doc__, "folder", people=50_000, doors=40, hours=1.0, seeds=10,
+        stiffness=(1e6, 1e7, 1e8), frame_seconds=1.0, part=(),
+    )  # fmt: skip
     if given.part:
         what, people, stiffness, seconds = given.part
         one = solve_one if what == "solve" else run_one
         print(json.dumps(one(int(people), float(stiffness) or None, float(seconds), given.folder)))
         return
+    stadium = Stadium(given)
     print(machine())
     costs = ["core hours", f"of {given.seeds} crowds"]
     head = ["model", "step", "CPU time of 1 s of a sector", *costs, "memory", "dumps", "s"]
-    show(head, sectors(given))
-    solved = ["frames of", "contacts", "a frame of a sector", "core hours", "memory", "Parquet"]
-    show(solved, percussions(given))
-    show(["all in one run", "memory", "s"], together(given))
+    print("", table(head, stadium.sectors()), sep="\n")
+    head = ["frames of", "contacts", "a frame of a sector", "core hours", "memory", "Parquet"]
+    print("", table(head, stadium.percussions()), sep="\n")
+    print("", table(["all in one run", "memory", "s"], stadium.together()), sep="\n")
 
 
 if __name__ == "__main__":

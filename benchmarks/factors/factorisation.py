@@ -6,12 +6,10 @@ CHOLMOD and PARDISO.
 
 Cases are files that `benchmarks/percussions.py --cases FOLDER` left."""
 
-import argparse
 import os
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +17,7 @@ import scipy.sparse as sparse
 
 from benchmarks.cases import Case, read_case
 from benchmarks.factors import fronts
-from benchmarks.machine import describe
+from benchmarks.machine import describe, head, line, options
 from nscd import _core
 
 # From this many disks on the product factorises by fronts: see nscd/core/factor.hpp.
@@ -122,9 +120,8 @@ def pardiso(matrix: Matrix) -> Run:
 
 SOLVERS = {"own": own, "CHOLMOD": cholmod, "PARDISO": pardiso}
 INSTALL = {"own": "", "CHOLMOD": "pip install cvxopt", "PARDISO": "pip install pypardiso"}
-HEADING = (
-    "| crowd | disks | solver | analyse | factorise | solve | 1 + 15 + 35 of them | residual |\n"
-    "|---|---|---|---|---|---|---|---|"
+HEADING = head(
+    "crowd", "disks", "solver", "analyse", "factorise", "solve", "1 + 15 + 35 of them", "residual"
 )
 
 
@@ -133,11 +130,11 @@ def rows(case: Case, family: str) -> list[str]:
     factorisations and 35 solves."""
     matrix, lines = matrix_of(case), []
     for name, make in SOLVERS.items():
-        begin = f"| {family} | {len(case.snapshot):,} | {name} |"
+        begin = [family, f"{len(case.snapshot):,}", name]
         try:
             run = make(matrix)
         except ImportError:
-            lines.append(f"{begin} not installed: {INSTALL[name]} ||||| ")
+            lines.append(line([*begin, f"not installed: {INSTALL[name]}", *[""] * 4]))
             continue
         one, plan = _fastest(run.analyse)
         two, factor = _fastest(lambda run=run, plan=plan: run.factorise(plan))
@@ -146,7 +143,7 @@ def rows(case: Case, family: str) -> list[str]:
         size = abs(matrix.whole).sum(axis=1).max() * np.abs(x).max() + np.abs(matrix.right).max()
         times = (one, two, three, one + 15 * two + 35 * three)
         lines.append(
-            begin + "".join(f" {_said(1e3 * t)} ms |" for t in times) + f" {missed / size:.0e} |"
+            line([*begin, *(f"{_said(1e3 * t)} ms" for t in times), f"{missed / size:.0e}"])
         )
     return lines
 
@@ -172,9 +169,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 def main() -> None:
     """Print both tables as Markdown."""
-    parser = argparse.ArgumentParser(prog="factorisation", description=__doc__)
-    parser.add_argument("cases", nargs="*", type=Path, metavar="CASE")
-    given = parser.parse_args()
+    given = options(__doc__, "cases…")
     for name in ONE_THREAD:
         if os.environ.get(name) != "1":
             sys.exit(f"{name}: set it to 1, so that everyone has one thread")
@@ -184,8 +179,7 @@ def main() -> None:
     print(describe(), end="\n\n")
     print(fronts.HEADING)
     print("\n".join(fronts.rows()), flush=True)
-    if given.cases:
-        print(f"\n{HEADING}")
+    print(f"\n{HEADING}")
     for path in given.cases:
         print("\n".join(rows(read_case(path), path.name.partition("_")[0])), flush=True)
 

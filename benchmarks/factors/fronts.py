@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cholesky
 
+from benchmarks.machine import head, line
 from nscd._core import PANEL, eliminate
 
 # Pivots and other rows.
@@ -22,9 +23,8 @@ def rows() -> list[str]:
     return [_row(pivots, rest) for pivots, rest in FRONTS]
 
 
-HEADING = (
-    "| pivots + others | kernel | dgemm of as many rows | share of dgemm"
-    " | LLᵀ against the matrix |\n|---|---|---|---|---|"
+HEADING = head(
+    "pivots + others", "kernel", "dgemm of as many rows", "share of dgemm", "LLᵀ against the matrix"
 )
 
 
@@ -45,10 +45,8 @@ def _row(pivots: int, rest: int) -> str:
     new = flops / (seconds["new"] - seconds["copies"])
     dgemm = 2 * size**3 / seconds["dgemm"]
     error = _error(given, matrix, pivots)
-    return (
-        f"| {pivots} + {rest} | {new / 1e9:.1f} | {dgemm / 1e9:.1f} | {new / dgemm:.2f}"
-        f" | {error:.0e} |"
-    )
+    rates = f"{new / 1e9:.1f}", f"{dgemm / 1e9:.1f}", f"{new / dgemm:.2f}"
+    return line([f"{pivots} + {rest}", *rates, f"{error:.0e}"])
 
 
 def _fastest(calls: dict[str, Callable[[int], Any]], often: dict[str, int]) -> dict[str, float]:

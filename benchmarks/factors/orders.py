@@ -6,7 +6,6 @@ by minimum degree and by METIS (where pymetis is installed).
 Cases are files that `benchmarks/percussions.py --cases FOLDER` left. An entry is a block of one
 disk and another; arithmetic is Σ c² over the columns of the factor, c its entries."""
 
-import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,14 +15,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks.cases import read_case
-from benchmarks.machine import describe
+from benchmarks.machine import describe, head, line, options
 from nscd import _core
 
 TIMES = 3
 # Parts of up to so many disks are not cut further: see nscd/core/factor.hpp.
 LEAF = 8
-HEADING = """| crowd | disks | order | found in | entries | longest column | arithmetic |
-|---|---|---|---|---|---|---|"""
+HEADING = head("crowd", "disks", "order", "found in", "entries", "longest column", "arithmetic")
 
 
 def rows(path: Path) -> Iterator[str]:
@@ -54,10 +52,9 @@ def rows(path: Path) -> Iterator[str]:
             order = find()
             seconds.append(time.process_time() - begin)
         column = _columns(np.asarray(order), start, neighbour)
-        yield (
-            f"| {path.name.partition('_')[0]} | {n:,} | {name} | {float(f'{1e3 * min(seconds):.2g}'):,g} ms "
-            f"| {column.sum():,} | {column.max()} | {np.sum(column.astype(float) ** 2):.2g} |"
-        )
+        found = f"{float(f'{1e3 * min(seconds):.2g}'):,g} ms", f"{column.sum():,}", column.max()
+        arithmetic = f"{np.sum(column.astype(float) ** 2):.2g}"
+        yield line([path.name.partition("_")[0], f"{n:,}", name, *found, arithmetic])
 
 
 def _graph(n: int, first: Any, second: Any) -> tuple[Any, Any]:
@@ -89,9 +86,7 @@ def _columns(order: Any, start: Any, neighbour: Any) -> Any:
 
 def main() -> None:
     """Print the table as Markdown."""
-    parser = argparse.ArgumentParser(prog="orders", description=__doc__)
-    parser.add_argument("cases", nargs="+", type=Path, metavar="CASE")
-    given = parser.parse_args()
+    given = options(__doc__, "cases…")
     for path in given.cases:
         if not path.is_file():
             sys.exit(f"{path}: no such file")

@@ -12,18 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    DARK_GREY,
-    GREEN,
-    GREY,
-    GRID,
-    ORANGE,
-    PINK,
-    SKY,
-    VERMILION,
-)
+from analysis.pages.drawing import EVERY_COLOUR, GRID
 from analysis.support.files import write_rows
 from analysis.support.parallel import Progress
 from benchmarks.problems.judge import Verdict, judge
@@ -145,7 +134,6 @@ def _or_nan(seconds: float | None) -> float:
     return math.nan if seconds is None else seconds
 
 
-COLOURS = (BLACK, BLUE, ORANGE, GREEN, PINK, SKY, VERMILION, GREY, DARK_GREY)
 DASHES = ("-", "--", "-.", ":")
 # The longest ratio that is drawn.
 MOST = 1e4
@@ -166,20 +154,11 @@ def profile_picture(scores: Scores) -> Figure:
         panel.set(ylim=(0, 1.03), xlim=(0.9, MOST))
         if not count:
             continue
-        shares = some.profiles(ratios)
-        for name, share in zip(some.solvers, shares, strict=True):
-            if not share.any():
-                continue
-            number = scores.solvers.index(name)
-            panel.step(
-                ratios,
-                share,
-                where="post",
-                color=COLOURS[number % len(COLOURS)],
-                ls=DASHES[number // len(COLOURS) % len(DASHES)],
-                lw=1.8,
-                label=name,
-            )
+        for name, share in zip(some.solvers, some.profiles(ratios), strict=True):
+            if share.any():
+                turn, number = divmod(scores.solvers.index(name), len(EVERY_COLOUR))
+                look = {"color": EVERY_COLOUR[number], "ls": DASHES[turn % len(DASHES)]}
+                panel.step(ratios, share, where="post", lw=1.8, label=name, **look)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, fontsize=8)
     panels[0].set_ylabel("share of the problems answered rightly")
     return figure

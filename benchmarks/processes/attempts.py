@@ -47,10 +47,8 @@ def main() -> int:
         for asked in given.asked or ladder:
             seconds, answer = timed(run, asked)
             if isinstance(answer, Exception):
-                print(
-                    json.dumps({"variant": variant, "asked": asked, "error": str(answer)}),
-                    flush=True,
-                )
+                failed = {"variant": variant, "asked": asked, "error": str(answer)}
+                print(json.dumps(failed), flush=True)
                 break
             reaction, velocity, iterations = answer
             found = accuracy(case, reaction, velocity)
@@ -87,13 +85,10 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("case", type=Path)
     parser.add_argument("solver")
     parser.add_argument("folder", type=Path)
-    parser.add_argument(
-        "--target", type=float, default=0.0, help="stop at this residual; 0: try all"
-    )
-    parser.add_argument(
-        "--asked", type=float, nargs="*", help="tolerances or iterations, instead of its own"
-    )
-    parser.add_argument("--variant", help="only this one")
+    # stop at this residual (0: try all); tolerances or iterations, not its own; only this variant
+    parser.add_argument("--target", type=float, default=0.0)
+    parser.add_argument("--asked", type=float, nargs="*")
+    parser.add_argument("--variant")
     return parser.parse_args()
 
 

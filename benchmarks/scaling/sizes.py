@@ -9,8 +9,6 @@ step begins with the heap at rest, of which everybody pushes at 2 m/s to the exi
 LAMMPS a short run is taken from a long one, so that start and dumps do not count. Residuals are
 max|min(wλ, −Cu)| over ‖u⁻‖∞, recomputed; of the rigid engine the largest of its steps' own."""
 
-import argparse
-import csv
 import dataclasses
 import json
 import logging
@@ -29,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
 from cases import accuracy
-from machine import describe
+from machine import describe, options, table
 from matplotlib.figure import Figure
 
 from analysis.engines import lammps
@@ -37,6 +35,7 @@ from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
 from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
 from analysis.scene.scene import Scene, Wall, read_scene
+from analysis.support.files import write_rows, write_text
 from benchmarks.problems.families import Case, heap
 from nscd import find_contacts, solve
 
@@ -136,11 +135,10 @@ def scene_of(case: Case) -> Scene:
     # the heap begins with two disks that overlap by 5 mm: one is made smaller
     np.add.at(radius, case.contacts.first, np.minimum(case.contacts.gap, 0.0))
     snapshot = dataclasses.replace(case.snapshot, velocity=still, radius=radius)
+    ends = zip(case.walls.start.tolist(), case.walls.end.tolist(), strict=True)
     walls = tuple(
         Wall(name=f"wall{number}", start_m=tuple(start), end_m=tuple(end))
-        for number, (start, end) in enumerate(
-            zip(case.walls.start.tolist(), case.walls.end.tolist(), strict=True)
-        )
+        for number, (start, end) in enumerate(ends)
     )
     scene = arch.model_copy(update={"name": "heap", "walls": walls, "snapshot": snapshot})
     return scene.with_run(rigid_step_s=RIGID_STEP_S, duration_s=1.0, frames=1)
@@ -170,62 +168,45 @@ def measure(what: str, disks: int) -> Point:
 
 def main() -> None:
     """Measure, print and write."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
-    parser.add_argument("--what", nargs="+", choices=METHODS, default=list(METHODS))
-    parser.add_argument("--out", type=Path, default=Path("out/sizes"))
-    parser.add_argument("--one", action="store_true", help="the first of each, as a line of JSON")
-    given = parser.parse_args()
+    given = options(__doc__, sizes=SIZES, what=METHODS, out=Path("out/sizes"), one=False)
     if given.one:
         logging.disable(logging.WARNING)  # crowds so large are too soft: here only cost counts
         print(json.dumps(asdict(measure(given.what[0], given.sizes[0]))))
         return
-    given.out.mkdir(parents=True, exist_ok=True)
     points = []
     for what in given.what:
         for disks in given.sizes:
-            words = ["--what", what, "--sizes", str(disks), "--one"]
-            said = subprocess.run(
-                [sys.executable, __file__, *words],
-                env=os.environ | {"OMP_NUM_THREADS": "1"},
-                stdout=subprocess.PIPE,
-                text=True,
-                check=False,
-            )
+            words = [sys.executable, __file__, "--what", what, "--sizes", str(disks), "--one"]
+            alone = os.environ | {"OMP_NUM_THREADS": "1"}
+            said = subprocess.run(words, env=alone, stdout=subprocess.PIPE, text=True, check=False)
             if said.returncode:
                 print(f"{what}, {disks} disks: ended with status {said.returncode}", flush=True)
                 continue
             points.append(Point(**json.loads(said.stdout.splitlines()[-1])))
             print(points[-1], flush=True)
             write(points, given.out)
-    print(table(points))
+    print(table_of(points))
 
 
 def write(points: list[Point], folder: Path) -> None:
     """Write sizes.md, sizes.csv and sizes.png."""
-    (folder / "sizes.md").write_text(f"{describe()}\n\n{table(points)}\n", encoding="utf-8")
-    with (folder / "sizes.csv").open("w", encoding="utf-8", newline="") as file:
-        rows = csv.DictWriter(file, list(asdict(points[0])))
-        rows.writeheader()
-        rows.writerows(map(asdict, points))
+    write_text(folder / "sizes.md", f"{describe()}\n\n{table_of(points)}\n")
+    write_rows(folder / "sizes.csv", list(asdict(points[0])), (asdict(p).values() for p in points))
     picture(points).savefig(folder / "sizes.png")
 
 
-def table(points: list[Point]) -> str:
+def table_of(points: list[Point]) -> str:
     """One row a size, one column a method; below, how each grows."""
     whats = [what for what in METHODS if any(p.what == what for p in points)]
-    head = ["disks", "contacts", *(LOOKS[what][0] for what in whats)]
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    lines = []
     for disks in sorted({p.disks for p in points}):
         here = {p.what: p for p in points if p.disks == disks}
         contacts = next(iter(here.values())).contacts
         cells = [_cell(here[what]) if what in here else "–" for what in whats]
-        lines.append(f"| {disks:,} | {contacts:,} | {' | '.join(cells)} |")
+        lines.append([f"{disks:,}", f"{contacts:,}", *cells])
     growth = [f"N^{_growth([p for p in points if p.what == what]):.2f}" for what in whats]
-    lines.append(f"| from 10,000 on | | {' | '.join(growth)} |")
-    return "\n".join(lines)
+    names = ["disks", "contacts", *(LOOKS[what][0] for what in whats)]
+    return table(names, [*lines, ["from 10,000 on", "", *growth]])
 
 
 def _cell(point: Point) -> str:
@@ -240,9 +221,8 @@ def _growth(points: list[Point]) -> float:
     large = [p for p in points if p.disks >= 10_000 and p.unit_s > 0]
     if len(large) < 2:
         return float("nan")
-    return float(
-        np.polyfit(np.log([p.disks for p in large]), np.log([p.unit_s for p in large]), 1)[0]
-    )
+    sizes, seconds = np.log([(p.disks, p.unit_s) for p in large]).T
+    return float(np.polyfit(sizes, seconds, 1)[0])
 
 
 def picture(points: list[Point]) -> Figure:

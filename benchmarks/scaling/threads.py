@@ -2,7 +2,7 @@
 the answers are the same bits; a table.
 
 Usage: python benchmarks/scaling/threads.py [--families heap …] [--sizes N …] [--threads 1 2 …]
-[--any] [--repeats N] [--cases FOLDER] [--out FOLDER]
+[--any] [--repeats N] [--cases FOLDER] [--read CASE.npz …] [--out FOLDER]
 
 Wall seconds are the least of the repeats, kernels loaded before; their ratio is to the first number
 of threads. CPU seconds are those of all threads in the repeat of the least wall seconds, waiting
@@ -10,7 +10,6 @@ included; "critical path" is the least CPU time of the thread that asks, which i
 shows where nobody else uses the cores. The residual, max|min(wλ, −Cu)| over ‖u⁻‖∞, is recomputed
 from λ."""
 
-import argparse
 import hashlib
 import resource
 import sys
@@ -23,10 +22,10 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from cases import accuracy, read_case
-from machine import describe
+from machine import describe, head, line, options
 from percussions import case_of
 
-from benchmarks.problems.families import FAMILIES, Case
+from benchmarks.problems.families import Case
 from nscd import solve
 
 COLUMNS = (
@@ -80,41 +79,31 @@ def rows_of(case: Case, canonical: bool, threads: list[int], repeats: int) -> li
     for number in threads:
         every = min(found[number], key=lambda one: one.wall).every
         residual = accuracy(case, last[number].reaction, None).residual
-        rows.append(
-            f"| {case.name} | {len(case.snapshot):,} | {len(case.contacts):,} | "
-            f"{'least energy' if canonical else 'any'} | {number} | {least[number]:.2f} s | "
-            f"{least[number] / least[first]:.2f} | {path[number]:.2f} s | "
-            f"{path[number] / path[first]:.2f} | {every:.2f} s | {residual:.0e} | "
-            f"{'same' if bits[number] == bits[first] else 'OTHER'} | {memory:.2g} GB |"
-        )
+        sizes = f"{len(case.snapshot):,}", f"{len(case.contacts):,}"
+        times = [
+            words
+            for one in (least, path)
+            for words in (f"{one[number]:.2f} s", f"{one[number] / one[first]:.2f}")
+        ]
+        same = "same" if bits[number] == bits[first] else "OTHER"
+        cells = [case.name, *sizes, "least energy" if canonical else "any", number, *times]
+        rows.append(line([*cells, f"{every:.2f} s", f"{residual:.0e}", same, f"{memory:.2g} GB"]))
     return rows
 
 
 def main() -> None:
     """Measure, print and write threads.md."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--families", nargs="+", choices=FAMILIES, default=["heap", "jammed", "masses", "hexagonal"]
-    )
-    parser.add_argument("--sizes", type=int, nargs="+", default=[50_000])
-    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
-    parser.add_argument(
-        "--any", action="store_true", help="any reactions, not those of least energy"
-    )
-    parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--cases", type=Path, help="keep the cases in this folder")
-    parser.add_argument(
-        "--read", type=Path, nargs="*", default=[], help="cases of one's own (.npz)"
-    )
-    parser.add_argument("--out", type=Path, default=Path("out/threads"))
-    given = parser.parse_args()
+    given = options(
+        __doc__, families=("heap", "jammed", "masses", "hexagonal"), sizes=(50_000,),
+        threads=(1, 2), any=False, repeats=5, cases=Path, read=(), out=Path("out/threads"),
+    )  # fmt: skip
     given.out.mkdir(parents=True, exist_ok=True)
-    lines = [describe(), "", f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
+    lines = [describe(), "", head(*COLUMNS)]
     print("\n".join(lines), flush=True)
     with tempfile.TemporaryDirectory() as name:
         folder = given.cases or Path(name)
         wanted = [(family, size) for family in given.families for size in given.sizes]
-        cases = [read_case(path) for path in given.read]
+        cases = [read_case(Path(path)) for path in given.read]
         for case in cases or (case_of(family, size, folder)[0] for family, size in wanted):
             rows = rows_of(case, not given.any, given.threads, given.repeats)
             lines += rows
