@@ -136,10 +136,11 @@ def _judge_success(case, outcome, here, new):
     if "--help" in words or "--version" in words:
         return
     option = _options(words)
+    where = Path(option.get("--out", ""))
+    if where.is_absolute() or ".." in where.parts:  # it was asked for, and lies elsewhere
+        return
     if words[0] == "solve" and material.kind == "solve":
         out = Path(option.get("--out", "contacts.csv"))
-        if out.is_absolute() or ".." in out.parts:
-            return
         need(new == {str(out)}, f"wrote {sorted(new)}")
         dump = next((w for w in words[1:] if Path(w).name.startswith("some.dump")), "some.dump")
         left = option.get("--left-velocity", "dump" if "--room" not in option else "desired")
@@ -166,7 +167,7 @@ def _judge_success(case, outcome, here, new):
     elif material.kind in ("new", "export", "problem", "film", "push"):
         _judge_made(case, option, here, new)
     elif words[0] == "scenes" and "--make" in words:
-        need(len(new) == 2 or Path(option.get("--out", ".")).is_absolute(), f"wrote {sorted(new)}")
+        need(len(new) == 2, f"wrote {sorted(new)}")
 
 
 def _judge_made(case, option, here, new):
