@@ -208,7 +208,7 @@ wheel-test: $(VENV)/installed-test
 
 bench: install
 	@$(PIP) --editable '.[bench]'
-	for script in engines guard percussions continuum trajectory; do $(PYTHON) benchmarks/$$script.py; done
+	for script in guard percussions continuum trajectory; do $(PYTHON) benchmarks/$$script.py; done
 
 clean:
 	@rm -rf $(VENV) report paper site out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -34,8 +34,7 @@ class Snapshot:
     ...     radius=[0.25, 0.25],
     ...     mass=[75, 75],
     ... )
-    <Snapshot: 2 disks at 0 s>
-    """
+    <Snapshot: 2 disks at 0 s>"""
 
     position: Floats
     velocity: Floats
@@ -98,8 +97,7 @@ class Walls:
     beyond 10¹⁰⁰, or a wall of no length.
 
     >>> Walls(start=[[0, 0.5], [0, -3]], end=[[0, 3], [0, -0.5]])  # with a door of 1 m
-    <Walls: 2>
-    """
+    <Walls: 2>"""
 
     start: Floats
     end: Floats

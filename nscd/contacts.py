@@ -187,8 +187,7 @@ def find_contacts(snapshot: Snapshot, walls: Walls | None = None, *, tolerance: 
     >>> one = Snapshot(position=[[-0.25, 0]], velocity=[[1, 0]], radius=[0.25], mass=[75])
     >>> contacts = find_contacts(one, Walls(start=[[0, -1]], end=[[0, 1]]), tolerance=1e-6)
     >>> contacts.is_wall.tolist(), contacts.normal.tolist(), contacts.gap.tolist()
-    ([True], [[1.0, 0.0]], [0.0])
-    """
+    ([True], [[1.0, 0.0]], [0.0])"""
     instance(snapshot, Snapshot, "snapshot")
     if walls is not None:
         instance(walls, Walls, "walls")

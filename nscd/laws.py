@@ -37,8 +37,7 @@ class ContactLaw:
 
     >>> ContactLaw(restitution=1.5)
     Traceback (most recent call last):
-    ValueError: restitution: 1.5; 0 ≤ e < 1 is needed
-    """
+    ValueError: restitution: 1.5; 0 ≤ e < 1 is needed"""
 
     dissipation: float = 0.0
     restitution: float | None = None

@@ -18,8 +18,7 @@ class Segments(NamedTuple):
 
     start, along: (w,2) m
     vertex: (w,2) numbers of their two ends, the same where walls meet
-    inner: (w,2) whether the end lies within another wall
-    """
+    inner: (w,2) whether the end lies within another wall"""
 
     start: Floats
     along: Floats
@@ -32,8 +31,7 @@ def nearest_on_segment(points: Floats, start: Floats, end: Floats) -> Floats:
 
     points (n,2) m; start, end (2,) m: one segment for all of them, or (n,2): one each. Returns
     (n,2) m: start + s·(end − start) with s = (x − start)·(end − start)/|end − start|² cut to [0,
-    1]. A segment without length is its start.
-    """
+    1]. A segment without length is its start."""
     along = end - start
     square = _dot(along, along)
     share = _dot(points - start, along) / np.where(square > 0, square, 1.0)

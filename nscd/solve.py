@@ -97,8 +97,7 @@ def solve(
     >>> answer.status.value, answer.impulse.round(9).tolist()  # N·s
     ('solved', [[56.25, 0.0]])
     >>> answer.right_velocity[:, 0].round(9).tolist()  # m/s
-    [0.25, 0.75]
-    """
+    [0.25, 0.75]"""
     started = time.perf_counter()
     law = INELASTIC if law is None else instance(law, ContactLaw, "law")
     canonical, starts, threads = _read(search) if search else (True, 1, 1)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from analysis.compare.comparison import Comparison
 from nscd.arrays import Floats
 from nscd.indeterminacy.admissible import Admissible, ProgramError
-from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_disk, weights_of_wall
+from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_wall
 from nscd.stress import Kernel, StressField, stress_field
 
 
@@ -41,12 +41,6 @@ class Range(NamedTuple):
     lower: float
     upper: float
     status: str
-
-
-def carried_ranges(comparison: Comparison, disks: Sequence[int]) -> list[Range]:
-    """The ranges of the sums of normal magnitudes at some disks (places in the snapshot)."""
-    contacts = comparison.percussions.contacts
-    return _ranges(comparison, [weights_of_disk(contacts, disk) for disk in disks])
 
 
 def wall_ranges(comparison: Comparison, walls: Sequence[int]) -> list[Range]:

@@ -519,14 +519,3 @@ def least_words(found: Difference, unit: str) -> str:
     if not found.least:
         return "all equal"
     return percent(found.least, 2) if found.relative else with_unit(two(found.least), unit)
-
-
-def difference_cell(found: Difference, unit: str) -> str:
-    """Write a verdict with what it rests on: yes: +12 % (+3 % to +20 %); no: ± 12 % would have been
-    seen."""
-    value, low, high = difference_words(found, unit)
-    if found.stops:
-        return f"yes: {'stops' if found.value < 0 else f'{value}, the other stops'}"
-    if found.significant:
-        return f"yes: {value} ({low} to {high})"
-    return f"no: {value} (smallest seen: {least_words(found, unit)})"

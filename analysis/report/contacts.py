@@ -271,10 +271,6 @@ def _engine(run: Run) -> list[Cell]:
     ]
 
 
-def _stiffest(study: Study) -> Comparison:
-    return max(study.comparisons, key=_stiffness)
-
-
 def _stiffness(comparison: Comparison) -> float:
     return comparison.scene.contact.stiffness_N_per_m
 

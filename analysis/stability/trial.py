@@ -144,8 +144,7 @@ class Frames:
     @property
     def energy(self) -> Floats:
         """Kinetic and elastic energy (f,) J."""
-        total: Floats = self.kinetic + self.elastic
-        return total
+        return np.asarray(self.kinetic + self.elastic)
 
     @property
     def gain(self) -> float:

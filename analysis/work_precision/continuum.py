@@ -262,8 +262,7 @@ def _samples(disks: Snapshot, room: Room, mesh: MeshTri1) -> _Samples:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 # Sides of the triangles, in mean radii of the disks.

@@ -116,8 +116,7 @@ class Window:
     def closing(self) -> Floats:
         """C u⁻ (k,) m/s: how fast each contact would close; negative where it opens."""
         matrix = self.contacts.normal_matrix(len(self.scene.snapshot))
-        speed: Floats = matrix @ self.left_velocity.ravel()
-        return speed
+        return np.asarray(matrix @ self.left_velocity.ravel())
 
     def check(self) -> None:
         """Raise ValueError where nobody touches anybody at the start, or all move apart."""
@@ -218,8 +217,7 @@ class Window:
         size = np.linalg.svd(matrix, compute_uv=False)
         if matrix.shape[1] > matrix.shape[0] or size[-1] * LARGEST_CONDITION < size[0]:
             return None
-        inverse: Floats = np.linalg.pinv(matrix)
-        return inverse
+        return np.asarray(np.linalg.pinv(matrix))
 
 
 def relative_error(value: Floats, reference: Floats, scale: Floats) -> float:

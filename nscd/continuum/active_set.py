@@ -20,8 +20,7 @@ def judged(residual: float, tolerance: float, what: str, unsettled: str) -> tupl
 
     residual, tolerance: dimensionless; solved where the residual is within the tolerance.
     what: what is computed, for the reason of a failure ("the pressure").
-    unsettled: what to add to the reason of an inaccurate answer, empty if there is nothing.
-    """
+    unsettled: what to add to the reason of an inaccurate answer, empty if there is nothing."""
     if not np.isfinite(residual):
         return Status.FAILED, f"{what}: not a finite number"
     if residual > tolerance:
@@ -35,8 +34,7 @@ class Bounded(NamedTuple):
     z: (n,), the minimum.
     multiplier: (c,) ≥ 0, of the bounds.
     active: (c,), whether a bound holds.
-    iterations, settled: of the active set, and whether it came to rest.
-    """
+    iterations, settled: of the active set, and whether it came to rest."""
 
     z: Floats
     multiplier: Floats
@@ -72,8 +70,7 @@ def bounded_minimum(
     A primal-dual active set, a Newton method of a few sparse factorisations: a bound holds next
     where r + A_ii(z − g) > 0. It need not converge for every A; where a set comes back, only the
     bound with the largest violation changes from then on. Hintermüller, Ito, Kunisch, SIAM J.
-    Optim. 13 (2003) 865–888.
-    """
+    Optim. 13 (2003) 865–888."""
     diagonal = matrix.diagonal()[place]
     active = np.ones(len(place), dtype=bool) if start is None else start.copy()
     problem = _Factored(matrix, load)

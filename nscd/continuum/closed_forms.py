@@ -17,8 +17,7 @@ from nscd.continuum.medium import Medium, positive
 def chain_mesh(length: float, cells: int) -> MeshLine:
     """Divide 0 ≤ x ≤ length (m) into equal cells, "wall" at the end, "free" at the start.
 
-    Raises ValueError for a length that is not positive or fewer than one cell.
-    """
+    Raises ValueError for a length that is not positive or fewer than one cell."""
     positive(length=length)
     if cells < 1:
         raise ValueError(f"cells: {cells}; at least 1 is needed")
@@ -82,14 +81,12 @@ class Chain:
 
     def right_velocity(self, x: ArrayLike) -> Floats:
         """Compute u⁺ (m/s) at x (m): U[1 − cosh(x/h)/cosh L], or U[1 − 2κ cosh(x/h)/(sinh L + κ
-        cosh L)] where it rebounds.
-        """
+        cosh L)] where it rebounds."""
         return self.left_velocity * (1.0 - self._amplitude * self._ratio(x, 1.0))
 
     def internal_percussion(self, x: ArrayLike) -> Floats:
         """Compute r_int = −σ = −k_v ∂w/∂x (kg m/s) at x (m), positive in compression: (14) with the
-        k_v that it lacks.
-        """
+        k_v that it lacks."""
         slope: Floats = self.left_velocity * self._amplitude * self._ratio(x, -1.0)
         return self.medium.k_v / self.medium.length * slope
 
@@ -97,8 +94,7 @@ class Chain:
         """cosh(x/h)/cosh L (sign 1) or sinh(x/h)/cosh L (sign −1), without overflow."""
         h = self.medium.length
         s, end = np.asarray(x, dtype=np.float64) / h, self.length / h
-        ratio: Floats = np.exp(s - end) * (1 + sign * np.exp(-2 * s)) / (1 + np.exp(-2 * end))
-        return ratio
+        return np.asarray(np.exp(s - end) * (1 + sign * np.exp(-2 * s)) / (1 + np.exp(-2 * end)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,8 +111,7 @@ class HalfAnnulus:
     the wall presses everywhere, f < 0.
 
     Raises ValueError for radii that are not 0 < a < R, a density that is not one number, surface
-    dissipation, or a wall that would not press everywhere.
-    """
+    dissipation, or a wall that would not press everywhere."""
 
     medium: Medium
     inner: float
@@ -192,8 +187,7 @@ class HalfAnnulus:
         """Divide the radius into `cells` and the angle into twice as many.
 
         curved: whether triangles are quadratic (isoparametric). Raises ValueError for fewer than
-            one cell.
-        """
+            one cell."""
         if cells < 1:
             raise ValueError(f"cells: {cells}; at least 1 is needed")
         r = np.linspace(self.inner, self.outer, cells + 1)
@@ -228,8 +222,7 @@ def point_sink(r: ArrayLike, speed: float, density: float, volume: float) -> Flo
     volume: kg, k_v.
 
     w = f(r) r̂ with s = r/h, h = √(k_v/ρ), f = πU(L₁(s) − I₁(s)) (modified Struve and Bessel),
-    p = −½k_v(f′ + f/r); (π/2)U√(k_vρ) at r = 0, k_v U/r far away.
-    """
+    p = −½k_v(f′ + f/r); (π/2)U√(k_vρ) at r = 0, k_v U/r far away."""
     s = np.maximum(np.asarray(r, dtype=np.float64) * np.sqrt(density / volume), 1e-9)
     # d(sL₁)/ds = sL₀ and d(sI₁)/ds = sI₀, so that f′ + f/r = πU(L₀ − I₀)/h
     rate = np.pi * speed * np.sqrt(density / volume) * (modstruve(0, s) - iv(0, s))

@@ -67,8 +67,7 @@ class EnergyBalance:
     volume: J, −½k_v∫|D(w)|².
     surface: J, −½k_s∫|w|² where the wall dissipates.
     wall: J, −½∫μ w·n.
-    external: J, ½∫r_ext·w.
-    """
+    external: J, ½∫r_ext·w."""
 
     before: float
     change: float
@@ -100,8 +99,7 @@ class CollisionAnswer:
         answer in the untransformed unknowns.
     energy: J.
     status, reason: solved where the residual is within the tolerance, else why not.
-    iterations, seconds: of the active set; wall time.
-    """
+    iterations, seconds: of the active set; wall time."""
 
     space: Space
     medium: Medium
@@ -129,8 +127,7 @@ class CollisionAnswer:
         """(c,) N·s/m ≥ 0, μ at space.wall: the force of a node over the length that it stands for.
 
         Where μ is smooth its nodal values are of order about 3/2 (P1) and 2 (P2); the total force
-        is of order 2 and 4.
-        """
+        is of order 2 and 4."""
         return np.asarray(self.wall_force / self.space.wall.weight)
 
     @cached_property
@@ -187,8 +184,7 @@ def collide(
     min ½a(w,w) − 2∫ρu⁻·w − ∫_Γf r_ext·w subject to w·n ≤ u⁻·n at the nodes of the walls, with
     a(w,v) = ∫ρw·v + k_v∫D(w):D(v) + k_s∫w·v: (11) multiplied out for w = u⁺ + u⁻.
 
-    Raises ValueError naming the field for a wrong shape or value.
-    """
+    Raises ValueError naming the field for a wrong shape or value."""
     begin = time.perf_counter()
     positive(tolerance=tolerance)
     problem = _problem(space, medium, left_velocity, external, surface_everywhere)

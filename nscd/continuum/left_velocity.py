@@ -23,8 +23,7 @@ def toward_exit(room: Room, speed: float) -> Field:
     u⁻ = speed·(P − x)/|P − x| with P(x) that point; 0 on the exits. At a jamb this takes u⁻·n = 0
     from the wall's side. (The paper, section 3.2.2, prints the opposite sign.) In L² but not in H¹.
 
-    Raises ValueError for a room without an exit or a speed that is not finite.
-    """
+    Raises ValueError for a room without an exit or a speed that is not finite."""
     exits = room.pieces("exit")
     if len(exits) == 0:
         raise ValueError("room: it has no exit to walk to")
@@ -57,8 +56,7 @@ def random_speeds(
         of the mesh.
 
     Raises ValueError for a mean that is not finite, a negative deviation or a cell that is not
-    positive.
-    """
+    positive."""
     positive(cell=cell)
     for name, value in (("mean", abs(mean)), ("deviation", deviation)):
         if not (np.isfinite(value) and value >= 0):
@@ -99,8 +97,7 @@ def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floa
     """Check a vector field and return it, or values (n,d) at the mesh's vertices.
 
     value: a function of points, (n,d) one per vertex, or (d,) uniform.
-    Raises ValueError, with this name, for any other shape or a value that is not finite.
-    """
+    Raises ValueError, with this name, for any other shape or a value that is not finite."""
     if callable(value):
         field: Field = value
         return field

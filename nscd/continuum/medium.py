@@ -34,8 +34,7 @@ class Table1:
     epsilon: ε of (16), people/m².
     c1, c2: of (16), √people·m/s² and people/s².
     friction: β of (18).
-    time_step: δt, s.
-    """
+    time_step: δt, s."""
 
     volume_dissipation: float = 9.0
     surface_dissipation: float = 1.0
@@ -69,8 +68,7 @@ class Medium:
         h = √(k_v/ρ) does not depend on it; every percussion is proportional to it.
 
     Raises ValueError for ρ ≤ 0, k_v ≤ 0, k_s < 0, a mass that is not positive, or a number that is
-    not finite.
-    """
+    not finite."""
 
     density: float | Floats
     volume_dissipation: float

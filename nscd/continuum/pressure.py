@@ -23,8 +23,7 @@ from nscd.stress import Kernel, smear
 def stress(answer: CollisionAnswer) -> Floats:
     """Compute σ = k_v D(w), the percussion stress, negative in compression.
 
-    Returns (d,d,elements,q) N·s/m at the quadrature points.
-    """
+    Returns (d,d,elements,q) N·s/m at the quadrature points."""
     gradient = np.asarray(answer.sum_field.grad)
     return np.asarray(0.5 * answer.medium.k_v * (gradient + gradient.swapaxes(0, 1)))
 
@@ -32,16 +31,14 @@ def stress(answer: CollisionAnswer) -> Floats:
 def pressure(answer: CollisionAnswer) -> Floats:
     """Compute p = −tr σ/d = −½k_v div w in the plane: (elements,q) N·s/m at the quadrature points.
 
-    Its maximum is the mesh's, not the crowd's.
-    """
+    Its maximum is the mesh's, not the crowd's."""
     return np.asarray(-np.trace(stress(answer)) / answer.space.dimension)
 
 
 def percussion_density(answer: CollisionAnswer) -> Floats:
     """Compute div σ = ρ(u⁺ − u⁻), the percussion per area; over δt a force per area.
 
-    Returns (d,elements,q) N·s/m² at the quadrature points.
-    """
+    Returns (d,elements,q) N·s/m² at the quadrature points."""
     return np.asarray(answer.density_field * (answer.right_field - answer.left_field))
 
 
@@ -50,8 +47,7 @@ class BodyFields(NamedTuple):
 
     pressure: (m,) N·s/m.
     stress: (m,2,2) N·s/m.
-    percussion_density: (m,2) N·s/m².
-    """
+    percussion_density: (m,2) N·s/m²."""
 
     pressure: Floats
     stress: Floats
@@ -112,8 +108,7 @@ class LargestPressure(NamedTuple):
 
     size: m, the side of its triangles.
     unknowns: of the collision.
-    raw, body: N·s/m, the largest p in any triangle and as a mean over a body.
-    """
+    raw, body: N·s/m, the largest p in any triangle and as a mean over a body."""
 
     size: float
     unknowns: int

@@ -22,8 +22,7 @@ class Exit(NamedTuple):
     """Cut an exit into an outline.
 
     edge: its number.
-    start, end: m, along that edge.
-    """
+    start, end: m, along that edge."""
 
     edge: int
     start: float
@@ -47,8 +46,7 @@ class Room:
 
     Raises ValueError naming the field for a wrong shape, an outline or pillar that is no simple
     polygon, a pillar that is not inside or touches another, an unknown kind of border or a room
-    without a wall.
-    """
+    without a wall."""
 
     outline: Floats
     border: tuple[Border, ...]
@@ -132,8 +130,7 @@ def room_of_outline(
     pillars: (v,2) m each, standing in it.
 
     Raises ValueError for an exit that is wider than its wall, lies beyond it, overlaps another exit
-    or is in no wall.
-    """
+    or is in no wall."""
     vertices = _open(outline, "outline")
     kinds: Sequence[Border] = ["wall"] * len(vertices) if border is None else border
     Room(outline=vertices, border=tuple(kinds))
@@ -175,8 +172,7 @@ def room_of_walls(walls: Walls, *, exits: ArrayLike = (), free: ArrayLike = ()) 
 
     Walls, exits and free borders meet end to end; closed loops of walls inside are pillars. Raises
     ValueError where they leave a gap, enclose more than one room, or an exit or free border reaches
-    over a wall, that is, an exit wider than its space.
-    """
+    over a wall, that is, an exit wider than its space."""
     openings: tuple[tuple[str, Border, ArrayLike], ...]
     openings = (("exits", "exit", exits), ("free", "free", free))
     lines = [shapely.LineString(pair) for pair in zip(walls.start, walls.end, strict=True)]
@@ -221,8 +217,7 @@ def square_room(side: float, exit_width: float) -> Room:
     """Make the paper's room (section 3.2.2): a square with an exit in the middle of one side.
 
     side, exit_width: m. The exit lies on x = 0 around the origin, the room at −side ≤ x ≤ 0, as in
-        the scene `arch`.
-    """
+        the scene `arch`."""
     half = 0.5 * side
     corners = [[0.0, -half], [0.0, half], [-side, half], [-side, -half]]
     door = Exit(0, half - 0.5 * exit_width, half + 0.5 * exit_width)

@@ -32,8 +32,7 @@ class WallPoints(NamedTuple):
     node: (c,), the number of the scalar degree of freedom.
     point: (c,d) m.
     normal: (c,d), out of the room.
-    weight: (c,) m, the integral over the wall of the node's shape function (1 in one dimension).
-    """
+    weight: (c,) m, the integral over the wall of the node's shape function (1 in one dimension)."""
 
     node: Indices
     point: Floats
@@ -50,8 +49,7 @@ class Space:
     order: 1 or 2.
 
     Raises ValueError for another order, a mesh without a boundary "wall", or one whose wall is
-    empty.
-    """
+    empty."""
 
     mesh: Mesh
     order: int = 1
@@ -172,8 +170,7 @@ class Space:
         """(unknowns, unknowns) and (c,): T and s with w = Tz, C T z = z[s]: at wall nodes z holds
         the normal components.
 
-        One wall: w = n z₁ + t z₂. Two walls in a corner: w = N⁻¹z with the rows n₁, n₂ of N.
-        """
+        One wall: w = n z₁ + t z₂. Two walls in a corner: w = N⁻¹z with the rows n₁, n₂ of N."""
         wall, d = self.wall, self.dimension
         columns = self.components[:, wall.node]
         frame = np.empty((len(wall.node), d, d))
@@ -203,16 +200,14 @@ def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
     linear = basis.with_element(ElementLineP1() if space.dimension == 1 else ElementTriP1())
     vector = np.empty(linear.N)
     vector[linear.nodal_dofs[0, : len(values)]] = values
-    field: Floats = np.asarray(linear.interpolate(vector))
-    return field
+    return np.asarray(np.asarray(linear.interpolate(vector)))
 
 
 def values_at(space: Space, basis: Any, field: Field | Floats, name: str) -> Floats:
     """Take a vector field, or vectors (n,d) at the vertices, at the quadrature points of a basis.
 
     Returns (d, elements, q). Raises ValueError where a function gives another shape than (m,d) or a
-    value that is not finite.
-    """
+    value that is not finite."""
     if not callable(field):
         return np.stack([_nodal(space, basis, component) for component in field.T])
     points = np.asarray(basis.global_coordinates())
@@ -239,8 +234,7 @@ def nodal_values(space: Space, field: Field | Floats, name: str) -> Floats:
 def density_at(space: Space, rho: float | Floats) -> Floats:
     """Take a density, one number or (n,) one per vertex, at the quadrature points (elements, q).
 
-    Raises ValueError for another number of values than vertices.
-    """
+    Raises ValueError for another number of values than vertices."""
     if np.ndim(rho) == 0:
         return np.full(space.basis.dx.shape, rho)
     if np.shape(rho) != (space.mesh.nvertices,):

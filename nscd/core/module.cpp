@@ -359,7 +359,7 @@ NB_MODULE(_core, m) {
              "mass"_a.noconvert(), "along"_a.noconvert(), "across"_a.noconvert(), "fronts"_a, "threads"_a = 1, "shared"_a = SHARED)
         .def("factorise", &Factored::factorise, "theta"_a.noconvert())
         .def("solve", &Factored::solve, "b"_a.noconvert())
-        .def_prop_ro("order", &Factored::order);
+        .def_prop_ro("order", &Factored::order, nb::rv_policy::move);
     m.attr("PANEL") = PANEL;
     m.attr("MOST_SWEEPS") = MOST_SWEEPS;
     m.attr("SHARED") = SHARED;

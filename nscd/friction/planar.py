@@ -22,8 +22,7 @@ class PlanarAnswer:
 
     reaction, velocity: (k,2), r and u, each along the normal and across
     residual: dimensionless, the natural map over max |q|
-    sweeps: how many it took
-    """
+    sweeps: how many it took"""
 
     reaction: Floats
     velocity: Floats
@@ -45,8 +44,7 @@ def solve_planar(
 
     >>> alone = solve_planar(csr_array(np.eye(2)), np.array([-1.0, 2.0]), np.array([0.5]))
     >>> alone.reaction.tolist()  # slides: the tangent has half of the normal
-    [[1.0, -0.5]]
-    """
+    [[1.0, -0.5]]"""
     w = csr_array(matrix)
     diagonal = w.diagonal()
     if (diagonal[::2] <= 0).any():

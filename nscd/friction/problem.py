@@ -33,8 +33,7 @@ class FrictionProblem(NamedTuple):
     M(u − u⁻) + Cᵀp_n + Tᵀp_t = 0 with p_n = k_n max(C(u + u⁻), 0) + λ, p_t = k_t T(u + u⁻) +
     τ, where 0 ≤ λ ⟂ b − C u ≥ 0 (Signorini), |τ| ≤ μ max(p_n, 0), and τ T u = μ max(p_n, 0) |T u|
     (Coulomb: maximum dissipation). C u: approach; T u: sliding of the first body along
-    t = (−n_y, n_x) relative to the second, spins included.
-    """
+    t = (−n_y, n_x) relative to the second, spins included."""
 
     first: Any
     second: Any
@@ -77,8 +76,7 @@ def problem_of(
     radius: (n,) m
     mass: (n,3) kg, kg, kg m²
     left: (n,3) m/s, m/s, rad/s, u⁻
-    weights: (k,) kg each, k_n and k_t; 0 where left out
-    """
+    weights: (k,) kg each, k_n and k_t; 0 where left out"""
     first, second = pairs
     k = len(first)
     wall = second < 0

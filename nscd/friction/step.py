@@ -16,8 +16,7 @@ class StepAnswer(NamedTuple):
     velocity: (n,3) m/s, m/s, rad/s
     error: dimensionless, the larger of natural map and momentum error, recomputed
     pairs: of sweeps
-    solver: its name
-    """
+    solver: its name"""
 
     reaction: Any
     friction: Any

@@ -37,8 +37,7 @@ class FrictionDeterminacy:
 
     rank: of the balance on the edges of the cones that can carry
     redundant: the dimension of the set of percussions
-    normal, tangential: (k,) whether λ and τ are the same in all of them
-    """
+    normal, tangential: (k,) whether λ and τ are the same in all of them"""
 
     rank: int
     redundant: int

@@ -103,8 +103,7 @@ class Motion:
         one moved most was moved (m). Velocities stay.
 
         min ½|x|²_M subject to C x ≤ gap, again until nothing overlaps: a full gap in the first step
-        would instead throw them apart. Raises StepError if that does not end.
-        """
+        would instead throw them apart. Raises StepError if that does not end."""
         start = self.position.copy()
         reach = REACH * float(self.radius.mean())
         for _ in range(PUSHES):

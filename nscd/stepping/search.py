@@ -35,6 +35,5 @@ def neighbours(
     """Find every pair and every wall whose gap is at most `margin` (m).
 
     position (n,2) m, radius (n,) m. A disk has one contact for each nearest point of connected
-    walls: one at a corner that points at it, two in a corner that it sits in.
-    """
+    walls: one at a corner that points at it, two in a corner that it sits in."""
     return Neighbours(*_core.neighbours(position, radius, segments, margin))

@@ -94,8 +94,7 @@ def toward_exit(position: Floats) -> Floats:
     way = -position
     way[:, 1] += np.clip(position[:, 1], -HALF_DOOR, HALF_DOOR)
     distance = np.hypot(*way.T)[:, None]
-    velocity: Floats = SPEED * np.divide(way, distance, out=np.zeros_like(way), where=distance > 0)
-    return velocity
+    return np.asarray(SPEED * np.divide(way, distance, out=np.zeros_like(way), where=distance > 0))
 
 
 def area(size: float) -> float:

@@ -68,8 +68,7 @@ def slopes(field: Field, points: Floats, step: float) -> list[Floats]:
 def to_exit(points: Floats) -> Floats:
     """Measure the distance (n,) m of points (n,2) m from the nearest point of the exit."""
     beyond = np.maximum(np.abs(points[:, 1]) - 0.5 * EXIT, 0.0)
-    distance: Floats = np.hypot(points[:, 0], beyond)
-    return distance
+    return np.asarray(np.hypot(points[:, 0], beyond))
 
 
 def from_exit(values: Floats) -> float:

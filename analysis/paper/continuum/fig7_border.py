@@ -57,8 +57,7 @@ def inward(room: Room) -> Field:
 
     def push(points: Floats) -> Floats:
         away = [np.hypot(*(nearest_on_segment(points, *piece) - points).T) for piece in pieces]
-        pressed: Floats = PUSH * normal[np.argmin(away, axis=0)]
-        return pressed
+        return np.asarray(PUSH * normal[np.argmin(away, axis=0)])
 
     return push
 

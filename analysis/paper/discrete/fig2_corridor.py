@@ -70,34 +70,29 @@ def local_contacts(scene: Scene, contacts: Contacts) -> Flags:
     """Tell in which contacts (k,) a pushing disk takes part."""
     pushing = np.hypot(*scene.snapshot.velocity.T) > 0
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
-    touched: Flags = pushing[contacts.first] | pushing[second]
-    return touched
+    return np.asarray(pushing[contacts.first] | pushing[second])
 
 
 def columns(x: Floats) -> Floats:
     """Find the distinct x (m) of disks that stand in columns, rising."""
-    distinct: Floats = np.unique(np.round(x, 6))
-    return distinct
+    return np.asarray(np.unique(np.round(x, 6)))
 
 
 def in_columns(x: Floats) -> Flags:
     """Tell which column (c,) each disk stands in, (n,c)."""
-    stands: Flags = np.abs(x[:, None] - columns(x)) < SAME_M
-    return stands
+    return np.asarray(np.abs(x[:, None] - columns(x)) < SAME_M)
 
 
 def _middles(x: Floats) -> Floats:
     """The x (m,) of the gaps' middles (m)."""
-    middles: Floats = 0.5 * (columns(x)[1:] + columns(x)[:-1])
-    return middles
+    return np.asarray(0.5 * (columns(x)[1:] + columns(x)[:-1]))
 
 
 def _crosses(x: Floats, pairs: Contacts) -> Flags:
     """Which gap (m,) each contact of two disks crosses, (k,m)."""
     a, b = x[pairs.first], x[pairs.second]
     low, high = np.minimum(a, b), np.maximum(a, b)
-    across: Flags = (low[:, None] < _middles(x)) & (high[:, None] > _middles(x))
-    return across
+    return np.asarray((low[:, None] < _middles(x)) & (high[:, None] > _middles(x)))
 
 
 def flux(x: Floats, contacts: Contacts, impulse: Floats) -> Floats:
@@ -105,8 +100,7 @@ def flux(x: Floats, contacts: Contacts, impulse: Floats) -> Floats:
     chosen = ~contacts.is_wall
     pairs = contacts.select(chosen)
     along = impulse[chosen, 0] * np.sign(x[pairs.second] - x[pairs.first])
-    through: Floats = along @ _crosses(x, pairs)
-    return through
+    return np.asarray(along @ _crosses(x, pairs))
 
 
 def gaps_of(scene: Scene, contacts: Contacts, answer: Percussions) -> Gaps:
@@ -271,8 +265,7 @@ class Final:
     @property
     def displaced(self) -> Floats:
         """How far each of those who were at rest is displaced (m)."""
-        distance: Floats = np.hypot(*(self.position - self.start)[self.resting].T)
-        return distance
+        return np.asarray(np.hypot(*(self.position - self.start)[self.resting].T))
 
     @property
     def moved(self) -> int:
@@ -380,14 +373,12 @@ class Corridor:
     @cached_property
     def size(self) -> Floats:
         """|p| of each contact, (k,) N·s."""
-        size: Floats = np.hypot(*self.found.answer.impulse.T)
-        return size
+        return np.asarray(np.hypot(*self.found.answer.impulse.T))
 
     @cached_property
     def carries(self) -> Flags:
         """Whether a contact carries a percussion, (k,)."""
-        carries: Flags = self.size > CARRIES * self.size.max()
-        return carries
+        return np.asarray(self.size > CARRIES * self.size.max())
 
     @property
     def near(self) -> int:
@@ -413,8 +404,7 @@ class Corridor:
     def distance(self) -> Floats:
         """From the pushing column, (n,) m."""
         x = self.scene.snapshot.position[:, 0]
-        distance: Floats = x - x.min()
-        return distance
+        return np.asarray(x - x.min())
 
     @property
     def reach(self) -> float:
@@ -424,8 +414,7 @@ class Corridor:
     @property
     def resting(self) -> Flags:
         """Who is at rest before, (n,)."""
-        rests: Flags = np.hypot(*self.scene.snapshot.velocity.T) == 0
-        return rests
+        return np.asarray(np.hypot(*self.scene.snapshot.velocity.T) == 0)
 
     @property
     def pushing(self) -> int:
@@ -435,8 +424,7 @@ class Corridor:
     @property
     def moved(self) -> Flags:
         """Who is at rest before and moves after, (n,)."""
-        moved: Flags = self.resting & (np.hypot(*self.found.answer.right_velocity.T) > 1e-6)
-        return moved
+        return np.asarray(self.resting & (np.hypot(*self.found.answer.right_velocity.T) > 1e-6))
 
     @property
     def inelastic(self) -> list[Push]:

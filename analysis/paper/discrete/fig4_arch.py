@@ -693,8 +693,7 @@ def _numbers(samples: Sequence[Sample], name: str) -> Floats:
 def _as_printed(arch: Arch) -> Floats:
     """The right velocities (n,2) m/s of (7) as printed: u⁺ = u⁻ + Cᵀλ with the λ that solve (8)."""
     push = arch.answer.reaction[:, None] * arch.contacts.normal
-    printed: Floats = arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot))
-    return printed
+    return np.asarray(arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot)))
 
 
 def _trial_warnings(trials: Sequence[Trial]) -> list[str]:

@@ -212,8 +212,7 @@ def _social_rest(
 
     def unbalanced(place: Floats) -> Floats:
         forces = social_force(at(place), all_pairs(at(place), walls), law)
-        balance: Floats = forces.resultant()[:, 0] + drive
-        return balance
+        return np.asarray(forces.resultant()[:, 0] + drive)
 
     found = root(unbalanced, snapshot.position[:, 0] - spread, tol=1e-12)
     return at(found.x), float(np.abs(unbalanced(found.x)).max())
@@ -235,8 +234,7 @@ def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -
     other = np.where(pairs.is_wall, len(snapshot), pairs.second)
     section = np.arange(len(snapshot))[:, None]
     across = (pairs.first <= section) & (section < other)
-    total: Floats = (across * force).sum(1)
-    return total
+    return np.asarray((across * force).sum(1))
 
 
 def chain_rows(chain: ChainForces) -> list[tuple[float, ...]]:

@@ -91,8 +91,7 @@ class Arch:
 
     def normal_forces(self) -> Floats:
         """Give n·p/τ at each contact, (k,) N."""
-        forces: Floats = (self.answer.impulse * self.contacts.normal).sum(1) / self.window
-        return forces
+        return np.asarray((self.answer.impulse * self.contacts.normal).sum(1) / self.window)
 
     def carried(self) -> Floats:
         """Sum |n·p|/τ over the contacts of each person, (n,) N: how hard one is pressed, from

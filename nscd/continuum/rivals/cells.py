@@ -55,8 +55,7 @@ class Cells:
     @cached_property
     def measure(self) -> Floats:
         """(m,) m², the area of each cell (length in one dimension, m)."""
-        area: Floats = np.asarray(self._space.basis.dx).sum(1)
-        return area
+        return np.asarray(np.asarray(self._space.basis.dx).sum(1))
 
     @cached_property
     def open(self) -> Flags:
@@ -117,8 +116,7 @@ class Cells:
         """Integrate ∫u·n φ_i over the walls, (n,) m²/s (m/s in one dimension), of one vector, one
         per vertex, or a function.
 
-        Raises ValueError, with this name, for one per cell, which has no values on walls.
-        """
+        Raises ValueError, with this name, for one per cell, which has no values on walls."""
         edge, n, d = self._space.border("wall"), self.mesh.nvertices, self.dimension
         assert edge is not None
         if not callable(velocity):

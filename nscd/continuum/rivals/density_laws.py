@@ -2,8 +2,7 @@
 
 Paper (16), M1, M2, L1, L2, with Table 1. Densities are in people/m². Pressures of the laws are in
 people/s²: times the mass of a person (kg) they are in N/m, and then comparable with a percussion
-per length (N·s/m) only after that is divided by the time it took.
-"""
+per length (N·s/m) only after that is divided by the time it took."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ class TurbulencePressure:
     Table 1's c₂ = 1.5 lets g jump by 31.4 at ρ_c; `continuous()` has the c₂ that does not. Golas,
     Narain and Lin, Physical Review E 90 (2014) 042816.
 
-    Raises ValueError for a constant that is not positive, or ρ_c ≥ ρ_y.
-    """
+    Raises ValueError for a constant that is not positive, or ρ_c ≥ ρ_y."""
 
     c1: float = TABLE_1.c1
     c2: float = TABLE_1.c2
@@ -67,8 +65,7 @@ class TurbulencePressure:
     def pressure(self, density: ArrayLike) -> Floats:
         """Compute g(ρ), people/s², of ρ > 0, people/m², of any shape.
 
-        Raises ValueError for another density.
-        """
+        Raises ValueError for another density."""
         rho = _density(density)
         room = np.maximum(self.yield_density - rho, 0.0) + self.epsilon
         high = np.where(rho < self.yield_density, self.c1 / np.sqrt(room), self.c3)
@@ -87,8 +84,7 @@ def power_pressure(
     coefficient: people^(1−γ) m^(2γ)/s², p₀ > 0.
     exponent: γ > 1.
 
-    Raises ValueError for another density or constant.
-    """
+    Raises ValueError for another density or constant."""
     positive(coefficient=coefficient, exponent=exponent)
     if exponent <= 1:
         raise ValueError(f"exponent: {exponent:g}; more than 1 is needed")
@@ -108,8 +104,7 @@ def exponential_speed(
     free_speed: m/s, u_max.
     steepness: α.
 
-    Raises ValueError for another density or a constant that is not positive.
-    """
+    Raises ValueError for another density or a constant that is not positive."""
     positive(free_speed=free_speed, greatest_density=greatest_density, steepness=steepness)
     return np.asarray(free_speed * np.exp(-steepness * (_density(density) / greatest_density) ** 2))
 
@@ -127,8 +122,7 @@ def kladek_speed(
     free_speed: m/s, u_max; Weidmann's own is 1.34.
     decay: people/m², Weidmann's γ; Table 1's γ = 2 is the exponent of (M2).
 
-    Raises ValueError for another density or a constant that is not positive.
-    """
+    Raises ValueError for another density or a constant that is not positive."""
     positive(free_speed=free_speed, greatest_density=greatest_density, decay=decay)
     gap = np.maximum(1 / _density(density) - 1 / greatest_density, 0.0)
     return np.asarray(-free_speed * np.expm1(-decay * gap))
@@ -153,8 +147,7 @@ def measured_speed(
     printed: whether to leave Σ_i ‖u_i‖ f(d_i), in 1/(m s), undivided, which follows the density.
 
     Helbing, Johansson, Al-Abideen, Physical Review E 75 (2007) 046109. Raises ValueError for wrong
-    shapes, values that are not finite, negative people, or a place with nobody within reach.
-    """
+    shapes, values that are not finite, negative people, or a place with nobody within reach."""
     points, where = read_only(at, (-1, 2), "at"), read_only(position, (-1, 2), "position")
     values = read_only(speed, (len(where),), "speed")
     count = read_only(np.ones(len(where)) if people is None else people, (len(where),), "people")
@@ -179,8 +172,7 @@ def crowd_pressure(density: ArrayLike, measured: ArrayLike) -> Floats:
         in 1/(m s), it is no pressure: the unit is people/(m⁴ s²).
 
     Var is the mean square distance from the mean. Raises ValueError for a density that is not
-    positive, an empty sample or one that is not finite.
-    """
+    positive, an empty sample or one that is not finite."""
     sample = read_only(measured, (-1,), "measured")
     if len(sample) == 0:
         raise ValueError("measured: an empty sample has no variance")

@@ -30,8 +30,7 @@ class PlaceEquation(enum.StrEnum):
     complementarity: p ≥ 0, −Δp ≥ −∇·u_d, ∂ₙp ≥ u_d·n on walls, equalities where p > 0: what a
         crowd does that can be pressed but not pulled.
     equality: −Δp = −∇·u_d, ∂ₙp = u_d·n: walls and people also pull (p < 0).
-    printed: −Δp = −∇·u_d, ∂ₙp = 0, so that a crowd that walks into a wall goes through it.
-    """
+    printed: −Δp = −∇·u_d, ∂ₙp = 0, so that a crowd that walks into a wall goes through it."""
 
     COMPLEMENTARITY = "complementarity"
     EQUALITY = "equality"
@@ -50,8 +49,7 @@ class FirstOrderFlow:
     residual: dimensionless, the largest |min(p_i/c_i, r_i)| (|r_i| for an equality) over ‖u_d‖∞,
         recomputed from p; r_i = (∫∇p·∇φ_i − b_i)/∫|∇φ_i| is the speed at which the crowd closes up
         around vertex i, c_i the p that changes it by one.
-    status, reason: solved where the residual is within the tolerance, else why not.
-    """
+    status, reason: solved where the residual is within the tolerance, else why not."""
 
     mesh: Mesh
     equation: PlaceEquation
@@ -88,8 +86,7 @@ def first_order_flow(
     20 (2010) 1787–1821).
 
     Raises ValueError naming the field for a wrong shape or value, an unknown equation, or a mesh as
-    `Cells` refuses it.
-    """
+    `Cells` refuses it."""
     begin = time.perf_counter()
     if equation not in list(PlaceEquation):
         raise ValueError(f"equation: unknown {equation!r}; there are: {', '.join(PlaceEquation)}")
@@ -125,8 +122,7 @@ class Pressed(NamedTuple):
     pressure: (n,).
     closing: m/s, the speed at which a vertex still closes up or is pressed without need.
     iterations: of the active set.
-    unsettled: what to say where the active set did not settle, else empty.
-    """
+    unsettled: what to say where the active set did not settle, else empty."""
 
     pressure: Floats
     closing: float
@@ -142,8 +138,7 @@ def pressure_of(cells: Cells, weight: Floats, load: Floats, *, pulls: bool) -> P
     pulls: whether p may be negative.
 
     closing is the largest |min(p_i A_ii/c_i, r_i/c_i)|, |r_i/c_i| if it pulls, with r = Ap − b and
-    c_i = ∫|∇φ_i|.
-    """
+    c_i = ∫|∇φ_i|."""
     matrix, inside = cells.stiffness(weight), np.flatnonzero(~cells.open)
     # rows of the identity where p = 0 is given
     keep = sparse.diags_array((~cells.open).astype(np.float64))
@@ -171,8 +166,7 @@ class FrictionalFlow(NamedTuple):
     right_velocity: (m,2) m/s, u⁺ in the cells.
     residual: dimensionless, of the optimality conditions, recomputed from the stress, over the
         largest desired speed.
-    status, reason: solved where the residual is within the tolerance, else why not.
-    """
+    status, reason: solved where the residual is within the tolerance, else why not."""
 
     stress: Floats
     right_velocity: Floats
@@ -199,8 +193,7 @@ def frictional_flow(
     s = 0 is (20). Its dual: u⁺ is the velocity nearest to u_d among those that spread at least as
     much as they shear, div u ≥ s·√((∂ₓuₓ − ∂_yu_y)² + (∂ₓu_y + ∂_yuₓ)²).
 
-    Raises ValueError for friction outside [0, 1) and walls that do not lie along y.
-    """
+    Raises ValueError for friction outside [0, 1) and walls that do not lie along y."""
     if not 0 <= friction < 1:
         raise ValueError(f"friction: {friction}; 0 ≤ s < 1 is needed")
     problem = _Frictional(Cells(mesh), density, desired, friction)
@@ -222,8 +215,7 @@ class _Frictional:
 
     divergence: (2m,3n), div Σ in the cells of p, a and b at all vertices.
     scale: (u,), one for p, a and b of a vertex, so that the nearest point of the cone stays a
-        closed form.
-    """
+        closed form."""
 
     def __init__(self, cells: Cells, density: float, desired: Floats, friction: float) -> None:
         x, y = cells.slopes

@@ -7,11 +7,10 @@ would be convex too, but friction would then buy the pressure that it needs.)"""
 
 from __future__ import annotations
 
-import importlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
@@ -27,7 +26,6 @@ from nscd.continuum.rivals.density_laws import TurbulencePressure
 from nscd.continuum.rivals.first_order import pressure_of
 from nscd.percussions import Status
 
-Method = Literal["gradient", "conic"]
 MOST = 20_000  # gradient steps
 
 
@@ -41,8 +39,7 @@ class Congestion:
     ρ ≥ ρ_max it is the complementarity form of (20) with δt p/ρ in place of p (Narain et al., ACM
     Trans. Graph. 28 (2009) 122).
 
-    Raises ValueError for a density that is not positive.
-    """
+    Raises ValueError for a density that is not positive."""
 
     greatest_density: float = TABLE_1.yield_density
 
@@ -60,8 +57,7 @@ class TurbulenceLaw:
     friction: β.
     mass_per_person: kg.
 
-    Raises ValueError for a negative friction or a mass that is not positive.
-    """
+    Raises ValueError for a negative friction or a mass that is not positive."""
 
     pressure: TurbulencePressure | Congestion | Floats = field(default_factory=TurbulencePressure)
     friction: float = TABLE_1.friction
@@ -88,8 +84,7 @@ class TurbulenceStep:
         (`Friction.shearing`), and error_bound; with congestion at least p's own closing speed.
     error_bound: dimensionless, √(gap/∫½ρ|u|²) ≥ ‖v⁺ − exact‖/‖u‖ (L², weighted with ρ) for this p,
         from the duality gap: sure, but, as a square root, far above the error where that is small.
-    status, reason: solved where the residual is within the tolerance, else why not.
-    """
+    status, reason: solved where the residual is within the tolerance, else why not."""
 
     mesh: Mesh
     time_step: float
@@ -104,7 +99,6 @@ class TurbulenceStep:
     error_bound: float
     status: Status
     reason: str
-    method: str
     iterations: int
     seconds: float
 
@@ -126,7 +120,6 @@ def turbulence_step(
     law: TurbulenceLaw,
     *,
     time_step: float,
-    method: Method = "gradient",
     tolerance: float = 1e-5,
 ) -> TurbulenceStep:
     """Take one time step of the crowd turbulence.
@@ -134,19 +127,17 @@ def turbulence_step(
     density: people/m², one number or (n,) one per vertex.
     velocity: v, (2,) m/s, (n,2) one per vertex, (m,2) one per cell, or a function of points.
     time_step: δt, s.
-    method: "gradient", accelerated projected gradient with restarts (O'Donoghue, Candès, Found.
-        Comput. Math. 15 (2015) 715–732), scaled vertex by vertex; or "conic", the interior-point
-        solver Clarabel, which must be installed.
 
     p and S are P1, v⁺ constant in each cell, so that v⁺ = v − (δt/ρ)(∇p + ∇·S) is exact and the
     bound holds everywhere if at the vertices. S = 0 on exits and free borders (p is what is given
     there); on walls S is bounded as inside, which makes a wall as rough as the crowd.
 
     Raises ValueError naming the field for a wrong shape or value and for a mesh as `Cells` refuses
-    it or not of triangles; ImportError, with what to install, where "conic" lacks Clarabel.
-    """
+    it or not of triangles."""
     begin = time.perf_counter()
-    _refuse(mesh, method, time_step, tolerance)
+    positive(time_step=time_step, tolerance=tolerance)
+    if mesh.dim() != 2:
+        raise ValueError("mesh: friction needs the plane; triangles are needed")
     cells, people = Cells(mesh), _people(density, mesh.nvertices)
     rho = law.mass_per_person * people[mesh.t].mean(0)
     left = cells.mean_velocity(velocity, "velocity")
@@ -155,15 +146,11 @@ def turbulence_step(
     bound = law.friction * time_step * np.where(cells.open, 0.0, p)
     problem = friction_problem(cells, rho, pressed, bound)
     speed = float(max(np.abs(left).max(), np.abs(pressed).max())) or 1.0
-    y, iterations, stopped = (
-        problem.by_cone() if method == "conic" else (*problem.by_gradient(tolerance * speed), "")
-    )
+    y, iterations = problem.by_gradient(tolerance * speed)
     error_bound = problem.error_bound(y)
     slow = np.minimum(problem.shearing(y) / speed, error_bound)
     residual = float(np.maximum(slow, closing / speed))
     status, reason = judged(residual, tolerance, "the stress", unsettled)
-    if status is Status.SOLVED and stopped:
-        status, reason = Status.INACCURATE, stopped
     return TurbulenceStep(
         mesh=mesh,
         time_step=time_step,
@@ -176,20 +163,10 @@ def turbulence_step(
         error_bound=error_bound,
         status=status,
         reason=reason,
-        method=method,
         iterations=iterations,
         seconds=time.perf_counter() - begin,
         **_at_vertices(problem, y, time_step, mesh.nvertices),
     )
-
-
-def _refuse(mesh: Mesh, method: str, time_step: float, tolerance: float) -> None:
-    """Raise ValueError for what no step can be taken with."""
-    positive(time_step=time_step, tolerance=tolerance)
-    if method not in get_args(Method):
-        raise ValueError(f"method: unknown {method!r}; there are: {', '.join(get_args(Method))}")
-    if mesh.dim() != 2:
-        raise ValueError("mesh: friction needs the plane; triangles are needed")
 
 
 def _people(density: ArrayLike, n: int) -> Floats:
@@ -239,8 +216,7 @@ class Friction(NamedTuple):
     rho: (2m,) kg/m².
     start: (2m,) m/s, u.
 
-    y and velocities are stacked: all first components, then all second ones.
-    """
+    y and velocities are stacked: all first components, then all second ones."""
 
     vertex: Indices
     divergence: sparse.csr_array
@@ -302,53 +278,6 @@ class Friction(NamedTuple):
                 break
         return y, step
 
-    def by_cone(self) -> tuple[Floats, int, str]:
-        """Clarabel's solution, scaled into the bound, its iterations, and why it stopped short of
-        a relative gap of 10⁻¹⁰ (empty if it did not). Raises ImportError where Clarabel is not
-        installed."""
-        try:
-            clarabel = importlib.import_module("clarabel")
-        except ImportError as missing:
-            raise ImportError(
-                "method 'conic' needs the solver Clarabel: "
-                "pip install 'crowd-percussions[bench]' or pip install clarabel"
-            ) from missing
-        k = len(self.vertex)
-        if k == 0:
-            return np.zeros(0), 0, ""
-        bound = np.tile(self.bound, 2)
-        scaled = self._scaled @ sparse.diags_array(bound)
-        load = self.moment(np.zeros(2 * k)) * bound
-        unit = 1 / (float(np.abs(load).max()) or 1.0)
-        # (1, y_i/b_i) in the cone of each vertex
-        rows = np.concatenate([3 * np.arange(k) + 1, 3 * np.arange(k) + 2])
-        entries = (-np.ones(2 * k), (rows, np.arange(2 * k)))
-        matrix = sparse.csc_matrix(entries, shape=(3 * k, 2 * k))
-        right = np.zeros(3 * k)
-        right[::3] = 1.0
-        settings = clarabel.DefaultSettings()
-        settings.verbose, settings.max_threads = False, 1
-        # 0.99 of the way to the border, Clarabel's default, leaves the central path: rounding then
-        # decides whether it stalls
-        settings.max_step_fraction = 0.8
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
-        # the tolerances of AlmostSolved
-        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = 1e-10
-        settings.reduced_tol_feas = 1e-10
-        solver = clarabel.DefaultSolver(
-            sparse.triu(unit * (scaled.T @ scaled)).tocsc(),
-            -unit * load,
-            matrix,
-            right,
-            [clarabel.SecondOrderConeT(3)] * k,
-            settings,
-        )
-        answer = solver.solve()
-        y: Floats = bound * np.array(answer.x)
-        solved = answer.status in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved)
-        stopped = "" if solved else f"Clarabel stopped: {answer.status}"
-        return self._within(y), int(answer.iterations), stopped
-
     @property
     def _scaled(self) -> sparse.csr_array:
         """(2m,2k), √(|T|ρ_T) D/ρ: the Hessian of the energy is its transpose times itself."""
@@ -366,8 +295,7 @@ def friction_problem(cells: Cells, rho: Floats, velocity: Floats, bound: Floats)
 
     rho: (m,) kg/m², in the cells.
     velocity: (m,2) m/s, u in the cells.
-    bound: (n,) N·s/m, βδt p at the vertices.
-    """
+    bound: (n,) N·s/m, βδt p at the vertices."""
     vertex = np.flatnonzero(bound > 0)
     gx, gy = (g[:, vertex] for g in cells.slopes)
     # ∇·S = (∂xSxx + ∂ySxy, ∂xSxy − ∂ySxx)
@@ -389,8 +317,7 @@ class StepDependence(NamedTuple):
     time_step: s.
     percussion, force: N·s/m² and N/m², means of the moduli of the two densities.
     energy_left: share of the kinetic energy.
-    sliding: share of the vertices off the open border where friction is at its bound.
-    """
+    sliding: share of the vertices off the open border where friction is at its bound."""
 
     time_step: float
     percussion: float
@@ -414,8 +341,7 @@ def time_step_dependence(
     A law bounds forces, not percussions: friction slides everywhere where δt is short, with a force
     that does not depend on it, and stops all that it can where δt is long, with a percussion that
     does not; in between both change with δt. The percussion of a crowd that is congested everywhere
-    (ρ ≥ ρ_max) does not depend on δt. Raises as `turbulence_step`.
-    """
+    (ρ ≥ ρ_max) does not depend on δt. Raises as `turbulence_step`."""
     cells, rows = Cells(mesh), []
     area = cells.measure
     for time_step in time_steps:
