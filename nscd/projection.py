@@ -29,5 +29,6 @@ def project(
         least_scale=scale, tolerance=tolerance, least=False, bounded=False,
     )  # fmt: skip
     assert said is not None, "contacts of disks that there are, and finite numbers"
-    error = max(said["residual"], said["momentum_error"])
-    return said["right_velocity"], error if said["finite"] else np.inf
+    found, finite = said[:2]
+    error = max(found["residual"], found["momentum_error"])
+    return found["right_velocity"], error if finite else np.inf

@@ -109,22 +109,41 @@ def solve(
         contacts.check_disks(len(snapshot))
         return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
     left = _unread(snapshot, left_velocity)
-    asked: dict[str, Any] = {"tolerance": tolerance, "least": canonical, "threads": threads}
-    if solver != "auto":
-        asked["method"] = SOLVERS.index(solver)
+    asked: dict[str, Any] = {}
     if guess is not None and len(instance(guess, Percussions, "guess").reaction) == len(contacts):
         asked["guess"] = guess.reaction
     if not law.plain:
         asked |= _dissipating(snapshot, contacts, _left(snapshot, left_velocity), law, solver)
     said = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
-        snapshot.radius, snapshot.mass, left, **asked,
+        snapshot.radius, snapshot.mass, left, tolerance=tolerance, least=canonical,
+        threads=threads, method=SOLVERS.index(solver), **asked,
     )  # fmt: skip
     if said is None:  # a disk that does not exist, or a velocity that cannot be computed with
         contacts.check_disks(len(snapshot))
         _left(snapshot, left_velocity)
         raise AssertionError("contacts and velocities that the core refuses and Python does not")
-    return _percussions(snapshot, contacts, said, solver, tolerance, started)
+    found, finite, energy, rung, disks, _, shared = said
+    status, reason = _judged(found, finite, tolerance)
+    name, why = CHOICES[rung]
+    if "{" in why:
+        why = why.format(n=disks)
+    if shared > 1:
+        why += f"; {shared} threads"
+    if "right_spin" not in found:
+        found["right_spin"] = snapshot.spin
+    change = found["energy_change"]
+    return Percussions(
+        **found,
+        status=status,
+        reason=reason,
+        warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if change > 1e-9 * energy else (),
+        choice=why,
+        solver=name or solver,
+        seconds=time.perf_counter() - started,
+        snapshot=snapshot,
+        contacts=contacts,
+    )
 
 
 def _dissipating(
@@ -179,53 +198,6 @@ def _check(
         raise ValueError(f"solver: unknown {shown(solver)}; there are: {', '.join(SOLVERS)}")
     if law.frictional and solver != "auto":
         raise ValueError(f"solver: {solver} is for contacts without friction")
-
-
-def _percussions(
-    snapshot: Snapshot,
-    contacts: Contacts,
-    said: dict[str, Any],
-    solver: str,
-    tolerance: float,
-    started: float,
-) -> Percussions:
-    """The answer of the core, and what it is worth."""
-    name, why = CHOICES[said["rung"]]
-    if "{" in why:
-        why = why.format(n=said["disks"])
-    if said["threads"] > 1:
-        why += f"; {said['threads']} threads"
-    change, energy = said["change"], said["energy"]
-    found: dict[str, Any] = {
-        "reaction": said["reaction"],
-        "impulse": said["impulse"],
-        "right_velocity": said["right_velocity"],
-        "right_spin": said.get("right_spin", snapshot.spin),
-        "residual": said["residual"],
-        "velocity_error": said["velocity_error"],
-        "momentum_error": said["momentum_error"],
-        "energy_change": change,
-        "energy_error": abs(change + 0.5 * said["work"]) / (energy or 1.0),
-    }
-    status, reason = _judged(found, said["finite"], tolerance)
-    return Percussions(
-        **found,
-        status=status,
-        reason=reason,
-        warnings=_grown(change, energy),
-        choice=why,
-        canonical=said["least"],
-        solver=name or solver,
-        iterations=said["iterations"],
-        seconds=time.perf_counter() - started,
-        snapshot=snapshot,
-        contacts=contacts,
-    )
-
-
-def _grown(change: float, before: float) -> tuple[str, ...]:
-    """A warning where the kinetic energy (J) grew by more than rounding."""
-    return (f"energy grew by {change:.3g} J: {GAIN}",) if change > 1e-9 * before else ()
 
 
 def _judged(said: dict[str, Any], finite: bool, tolerance: float) -> tuple[Status, str]:

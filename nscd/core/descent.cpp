@@ -11,7 +11,7 @@ namespace {
 
 // Sweeps from a look at the closed contacts to the next; in a crowd of FEW contacts, where a factorisation costs less
 // than that many sweeps.
-constexpr int CHECK = 25, OFTEN = 10, FEW = 200;
+constexpr int CHECK = 25, OFTEN = 5, FEW = 200;
 // After so many sweeps it is clear that more contacts than unknowns will stay closed: where they are REDUNDANT times
 // as many, and where they are just more.
 constexpr int EARLY = 100, LATE = 200;

@@ -182,7 +182,8 @@ auto islands(const Whole& first, const Whole& second, const Marks& is_wall, cons
     return std::make_tuple(give(std::move(of.label)), give(std::move(of.contacts)), give(std::move(of.disks)), give_marks(std::move(of.pressed)));
 }
 
-using Said = nb::typed<nb::dict, nb::str, nb::any>;
+// Fields of `nscd.Percussions` by name; whether every number is finite, energy before (J), rung, disks, rounds, threads.
+using Said = std::tuple<nb::typed<nb::dict, nb::str, nb::any>, bool, double, int, int, int, int>;
 
 std::optional<Said> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
                   const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
@@ -230,7 +231,7 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
         for (int a = 0; a < 2; ++a) moving[2 * i + a] = found.velocity[s.d * i + a];
         if (spin) turning[i] = found.velocity[3 * i + 2];
     }
-    Said said;
+    nb::typed<nb::dict, nb::str, nb::any> said;
     said["reaction"] = give(std::move(found.reaction));
     said["impulse"] = give<2>(std::move(of.impulse), 2);
     said["right_velocity"] = give<2>(std::move(moving), 2);
@@ -238,17 +239,11 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
     said["residual"] = of.residual;
     said["velocity_error"] = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
     said["momentum_error"] = of.momentum_error;
-    said["energy"] = of.energy;
-    said["change"] = of.change;
-    said["work"] = of.work;
-    said["finite"] = of.finite;
-    said["rung"] = int(found.rung);
-    said["disks"] = found.disks;
+    said["energy_change"] = of.change;
+    said["energy_error"] = std::abs(of.change + 0.5 * of.work) / (of.energy != 0.0 ? of.energy : 1.0);
     said["iterations"] = found.iterations;
-    said["rounds"] = found.rounds;
-    said["threads"] = found.threads;
-    said["least"] = found.least;
-    return std::optional<Said>(std::move(said));
+    said["canonical"] = found.least;
+    return Said{std::move(said), of.finite, of.energy, int(found.rung), found.disks, found.rounds, found.threads};
 }
 
 // Parts of the solver, for tests and measurements.
