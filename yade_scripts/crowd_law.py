@@ -3,7 +3,7 @@ them."""
 
 import math
 
-from scene_file import CHEST, CHEST_SQUARE
+from scene_file import LAWS
 from yade.wrapper import (
     FrictMat,
     Ig2_Box_Sphere_ScGeom,
@@ -51,30 +51,31 @@ class Hooke:
         return 0.5 * interaction.phys.kn * overlap**2
 
 
-class Body(Hooke):
-    """The force of chests, and max(0, c approach): YADE has a dashpot alone for it, and the spring is
-    added to each contact after YADE's own loop."""
+class Apart(Hooke):
+    """k overlap + q overlap^2, and max(0, c approach): YADE has a dashpot alone for it, and the spring
+    is added to each contact after YADE's own loop."""
 
     def __init__(self, penalty):
         super().__init__(penalty)
         self.disk.kn = self.wall.kn = 0.0
         self.walls = set()  # the bodies that are walls
+        self.springs, self.wall_springs = penalty.springs, penalty.wall_springs
 
-    def _depth(self, interaction):
-        """By how much each chest is compressed (m), and whether there are two."""
-        overlap = max(0.0, interaction.geom.penetrationDepth)
+    def _of(self, interaction):
+        """The overlap (m), and k and q of the spring."""
         wall = interaction.id1 in self.walls or interaction.id2 in self.walls
-        return (overlap, 1) if wall else (0.5 * overlap, 2)
+        k, _, q = self.wall_springs if wall else self.springs
+        return max(0.0, interaction.geom.penetrationDepth), k, q
 
     def spring(self, interaction):
         """The force (N) of the spring on the second body."""
-        depth, _ = self._depth(interaction)
-        return (CHEST + CHEST_SQUARE * depth) * depth * interaction.geom.normal
+        overlap, k, q = self._of(interaction)
+        return (k + q * overlap) * overlap * interaction.geom.normal
 
     def energy(self, interaction):
         """The energy (J) of an overlap."""
-        depth, chests = self._depth(interaction)
-        return chests * (0.5 * CHEST + CHEST_SQUARE / 3 * depth) * depth**2
+        overlap, k, q = self._of(interaction)
+        return (0.5 * k + q / 3 * overlap) * overlap**2
 
 
 class Hertz:
@@ -90,10 +91,11 @@ class Hertz:
     spring = None
 
     def __init__(self, penalty):
-        young = 1.5 * penalty.hertz_stiffness
+        (_, disks, _), (_, walls, _) = penalty.springs, penalty.wall_springs
+        young = 1.5 * disks
         common = {"poisson": 0.0, "frictionAngle": 0.0, "density": 1.0}
         self.disk = FrictMat(young=young, **common)
-        share = penalty.hertz_wall_stiffness / (math.sqrt(2) * penalty.hertz_stiffness)
+        share = walls / (math.sqrt(2) * disks)
         self.wall = FrictMat(young=beside(young, share * young), **common)
         damping = math.sqrt(5 / 6) * penalty.damping_ratio
         self.physics = Ip2_FrictMat_FrictMat_MindlinPhys(
@@ -109,7 +111,8 @@ class Hertz:
 
 def law_of(scene, penalty):
     """The law that the scene asks for."""
-    return {"hooke": Hooke, "body": Body}.get(scene["contact"]["law"], Hertz)(penalty)
+    kinds = {"clipped": Hooke, "apart": Apart, "tangent": Hertz}
+    return kinds[LAWS[scene["contact"]["law"]][0]](penalty)
 
 
 def interactions(law):

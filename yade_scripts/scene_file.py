@@ -24,7 +24,6 @@ NUMBERS = {
 # the nominal stiffnesses of both laws, secants at an overlap of 0.1 m
 CHEST, CHEST_SQUARE = 5490.0, 108000.0
 BODY_HERTZ, BODY_STIFFNESS, BODY_AT_WALLS = 18500.0, 5445.0, 16290.0
-LAWS = ("hooke", "hertz", "body", "body_hertz")
 LARGEST_DAMPING_RATIO = 10.0
 STEP_FRACTION = 0.1
 CROSSING_FRACTION = 0.05  # of the smallest radius, in a step, at the fastest speed asked for
@@ -170,8 +169,7 @@ def damping_ratio_for(restitution):
 @dataclass(frozen=True)
 class Penalty:
     """The numbers of the contact law and of the run (SI): dashpots have the damping ratio at the
-    heaviest disks; hertz_stiffness: K of K sqrt(R) overlap^1.5, and of walls; stiffest: what time steps
-    follow."""
+    heaviest disks; springs, wall_springs: see LAWS; stiffest: what time steps follow."""
 
     stiffness: float
     wall_stiffness: float
@@ -183,35 +181,59 @@ class Penalty:
     restitution: tuple
     damping: float
     wall_damping: float
-    hertz_stiffness: float
-    hertz_wall_stiffness: float
+    springs: tuple
+    wall_springs: tuple
     safe_time_step: float
     time_step: float
     frame_interval: int
     steps: int
 
 
+# Each law from the stiffness of disks and of walls and the mean radius (m): k, K and q of k overlap
+# + K sqrt(R) overlap^1.5 + q overlap^2, of disks and of walls; and what stiffness time steps follow.
+def hooke(k, wall_k, radius):
+    return (k, 0.0, 0.0), (wall_k, 0.0, 0.0), max(k, wall_k)
+
+
+def hertz(k, wall_k, radius):
+    disks, walls = (value / (1.5 * math.sqrt(0.5 * 0.01) * radius) for value in (k, wall_k))
+    return (0.0, disks, 0.0), (0.0, walls, 0.0), max(k, wall_k)
+
+
+def body(k, wall_k, radius):
+    tangent = CHEST + 2 * CHEST_SQUARE * radius  # at a depth of the radius
+    return (CHEST / 2, 0.0, CHEST_SQUARE / 4), (CHEST, 0.0, CHEST_SQUARE), tangent
+
+
+def body_hertz(k, wall_k, radius):
+    disks = BODY_HERTZ / math.sqrt(0.5 * radius)
+    walls = 2 * disks  # one body, where two disks are two in series
+    return (0.0, disks, 0.0), (0.0, walls, 0.0), 1.5 * walls * radius
+
+
+# How each damps: with one dashpot between disks and one at walls, clipped with the spring or apart
+# from it, or in proportion to the tangent; and its springs.
+LAWS = {
+    "hooke": ("clipped", hooke),
+    "hertz": ("tangent", hertz),
+    "body": ("apart", body),
+    "body_hertz": ("tangent", body_hertz),
+}
+
+
 def penalty_of(scene, disks):
     """The numbers of the scene's contact law and run: the rules of the LAMMPS decks."""
     contact, run, mass = scene["contact"], scene["run"], disks.mass
-    k, body = contact["stiffness_N_per_m"], contact["law"] == "body"
-    # the dashpot of body acts on approach only: its restitution is the root of that of the other
-    power = 0.5 if body else 1.0
+    k, (damping, springs_of) = contact["stiffness_N_per_m"], LAWS[contact["law"]]
+    # a dashpot on approach only: its restitution is the root of that of one that never pulls
+    power = 0.5 if damping == "apart" else 1.0
     ratio = damping_ratio_for(contact["restitution"] ** (1 / power))
     wall_k = contact.get("wall_stiffness_N_per_m", k)
     friction = contact.get("friction", 0.0)
     tangential = contact.get("tangential_ratio", 2 / 7) if friction else 0.0
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
-    by_mass = body or contact["law"] == "hooke"
-    most = ratio * math.sqrt(mass.max() / mass.min()) if by_mass else ratio
-    radius, stiffest = float(disks.radius.mean()), max(k, wall_k)
-    hertz, hertz_wall = (value / (1.5 * math.sqrt(0.5 * 0.01) * radius) for value in (k, wall_k))
-    if contact["law"] == "body_hertz":
-        hertz = BODY_HERTZ / math.sqrt(0.5 * radius)
-        hertz_wall = 2 * hertz  # one body, where two disks are two in series
-        stiffest = 1.5 * hertz_wall * radius  # the tangent at a depth of the radius
-    if body:
-        stiffest = CHEST + 2 * CHEST_SQUARE * radius
+    most = ratio if damping == "tangent" else ratio * math.sqrt(mass.max() / mass.min())
+    springs, wall_springs, stiffest = springs_of(k, wall_k, float(disks.radius.mean()))
     safe = min(
         STEP_FRACTION * math.sqrt(mass.min() / stiffest) / max(1.0, 2 * most),
         CROSSING_FRACTION * disks.radius.min() / (speed_most(scene, disks) + 1e-300),
@@ -233,8 +255,8 @@ def penalty_of(scene, disks):
         restitution=(restitution_of(most) ** power, restitution_of(ratio) ** power),
         damping=2 * ratio * math.sqrt(k * mass.max() / 2),
         wall_damping=2 * ratio * math.sqrt(wall_k * mass.max()),
-        hertz_stiffness=hertz,
-        hertz_wall_stiffness=hertz_wall,
+        springs=springs,
+        wall_springs=wall_springs,
         safe_time_step=safe,
         time_step=step,
         frame_interval=interval,

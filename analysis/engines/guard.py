@@ -19,7 +19,6 @@ import numpy as np
 from analysis.engines.process import killed_by
 from analysis.engines.record import FAILED, STOPPED, EngineError, RunRecord
 from analysis.scene.scene import Scene
-from analysis.scene.schema import BODY, body_energy
 from nscd import find_contacts
 from nscd.arrays import Flags, Floats
 
@@ -186,15 +185,6 @@ def elastic_energy(
     scene: Scene, overlap: Floats, effective_radius: Floats, is_wall: Flags
 ) -> Floats:
     """Energy (k,) J of contacts of overlap δ (k,) m, effective radius R (k,) m, with a disk or a
-    wall: ½ k δ² (hooke), ⅖ K √R δ^2.5 (hertz), that of chests (body)."""
-    contact = scene.contact
-    if contact.law == BODY:
-        return body_energy(overlap, is_wall)
-    if contact.law == "hooke":
-        k = np.where(is_wall, contact.at_walls, contact.stiffness_N_per_m)
-        hooke: Floats = 0.5 * k * overlap**2
-        return hooke
-    pair, wall = contact.hertz_constants(float(scene.snapshot.radius.mean()))
-    constant = np.where(is_wall, wall, pair)
-    hertz: Floats = 0.4 * constant * np.sqrt(effective_radius) * overlap**2.5
-    return hertz
+    wall."""
+    elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
+    return elastic.energy(overlap, effective_radius, is_wall)

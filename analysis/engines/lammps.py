@@ -17,8 +17,8 @@ from analysis.engines.penalty import Penalty, penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
+from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
-from analysis.scene.schema import BODY, body_force
 from analysis.support.extras import install
 from analysis.support.files import whole_file, write_text
 from analysis.support.shipped import shipped
@@ -39,12 +39,14 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
         raise DumpError(f"{folder}/bodies.dump: not the frames of the contact dumps")
     with pairs.path.open(encoding="utf-8") as file:
         box = "".join([file.readline() for _ in range(8)][4:8])
-    law = _PairLaw(scene, penalty_of(scene), bodies)
+    elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
+    law = _PairLaw(scene.contact.kind.dashpot, elastic, penalty_of(scene), bodies)
+    apart = law.dashpot == "apart"
     with whole_file(folder / "contacts.dump") as out:
         for frame, step in enumerate(pairs.steps):
             tables = [law.rows(pairs.table(frame), frame)]
             tables += [
-                _wall_rows(wall.table(frame), number, scene.contact.law == BODY)
+                _wall_rows(wall.table(frame), number, law.elastic if apart else None)
                 for number, wall in enumerate(touching, start=1)
             ]
             rows = np.concatenate(tables)
@@ -59,7 +61,8 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _PairLaw:
-    scene: Scene
+    dashpot: str
+    elastic: Elastic
     penalty: Penalty
     bodies: DumpIndex
 
@@ -73,15 +76,14 @@ class _PairLaw:
         overlap = radius[rank].sum(1) - table[:, 2]
         normal_force, tangential = -table[:, 3:5], -table[:, 5:7]
         approach = (self._middle_velocity(disks, frame, rank) * normal).sum(1)
-        if self.scene.contact.law == BODY:
-            elastic = body_force(overlap, np.zeros(len(overlap), bool))
-            size = elastic + self.penalty.damping * np.maximum(0.0, approach)
+        # a dashpot with the tangent is in the dumped force; the others take the velocity of the step
+        if self.dashpot != "tangent":
+            effective = radius[rank].prod(1) / radius[rank].sum(1)
+            elastic = self.elastic.force(overlap, effective, np.zeros(len(overlap), bool))
+            damping = self.penalty.damping * approach
+            size = elastic + np.maximum(-elastic if self.dashpot == "clipped" else 0.0, damping)
             normal_force = size[:, None] * normal
-        elif self.scene.contact.law == "hooke":
-            size = np.maximum(
-                0.0, self.penalty.stiffness * overlap + self.penalty.damping * approach
-            )
-            normal_force = size[:, None] * normal
+        if self.dashpot == "clipped":
             tangential = self._slide(tangential, np.hypot(*table[:, 3:5].T), size)
         force = normal_force + tangential
         turn = np.where(table[:, 0] < table[:, 1], 1.0, -1.0)[:, None]
@@ -123,16 +125,16 @@ class _PairLaw:
         return relative
 
 
-def _wall_rows(table: Floats, number: int, body: bool) -> Floats:
-    """Contact rows of a raw wall table: id, x, y, radius, force on the disk, point of contact; the
-    spring of the law `body` is not in that force."""
+def _wall_rows(table: Floats, number: int, spring: Elastic | None) -> Floats:
+    """Contact rows of a raw wall table: id, x, y, radius, force on the disk, point of contact; a
+    spring that is apart from its dashpot is not in that force."""
     to_wall = table[:, 6:8] - table[:, 1:3]
     distance = np.hypot(*to_wall.T)
     normal = to_wall / distance[:, None]
     ones = np.ones(len(table))
     overlap, force = table[:, 3] - distance, -table[:, 4:6]
-    if body:
-        force = force + body_force(overlap, ones > 0)[:, None] * normal
+    if spring is not None:
+        force = force + spring.force(overlap, table[:, 3], ones > 0)[:, None] * normal
     return np.column_stack([table[:, 0], number * ones, ones, normal, overlap, force])
 
 
@@ -177,15 +179,16 @@ def check(scene: Scene) -> None:
     """Raise EngineError for more walls that meet others than LAMMPS has groups, and where impulses
     are to be summed and LAMMPS is not in this Python."""
     _gates(scene)
-    if scene.contact.law == BODY:
+    if scene.contact.kind.dashpot == "apart":
+        law = scene.contact.law
         if not _has_lepton():
             raise EngineError(
-                f"{scene.name}: contact.law: body: this LAMMPS has no pair_style lepton/sphere (its "
+                f"{scene.name}: contact.law: {law}: this LAMMPS has no pair_style lepton/sphere (its "
                 f"package LEPTON); {NEARLY}"
             )
         if scene.run.impulses:
             raise EngineError(
-                f"{scene.name}: run.impulses: LAMMPS sums none with contact.law = body; {NEARLY}"
+                f"{scene.name}: run.impulses: LAMMPS sums none with contact.law = {law}; {NEARLY}"
             )
     if scene.run.impulses and importlib.util.find_spec("lammps") is None:
         raise EngineError(
@@ -274,7 +277,7 @@ def scene_deck(scene: Scene) -> str:
         "speed_most": speed_most(scene),
         "energy_besides": energy_besides(scene),
         "law": contact.law,
-        "stiffness": None if contact.of_bodies else contact.stiffness_N_per_m,
+        "stiffness": None if contact.kind.own_stiffness else contact.stiffness_N_per_m,
         "wall_stiffness": contact.wall_stiffness_N_per_m,
         "restitution": contact.restitution,
         "friction": contact.friction,

@@ -8,7 +8,6 @@ import numpy as np
 from analysis.engines.guard import speed_most
 from analysis.engines.record import Timing, divided
 from analysis.scene.scene import Scene
-from analysis.scene.schema import BODY
 from nscd.segments import connect
 
 # A damping ratio beyond this costs time steps and changes the restitution by less than 0.0024.
@@ -80,12 +79,12 @@ def penalty_of(scene: Scene) -> Penalty:
     k, wall_k = contact.stiffness_N_per_m, contact.at_walls
     tangential = contact.tangential_ratio if contact.friction else 0.0
     # damping on approach only gives the root of what a clipped dashpot gives
-    power = 0.5 if contact.law == BODY else 1.0
+    power = 0.5 if contact.kind.dashpot == "apart" else 1.0
     ratio = damping_ratio_for(contact.restitution ** (1 / power))
     lightest, heaviest = float(mass.min()), float(mass.max())
     # the dashpot of hertz grows with the masses: every contact has the same damping ratio
-    by_mass = contact.law in ("hooke", BODY)
-    largest_ratio = ratio * np.sqrt(heaviest / lightest) if by_mass else ratio
+    by_mass = np.sqrt(heaviest / lightest) if contact.kind.dashpot != "tangent" else 1.0
+    largest_ratio = ratio * by_mass
     stiffest = contact.stiffest(float(scene.snapshot.radius.mean()))
     shortest = float(np.sqrt(lightest / stiffest) / max(1.0, 2 * largest_ratio))
     crossing = float(scene.snapshot.radius.min()) / (speed_most(scene) + 1e-300)

@@ -8,7 +8,6 @@ from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
-from analysis.scene.schema import AS_HERTZ
 from analysis.support.shipped import shipped
 
 NAME, TITLE, COMMAND, ASK = "yade", "YADE", "yade", "--version"
@@ -42,7 +41,7 @@ def deck_digest() -> str:
 
 def check(scene: Scene) -> None:
     """Raise EngineError for hertz with friction, YADE's tangential spring being another there."""
-    if scene.contact.law in ("hertz", AS_HERTZ) and scene.contact.friction:
+    if scene.contact.friction and NAME not in scene.contact.kind.friction:
         raise EngineError(
             f"{scene.name}: contact.friction: {scene.contact.friction:g}; YADE runs {scene.contact.law} without "
             "friction here, LAMMPS runs both"

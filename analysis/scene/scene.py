@@ -18,10 +18,9 @@ from pydantic import ConfigDict, Field, Strict, ValidationError
 
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.lammps_data import read_data, write_data, written_mass
+from analysis.scene.law import LAWS
 from analysis.scene.placement import check_room
 from analysis.scene.schema import (
-    AS_HERTZ,
-    BODY,
     Analysis,
     ContactModel,
     Drive,
@@ -122,7 +121,8 @@ class Scene(Room):
     def with_contact(self, **changes: object) -> Scene:
         """Return the scene with some keys of its contact model changed; the laws of a body bring
         their stiffness. Raises SceneError naming the key."""
-        if changes.get("law") in (BODY, AS_HERTZ):
+        law = LAWS.get(str(changes.get("law")))
+        if law is not None and law.own_stiffness:
             own: dict[str, object] = {"stiffness_N_per_m": None, "wall_stiffness_N_per_m": None}
             changes = own | changes
         return self._with("contact", changes)

@@ -17,10 +17,12 @@ from pydantic import (
     Strict,
     TypeAdapter,
     ValidationInfo,
+    WithJsonSchema,
     field_validator,
     model_validator,
 )
 
+from analysis.scene.law import AS_HERTZ, LAWS, NOMINAL, Elastic, Law, hertz_stiffness
 from nscd import Walls, _core
 from nscd.arrays import Flags, Floats, Indices
 
@@ -71,55 +73,16 @@ class Part(BaseModel):
 
 # The keys that may stand for the stiffness of hertz.
 YOUNG, POISSON = "young_modulus_Pa", "poisson_ratio"
-# The overlap, over the mean radius, at which hertz has the stiffness that is given.
-HERTZ_OVERLAP = 0.01
-
-# One chest between front and back, F = A D + B D² of its compression D (N and m), mean of living
-# patients: Tsitlik et al., Crit. Care Med. 11 (1983) 685.
-CHEST_N_PER_M, CHEST_N_PER_M2 = 5490.0, 108000.0
-# Laws with the stiffness of a body: exactly, and as one Hertz contact of two people of mean radius,
-# F = BODY_HERTZ δ^1.5 (N/m^1.5), which is within 8 % for overlaps δ of 0.05 to 0.3 m.
-BODY, AS_HERTZ = "body", "body_hertz"
-BODY_HERTZ = 18500.0
-# Their nominal stiffness is the secant at this overlap (m).
-BODY_OVERLAP_M = 0.1
 
 
-def body_force(overlap: Floats, is_wall: Flags) -> Floats:
-    """Compute the force (k,) N of the law `body` at overlaps (k,) m: one chest against a wall, D =
-    δ; two in series between disks, D = δ/2 each."""
-    depth = np.where(is_wall, overlap, 0.5 * overlap)
-    return np.asarray(CHEST_N_PER_M * depth + CHEST_N_PER_M2 * depth**2)
+def _known_law(name: str) -> str:
+    if name not in LAWS:
+        *most, last = map(repr, LAWS)
+        raise ValueError(f"Input should be {', '.join(most)} or {last}")
+    return name
 
 
-def body_energy(overlap: Floats, is_wall: Flags) -> Floats:
-    """Compute the energy (k,) J of such contacts: ½ A D² + ⅓ B D³ of each chest."""
-    depth = np.where(is_wall, overlap, 0.5 * overlap)
-    one = 0.5 * CHEST_N_PER_M * depth**2 + CHEST_N_PER_M2 / 3 * depth**3
-    return np.asarray(np.where(is_wall, one, 2 * one))
-
-
-def nominal_stiffness(is_wall: bool) -> float:
-    """Compute the secant stiffness of a body (N/m) at an overlap of 0.1 m: 5,445 between people,
-    16,290 at a wall."""
-    force = body_force(np.array([BODY_OVERLAP_M]), np.array([is_wall]))
-    return float(force[0]) / BODY_OVERLAP_M
-
-
-def hertz_stiffness(young_modulus: float, poisson_ratio: float, mean_radius: float) -> float:
-    """Compute the tangent stiffness (N/m) of two disks of mean radius r̄ (m) at an overlap of 1 %
-    of it, for bodies of Young's modulus E (Pa) and Poisson's ratio ν.
-
-    F = K √R δ^1.5 with K = ⁴⁄₃ E* = ⅔ E/(1 − ν²) and R = r̄/2 (Hertz; Johnson, Contact Mechanics,
-    1985, 4.2), so k = ³⁄₂ K √(R δ)."""
-    k = 2 / 3 * young_modulus / (1 - poisson_ratio**2)
-    return k / hertz_constant(1.0, mean_radius)
-
-
-def hertz_constant(stiffness: float, mean_radius: float) -> float:
-    """Compute K (Pa) of a Hertz contact F = K √R δ^1.5 from the tangent stiffness k (N/m) of two
-    disks of mean radius r̄ (m) at an overlap of 1 % of it: k = ³⁄₂ K √(½ r̄ 0.01 r̄)."""
-    return stiffness / (1.5 * float(np.sqrt(0.5 * HERTZ_OVERLAP)) * mean_radius)
+LawName = Annotated[str, AfterValidator(_known_law), WithJsonSchema({"enum": list(LAWS)})]
 
 
 class ContactModel(Part):
@@ -133,7 +96,7 @@ class ContactModel(Part):
     friction: coefficient; 0 is none
     tangential_ratio: stiffness of the tangential spring over k"""
 
-    law: Literal["hooke", "hertz", "body", "body_hertz"] = "hooke"
+    law: LawName = "hooke"
     stiffness_N_per_m: Positive  # noqa: N815  (the unit is newton)
     wall_stiffness_N_per_m: Positive | None = None  # noqa: N815
     restitution: Annotated[Number, Field(ge=0, le=1)]
@@ -141,50 +104,41 @@ class ContactModel(Part):
     tangential_ratio: Annotated[Number, Field(gt=0, le=1)] = 2 / 7
 
     @property
-    def at_walls(self) -> float:
-        """Give the stiffness of walls (N/m)."""
-        if self.of_bodies:
-            return nominal_stiffness(True)
-        return self.wall_stiffness_N_per_m or self.stiffness_N_per_m
+    def kind(self) -> Law:
+        """Give the law itself."""
+        return LAWS[self.law]
 
     @property
-    def of_bodies(self) -> bool:
-        """Tell whether its stiffness is that of a body."""
-        return self.law in (BODY, AS_HERTZ)
+    def at_walls(self) -> float:
+        """Give the stiffness of walls (N/m)."""
+        if self.kind.own_stiffness:
+            return NOMINAL[1]
+        return self.wall_stiffness_N_per_m or self.stiffness_N_per_m
 
-    def hertz_constants(self, mean_radius: float) -> tuple[float, float]:
-        """Compute K (Pa) of disks and of walls, for disks of mean radius r̄ (m). A wall meets one
-        body where disks are two in series: K √r̄ D^1.5 at D = δ/2 is half as deep, so twice K."""
-        if self.law == AS_HERTZ:
-            constant = BODY_HERTZ / float(np.sqrt(0.5 * mean_radius))
-            return constant, 2 * constant
-        return (
-            hertz_constant(self.stiffness_N_per_m, mean_radius),
-            hertz_constant(self.at_walls, mean_radius),
-        )
+    def elastic(self, mean_radius: float) -> Elastic:
+        """Give the springs of pairs and of walls, for disks of mean radius (m)."""
+        return self.kind.springs(self.stiffness_N_per_m, self.at_walls, mean_radius)
 
     def stiffest(self, mean_radius: float) -> float:
         """Compute the stiffness (N/m) that time steps follow: the larger of disks and walls; of
         bodies the tangent at a wall at a depth of the mean radius (m)."""
-        if self.law == BODY:
-            return CHEST_N_PER_M + 2 * CHEST_N_PER_M2 * mean_radius
-        if self.law == AS_HERTZ:
-            return 1.5 * self.hertz_constants(mean_radius)[1] * mean_radius
+        if self.kind.own_stiffness:
+            return self.elastic(mean_radius).wall.tangent(mean_radius, mean_radius)
         return max(self.at_walls, self.stiffness_N_per_m)
 
     @model_validator(mode="before")
     @classmethod
     def _of_bodies(cls, given: Any) -> Any:
-        """Put the stiffness of a body where the law has it."""
-        if not isinstance(given, dict) or given.get("law") not in (BODY, AS_HERTZ):
+        """Refuse friction that a law has not; put the stiffness of a body where the law has it."""
+        law = LAWS.get(str(given.get("law"))) if isinstance(given, dict) else None
+        if law is not None and not law.friction and given.get("friction"):
+            raise ValueError(f"friction: law = {given['law']} has none; law = {AS_HERTZ} has it")
+        if law is None or not law.own_stiffness:
             return given
-        nominal = nominal_stiffness(False)
         for key in ("stiffness_N_per_m", "wall_stiffness_N_per_m"):
-            if given.get(key) not in (None, nominal):
+            if given.get(key) not in (None, NOMINAL[0]):
                 raise ValueError(f"{key}: law = {given['law']} has a stiffness of its own")
-        if given["law"] == BODY and given.get("friction"):
-            raise ValueError("friction: law = body has none; law = body_hertz has it")
-        return given | {"stiffness_N_per_m": nominal, "wall_stiffness_N_per_m": None}
+        return given | {"stiffness_N_per_m": NOMINAL[0], "wall_stiffness_N_per_m": None}
 
     @model_validator(mode="before")
     @classmethod

@@ -218,18 +218,3 @@ def _put(
         else:
             raise SceneError(f"people: no place is left for person {person + 1} of {len(radius)}")
     return place
-
-
-def _assigned(
-    place: Floats, doors: Sequence[Doorway], group: Sequence[int], counts: Sequence[int]
-) -> Indices:
-    """The door of each of a group: door after door takes those whom it suits best, by how much
-    farther they have to the nearest of the doors that are left."""
-    points = shapely.points(place)
-    far = np.array([shapely.distance(points, shapely.LineString(doors[d].ends)) for d in group])
-    going, free = np.full(len(place), group[-1]), np.ones(len(place), dtype=bool)
-    for row, number in enumerate(group[:-1]):
-        gain = np.where(free, far[row + 1 :].min(0) - far[row], -np.inf)
-        chosen = np.argsort(-gain, kind="stable")[: counts[number]]
-        going[chosen], free[chosen] = number, False
-    return going

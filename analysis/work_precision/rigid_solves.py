@@ -122,7 +122,7 @@ def _loehner(window: Window, reading: LoehnerReading) -> tuple[Floats, Floats]:
     """The same by Löhner's law, whose f_max is what each wants to exert, m u_d/τ."""
     scene = window.scene
     assert scene.drive is not None
-    wish = scene.snapshot.mass * scene.drive.speed_m_per_s / scene.drive.relaxation_time_s
+    wish = scene.drive.push(scene.snapshot.mass)
     near = scene.analysis.contact_tolerance_m
     pairs = find_contacts(scene.snapshot, scene.wall_segments(), tolerance=near)
     forces = loehner_force(scene.snapshot, pairs, wish, reading, tolerance=near)

@@ -23,7 +23,6 @@ from analysis.engines.run import run_engine
 from analysis.percussions.setting import law_of
 from analysis.scene.real.separate import reconcile
 from analysis.scene.scene import Scene
-from analysis.scene.schema import AS_HERTZ, BODY, CHEST_N_PER_M, CHEST_N_PER_M2
 from analysis.support.cache import keep, kept
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
@@ -40,15 +39,11 @@ from nscd import Snapshot, Walls, _core, find_contacts
 from nscd.arrays import Floats, Indices
 from nscd.contacts import connected
 
-# Laws, by their numbers in the core.
-_HOOKE, _HERTZ, _BODY = 0, 1, 2
-
 
 class SoftModel:
     """The accelerations of a scene's disks: contact forces + m (u_d − v)/τ, over m, and g.
 
-    A contact pushes with max(0, kδ + cδ′) (hooke) or max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′)
-    (hertz), or with a chest's force + max(0, cδ′) (body), while δ > 0. The dashpots are those of
+    A contact pushes as its law says (`analysis.scene.law`) while δ > 0. The dashpots are those of
     `penalty_of`, derived again from the law's definition. The drive acts continuously. Contacts are
     looked for among those that are within `reach` (m) at the start.
 
@@ -72,8 +67,7 @@ class SoftModel:
             np.concatenate([np.full(len(pairs), -1), wall]),
             connected(walls),
         )
-        law, *constants = _law(scene)
-        self._law = law, np.array([*constants, CHEST_N_PER_M, CHEST_N_PER_M2])
+        self._law = _law(scene)
         self._drive = _drive(scene)
         self._acceleration = np.array(scene.acceleration())
         self._ends = np.array(walls.start), np.array(walls.end)
@@ -120,20 +114,19 @@ def _drive(scene: Scene) -> tuple[float, float, Floats, Floats, Floats, Floats] 
     return drive.speed_m_per_s, drive.relaxation_time_s, start, end, door, outward
 
 
-def _law(scene: Scene) -> tuple[int, float, float, float, float, float]:
-    """Which law; k or K of pairs and of walls; ζ; dashpots of pairs and walls (N·s/m)."""
-    contact, mass = scene.contact, scene.snapshot.mass
-    body = contact.law == BODY
-    ratio = damping_ratio_for(contact.restitution**2 if body else contact.restitution)
-    k, wall_k = contact.stiffness_N_per_m, contact.at_walls
-    heaviest = float(mass.max())
-    if contact.law in ("hertz", AS_HERTZ):
-        radius = float(scene.snapshot.radius.mean())
-        return _HERTZ, *contact.hertz_constants(radius), ratio, 0.0, 0.0
-    pair, wall = (
-        2 * ratio * float(np.sqrt(a * m)) for a, m in ((k, heaviest / 2), (wall_k, heaviest))
+def _law(scene: Scene) -> tuple[Floats, bool]:
+    """Springs and dashpot of pairs and of walls and ζ of the tangent (9,); whether the dashpot acts
+    on approach alone."""
+    contact, heaviest = scene.contact, float(scene.snapshot.mass.max())
+    kind, apart = contact.kind.dashpot, contact.kind.dashpot == "apart"
+    pair, wall = contact.elastic(float(scene.snapshot.radius.mean()))
+    ratio = damping_ratio_for(contact.restitution**2 if apart else contact.restitution)
+    dashpots = (
+        0.0 if kind == "tangent" else 2 * ratio * float(np.sqrt(k * m))
+        for k, m in ((contact.stiffness_N_per_m, heaviest / 2), (contact.at_walls, heaviest))
     )
-    return _BODY if body else _HOOKE, k, wall_k, ratio, pair, wall
+    found = (*pair, next(dashpots), *wall, next(dashpots), ratio if kind == "tangent" else 0.0)
+    return np.array(found), apart
 
 
 TOLERANCE = 1e-7

@@ -137,11 +137,11 @@ auto film(const Whole& start, const Whole& ids, const Matrix& position, const Ma
 using Changed = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void soft_forces(Changed force, const Matrix& x, const Matrix& v, const Vector& radius, const Vector& mass, const Whole& first,
-                 const Whole& second, const Whole& wall, const Walls& walls, int law, const Vector& constants) {
+                 const Whole& second, const Whole& wall, const Walls& walls, const Vector& law, bool apart) {
     need_bodies(x, radius);
     const std::size_t k = first.size();
-    need(force.size() == x.size() && v.size() == x.size() && mass.size() == radius.size() && second.size() == k && wall.size() == k && constants.size() == 7, "soft: shapes differ");
-    const Soft soft{SoftLaw(law), constants(0), constants(1), constants(2), constants(3), constants(4), constants(5), constants(6)};
+    need(force.size() == x.size() && v.size() == x.size() && mass.size() == radius.size() && second.size() == k && wall.size() == k && law.size() == 9, "soft: shapes differ");
+    const Soft soft{{law(0), law(1), law(2), law(3)}, {law(4), law(5), law(6), law(7)}, law(8), apart};
     contact_forces({force.data(), force.size()}, span(x), span(v), span(radius), span(mass), span(first), span(second), span(wall), walls.segments(), soft);
 }
 
@@ -341,7 +341,7 @@ NB_MODULE(_core, m) {
     m.def("islands", &islands, "first"_a.noconvert(), "second"_a.noconvert(), "is_wall"_a.noconvert(), "normal"_a.noconvert(),
           "mass"_a.noconvert(), "left"_a.noconvert());
     m.def("soft_forces", &soft_forces, "force"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "radius"_a.noconvert(),
-          "mass"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "walls"_a, "law"_a, "constants"_a.noconvert());
+          "mass"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(), "wall"_a.noconvert(), "walls"_a, "law"_a.noconvert(), "apart"_a);
     m.def("soft_drive", &soft_drive, "acceleration"_a.noconvert(), "x"_a.noconvert(), "v"_a.noconvert(), "speed"_a, "tau"_a,
           "start"_a.noconvert(), "end"_a.noconvert(), "door"_a.noconvert(), "outward"_a.noconvert());
     m.def("crosses", &crosses_of, "before"_a.noconvert(), "after"_a.noconvert(), "start"_a.noconvert(), "end"_a.noconvert());

@@ -42,16 +42,11 @@ void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const s
         double vx = v[2 * i], vy = v[2 * i + 1];
         if (w < 0) vx -= v[2 * j], vy -= v[2 * j + 1];
         const double approach = vx * nx + vy * ny;
-        const double stiffness = w < 0 ? soft.pair_stiffness : soft.wall_stiffness;
-        const double dashpot = w < 0 ? soft.pair_dashpot : soft.wall_dashpot;
-        double push = stiffness * overlap + dashpot * approach;
-        if (soft.law == SoftLaw::HERTZ) {
-            const double tangent = stiffness * std::sqrt(size * overlap);
-            push = tangent * overlap + std::sqrt(5.0) * soft.ratio * std::sqrt(m * tangent) * approach;
-        } else if (soft.law == SoftLaw::BODY) {
-            const double depth = w < 0 ? 0.5 * overlap : overlap;
-            push = soft.chest_linear * depth + soft.chest_square * depth * depth + std::max(0.0, dashpot * approach);
-        }
+        const Springs& springs = w < 0 ? soft.pair : soft.wall;
+        const double hertz = springs.hertz * std::sqrt(size * overlap);
+        const double damping = (springs.dashpot + std::sqrt(5.0) * soft.ratio * std::sqrt(m * hertz)) * approach;
+        const double elastic = springs.linear * overlap + hertz * overlap + springs.square * overlap * overlap;
+        const double push = elastic + (soft.apart ? std::max(0.0, damping) : damping);
         if (push <= 0.0) continue;
         force[2 * i] -= push * nx, force[2 * i + 1] -= push * ny;
         if (w < 0) force[2 * j] += push * nx, force[2 * j + 1] += push * ny;

@@ -5,17 +5,18 @@
 
 namespace nscd {
 
-enum class SoftLaw { HOOKE, HERTZ, BODY };
+// F = k δ + K √R δ^1.5 + q δ² and a dashpot c + √5 ζ √(m_eff K √(Rδ)), of pairs and of walls.
+struct Springs {
+    double linear, hertz, square, dashpot;  // k N/m, K Pa, q N/m², c kg/s
+};
 struct Soft {
-    SoftLaw law;
-    double pair_stiffness, wall_stiffness;  // N/m, or Pa for HERTZ
-    double ratio;                           // of damping, HERTZ
-    double pair_dashpot, wall_dashpot;      // kg/s
-    double chest_linear, chest_square;      // N/m, N/m², BODY
+    Springs pair, wall;
+    double ratio;  // ζ
+    bool apart;    // whether the dashpot acts on approach alone
 };
 
 // Contact forces (n·2) N at positions x (n·2) m and velocities v (n·2) m/s; wall (k) is −1 for a pair. A contact pushes with
-// max(0, kδ + cδ′), max(0, K √R δ^1.5 + √5 ζ √(m_eff K √(Rδ)) δ′), or a chest's force + max(0, cδ′), while δ > 0.
+// max(0, F + c δ′), or F + max(0, c δ′), while δ > 0.
 void contact_forces(Out force, In x, In v, In radius, In mass, std::span<const std::int64_t> first,
                     std::span<const std::int64_t> second, std::span<const std::int64_t> wall, const Segments& walls, const Soft& soft);
 

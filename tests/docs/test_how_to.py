@@ -4,17 +4,22 @@ import csv
 import dataclasses
 import doctest
 import importlib.util
+import shutil
 
+import numpy as np
 import pytest
 
 from analysis import engines
 from analysis.compare.comparison import compare_run, write_contacts
-from analysis.dumps import read_contacts
+from analysis.dumps import open_bodies, read_contacts, snapshot_of
 from analysis.engines.run import simulate
 from analysis.paper import page
+from analysis.scene import law
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from analysis.work_precision.soft import leapfrog
 from tests.docs.documented import ROOT, blocks, columns, write_files
+from tests.engines.laws.test_law import few
 from tests.forked import PROGRAM, python
 
 needs_lammps = pytest.mark.skipif(
@@ -89,3 +94,28 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
     assert claim["reason"] == "p/(mU) = 0.500"
     for suffix in ("png", "pdf"):
         assert (tmp_path / f"paper/figures/fig_pair.{suffix}").stat().st_size > 1000
+
+
+@needs_lammps
+def test_a_law_of_your_own(tmp_path, monkeypatch):
+    """LAMMPS, YADE and the reference with the law of the page agree to rounding."""
+    written = {block.file: block.text for block in blocks("docs/how_to/law.md") if block.file}
+    for folder, name in (("lammps_inputs", "law.in"), ("yade_scripts", "scene_file.py")):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+        place = tmp_path / folder / name
+        before, squared, after = place.read_text().partition('if "${apart} == yes" then "variable')
+        place.write_text(before + written[name] + squared + after)
+    exec(written["law.py"], vars(law))
+    monkeypatch.setattr(engines.lammps, "decks_folder", lambda: tmp_path / "lammps_inputs")
+    monkeypatch.setattr(engines.yade, "scripts_folder", lambda: tmp_path / "yade_scripts")
+    for one in (engines.lammps, engines.yade):
+        monkeypatch.setattr(one, "deck_digest", lambda: "another")
+    try:
+        scene = few("square", None)
+        for name in [known.NAME for known in engines.PENALTY if known.find()]:
+            simulate(scene, name, tmp_path / name)
+            last = snapshot_of(open_bodies(tmp_path / name / "bodies.dump").trajectory[-1])
+            moved = last.position - scene.snapshot.position
+            np.testing.assert_allclose(moved, leapfrog(scene).displacement[1], rtol=0, atol=1e-11)
+    finally:
+        del law.LAWS["square"]

@@ -18,8 +18,9 @@ from analysis.engines.softness import (
     softness_of,
     softness_warning,
 )
+from analysis.scene.law import LAWS
 from analysis.scene.scene import read_scene
-from analysis.scene.schema import Analysis, body_force
+from analysis.scene.schema import Analysis
 from analysis.scene.shipped_scenes import make
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,7 +41,8 @@ def test_the_ladder_of_people_is_read_softest_first():
     assert ends == sorted(ends)
     # the law of a chest, two in series, has such secants at overlaps up to 0.08 m
     overlap = np.array([0.001, 0.08])
-    secant = body_force(overlap, np.zeros(2, bool)) / overlap
+    springs = LAWS["body"].springs(0.0, 0.0, 0.2)
+    secant = springs.force(overlap, np.full(2, 0.1), np.zeros(2, bool)) / overlap
     assert ends[0] < secant[0] < secant[1] < ends[1]
 
 

@@ -19,8 +19,8 @@ from analysis.engines.softness import (
 )
 from analysis.pages.bodies import ladder
 from analysis.pages.numbers import interval, percent, seconds, signed
+from analysis.scene.law import AS_HERTZ
 from analysis.scene.scene import Scene
-from analysis.scene.schema import AS_HERTZ
 from analysis.support.files import write_json
 
 # Asked of the command, and the quantities of the measured ladder that answer.

@@ -970,7 +970,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     assert drive is not None
     equal, unequal = (chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS)
     warnings = [*equal.warnings, *unequal.warnings]
-    limit = MASS_KG * drive.speed_m_per_s / drive.relaxation_time_s
+    limit = drive.push(MASS_KG)
     jump = jump_at_touch(limit)
     words = Words(__name__, drive=drive, limit=limit, radius=RADIUS_M, jump=jump)
     arches = _arches(scenes, runs, tell, warnings)

@@ -6,15 +6,9 @@ import pytest
 
 from analysis.engines import EngineError
 from analysis.engines.run import simulate as simulate_into
+from analysis.scene.law import AS_HERTZ, BODY, hertz_stiffness
 from analysis.scene.scene import Wall, read_scene
-from analysis.scene.schema import (
-    AS_HERTZ,
-    BODY,
-    BodyForce,
-    body_energy,
-    body_force,
-    hertz_stiffness,
-)
+from analysis.scene.schema import BodyForce
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.soft import leapfrog, soft_reference
 from nscd import Snapshot
@@ -160,16 +154,17 @@ def test_a_chest_is_as_deep_in_a_wall_as_its_energy(simulate, name):
 
 def test_a_body_as_hertz_is_within_8_percent():
     """From 0.05 to 0.3 m between two people, and from half of that at a wall, which meets one."""
-    overlap, pair = np.linspace(0.05, 0.3, 100), np.zeros(100, bool)
+    overlap, pair, radius = np.linspace(0.05, 0.3, 100), np.zeros(100, bool), 0.17
+    body, hertz = (
+        few(law, None, stiffness_N_per_m=None).contact.elastic(radius) for law in (BODY, AS_HERTZ)
+    )
     for depth, wall in ((overlap, pair), (0.5 * overlap, ~pair)):
-        radius = 0.17
-        constant = few(AS_HERTZ, None, stiffness_N_per_m=None).contact.hertz_constants(radius)
-        effective = radius if wall.any() else 0.5 * radius
-        hertz = constant[int(wall.any())] * np.sqrt(effective) * depth**1.5
-        ratio = hertz / body_force(depth, wall)
+        at = depth, np.where(wall, radius, 0.5 * radius), wall
+        ratio = hertz.force(*at) / body.force(*at)
         assert 0.07 < np.abs(ratio - 1).max() < 0.085
-        np.testing.assert_allclose(np.gradient(body_energy(depth, wall), depth)[1:-1],
-                                   body_force(depth, wall)[1:-1], rtol=1e-3)  # fmt: skip
+        for law in (body, hertz):
+            slope = np.gradient(law.energy(*at), depth)[1:-1]
+            np.testing.assert_allclose(slope, law.force(*at)[1:-1], rtol=1e-3)
 
 
 def test_a_body_is_refused_where_it_cannot_be(tmp_path, monkeypatch):
