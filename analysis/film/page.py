@@ -13,7 +13,8 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize, to_hex
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from analysis.exposure.exposure import QUANTITIES, above_key, limits_of_bodies, limits_of_people
@@ -41,21 +42,20 @@ from analysis.pages.drawing import (
     SHADES,
     VERMILION,
     above_colours,
-    add_scale,
     contact_lines,
     draw_disks,
-    draw_forces,
     draw_walls,
     frame,
     size_of,
 )
 from analysis.pages.html import render, write_pictures
-from analysis.pages.names import in_a_sentence
+from analysis.pages.names import bodies_label, in_a_sentence
 from analysis.pages.numbers import NONE, decimals, significant
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
 from analysis.support.files import write_text
+from nscd import Snapshot
 from nscd.arrays import Floats
 
 # Shades of what the mechanics leaves open, and of the band of all radii.
@@ -163,33 +163,49 @@ def _draw_limits(axes: Axes, key: str) -> None:
 
 
 def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
-    """Draw one frame: people, walls, and what the contacts carry in the last model; narrow: for a
-    telephone."""
+    """Draw one frame in the first model; narrow: for a telephone."""
     assert shown.found is not None
-    walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
-    points = np.concatenate([shown.found.snapshot.position, *walls])
-    margin = float(shown.found.snapshot.radius.max())
-    figure = Figure(figsize=size_of(points, margin, 1, narrow=narrow), layout="constrained")
-    axes = figure.subplots()
-    norm = still_on(axes, reel, shown)
-    unit = shown.unit(reel.models[-1])
-    add_scale(figure, axes, norm, f"per contact ({unit})", narrow=narrow)
+    now = shown.found.snapshot
+    size = size_of(_in_view(reel, now), float(now.radius.max()), 1, narrow=narrow)
+    figure = Figure(figsize=size, layout="constrained")
+    still_on(figure.subplots(), reel, shown)
     return figure
 
 
-def still_on(axes: Axes, reel: Reel, shown: Frame) -> Normalize:
-    """Draw one frame on axes; return the scale of its forces."""
+def still_on(axes: Axes, reel: Reel, shown: Frame) -> None:
+    """Draw one frame on axes: people in the colours of the limits that their largest force is
+    above, and a black line for each contact, wider for more force."""
     assert shown.found is not None
     assert shown.match is not None
-    now, size = shown.found.snapshot, shown.size(reel.models[-1])
-    walls = [(wall.start_m, wall.end_m) for wall in reel.scene.walls]
-    points = np.concatenate([now.position, *(np.array(wall) for wall in walls)])
-    norm = Normalize(0, float(size.max(initial=0.0)) or 1.0)
-    draw_disks(axes, now)
-    draw_walls(axes, walls)
-    draw_forces(axes, contact_lines(now, shown.match.contacts), size, norm)
-    frame(axes, points, float(now.radius.max()))
-    return norm
+    now, contacts, size = shown.found.snapshot, shown.match.contacts, shown.size(reel.models[0])
+    most, pairs, unit = np.zeros(len(now)), ~contacts.is_wall, shown.unit(reel.models[0])
+    np.maximum.at(most, contacts.first, size)
+    np.maximum.at(most, contacts.second[pairs], size[pairs])
+    largest = float(size.max(initial=0.0)) or 1.0
+    limits = [limit.number for limit in limits_of_bodies()] if unit == FORCE else []
+    colours = np.array(above_colours(len(limits)))
+    draw_disks(axes, now, colours[np.searchsorted(limits, most)].tolist())
+    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in reel.scene.walls])
+    lines = LineCollection(list(contact_lines(now, contacts)), colors="black")
+    lines.set_linewidth(list(0.1 + 3.0 * size / largest))
+    axes.add_collection(lines)
+    frame(axes, _in_view(reel, now), float(now.radius.max()))
+    axes.set_title(f"thickest line: {significant(largest, 2)} {unit}", fontsize=8)
+    named = zip(limits, colours[1:], strict=True)
+    marks = [
+        axes.plot([], [], "o", color=colour, label=f"above {significant(limit, 4)} N")[0]
+        for limit, colour in named
+    ]
+    if marks:
+        axes.legend(handles=marks, fontsize=7, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 0),
+                    frameon=False, borderaxespad=2.5)  # fmt: skip
+
+
+def _in_view(reel: Reel, now: Snapshot) -> Floats:
+    """What a still shows (n,2) m: people, the doors, and without people the walls."""
+    doors = [np.array(one.door) for one in reel.scene.drive.doors] if reel.scene.drive else []
+    walls = [np.array([wall.start_m, wall.end_m]) for wall in reel.scene.walls]
+    return np.concatenate([now.position, *(doors if len(now) else walls)])
 
 
 # Places are whole multiples of this (m), and forces of the largest power of ten that leaves their
@@ -232,6 +248,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
     return {
         "title": reel.title,
         "engine": reel.title if reel.engine else "",
+        "bodies": bodies_label(reel.scene).split()[0] if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
         "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],
@@ -484,9 +501,7 @@ def _pictures(
     middle = reels[len(reels) // 2]
 
     def largest(frame: Frame) -> float:
-        return (
-            -1.0 if frame.found is None else float(frame.size(middle.models[-1]).max(initial=0.0))
-        )
+        return -1.0 if frame.found is None else float(frame.size(middle.models[0]).max(initial=0.0))
 
     frame = max(middle.frames, key=largest)
     about = {"title": middle.title, "number": frame.number, "time": frame.time}

@@ -32,6 +32,8 @@ EVERY_COLOUR = (BLACK, *COLOURS, SKY, VERMILION, GREY, DARK_GREY)
 MARKERS = "osD^v"
 LINES = ("-", "--", ":", "-.")
 SHADES = "viridis_r"
+# Of ranges as a page of style.html draws them: the wide bar, and limits.
+PALE_BAR, ALARM = "#B5D3E7", "#B00020"
 # Of people: below all limits pale and cold; from limit to limit warmer and darker.
 BELOW, ABOVE = "#DFE7EE", ("#FDC086", "#E6550D", "#7F0000")
 # Inches: so wide a picture has words on a telephone as large as those beside it.
@@ -62,12 +64,12 @@ def contact_lines(snapshot: Snapshot, contacts: Contacts) -> Floats:
 def draw_disks(
     axes: Axes,
     snapshot: Snapshot,
-    colour: str = PALE,
+    colour: str | Sequence[str] = PALE,
     *,
     values: Floats | None = None,
     norm: Normalize | None = None,
 ) -> None:
-    """Draw the disks in one colour, or in the shades of `values` (n,)."""
+    """Draw the disks in one colour, in one each, or in the shades of `values` (n,)."""
     disks = PatchCollection(circles(snapshot), edgecolor=DARK_GREY, linewidth=0.3)
     if values is None:
         disks.set_facecolor(colour)

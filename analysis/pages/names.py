@@ -1,7 +1,9 @@
 """Names as they stand on a page and in the terminal."""
 
 from analysis.compare.comparison import Comparison
-from analysis.pages.numbers import number
+from analysis.engines.softness import SOUND, softness
+from analysis.pages.numbers import number, significant
+from analysis.scene.scene import Scene
 
 ENGINE_NAMES = {"lammps": "LAMMPS", "yade": "YADE", "rigid": "rigid model"}
 
@@ -14,6 +16,12 @@ def engine_name(engine: str) -> str:
 def in_a_sentence(title: str) -> str:
     """Put the article before a title that is no proper name: the rigid model, but LAMMPS."""
     return f"the {title}" if title[:1].islower() else title
+
+
+def bodies_label(scene: Scene) -> str:
+    """Name the bodies of a run with springs: soft near SOUND and beyond, else stiff."""
+    word = "soft" if softness(scene) > SOUND / 2 else "stiff"
+    return f"{word} bodies, {significant(scene.contact.stiffness_N_per_m / 1000)} kN/m"
 
 
 def engine_label(comparison: Comparison) -> str:

@@ -8,7 +8,7 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # between digits of thousands, and before a unit that is one sign
 THIN = "\u202f"
 NONE = "–"
-# below this a share is a rounding error, and so is a sum below this share of what it adds up
+# below this a share is a rounding error
 ROUNDING = 1e-9
 
 
@@ -28,11 +28,6 @@ def number(value: float | None, digits: int = 3) -> str:
     power = "10" + str(int(exponent)).translate(SUPERSCRIPTS)
     text = power if mantissa == "1" else f"{mantissa}·{power}"
     return text.replace("-", "−")
-
-
-def summed(value: float, magnitudes: float, digits: int = 3) -> str:
-    """Write a sum; 0 where it is the rounding of parts whose magnitudes add up to so much."""
-    return number(0.0 if abs(value) <= ROUNDING * magnitudes else value, digits)
 
 
 def decimals(value: float | None, places: int) -> str:

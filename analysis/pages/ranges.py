@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from analysis.pages.numbers import decimals, significant
 
-# Marks nearer than this share of the axis have one label.
-APART = 0.1
+# Marks nearer than this share of the axis have one label; about so much of it is a letter.
+APART, LETTER = 0.2, 0.022
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,13 +66,21 @@ class Chart:
         return [mark for mark in self.marks if mark <= self.top]
 
     @property
-    def labelled(self) -> list[tuple[float, str]]:
-        """The marks that have a label, largest first where two are near, with the label."""
-        found: list[float] = []
-        for mark in sorted(self.shown, reverse=True):
-            if not found or found[-1] - mark > APART * self.top:
-                found.append(mark)
-        return [(mark, decimals(mark, 0)) for mark in found]
+    def labelled(self) -> list[tuple[float, str, bool]]:
+        """The labels of marks, one for those that are near each other: where it begins, its words,
+        and whether it ends there, since the axis does."""
+        groups: list[list[float]] = []
+        for mark in sorted(self.shown):
+            if groups and mark - groups[-1][-1] < APART * self.top:
+                groups[-1].append(mark)
+            else:
+                groups.append([mark])
+        found = []
+        for group in groups:
+            text = ", ".join(significant(mark, 4) for mark in group)
+            late = group[0] / self.top + LETTER * (len(text) + 1) > 1
+            found.append((group[-1] if late else group[0], text, late))
+        return found
 
     @property
     def ticks(self) -> list[tuple[float, str]]:

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from analysis.compare.comparison import AT_REST, FEWEST, FORCE, Comparison
 from analysis.compare.statistics import (
-    Range,
     penalty_difference,
     statistics,
     wall_ranges,
@@ -28,8 +27,8 @@ from analysis.pages.drawing import (
     ORANGE,
 )
 from analysis.pages.names import engine_label, engine_name
-from analysis.pages.numbers import number, percent, summed
-from analysis.pages.section import Cell, Picture, Section, Table
+from analysis.pages.numbers import number, percent
+from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
 from analysis.percussions.snapshot import percussions_of
 from analysis.report.approach import MEASURES, SAME, fit_power, moved_between
@@ -105,6 +104,8 @@ def stiffness_study(comparisons: Sequence[Comparison], *, narrow: bool = False) 
 
 
 Run = dict[str, Any]
+# What the relative differences of a table are of.
+KINDS = ("contact", "determined", "disk_sum", "disk_vector")
 
 
 def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
@@ -113,13 +114,15 @@ def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
     words = Words(__name__, kind="impulse" if scene.analysis.kind == "impact" else "force")
     if not study.comparisons:
         return Section(number=scene.name, title=words.text("title"), words=[words.text("nothing")])
+    named = zip(study.comparisons, runs, strict=True)
+    rows = [_row(engine_label(comparison), run) for comparison, run in named]
     return Section(
         number=scene.name,
         title=words.text("title", time=scene.analysis.time_s),
         introduction=[words.text("instant", friction=scene.contact.friction)],
         words=_found(words, study, runs),
         pictures=_pictures(words, study),
-        tables=_tables(words, study, runs),
+        tables=[words.table("runs", rows)],
         files=[run["csv"] for run in runs],
     )
 
@@ -216,75 +219,22 @@ def _pictures(words: Words, study: Study) -> list[Picture]:
     ]
 
 
-def _tables(words: Words, study: Study, runs: Sequence[Run]) -> list[Table]:
-    unit = runs[0]["unit"]
-    impact = unit != FORCE
-    names = [engine_label(comparison) for comparison in study.comparisons]
-    contacts = [_per_contact(name, run) for name, run in zip(names, runs, strict=True)]
-    balances = [_balance(name, run, impact) for name, run in zip(names, runs, strict=True)]
-    return [
-        words.table("per-contact", contacts),
-        words.table("balance", balances, unit=unit, impact=impact),
-        words.table("engines", [_engine(run) for run in runs]),
-    ]
-
-
-def _per_contact(name: str, run: Run) -> list[Cell]:
-    s = run["statistics"]
-    differences = ("contact", "determined", "disk_sum", "disk_vector")
-    return [
-        name,
-        s["contacts_both"],
-        s["contacts_only_penalty"],
-        s["contacts_only_rigid"],
-        number(s["contact_correlation"], 4),
-        *(percent(s[f"{kind}_relative_difference"]) for kind in differences),
-        run["status"],
-        number(s["residual"], 2),
-        number(run["percussion_seconds"]),
-    ]
-
-
-def _balance(name: str, run: Run, impact: bool) -> list[Cell]:
-    of = run["drive_magnitudes"]
-    sums = [
-        f"{summed(run[key][0], of, 6)}, {summed(run[key][1], of)}"
-        for key in ("drive_sum", "wall_sum", "rigid_wall_sum")
-    ]
-    row: list[Cell] = [name, *sums, percent(run["statistics"]["closure_error"])]
-    return row if impact else [*row, percent(run["statistics"]["unbalanced_share"])]
-
-
-def _engine(run: Run) -> list[Cell]:
-    record, cpu = run["record"], run["record"]["cpu_seconds"]
+def _row(name: str, run: Run) -> list[Cell]:
+    """A run beside its percussions; a time step that is longer than the safe one in bold."""
+    found, record = run["statistics"], run["record"]
     step = number(record["time_step_s"])
     return [
-        run["engine_name"],
-        record["version"],
-        number(run["stiffness"]),
+        name,
+        run["status"],
+        number(found["contact_correlation"], 2),
+        *(percent(found[f"{kind}_relative_difference"], 2) for kind in KINDS),
         f"**{step}**" if record["time_step_s"] > 1.001 * run["safe_time_step_s"] else step,
-        number(run["safe_time_step_s"]),
-        _from_to(record["restitution_least"], record["restitution_most"]),
-        record["steps"],
-        number(cpu),
-        number(record["particle_steps"] / cpu if cpu else None),
+        number(record["cpu_seconds"], 2),
     ]
 
 
 def _stiffness(comparison: Comparison) -> float:
     return comparison.scene.contact.stiffness_N_per_m
-
-
-def reach(span: Range) -> str:
-    """Write a range: determined, its ends, and a status that is not proven."""
-    if span.status == "determined":
-        return "determined"
-    ends = f"{number(span.lower, 4)} – {number(span.upper, 4)}"
-    return ends if span.status == "proven" else f"{ends} ({span.status})"
-
-
-def _from_to(least: float, most: float) -> str:
-    return number(least) if most - least <= 1e-9 else f"{number(least)} – {number(most)}"
 
 
 def runs_of(study: Study) -> list[dict[str, Any]]:

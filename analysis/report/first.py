@@ -158,10 +158,11 @@ def notes(study: MotionStudy) -> list[str]:
     """Say how to read the bars, what matters most, and for how long the limit must last."""
     words = Words(__name__)
     most = matters(study)
+    limits = {one.name: one for one in limits_of_people(study.limits)}
     return [
         words.text("bars", first=study.ensembles[0].label),
         words.text("matters", most=most) if len(most) > 1 else "",
-        words.text("lasting", limit=named_limit(study), duration=study.scene.run.duration_s),
+        words.text("lasting", limits=limits, duration=study.scene.run.duration_s),
     ]
 
 
@@ -180,7 +181,8 @@ def verdicts(study: MotionStudy) -> list[str]:
                 differ.append((title, *difference_words(each, unit)))
             else:
                 alike.append((title, least_words(each, unit)))
-        said.append(words.text("verdict", label=one.label, differ=differ, alike=alike))
+        label = one.label[0].upper() + one.label[1:]
+        said.append(words.text("verdict", label=label, differ=differ, alike=alike))
     return [words.text("against", first=first.label), *said] if said else []
 
 

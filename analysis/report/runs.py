@@ -15,6 +15,7 @@ from analysis.engines.softness import SOUND, softness
 from analysis.film.export import film_runs
 from analysis.film.frame import Frames, Reel
 from analysis.motion.study import Model, model_title
+from analysis.pages.names import bodies_label
 from analysis.pages.numbers import significant
 from analysis.scene.scene import Scene, SceneError
 from analysis.scene.shipped_scenes import variant, with_push, with_radius
@@ -60,16 +61,15 @@ def motion_of(
         if soft is None:
             break
         stiff = [one.with_contact(stiffness_N_per_m=k) for one in every]
-        label = f"stiff bodies, {significant(k / 1000)} kN/m"
-        models.append(_model(stiff, soft, out, label, "bodies" if models else ""))
+        factor = "bodies" if models else ""
+        models.append(_model(stiff, soft, out, bodies_label(stiff[0]), factor))
     if not models:
         return []
     if soft is not None and scene.contact.law == "hooke":
         k = float(f"{softness(scene) * scene.contact.stiffness_N_per_m / SOUND:.2g}")
         if k < min(stiffnesses) * (1 - NEAR):
             softest = [one.with_contact(stiffness_N_per_m=k) for one in every[:fewer]]
-            label = f"soft bodies, {significant(k / 1000)} kN/m"
-            models.append(_model(softest, soft, out, label, "bodies"))
+            models.append(_model(softest, soft, out, bodies_label(softest[0]), "bodies"))
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]
     for factor, label, changed in _variations(scene):

@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from analysis.exposure.exposure import limits_of_bodies
 from analysis.film.page import still_on
 from analysis.motion.study import MotionStudy
-from analysis.pages.drawing import BLUE, GREY, PALE_BLUE, VERMILION
+from analysis.pages.drawing import ALARM, BLUE, GREY, PALE_BAR
 from analysis.pages.html import saved
+from analysis.pages.numbers import significant
 from analysis.pages.ranges import Chart
 from analysis.pages.words import Words
 from analysis.report.first import charts, lead, notes
@@ -25,7 +26,7 @@ from analysis.support.files import whole_file
 
 A4_IN = (8.27, 11.69)
 # Letters of a line of words, over the whole page.
-WIDE = 118
+WIDE = 115
 
 
 def write_sheets(reported: Sequence[Reported], folder: Path, command: str) -> list[Path]:
@@ -48,12 +49,13 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     figure.text(0.06, 0.965, scene.title, fontsize=15, weight="bold", va="top")
     figure.text(0.06, 0.938, _plain(lead(scene)), fontsize=10, va="top")
     if one.reel:
-        axes = figure.add_axes((0.05, 0.56, 0.44, 0.35))
+        axes = figure.add_axes((0.06, 0.6, 0.42, 0.31))
         shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
         still_on(axes, one.reel, shown)
+        axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
     every = charts(motion)
     for number, chart in enumerate(every):
-        _draw(figure.add_axes((0.54, 0.855 - 0.085 * number, 0.4, 0.022)), chart)
+        _draw(figure.add_axes((0.54, 0.865 - 0.085 * number, 0.4, 0.022)), chart)
     _write(figure, 0.55, _blocks(scene, motion, command))
     return figure
 
@@ -62,14 +64,13 @@ def _draw(axes: Axes, chart: Chart) -> None:
     """Draw the bar of a chart, with the limits as marks."""
     (bar,) = chart.bars
     low, high = bar.widest or (bar.low, bar.high)
-    axes.barh(0, high - low, left=low, height=1.0, color=PALE_BLUE)
+    axes.barh(0, high - low, left=low, height=1.0, color=PALE_BAR)
     axes.barh(0, bar.high - bar.low, left=bar.low, height=0.5, color=BLUE)
     axes.plot(bar.mean, 0, "ko", ms=4)
     for mark in chart.shown:
-        axes.axvline(mark, color=VERMILION, lw=1.2)
-    for mark, text in chart.labelled:
-        axes.annotate(text, (mark, -0.7), (mark, -2.6), fontsize=6, color=VERMILION, ha="center",
-                      annotation_clip=False)  # fmt: skip
+        axes.axvline(mark, color=ALARM, lw=1.2)
+    for mark, text, late in chart.labelled:
+        axes.text(mark, -2.9, text, fontsize=7, color=ALARM, ha="right" if late else "left")
     axes.set_title(f"{chart.title}: {chart.text}", fontsize=9, loc="left", pad=3, weight="bold")
     axes.set(xlim=(0, chart.top), ylim=(-0.7, 0.7), yticks=[])
     axes.set_xticks(*zip(*chart.ticks, strict=True), fontsize=7)
@@ -82,7 +83,7 @@ def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, 
     """Headings with their lines."""
     words = Words(__name__)
     limits = [
-        f"{one.number:g} {one.unit}: {one.what}{lasting(one)} ({one.cited})"
+        f"{significant(one.number, 4)} {one.unit}: {one.what}{lasting(one)} ({one.cited})"
         for one in limits_of_bodies(motion.limits)
     ]
     version = metadata.version("crowd-percussions")
@@ -106,8 +107,8 @@ def _write(figure: Figure, top: float, blocks: Sequence[tuple[str, list[str]]]) 
         top -= 0.019
         for line in filter(None, lines):
             wrapped = textwrap.wrap(_plain(line), WIDE)
-            figure.text(0.06, top, "\n".join(wrapped), fontsize=7.5, va="top", linespacing=1.25)
-            top -= 0.0117 * len(wrapped) + 0.003
+            figure.text(0.06, top, "\n".join(wrapped), fontsize=8.3, va="top", linespacing=1.25)
+            top -= 0.0129 * len(wrapped) + 0.003
         top -= 0.008
 
 

@@ -2,11 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 from analysis.engines.softness import softness
 from analysis.motion.study import study_motion
+from analysis.pages.ranges import Bar, Chart
 from analysis.report.first import four, marks_of, range_of, verdicts
 from analysis.report.page import limits_table
 from analysis.report.runs import motion_of
@@ -57,12 +59,17 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         assert len(ends) > 6
         assert max(ends) <= 844
         titles = page.locator(".view option").all_text_contents()
-        assert titles == ["soft (LAMMPS)", "rigid (percussions)", "soft − rigid"]
-        page.evaluate("document.querySelectorAll('option:not(:checked)').forEach(o => o.remove())")
+        assert titles == ["stiff (LAMMPS)", "rigid (percussions)", "stiff − rigid"]
+        # what is not chosen is not seen, and the numbers of an axis are a picture
+        unseen = "document.querySelectorAll('option:not(:checked), .axis').forEach(o => o.remove())"
+        page.evaluate(unseen)
         said = page.locator(".lead").inner_text() + " " + page.locator(".glance").inner_text()
         assert len(re.findall(r"[^ \n]*\w[^ \n]*", said)) <= 120
         assert "20 disks push towards the door with 300 N each for 0.4 s" in said
-        assert "may kill in 4–6 minutes (estimate). This run lasts 0.4 s" in said
+        assert (
+            "may kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). This run lasts 0.4 s"
+            in said
+        )
         values = page.locator(".glance .value").all_inner_texts()
         for text, found in zip(values, motion["four"].values(), strict=True):
             ends = [float(end) for end in text.split(" ")[0].replace("\u202f", "").split("–")]
@@ -124,9 +131,27 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     forces = [row for row in table.rows if row[1] == "largest contact force"]
     counts = [float(row[3].split(" ")[0]) for row in forces]
     assert counts == sorted(counts, reverse=True)  # fewer people above a larger limit
-    assert any("**Friction 0.4**:" in said for said in verdicts(study))
+    said = " ".join(verdicts(study))
+    assert "**Friction 0.4**:" in said
+    assert "**Soft bodies, 5.8 kN/m**:" in said  # units keep their capitals
     assert 500.0 in marks_of(study, "contact_largest")
     assert motion_of(read_scene("pair"), ["rigid"], [1e6], 3, folder) == []
+
+
+@pytest.mark.parametrize(
+    ("top", "labels"),
+    [
+        (8000.0, ["623, 1\u202f112", "6\u202f227"]),
+        (40000.0, ["623, 1\u202f112, 6\u202f227"]),
+        (1000.0, ["623", "1\u202f112"]),
+    ],
+)
+def test_labels_of_limits_lie_beside_each_other(top, labels):
+    bar = Bar(mean=top / 2, low=0.0, high=top)
+    chart = Chart(title="", unit="N", text="", bars=[bar], marks=(623.0, 1112.0, 6227.0))
+    assert [text for _, text, _ in chart.labelled] == labels
+    *_, (at, text, late) = replace(chart, most=6300.0).labelled
+    assert (at, text, late) == (6227.0, "6\u202f227", True)  # it would leave the page
 
 
 def test_a_real_crowd_says_what_was_done_to_it(percussions, tmp_path):

@@ -17,7 +17,6 @@ from analysis.pages.numbers import (
     seconds,
     significant,
     statistic,
-    summed,
 )
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words, html_of, words_of
@@ -49,29 +48,6 @@ meshes.
 - statement: a: b
 - reason: {{ count }} of 3
 """
-
-
-@given(st.lists(st.floats(1e-3, 1e6), min_size=1, max_size=50))
-def test_what_cancels_is_zero(parts):
-    """Parts and their negatives, in whatever order: rounding is left."""
-    total = 0.0
-    for part in [*parts, *(-part for part in parts)]:
-        total += part
-    assert summed(total, 2 * sum(parts)) == "0"
-
-
-@pytest.mark.parametrize(
-    ("value", "magnitudes", "shown"),
-    [
-        (-3.44e-12, 1.8e5, "0"),
-        (-3.44e-12, 1e-6, "−3.44·10⁻¹²"),
-        (1.234, 1.8e5, "1.23"),
-        (0.0, 0.0, "0"),
-        (float("nan"), 1.0, "–"),
-    ],
-)
-def test_a_sum_is_zero_beside_what_it_adds_up(value, magnitudes, shown):
-    assert summed(value, magnitudes) == shown
 
 
 @pytest.fixture

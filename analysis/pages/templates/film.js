@@ -17,13 +17,13 @@ document.querySelectorAll(".film").forEach(async (root) => {
   film.reels.forEach((reel, number) => {
     decode(reel);
     const of = reel.engine && film.reels.length > 1 ? `, positions of ${reel.engine}` : "";
-    const soft = reel.units.percussions ? `soft (${reel.engine})` : `rigid (${reel.engine.replace("rigid model", "time steps")})`;
+    const soft = reel.units.percussions ? `${reel.bodies} (${reel.engine})` : `rigid (${reel.engine.replace("rigid model", "time steps")})`;
     Object.keys(reel.units).forEach((model, place) => {
       const title = model === "engine" ? soft : reel.engine ? `rigid (percussions)${of}` : reel.title;
       shown.push({ reel, number, kind: "force", place, title, unit: reel.units[model] });
     });
     if (reel.units.engine && reel.units.engine === reel.units.percussions)
-      shown.push({ reel, number, kind: "difference", title: `soft − rigid${of}`, unit: "N" });
+      shown.push({ reel, number, kind: "difference", title: `${reel.bodies} − rigid${of}`, unit: "N" });
   });
   shown.forEach((one, i) => views.add(new Option(one.title, i)));
   const middle = shown.findIndex((one) => one.number === (film.reels[0].engine ? 0 : film.reels.length >> 1));
@@ -192,8 +192,8 @@ document.querySelectorAll(".film").forEach(async (root) => {
     const solved = frame.s !== "solved" ? `; percussions ${frame.s}: ${frame.why}` : rigid ? "; percussions solved" : "";
     const jump = reel.jumps.includes(frame.n) ? "; a number jumps since the frame before" : "";
     const what = view().kind === "difference" ? "largest difference" : unit === "N" ? "largest contact force" : "largest percussion";
-    now.textContent = `${frame.t.toFixed(2)} s (frame ${frame.n}): ${frame.p ? frame.p.length : 0} people, `
-      + `${what} ${number(most, unit)}${reel.units.percussions ? solved : ""}${jump}.`;
+    now.textContent = `${frame.t.toFixed(2)} s, frame ${frame.n}: `
+      + `${what} ${number(+most.toPrecision(3), unit)}${reel.units.percussions ? solved : ""}${jump}.`;
     now.classList.toggle("alarm", frame.s !== "solved" && "percussions" in reel.units);
     slider.setAttribute("aria-valuetext", now.textContent);
   }
