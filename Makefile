@@ -102,6 +102,10 @@ if ! ready python3-dev; then
 fi
 endef
 
+# Somebody may have removed what was made.
+ifeq ($(and $(wildcard nscd/_core*.so),$(wildcard build/editable)),)
+.PHONY: $(VENV)/installed
+endif
 $(VENV)/installed: pyproject.toml constraints.txt | system
 	@$(NEEDED)
 	echo "Making the Python environment in $(VENV) and compiling the core"

@@ -219,8 +219,10 @@ def _remove_shared_memory_of_the_dead() -> None:
     a container has 64 MB; when that is full, no LAMMPS starts."""
     for left in SHARED.glob("mpich_shm_*_*"):
         with contextlib.suppress(ValueError, PermissionError):  # another program's, another user's
-            process = Path("/proc") / str(int(left.name.split("_")[2], 16))
-            if not process.exists() or left.name not in (process / "maps").read_text():
+            maps, used = Path("/proc") / str(int(left.name.split("_")[2], 16)) / "maps", False
+            with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has ended
+                used = left.name in maps.read_text()
+            if not used:
                 left.unlink(missing_ok=True)
 
 

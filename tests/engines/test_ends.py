@@ -284,3 +284,14 @@ def test_a_killed_lammps_leaves_no_shared_memory_behind_the_next_run(tmp_path):
     assert wait(lambda: not kept.exists() or not kept.read_text())  # the killed one is dead
     lammps_engine.write_input(make("pair"), tmp_path / "decks")
     assert not any(path.exists() for path in left)
+
+
+def test_a_lammps_may_end_while_it_is_looked_at(tmp_path, monkeypatch):
+    left = tmp_path / "shared" / "mpich_shm_3fffff_0"  # no process has such a number
+    left.parent.mkdir()
+    left.touch()
+    monkeypatch.setattr(lammps_engine, "SHARED", left.parent)
+    ever = Path.exists
+    monkeypatch.setattr(Path, "exists", lambda path: "/proc/" in str(path) or ever(path))
+    lammps_engine.write_input(make("pair"), tmp_path / "decks")
+    assert not left.exists()
