@@ -149,6 +149,13 @@ def legend_below(figure: Figure, axes: Axes, columns: int, fontsize: int = 8) ->
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=fontsize)
 
 
+def look(number: int, *, hollow: bool = False) -> dict[str, Any]:
+    """Give colour, marker and dashes of the curve of this number; hollow: whether its marks are."""
+    colour = COLOURS[number]
+    face = "none" if hollow else colour
+    return {"color": colour, "marker": MARKERS[number], "ls": LINES[number], "mfc": face}
+
+
 def label_outer(panels: Any, x: str = "x (m)", y: str = "y (m)") -> None:
     """Label the axes of a grid of panels (r,c) at its foot and at its left."""
     for axes in panels[-1]:

@@ -25,8 +25,11 @@ from analysis.paper.continuum import fig9_exit_pressure as fig9
 from analysis.paper.continuum import fig10_density as fig10
 from analysis.paper.continuum import fig11_left_velocities as fig11
 from analysis.paper.continuum import mesh_precision as mesh
-from analysis.paper.discrete import fig1_four_disks, fig3_chains, fig4_arch, fig5_masses
+from analysis.paper.discrete import fig1_four_disks as fig1
 from analysis.paper.discrete import fig2_corridor as fig2
+from analysis.paper.discrete import fig3_chains as fig3
+from analysis.paper.discrete import fig4_arch as fig4
+from analysis.paper.discrete import fig5_masses as fig5
 from analysis.paper.discrete import fig6_rivals as fig6
 from analysis.support import cache
 from analysis.support.files import write_json, write_rows, write_text
@@ -90,7 +93,7 @@ def _within(match: re.Match[str], mark: str) -> str:
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Part:
     """A figure of the paper, or a study beside the figures.
 
@@ -107,24 +110,22 @@ def _alone(build: Callable[[Progress | None], Section]) -> Callable[..., Section
 
 
 DISCRETE: Sequence[Part] = (
-    Part(
-        number="1", seconds=2, build=fig1_four_disks.build, engine_runs=fig1_four_disks.engine_runs
-    ),
-    Part(number="2", seconds=8, build=fig2.build, engine_runs=fig2.engine_runs),
-    Part(number="3", seconds=2, build=_alone(fig3_chains.build)),
-    Part(number="4", seconds=12, build=fig4_arch.build, engine_runs=fig4_arch.engine_runs),
-    Part(number="5", seconds=3, build=fig5_masses.build, engine_runs=fig5_masses.engine_runs),
-    Part(number="6", seconds=40, build=fig6.build, engine_runs=fig6.engine_runs),
+    Part("1", 2, fig1.build, fig1.engine_runs),
+    Part("2", 8, fig2.build, fig2.engine_runs),
+    Part("3", 2, _alone(fig3.build)),
+    Part("4", 12, fig4.build, fig4.engine_runs),
+    Part("5", 3, fig5.build, fig5.engine_runs),
+    Part("6", 40, fig6.build, fig6.engine_runs),
 )
 CONTINUUM: Sequence[Part] = (
-    Part(number="7", seconds=8, build=_alone(fig7.build)),
-    Part(number="3.2.1", seconds=2, build=_alone(solid_chain.build)),
-    Part(number="8", seconds=70, build=_alone(fig8.build)),
-    Part(number="9", seconds=10, build=_alone(fig9.build)),
-    Part(number="10", seconds=20, build=_alone(fig10.build)),
-    Part(number="11", seconds=6, build=_alone(fig11.build)),
-    Part(number="mesh", seconds=30, build=_alone(mesh.build)),
-    Part(number="bridge", seconds=110, build=_alone(bridge.build)),
+    Part("7", 8, _alone(fig7.build)),
+    Part("3.2.1", 2, _alone(solid_chain.build)),
+    Part("8", 70, _alone(fig8.build)),
+    Part("9", 10, _alone(fig9.build)),
+    Part("10", 20, _alone(fig10.build)),
+    Part("11", 6, _alone(fig11.build)),
+    Part("mesh", 30, _alone(mesh.build)),
+    Part("bridge", 110, _alone(bridge.build)),
 )
 LABELS = {"mesh": "Speed and accuracy", "bridge": "From contacts to stress"}
 
@@ -188,9 +189,8 @@ def build(
     if len(missing) == 1:
         new = [_make(missing[0].number, runs, progress)]
     elif missing:
-        tasks = [
-            Task(call=_make, arguments=(part.number, runs), work=part.seconds) for part in missing
-        ]
+        given = ((part.number, runs, part.seconds) for part in missing)
+        tasks = [Task(call=_make, arguments=(one, place), work=cost) for one, place, cost in given]
         with workers() as executor:
             new = do_all(tasks, executor, "sections", progress)
     else:
@@ -260,17 +260,12 @@ ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
 CLAIMS = ("where", "statement", "what came out", "see")
 ERRATA = ("where", "printed", "correct", "why")
 COSTS = (
-    "section",
-    "engine runs made",
-    "taken as they were",
-    "failed",
-    "engines (CPU s)",
-    "the rest (CPU s)",
-    "built",
-)
+    "section", "engine runs made", "taken as they were", "failed", "engines (CPU s)",
+    "the rest (CPU s)", "built",
+)  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Page:
     """A part of the paper on a page."""
 
@@ -282,19 +277,9 @@ class Page:
 
 
 PAGES = {
-    "discrete": Page(
-        template="paper_discrete.html",
-        file="index.html",
-        prefix="",
-        errata="Section 2",
-        parts=DISCRETE,
-    ),
+    "discrete": Page("paper_discrete.html", "index.html", "", "Section 2", DISCRETE),
     "continuum": Page(
-        template="paper_continuum.html",
-        file="continuum.html",
-        prefix="continuum_",
-        errata="Section 3",
-        parts=CONTINUUM,
+        "paper_continuum.html", "continuum.html", "continuum_", "Section 3", CONTINUUM
     ),
 }
 
@@ -402,34 +387,20 @@ def _sentence(words: str) -> str:
 
 def _costs(built: Sequence[Built]) -> Table:
     """What each section cost; failed runs in bold."""
-    rows = [
-        (
-            made.label,
-            made.engines.made,
-            made.engines.reused,
-            f"**{made.engines.failed}**" if made.engines.failed else 0,
-            number(made.engines.cpu_seconds),
-            number(made.cpu_seconds),
-            "earlier" if made.kept else "now",
-        )
-        for made in built
-    ]
+    rows = []
+    for made in built:
+        runs = made.engines
+        counts = runs.made, runs.reused, f"**{runs.failed}**" if runs.failed else 0
+        seconds = number(runs.cpu_seconds), number(made.cpu_seconds)
+        rows.append((made.label, *counts, *seconds, "earlier" if made.kept else "now"))
     caption = "CPU seconds by section; a run that several sections use counts for the first"
     return Table(caption=caption, head=COSTS, rows=rows)
 
 
 def _numbers(made: Built) -> dict[str, Any]:
-    section = made.section
-    return {
-        "title": section.title,
-        "warnings": list(section.warnings),
-        "words": list(section.words),
-        "differs": list(section.differs),
-        "tables": [asdict(table) for table in section.tables],
-        "cpu_seconds": {"here": made.cpu_seconds, "engines": made.engines.cpu_seconds},
-        "engine_runs": {
-            "made": made.engines.made,
-            "reused": made.engines.reused,
-            "failed": made.engines.failed,
-        },
-    }
+    section, runs = made.section, asdict(made.engines)
+    seconds = {"here": made.cpu_seconds, "engines": runs.pop("cpu_seconds")}
+    lists = {name: list(getattr(section, name)) for name in ("warnings", "words", "differs")}
+    tables = [asdict(table) for table in section.tables]
+    known = {"tables": tables, "cpu_seconds": seconds, "engine_runs": runs}
+    return {"title": section.title, **lists, **known}

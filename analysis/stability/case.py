@@ -16,6 +16,15 @@ Row = Any
 Span = tuple[str, tuple[Row, ...]] | tuple[str, tuple[Row, ...], tuple[Row, ...]]
 # The cell of each column and row.
 Cells = dict[tuple[float | str, Row], "Cell"]
+Attempt = Callable[[Any, Any, Path], "Cell"]
+Theory = Callable[[Any], float]
+# What is measured of a run of an engine.
+ENGINE_QUANTITIES = (
+    "largest energy / energy at the start",
+    "largest overlap / radius",
+    "disks in the last frame",
+    "change of momentum / Σm|u|",
+)
 
 
 class Outcome(StrEnum):
@@ -86,10 +95,10 @@ class Case:
     name: str
     columns: Axis
     rows: Axis
-    quantities: tuple[str, ...]
-    attempt: Callable[[Any, Row, Path], Cell]
+    attempt: Attempt
     fails_as: tuple[Outcome, ...]  # the outcomes whose boundary is looked for along the columns
-    theory: Callable[[Row], float] | None = None  # row → where along the columns that boundary is
+    quantities: tuple[str, ...] = ENGINE_QUANTITIES
+    theory: Theory | None = None  # row → where along the columns that boundary is
     values: dict[str, float] = field(default_factory=dict)  # what its words have slots for
 
     def fails_at(self, column: float, row: Row, folder: Path) -> bool:
@@ -97,32 +106,13 @@ class Case:
         return self.attempt(column, row, folder).outcome in self.fails_as
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class case:  # noqa: N801
-    """Decorate the attempt of a case, whose name becomes the case's; the fields as in `Case`."""
-
-    columns: Span
-    rows: Span
-    quantities: tuple[str, ...]
-    fails_as: tuple[Outcome, ...]
-    theory: Callable[[Any], float] | None = None
-    values: dict[str, float] = field(default_factory=dict)
-    whole: bool = False  # whether the columns are whole numbers
-
-    def __call__(self, attempt: Callable[[Any, Any, Path], Cell]) -> Declared:
-        return Declared(self, attempt)
-
-
 class Declared:
     """A case as its module declares it; another process finds it by its name."""
 
-    def __init__(self, said: case, attempt: Callable[[Any, Any, Path], Cell]) -> None:
-        self.attempt, self.theory, self.name, self._said = (
-            attempt,
-            said.theory,
-            attempt.__name__,
-            said,
-        )
+    def __init__(
+        self, attempt: Attempt, made: Callable[[Declared, bool], Case], theory: Theory | None
+    ) -> None:
+        self.attempt, self.name, self._made, self.theory = attempt, attempt.__name__, made, theory
         functools.update_wrapper(self, attempt)
 
     def __call__(self, column: Any, row: Row, folder: Path) -> Cell:
@@ -133,18 +123,29 @@ class Declared:
 
     def case(self, quick: bool) -> Case:
         """Make the case, of a full atlas or a quick one."""
-        said = self._said
-        (column, *columns), (row, *rows) = said.columns, said.rows
-        return Case(
-            name=self.name,
-            columns=Axis(column, columns[-1 if quick else 0], whole=said.whole),
-            rows=Axis(row, rows[-1 if quick else 0]),
-            quantities=said.quantities,
-            attempt=self,
-            fails_as=said.fails_as,
-            theory=said.theory,
-            values=said.values,
-        )
+        return self._made(self, quick)
+
+
+def case(
+    columns: Span, rows: Span, fails_as: tuple[Outcome, ...], *, whole: bool = False, **fields: Any
+) -> Callable[[Attempt], Declared]:
+    """Decorate the attempt of a case, whose name becomes the case's; the fields as in `Case`.
+
+    whole: whether the columns are whole numbers"""
+
+    def made(attempt: Declared, quick: bool) -> Case:
+        (column, *some), (row, *others) = columns, rows
+        axis = Axis(column, some[-1 if quick else 0], whole=whole)
+        down = Axis(row, others[-1 if quick else 0])
+        given: dict[str, Any] = {
+            "name": attempt.name,
+            "columns": axis,
+            "rows": down,
+            "fails_as": fails_as,
+        }
+        return Case(attempt=attempt, **given, **fields)
+
+    return lambda attempt: Declared(attempt, made, fields.get("theory"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

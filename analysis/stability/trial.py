@@ -18,7 +18,7 @@ from analysis.engines.guard import Verdict
 from analysis.engines.penalty import penalty_of
 from analysis.engines.process import SCREEN, run_command
 from analysis.scene.scene import Scene
-from analysis.stability.case import Cell, Outcome
+from analysis.stability.case import ENGINE_QUANTITIES, Cell, Outcome
 from analysis.support.cache import keep, kept
 from analysis.support.files import write_text
 from nscd import Percussions, Snapshot, Status, find_contacts
@@ -237,12 +237,6 @@ GAIN = 0.05
 # The momentum of a crowd on which nothing acts, over Σm|u|: forces are equal and opposite to the
 # last digit.
 DRIFT = 1e-9
-ENGINE_QUANTITIES = (
-    "largest energy / energy at the start",
-    "largest overlap / radius",
-    "disks in the last frame",
-    "change of momentum / Σm|u|",
-)
 SOLVERS = ("auto", "interior_point", "active_set", "projected_gradient", "gauss_seidel")
 TOLERANCE = 1e-8
 # An answer with a residual of TOLERANCE may be further from the truth than that; this far is wrong.

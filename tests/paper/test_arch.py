@@ -41,7 +41,7 @@ def sample(**changes):
     """A made-up arch; only what a test is about differs."""
     known = {
         "people": 594, "seed": 1, "solved": True, "contacts": 1100, "opening": 50, "redundant": 3,
-        "overlap_share": 0.03, "near_share": 0.05, "reach_m": 6.4, "mean_N": 6e3, "largest_N": 3e4,
+        "overlap_share": 0.03, "reach_m": 6.4, "mean_N": 6e3, "largest_N": 3e4,
         "lower_N": 3e4, "upper_N": 3e4, "distance_m": 1.0, "angle_degrees": 0.0,
         "largest_contact_N": 1e4, "contact_distance_m": 1.0, "largest_resultant_N": 500.0,
         "resultant_distance_m": 1.0, "profile": (2.0, 1.0, 0.5),

@@ -1,16 +1,19 @@
 """Engine runs that figures read: by which engine, how they end, and what those say that fail."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
+from analysis.scene.scene import Scene
 from analysis.support.parallel import Progress
 from nscd import Snapshot
 
 Read = TypeVar("Read")
+Thing = TypeVar("Thing")
 Run = TypeVar("Run", bound=EngineRun)
 
 
@@ -31,6 +34,24 @@ def end_of(run: EngineRun, progress: Progress | None = None) -> Snapshot:
     record = run.record(progress)
     bodies = run.folder / "bodies.dump"
     return snapshot_of(open_bodies(bodies, record.time_step_s).trajectory[-1], bodies)
+
+
+def seeded_runs(crowds: Iterable[tuple[str, int, Scene]], folder: Path) -> list[SeededRun]:
+    """List the runs of crowds (name, seed, scene) by the first engine that is there; none without."""
+    if (engine := installed_engine()) is None:
+        return []
+    return [
+        SeededRun(scene=scene, engine=engine, folder=folder / f"{engine}_{name}", seed=seed)
+        for name, seed, scene in crowds
+    ]
+
+
+def told(things: Sequence[Thing], label: str, progress: Progress | None) -> Iterator[Thing]:
+    """Hand on the things, and tell before each how far it is."""
+    for done, thing in enumerate(things, start=1):
+        if progress:
+            progress(label, done / len(things))
+        yield thing
 
 
 def each(runs: Iterable[Run], read: Callable[[Run], Read], warnings: list[str]) -> list[Read]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +16,7 @@ from scipy.optimize import bisect
 from analysis.engines.run import EngineRun
 from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
 from analysis.pages.names import ENGINE_NAMES
-from analysis.pages.section import Cell, Claim, Section, Table, Verdict
+from analysis.pages.section import Cell, Claim, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
@@ -29,6 +30,7 @@ TOLERANCE = 1e-10
 MASS, PRINTED_K, LIGHT = 75.0, 10.0, 1.0  # kg
 # k of the limit k → ∞, over m: large, yet not beyond what double precision resolves.
 LARGE = 1e6
+BOTH = ("lammps", "yade")
 RESTITUTIONS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.99)
 UNEQUAL = (50.0, 90.0, 60.0, 75.0)  # kg
 # m/s: every contact closes
@@ -131,18 +133,13 @@ def influence(mass: ArrayLike, left: ArrayLike, step: float = 1e-3) -> Floats:
 def cradle_runs(disks: int, runs: Path) -> list[EngineRun]:
     """List the line as soft disks: elastic, strongly damped, by both engines, with Hertz' law."""
     scene = read_scene("four_disks")
-    return [
-        EngineRun.of(
-            cradle_scene(scene, disks, law=law, restitution=e, periods=periods), engine, runs
-        )
-        for engine, law, e, periods in (
-            ("lammps", "hooke", 1.0, 12),
-            ("yade", "hooke", 1.0, 12),
-            ("lammps", "hertz", 1.0, 48),
-            ("lammps", "hooke", 0.01, 100),
-            ("yade", "hooke", 0.01, 100),
-        )
-    ]
+    cases = [(engine, "hooke", e, t) for e, t in ((1.0, 12), (0.01, 100)) for engine in BOTH]
+    cases.insert(2, ("lammps", "hertz", 1.0, 48))
+    made = (
+        (cradle_scene(scene, disks, law=law, restitution=e, periods=t), engine)
+        for engine, law, e, t in cases
+    )
+    return [EngineRun.of(one, engine, runs) for one, engine in made]
 
 
 def impacts_of(
@@ -296,24 +293,17 @@ def after_impact(impacts: list[Impact]) -> Figure:
     height = 0.8 / disks
     rows = np.arange(len(impacts), dtype=float)
     for disk in range(disks):
-        axes.barh(
-            rows + (disk - 0.5 * (disks - 1)) * height,
-            [impact.after[disk] / impact.before[0] for impact in impacts],
-            height,
-            color=COLOURS[disk],
-            hatch=HATCHES[disk],
-            edgecolor=BLACK,
-            linewidth=0.5,
-            label=f"disk {disk + 1}",
-        )
+        speeds = [impact.after[disk] / impact.before[0] for impact in impacts]
+        style: dict[str, Any] = {"color": COLOURS[disk], "hatch": HATCHES[disk]}
+        style |= {"edgecolor": BLACK, "linewidth": 0.5, "label": f"disk {disk + 1}"}
+        axes.barh(rows + (disk - 0.5 * (disks - 1)) * height, speeds, height, **style)
     axes.axvline(0, color=BLACK, lw=0.8)
     axes.set_yticks(rows, [impact.law for impact in impacts], fontsize=8)
     axes.set_ylim(len(impacts) - 0.4, -0.6)
     axes.set_xlabel("velocity after the impact / velocity of disk 1 before it (–)")
     axes.grid(axis="x", alpha=0.3)
-    figure.legend(
-        *axes.get_legend_handles_labels(), loc="outside upper center", ncols=disks, fontsize=8
-    )
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=disks, fontsize=8)
     return figure
 
 
@@ -373,29 +363,21 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     words = Words(__name__, disks=disks, rigid=rigid, printed=printed, light=light, limit=limit)
     return words.section(
         "1",
-        pictures=[
-            words.picture("fig_1_velocities", after_impact(disks.fours)),
-            words.picture("fig_1_dissipation", against_dissipation(disks)),
-        ],
-        tables=_tables(words, disks),
+        pictures={
+            "fig_1_velocities": after_impact(disks.fours),
+            "fig_1_dissipation": against_dissipation(disks),
+        },
+        tables={
+            "table_four": [impact.row() for impact in disks.fours],
+            "table_three": [impact.row() for impact in disks.threes],
+            "table_threshold": disks.thresholds,
+            "table_restitution": disks.restitutions,
+            "table_opening": disks.opening_rows(),
+            "table_influence": np.column_stack([range(1, 5), *disks.influences]).tolist(),
+        },
         claims=_claims(words, disks),
         warnings=disks.warnings,
     )
-
-
-def _tables(words: Words, disks: FourDisks) -> list[Table]:
-    rows = [
-        (j, float(found), float(closed))
-        for j, (found, closed) in enumerate(zip(*disks.influences, strict=True), start=1)
-    ]
-    return [
-        words.table("table_four", [impact.row() for impact in disks.fours]),
-        words.table("table_three", [impact.row() for impact in disks.threes]),
-        words.table("table_threshold", disks.thresholds),
-        words.table("table_restitution", disks.restitutions),
-        words.table("table_opening", disks.opening_rows()),
-        words.table("table_influence", rows),
-    ]
 
 
 def _claims(words: Words, disks: FourDisks) -> list[Claim]:

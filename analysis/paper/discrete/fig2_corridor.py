@@ -32,6 +32,7 @@ from analysis.pages.drawing import (
     contact_lines,
     draw_vectors,
     draw_walls,
+    look,
 )
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
@@ -42,7 +43,7 @@ from analysis.paper.discrete.line_of_disks import impact_time
 from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Progress
-from nscd import ContactLaw, Contacts, Percussions
+from nscd import ContactLaw, Contacts, Percussions, Snapshot
 from nscd.arrays import Flags, Floats
 from nscd.stepping import Motion
 
@@ -334,7 +335,7 @@ def final_runs(runs: Path) -> list[EngineRun]:
     return [final_run(scene, engine, runs) for engine in ENGINE_NAMES if engine != "rigid"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Front:
     """The front of the push in one engine at one restitution, at two stiffnesses or more."""
 
@@ -444,14 +445,10 @@ class Corridor:
     @property
     def damped(self) -> list[Push]:
         """The pushes at one stiffness with rising damping."""
-        chosen = [
-            push
-            for push in self.pushes
-            if push.engine == "lammps"
-            and push.stiffness == DAMPED_STIFFNESS
-            and push.restitution < ELASTIC
-        ]
-        return sorted(chosen, key=lambda push: -push.restitution)
+        kind = "lammps", DAMPED_STIFFNESS
+        chosen = [push for push in self.pushes if (push.engine, push.stiffness) == kind]
+        damped = (push for push in chosen if push.restitution < ELASTIC)
+        return sorted(damped, key=lambda push: -push.restitution)
 
     @property
     def damping_is_the_limit(self) -> bool:
@@ -470,25 +467,19 @@ class Corridor:
                 speeds = np.array([p.speed for p in mine])
                 power = exponent(np.array([p.stiffness for p in mine]), speeds)
                 if np.isfinite(power):
-                    name = ENGINE_NAMES[engine]
-                    found.append(
-                        Front(engine=name, restitution=restitution, pushes=mine, power=power)
-                    )
+                    found.append(Front(ENGINE_NAMES[engine], restitution, mine, power))
         return found
 
     @cached_property
     def apart(self) -> float | None:
         """By how much of themselves the engines' speeds differ at most; None for one engine."""
-        return max(
-            (
-                abs(a.speed / b.speed - 1)
-                for a in self.waves
-                for b in self.waves
-                if a.engine < b.engine
-                and (a.stiffness, a.restitution) == (b.stiffness, b.restitution)
-            ),
-            default=None,
+        pairs = [(a, b) for a in self.waves for b in self.waves if a.engine < b.engine]
+        apart = (
+            abs(a.speed / b.speed - 1)
+            for a, b in pairs
+            if (a.stiffness, a.restitution) == (b.stiffness, b.restitution)
         )
+        return max(apart, default=None)
 
     def long_wave(self, stiffness: float) -> float:
         """Speed (m/s) of long waves in springs of that stiffness (N/m)."""
@@ -523,15 +514,9 @@ def draw_network(corridor: Corridor) -> Figure:
     lines = contact_lines(snapshot, corridor.found.contacts)
     for chosen, (_, colour, style) in zip((~corridor.local, corridor.local), KINDS, strict=True):
         shown = corridor.carries & chosen
-        middle.add_collection(
-            LineCollection(
-                list(lines[shown]),
-                linewidths=list(7 * size[shown] / size.max()),
-                colors=colour,
-                linestyles=[style],
-                capstyle="butt",
-            )
-        )
+        drawn: dict[str, Any] = {"colors": colour, "linestyles": [style], "capstyle": "butt"}
+        drawn["linewidths"] = list(7 * size[shown] / size.max())
+        middle.add_collection(LineCollection(list(lines[shown]), **drawn))
     handles = [middle.plot([], [], color=c, ls=s, lw=3, label=words)[0] for words, c, s in KINDS]
     middle.set_title(f"percussions; the widest is {size.max():.0f} N·s", fontsize=10)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8)
@@ -544,16 +529,11 @@ def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
     """Draw where everybody is at the end, a panel for each model; outlines: where they began."""
     figure = Figure(figsize=(8.5, 2.7 * len(finals)), layout="constrained")
     panels = figure.subplots(len(finals), 1, sharex=True, squeeze=False)[:, 0]
-    style: dict[str, Any] = {"edgecolor": DARK_GREY, "linewidth": 0.5}
+    before = circles(scene.snapshot)
     for axes, one in zip(panels, finals, strict=True):
-        now = replace(scene.snapshot, position=one.position)
-        for chosen, colour, hatch in ((one.resting, RESTING, ""), (~one.resting, PUSHING, "////")):
-            disks = circles(now, chosen)
-            axes.add_collection(PatchCollection(disks, facecolor=colour, hatch=hatch, **style))
-        before = circles(scene.snapshot)
+        _draw_people(axes, scene, replace(scene.snapshot, position=one.position), one.resting)
         outline = PatchCollection(before, facecolor="none", edgecolor=BLUE, lw=0.6, ls=":")
         axes.add_collection(outline)
-        draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
         low, high = one.position[:, 0].min() - 0.6, one.position[:, 0].max() + 0.6
         axes.set(xlim=(low, high), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
         axes.set_title(one.model, fontsize=10)
@@ -563,15 +543,18 @@ def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
 
 def _draw_corridor(axes: Axes, corridor: Corridor) -> None:
     snapshot = corridor.scene.snapshot
-    for chosen, colour, hatch in (
-        (corridor.resting, RESTING, ""),
-        (~corridor.resting, PUSHING, "////"),
-    ):
-        style: dict[str, Any] = {"facecolor": colour, "edgecolor": DARK_GREY, "linewidth": 0.5}
-        axes.add_collection(PatchCollection(circles(snapshot, chosen), hatch=hatch, **style))
-    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in corridor.scene.walls])
+    _draw_people(axes, corridor.scene, snapshot, corridor.resting)
     end = snapshot.position[:, 0].max() + 0.6
     axes.set(xlim=(-0.6, end), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
+
+
+def _draw_people(axes: Axes, scene: Scene, now: Snapshot, resting: Flags) -> None:
+    """Those who rested and those who pushed, and the walls."""
+    style: dict[str, Any] = {"edgecolor": DARK_GREY, "linewidth": 0.5}
+    for chosen, colour, hatch in ((resting, RESTING, ""), (~resting, PUSHING, "////")):
+        disks = PatchCollection(circles(now, chosen), facecolor=colour, hatch=hatch, **style)
+        axes.add_collection(disks)
+    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
 
 
 def _arrows(axes: Axes, position: Floats, velocity: Floats, metres_per_speed: float) -> None:
@@ -617,15 +600,10 @@ def draw_wave(corridor: Corridor) -> Figure:
     kinds = sorted({(push.engine, push.restitution) for push in corridor.waves})
     for number, (engine, restitution) in enumerate(kinds):
         chosen = [p for p in corridor.waves if (p.engine, p.restitution) == (engine, restitution)]
-        right.plot(
-            [p.stiffness for p in chosen],
-            [p.speed for p in chosen],
-            MARKERS[number],
-            ms=10 - 2 * number,
-            mfc="none",
-            color=COLOURS[number],
-            label=f"{ENGINE_NAMES[engine]}, e = {restitution:g}",
-        )
+        style = {"ms": 10 - 2 * number, "mfc": "none", "color": COLOURS[number]}
+        label, marker = f"{ENGINE_NAMES[engine]}, e = {restitution:g}", MARKERS[number]
+        x, y = [p.stiffness for p in chosen], [p.speed for p in chosen]
+        right.plot(x, y, marker, label=label, **style)
     closed = [corridor.long_wave(stiffness) for stiffness in stiffnesses]
     right.plot(stiffnesses, closed, "-", color=BLACK, lw=1, label="long waves, d √(K/m), ∝ √k")
     right.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)")
@@ -643,16 +621,9 @@ def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
         x, first = push.first_arrivals
         number, kind = stiffnesses.index(push.stiffness), restitutions.index(push.restitution)
         later = first > 0
-        axes.plot(
-            x[later] - x[0],
-            first[later],
-            MARKERS[number],
-            ls=LINES[kind],
-            color=COLOURS[number],
-            mfc="none" if kind else COLOURS[number],
-            ms=4,
-            label=f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}",
-        )
+        style = look(number, hollow=kind > 0) | {"ls": LINES[kind], "ms": 4}
+        label = f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}"
+        axes.plot(x[later] - x[0], first[later], label=label, **style)
     axes.set(yscale="log", xlabel="distance from the pushing column (m)")
     axes.set_ylabel("first arrival (s)")
     axes.legend(fontsize=7, loc="lower right")
@@ -667,16 +638,10 @@ def draw_impulses(corridor: Corridor) -> Figure:
     _cloud(cloud, (corridor.damped[0], corridor.damped[-1]))
     for number, engine in enumerate(sorted({push.engine for push in corridor.inelastic})):
         mine = [push for push in corridor.inelastic if push.engine == engine]
-        by_stiffness.plot(
-            [push.stiffness for push in mine],
-            [push.difference for push in mine],
-            MARKERS[number],
-            ls=LINES[number],
-            ms=9 - 4 * number,
-            mfc="none",
-            color=COLOURS[number],
-            label=f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}",
-        )
+        style = look(number, hollow=True) | {"ms": 9 - 4 * number}
+        label = f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}"
+        x, y = [push.stiffness for push in mine], [push.difference for push in mine]
+        by_stiffness.plot(x, y, label=label, **style)
     top = max(push.difference for push in corridor.inelastic)
     by_stiffness.set(xscale="log", xlabel="stiffness k (N/m)", ylim=(0, 1.15 * top))
     damped = corridor.damped
@@ -697,15 +662,9 @@ def _cloud(axes: Axes, pushes: Sequence[Push]) -> None:
     for number, push in enumerate(pushes):
         soft, rigid = push.comparison.match.normal_parts()
         top = max(top, float(rigid.max()), float(soft.max()))
-        axes.plot(
-            rigid,
-            soft,
-            MARKERS[number],
-            ms=4,
-            mfc="none" if number == 0 else BLUE,
-            mec=ORANGE if number == 0 else BLUE,
-            label=f"e = {push.restitution:g} (ζ = {push.damping:.2g})",
-        )
+        face, edge = (BLUE, BLUE) if number else ("none", ORANGE)
+        label = f"e = {push.restitution:g} (ζ = {push.damping:.2g})"
+        axes.plot(rigid, soft, MARKERS[number], ms=4, mfc=face, mec=edge, label=label)
     axes.plot([0, top], [0, top], "-", color=BLACK, lw=0.8, label="equal")
     axes.set(xlabel="percussion p (N·s)", ylabel="∫f dt (N·s)", aspect="equal")
 
@@ -743,11 +702,10 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 def _claims(words: Words, corridor: Corridor) -> list[Claim]:
     to_the_end = corridor.reach >= corridor.distance.max() - 1e-9
     rigid = corridor.finals[0]
+    displaced = Verdict.of(rigid.moved == len(rigid.displaced), rigid.moved > 0)
     claims = [
         words.claim("non_local", Verdict.of(corridor.far > 0 and to_the_end)),
-        words.claim(
-            "displacement", Verdict.of(rigid.moved == len(rigid.displaced), rigid.moved > 0)
-        ),
+        words.claim("displacement", displaced),
     ]
     powers = [front.power for front in corridor.fronts]
     if powers:
@@ -766,30 +724,18 @@ def _tables(words: Words, corridor: Corridor) -> list[Table]:
         closed, last = corridor.long_wave(one.stiffness), float(one.first_arrivals[1][-1])
         name, ratio = ENGINE_NAMES[one.engine], one.speed / closed - 1
         speeds.append([name, one.restitution, one.stiffness, last, one.speed, closed, ratio])
-    shares: list[list[Cell]] = [
-        [
-            ENGINE_NAMES[one.engine],
-            one.restitution,
-            one.damping,
-            one.stiffness,
-            one.difference,
-            one.numbers["contact_correlation"],
-            one.numbers["contacts_only_penalty"],
-            one.comparison.balance.closure_error,
-            _between_engines(one, corridor.pushes),
-        ]
-        for one in corridor.pushes
-        if one.restitution != ELASTIC
-    ]
-    finals: list[tuple[str | float, ...]] = [
-        (
-            one.model,
-            one.moved,
-            *(float(f(one.displaced)) for f in (np.mean, np.median, np.max)),
-            float(np.sqrt(((one.position - corridor.finals[0].position) ** 2).sum(1).mean())),
-        )
-        for one in corridor.finals
-    ]
+    shares: list[list[Cell]] = []
+    for one in (push for push in corridor.pushes if push.restitution != ELASTIC):
+        law = ENGINE_NAMES[one.engine], one.restitution, one.damping, one.stiffness
+        alike = (one.numbers[f"contact{name}"] for name in ("_correlation", "s_only_penalty"))
+        closure = one.comparison.balance.closure_error
+        other = _between_engines(one, corridor.pushes)
+        shares.append([*law, one.difference, *alike, closure, other])
+    finals: list[list[Cell]] = []
+    for model in corridor.finals:
+        moved = [float(f(model.displaced)) for f in (np.mean, np.median, np.max)]
+        away = ((model.position - corridor.finals[0].position) ** 2).sum(1).mean()
+        finals.append([model.model, model.moved, *moved, float(np.sqrt(away))])
     return [
         words.table("table_gaps", [[float(v) for v in row] for row in zip(*columns, strict=True)]),
         words.table("table_front", speeds),

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS
-from analysis.pages.section import Section, Table, Verdict
+from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, legend_below, look
+from analysis.pages.section import Cell, Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete.line_of_disks import aligned
@@ -63,10 +63,8 @@ class Chain:
         """Give the percussions in the order of the chain, and the CPU time of `solve` (s)."""
         snapshot = aligned(self.mass, self.left)
         end = snapshot.position[-1, 0] + snapshot.radius[-1]
-        walls = (
-            Walls(start=np.array([[end, -1.0]]), end=np.array([[end, 1.0]])) if self.wall else None
-        )
-        contacts = find_contacts(snapshot, walls, tolerance=1e-9)
+        wall = Walls(start=np.array([[end, -1.0]]), end=np.array([[end, 1.0]]))
+        contacts = find_contacts(snapshot, wall if self.wall else None, tolerance=1e-9)
         started = time.process_time()
         found = solve(snapshot, contacts, tolerance=TOLERANCE, solver=solver)
         return found, time.process_time() - started
@@ -94,6 +92,20 @@ class Trial:
             reaction_error=float(np.abs(answer.reaction - reaction).max() / reaction.max()),
             velocity_error=float(np.abs(answer.right_velocity[:, 0] - common).max() / SPEED),
         )
+
+    @property
+    def name(self) -> str:
+        """The chain and the solver in words."""
+        return (
+            f"chain of {len(self.chain.mass)}, {', '.join(self.chain.words)}, {self.answer.solver}"
+        )
+
+    def row(self) -> list[Cell]:
+        """Disks, how held, masses, largest λ, errors of λ and u⁺, CPU seconds, solver, status."""
+        errors, answer = (self.reaction_error, self.velocity_error), self.answer
+        largest = float(answer.reaction.max())
+        chain = len(self.chain.mass), *self.chain.words
+        return [*chain, largest, *errors, self.cpu, answer.solver, str(answer.status)]
 
 
 def chain_of(n: int, wall: bool, equal: bool) -> Chain:
@@ -189,14 +201,9 @@ def _along(axes: Axes, trials: Sequence[Trial]) -> None:
     for number, trial in enumerate(trials):
         colour, places = COLOURS[number], np.arange(1, len(trial.answer.reaction) + 1)
         axes.plot(places, trial.chain.closed_form()[0], LINES[number], color=colour, lw=1.2)
-        axes.plot(
-            places,
-            trial.answer.reaction,
-            MARKERS[number],
-            color=colour,
-            mfc="none" if number else colour,
-            label=f"{trial.chain.words[1]} masses",
-        )
+        face, label = "none" if number else colour, f"{trial.chain.words[1]} masses"
+        reaction, marker = trial.answer.reaction, MARKERS[number]
+        axes.plot(places, reaction, marker, color=colour, mfc=face, label=label)
 
 
 def accuracy(trials: Sequence[Trial]) -> Figure:
@@ -210,23 +217,14 @@ def accuracy(trials: Sequence[Trial]) -> Figure:
         people = [len(trial.chain.mass) for trial in mine]
         errors = [max(trial.reaction_error, smallest) for trial in mine]
         for axes, values in ((left, errors), (right, [trial.cpu for trial in mine])):
-            axes.plot(
-                people,
-                values,
-                MARKERS[number],
-                ls=LINES[number],
-                color=COLOURS[number],
-                mfc="none" if number % 2 else COLOURS[number],
-                label=", ".join(kind),
-            )
+            axes.plot(people, values, **look(number, hollow=number % 2 == 1), label=", ".join(kind))
     left.axhline(1e-10, color=GREY, lw=1.5, label="10⁻¹⁰")
     left.set(ylabel="error of λ / largest λ (–)", ylim=(smallest / 2, 1e-9))
     right.set(ylabel="CPU time of solve (s)")
     for axes in (left, right):
         axes.set(xscale="log", yscale="log", xlabel="people in the chain")
         axes.grid(alpha=0.3)
-    handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8)
+    legend_below(figure, left, 5)
     return figure
 
 
@@ -236,42 +234,23 @@ def build(progress: Progress | None = None) -> Section:
     words = Words(__name__, chains=chains)
     return words.section(
         "3",
-        pictures=[
-            words.picture("fig_3_chains", percussions_along(chains.shown)),
-            words.picture("fig_3_accuracy", accuracy(chains.trials)),
-        ],
+        pictures={
+            "fig_3_chains": percussions_along(chains.shown),
+            "fig_3_accuracy": accuracy(chains.trials),
+        },
         tables=[
             _table(words, "The solver that the product chooses", chains.trials),
             _table(words, "The interior point, whose residual long chains magnify,", chains.others),
         ],
-        claims=[
-            words.claim("constrained", Verdict.of(chains.printed_miss < 1e-6)),
-            words.claim("free", Verdict.of(chains.free_error < 1e-10)),
-            words.claim("at_one_speed", Verdict.of(max(chains.at_one_speed) < 1e-9)),
-            words.claim("masses", Verdict.of(chains.change > 0.01)),
-        ],
-        warnings=unsolved(
-            (
-                f"chain of {len(t.chain.mass)}, {', '.join(t.chain.words)}, {t.answer.solver}",
-                t.answer,
-            )
-            for t in chains.trials + chains.others
-        ),
+        claims={
+            "constrained": Verdict.of(chains.printed_miss < 1e-6),
+            "free": Verdict.of(chains.free_error < 1e-10),
+            "at_one_speed": Verdict.of(max(chains.at_one_speed) < 1e-9),
+            "masses": Verdict.of(chains.change > 0.01),
+        },
+        warnings=unsolved((t.name, t.answer) for t in chains.trials + chains.others),
     )
 
 
 def _table(words: Words, what: str, trials: Sequence[Trial]) -> Table:
-    rows = [
-        (
-            len(t.chain.mass),
-            *t.chain.words,
-            float(t.answer.reaction.max()),
-            t.reaction_error,
-            t.velocity_error,
-            t.cpu,
-            t.answer.solver,
-            str(t.answer.status),
-        )
-        for t in trials
-    ]
-    return words.table("table", rows, what=what)
+    return words.table("table", [trial.row() for trial in trials], what=what)

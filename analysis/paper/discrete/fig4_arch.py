@@ -16,11 +16,11 @@ from analysis.compare.statistics import exponent, relative_difference, statistic
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, legend_below
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
-from analysis.paper.discrete.engine_runs import SeededRun, each, installed_engine
+from analysis.paper.discrete.engine_runs import SeededRun, each, seeded_runs, told
 from analysis.paper.discrete.pressed_crowd import (
     BLOCKED_SEEDS,
     NEIGHBOURHOOD_M,
@@ -85,7 +85,7 @@ class Maintained:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """The arch under a law.
 
@@ -140,10 +140,7 @@ def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS)
             law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
             tried = replace(arch, answer=arch.under(law))
             most = tried.largest(tried.carried())
-            lower, upper = carried_interval(tried, most)
-            trials.append(
-                Trial(dissipation=k, across=across, arch=tried, most=most, lower=lower, upper=upper)
-            )
+            trials.append(Trial(k, across, tried, most, *carried_interval(tried, most)))
     return trials
 
 
@@ -180,7 +177,6 @@ class Sample:
     opening: int  # contacts that open
     redundant: int  # contacts − rank of C
     overlap_share: float  # the largest overlap over the mean diameter
-    near_share: float  # share of the people who are in the neighbourhood of the exit
     reach_m: float  # m, of the farthest person
     mean_N: float  # noqa: N815  (the unit is newton)
     largest_N: float  # noqa: N815
@@ -197,18 +193,16 @@ class Sample:
     @classmethod
     def of(cls, arch: Arch, seed: int) -> Sample:
         """Compute the numbers of an arch."""
-        carried, resultants, distance, inside = (
-            arch.carried(), arch.resultants(), arch.distance(), arch.inside(),
-        )  # fmt: skip
+        carried, resultants = arch.carried(), arch.resultants()
+        distance, inside = arch.distance(), arch.inside()
         most, most_resultant = arch.largest(carried), arch.largest(resultants)
         lower, upper = carried_interval(arch, most)
         forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
         strongest = int(np.argmax(forces))
         ring, mean = arch.rings(), float(carried[inside].mean())
-        at_contact = (
-            arch.contacts.point[strongest] - arch.snapshot.position[arch.contacts.first[strongest]]
-        )
-        at_contact = at_contact + arch._from_exit()[arch.contacts.first[strongest]]
+        first = arch.contacts.first[strongest]
+        at_contact = arch.contacts.point[strongest] - arch.snapshot.position[first]
+        at_contact = at_contact + arch._from_exit()[first]
         return cls(
             people=len(arch.snapshot),
             seed=seed,
@@ -217,7 +211,6 @@ class Sample:
             opening=arch.opening(),
             redundant=determinacy(arch.contacts, len(arch.snapshot)).redundant,
             overlap_share=arch.overlap_share(),
-            near_share=float((inside & (distance <= NEIGHBOURHOOD_M)).sum() / inside.sum()),
             reach_m=float(distance[inside].max()),
             mean_N=mean,
             largest_N=float(carried[most]),
@@ -249,58 +242,43 @@ def survey_runs(runs: Path) -> list[SeededRun]:
     engine."""
     wanted = [(PEOPLE, seed) for seed in SEEDS]
     wanted += [(people, seed) for people, count in SIZES.items() for seed in range(1, count + 1)]
-    engine, folder = installed_engine(), runs / "arch_seeds"
-    return [
-        SeededRun(
-            scene=seeded_scene(people, seed),
-            engine=engine,
-            folder=folder / f"{engine}_n{people}_seed{seed}",
-            seed=seed,
-        )
-        for people, seed in wanted
-        if engine is not None
-    ]
+    crowds = ((f"n{n}_seed{seed}", seed, seeded_scene(n, seed)) for n, seed in wanted)
+    return seeded_runs(crowds, runs / "arch_seeds")
 
 
 def survey(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Sample]:
     """Compute the random arches; one whose run fails is a warning."""
-    wanted = survey_runs(runs)
-    done, total = 0, sum(len(run.scene.snapshot) for run in wanted)
-
-    def read(run: SeededRun) -> Sample:
-        nonlocal done
-        done += len(run.scene.snapshot)
-        if progress:
-            progress("random arches", done / total)
-        return Sample.of(gathered(run), run.seed)
-
-    return each(wanted, read, warnings)
+    wanted = told(survey_runs(runs), "random arches", progress)
+    return each(wanted, lambda run: Sample.of(gathered(run), run.seed), warnings)
 
 
 def heaps(progress: Progress | None = None) -> list[Sample]:
     """Compute the heaps of SEEDS, with the people of the scene."""
-    samples = []
-    for done, seed in enumerate(SEEDS, start=1):
-        samples.append(Sample.of(grown(PEOPLE, seed), seed))
-        if progress:
-            progress("heaps", done / len(SEEDS))
-    return samples
+    return [Sample.of(grown(PEOPLE, seed), seed) for seed in told(SEEDS, "heaps", progress)]
 
 
 def warnings_of(samples: Sequence[Sample]) -> list[str]:
     """List what a reader of the samples has to know: answers that are not solved, maxima without a
     proven interval."""
-    unsolved = [f"{s.people} people, seed {s.seed}" for s in samples if not s.solved]
-    unproven = [f"{s.people} people, seed {s.seed}" for s in samples if np.isnan(s.lower_N)]
-    out = []
-    if unsolved:
-        out.append("percussions not solved, or not canonical: " + "; ".join(unsolved))
-    if unproven:
-        out.append("no proven interval for the largest sum of magnitudes: " + "; ".join(unproven))
-    return out
+    kinds = {
+        "percussions not solved, or not canonical": [s for s in samples if not s.solved],
+        "no proven interval for the largest sum of magnitudes": [
+            s for s in samples if np.isnan(s.lower_N)
+        ],
+    }
+    return [
+        f"{what}: {'; '.join(f'{s.people} people, seed {s.seed}' for s in some)}"
+        for what, some in kinds.items()
+        if some
+    ]
 
 
 BIN_M = 0.5
+# What is averaged over the arches of each number of people.
+SIZED = (
+    "reach_m", "contacts", "mean_N", "largest_N", "distance_m", "largest_resultant_N",
+    "resultant_distance_m", "redundant", "overlap_share",
+)  # fmt: skip
 
 
 def dissipation(trials: Sequence[Trial]) -> Figure:
@@ -320,8 +298,7 @@ def dissipation(trials: Sequence[Trial]) -> Figure:
         axis.set_title(title, fontsize=10)
         axis.grid(alpha=0.3)
     axes[0].set(ylabel="force (kN)", ylim=(0, None))
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=8)
+    legend_below(figure, axes[0], 6)
     return figure
 
 
@@ -547,18 +524,10 @@ def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:
     rows: list[Sequence[Cell]] = []
     for trial in trials:
         force, reaction, answer = trial.forces, trial.reactions, trial.arch.answer
-        numbers = (
-            force.mean(),
-            np.quantile(force, 0.95),
-            force.max(),
-            force.min(),
-            reaction.mean(),
-            reaction.max(),
-            trial.arch.carried()[trial.most],
-            trial.arch.distance()[trial.most],
-            trial.upper - trial.lower,
-            trial.energy_share,
-        )
+        forces = force.mean(), np.quantile(force, 0.95), force.max(), force.min()
+        reactions = reaction.mean(), reaction.max()
+        pressed = trial.arch.carried()[trial.most], trial.arch.distance()[trial.most]
+        numbers = *forces, *reactions, *pressed, trial.upper - trial.lower, trial.energy_share
         acts = "along and across" if trial.across else "along only"
         status = "; ".join([str(answer.status), *answer.warnings])
         rows.append((acts, trial.dissipation, status, *map(float, numbers)))
@@ -593,28 +562,12 @@ def sizes_table(words: Words, samples: Sequence[Sample]) -> Table:
     rows: list[Sequence[Cell]] = []
     for people in sorted({s.people for s in samples}):
         same = [s for s in samples if s.people == people]
-        mean = {
-            name: float(np.mean([getattr(s, name) for s in same]))
-            for name in Sample.__dataclass_fields__
-            if name != "profile"
-        }
-        rows.append(
-            (
-                people,
-                len(same),
-                mean["reach_m"],
-                mean["contacts"] / people,
-                mean["mean_N"],
-                mean["largest_N"],
-                float(np.std([s.largest_N for s in same])),
-                mean["distance_m"],
-                mean["largest_resultant_N"],
-                mean["resultant_distance_m"],
-                mean["redundant"],
-                mean["overlap_share"],
-                sum(s.solved for s in same),
-            )
+        reach, contacts, mean, largest, at, vector, vector_at, redundant, overlap = (
+            float(_numbers(same, name).mean()) for name in SIZED
         )
+        forces = mean, largest, float(_numbers(same, "largest_N").std()), at, vector, vector_at
+        packing = redundant, overlap, sum(s.solved for s in same)
+        rows.append((people, len(same), reach, contacts / people, *forces, *packing))
     return words.table("table_sizes", rows)
 
 

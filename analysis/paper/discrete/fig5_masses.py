@@ -89,9 +89,8 @@ def rings(archs: Mapping[str, Arch]) -> Figure:
             means = [values[ring == r].mean() for r in held]
             label = f"{name}: mean of rings of {RING_M:g} m"
             axis.plot(middles, means, style, color=colour, mec=BLACK, label=label)
-    for axis, label in zip(
-        panels, ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)"), strict=True
-    ):
+    labels = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")
+    for axis, label in zip(panels, labels, strict=True):
         axis.set(xlabel="distance from the middle of the exit (m)", ylabel=label, ylim=(0, None))
         axis.legend(fontsize=8, loc="upper right")
     return figure

@@ -31,6 +31,7 @@ from analysis.pages.drawing import (
     draw_disks,
     draw_forces,
     draw_walls,
+    legend_below,
 )
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
@@ -101,9 +102,8 @@ def jump_at_touch(limit: float) -> float:
 def pair_rows(limit: float) -> list[list[float]]:
     """Tabulate gap (mm) and forces (N) of one pair at a few gaps, by law."""
     gap = np.array([-0.02, -0.005, 0.0, 0.02, 0.1, 0.3, 0.5])
-    rows: list[list[float]] = np.column_stack(
-        [1e3 * gap, *pair_forces(gap, RADIUS_M, limit).values()]
-    ).tolist()
+    columns = [1e3 * gap, *pair_forces(gap, RADIUS_M, limit).values()]
+    rows: list[list[float]] = np.column_stack(columns).tolist()
     return rows
 
 
@@ -154,12 +154,10 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
     nearest = all_pairs(rest, walls)
     nearest = nearest.select(_next_to(nearest, len(rest)))
     tolerance = scene.analysis.contact_tolerance_m
-    loehner = {
-        reading: mean_received(
-            loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance)
-        )
-        for reading in LoehnerReading
-    }
+    printed, text = (
+        mean_received(loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance))
+        for reading in (LoehnerReading.PRINTED, LoehnerReading.TEXT)
+    )
     return ChainForces(
         mass=snapshot.mass,
         drive=drive,
@@ -169,8 +167,8 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
         social_section=_across_sections(snapshot, all_pairs(snapshot, walls), law),
         social_at_rest=social_force(rest, nearest, law).normal,
         gap_at_rest=nearest.gap,
-        loehner_printed=loehner[LoehnerReading.PRINTED],
-        loehner_text=loehner[LoehnerReading.TEXT],
+        loehner_printed=printed,
+        loehner_text=text,
         warnings=warnings,
     )
 
@@ -239,20 +237,10 @@ def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -
 
 def chain_rows(chain: ChainForces) -> list[tuple[float, ...]]:
     """Tabulate the forces of one chain, a row per contact."""
-    columns = (
-        chain.percussion,
-        chain.first_order,
-        chain.social,
-        chain.social_section,
-        chain.social_at_rest,
-        1e3 * chain.gap_at_rest,
-        chain.loehner_printed,
-        chain.loehner_text,
-    )
-    return [
-        (number, float(mass), *map(float, row))
-        for number, (mass, *row) in enumerate(zip(chain.mass, *columns, strict=True), start=1)
-    ]
+    social = chain.social, chain.social_section, chain.social_at_rest, 1e3 * chain.gap_at_rest
+    laws = chain.percussion, chain.first_order, *social, chain.loehner_printed, chain.loehner_text
+    rows = zip(chain.mass, *laws, strict=True)
+    return [(number, *map(float, row)) for number, row in enumerate(rows, start=1)]
 
 
 PERCUSSIONS, FIRST_ORDER, SOCIAL = "percussions p/τ", "first-order model λ m̄/τ", "social force"
@@ -260,7 +248,7 @@ PRINTED, TEXT = "Löhner as printed", "Löhner, cases exchanged"
 READINGS = {PRINTED: LoehnerReading.PRINTED, TEXT: LoehnerReading.TEXT}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Forces:
     """What one law gives to n disks at k contacts."""
 
@@ -323,16 +311,12 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
         PERCUSSIONS: _symmetric(contacts, rigid, n),
         ENGINE_NAMES[comparison.record.engine]: _symmetric(contacts, penalty, n),
         FIRST_ORDER: _symmetric(contacts, model.multiplier * snapshot.mass.mean() / time, n),
-        SOCIAL: Forces(
-            contact=social.normal, carried=social.magnitude_sum(), resultant=social.resultant()
-        ),
+        SOCIAL: Forces(social.normal, social.magnitude_sum(), social.resultant()),
     }
     tolerance = scene.analysis.contact_tolerance_m
     for name, reading in READINGS.items():
         found = loehner_force(snapshot, contacts, wish, reading, tolerance=tolerance)
-        by_law[name] = Forces(
-            contact=mean_received(found), carried=found.magnitude_sum(), resultant=found.resultant()
-        )
+        by_law[name] = Forces(mean_received(found), found.magnitude_sum(), found.resultant())
     from_door = contacts.point - 0.5 * (np.array(drive.door_start_m) + np.array(drive.door_end_m))
     difference = model.right_velocity - comparison.answer.right_velocity
     return ArchForces(
@@ -353,11 +337,8 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
 
 def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
     """Forces that both sides of a contact receive alike."""
-    return Forces(
-        contact=force,
-        carried=contacts.sum_at_disks(np.abs(force), n),
-        resultant=contacts.momentum_change(force[:, None] * contacts.normal, n),
-    )
+    resultant = contacts.momentum_change(force[:, None] * contacts.normal, n)
+    return Forces(force, contacts.sum_at_disks(np.abs(force), n), resultant)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -398,7 +379,7 @@ def without_overlap(arch: ArchForces) -> WithoutOverlap:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class BeyondTouch:
     """Löhner's law with all pairs up to some gap."""
 
@@ -415,10 +396,8 @@ def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, BeyondT
     for name, reading in READINGS.items():
         found = loehner_force(arch.snapshot, pairs, arch.drive, reading, tolerance=tolerance)
         both = np.stack([found.on_first, found.on_second])
-        out[name] = BeyondTouch(
-            share=float(both[:, apart].sum() / both.sum()),
-            ratio=float((both.max(0) / both.min(0)).max()),
-        )
+        share, ratio = both[:, apart].sum() / both.sum(), (both.max(0) / both.min(0)).max()
+        out[name] = BeyondTouch(float(share), float(ratio))
     return out
 
 
@@ -428,21 +407,11 @@ def arch_rows(arches: Sequence[ArchForces]) -> list[tuple[str | float, ...]]:
     for arch in arches:
         reference = arch.by_law[PERCUSSIONS]
         for name, forces in arch.by_law.items():
-            force, at_disks = forces.contact, (reference.carried, forces.carried)
-            rows.append(
-                (
-                    arch.scene.name,
-                    name,
-                    float(force.mean()),
-                    float(np.median(force)),
-                    float(force.max()),
-                    forces.spread,
-                    correlation(reference.contact, force),
-                    relative_difference(reference.contact, force),
-                    correlation(*at_disks),
-                    relative_difference(*at_disks),
-                )
-            )
+            force = forces.contact
+            sizes = float(force.mean()), float(np.median(force)), float(force.max()), forces.spread
+            pairs = (reference.contact, force), (reference.carried, forces.carried)
+            alike = (of(*pair) for pair in pairs for of in (correlation, relative_difference))
+            rows.append((arch.scene.name, name, *sizes, *alike))
     return rows
 
 
@@ -515,6 +484,7 @@ GONE_M = 1.0
 # s: from here on the crowd is looked at, this often, up to there
 FROM_S, EVERY_S, UNTIL_S = 10.0, 0.25, 20.0
 SPEEDS, SEEDS = (1.0, 2.0, 4.0), (1, 2, 3)
+CONSTANTS: dict[str, Any] = {"tau": TIME_S, "reach": REACH_M, "gone": GONE_M, "step": STEP_S}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -607,21 +577,9 @@ def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot
     constants = law.strength, law.decay, law.body_stiffness, law.sliding_friction
     position, velocity = crowd.position.copy(), crowd.velocity.copy()
     for done in range(0, steps, RENEWED):
-        _core.social_steps(
-            position,
-            velocity,
-            drive.desired_velocity(position),
-            crowd.radius,
-            crowd.mass,
-            walls.start,
-            walls.end,
-            constants,
-            tau=TIME_S,
-            reach=REACH_M,
-            gone=GONE_M,
-            step=STEP_S,
-            steps=min(RENEWED, steps - done),
-        )
+        desired, many = drive.desired_velocity(position), min(RENEWED, steps - done)
+        disks = position, velocity, desired, crowd.radius, crowd.mass
+        _core.social_steps(*disks, walls.start, walls.end, constants, **CONSTANTS, steps=many)
     return replace(crowd, position=position, velocity=velocity)
 
 
@@ -644,15 +602,13 @@ def constant_in_a_chain(words: Words, equal: ChainForces, unequal: ChainForces) 
     both = (equal, unequal)
     touching = max(float(np.abs(chain.social / LAW.strength - 1).max()) for chain in both)
     rest = equal.social_at_rest
+    verdict = Verdict.of(touching < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE))
     return words.claim(
         "constant_in_a_chain",
-        Verdict.of(touching < ROUNDING, bool(np.ptp(rest) / LAW.strength < LARGE)),
-        law=LAW,
-        touching=touching,
+        verdict,
+        **{"law": LAW, "touching": touching, "rest": rest, "gap": 1e3 * equal.gap_at_rest},
         section=np.ptp(equal.social_section) / LAW.strength,
-        rest=rest,
         difference=relative_difference(equal.percussion, rest),
-        gap=1e3 * equal.gap_at_rest,
     )
 
 
@@ -661,28 +617,18 @@ def restrictive_mass(words: Words, unequal: ChainForces, arches: Sequence[ArchFo
     difference is large, in part where one is noticeable."""
     chain = relative_difference(unequal.percussion, unequal.first_order)
     first = np.abs(unequal.first_order / unequal.percussion - 1)
-    crowds = []
+    crowds: list[dict[str, Any]] = []
     parts = [chain]
     for arch in (a for a in arches if a.unequal_masses):
         a, b = arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER]
-        each = {
-            "contact": relative_difference(a.contact, b.contact),
-            "carried": relative_difference(a.carried, b.carried),
-            "resultant": relative_difference(a.resultant.ravel(), b.resultant.ravel()),
-        }
-        parts += each.values()
-        most = np.abs(b.contact - a.contact).max()
-        crowds.append(
-            each | {"name": arch.scene.name, "most": most, "speed": arch.speed_difference}
-        )
+        contact, most, carried, resultant = differences(a, b)
+        parts += [contact, carried, resultant]
+        each = {"contact": contact, "carried": carried, "resultant": resultant, "most": most}
+        crowds.append(each | {"name": arch.scene.name, "speed": arch.speed_difference})
+    verdict = Verdict.of(max(parts) > NOTICEABLE, min(parts) > LARGE)
+    limits = {"large": LARGE, "noticeable": NOTICEABLE}
     return words.claim(
-        "restrictive_mass",
-        Verdict.of(max(parts) > NOTICEABLE, min(parts) > LARGE),
-        chain=chain,
-        first=first,
-        crowds=crowds,
-        large=LARGE,
-        noticeable=NOTICEABLE,
+        "restrictive_mass", verdict, chain=chain, first=first, crowds=crowds, **limits
     )
 
 
@@ -731,13 +677,13 @@ def no_overlap(words: Words, evacuations: Sequence[Evacuation]) -> Claim:
         mine = [one for one in evacuations if one.speed == speed]
         deepest = np.concatenate([one.deepest for one in mine])
         forces = np.concatenate([one.forces for one in mine])
-        counts = {"speed": speed, "runs": len(mine), "touching": np.mean(deepest > 0)}
         sizes = {
             "median": np.median(deepest),
             "most": deepest.max(),
             "force": forces.max(initial=0),
         }
-        found.append(counts | sizes)
+        touching = np.mean(deepest > 0)
+        found.append({"speed": speed, "runs": len(mine), "touching": touching} | sizes)
     clear = [each["median"] <= SEEN * DIAMETER_M for each in found]
     verdict = Verdict.of(all(clear), any(clear))
     return words.claim("no_overlap", verdict, found=found, law=LAW, diameter=DIAMETER_M)
@@ -748,9 +694,8 @@ def unrealistic(words: Words, arch: ArchForces) -> Claim:
     reference, social = arch.by_law[PERCUSSIONS], arch.by_law[SOCIAL]
     value = correlation(reference.contact, social.contact)
     verdict = Verdict.of(value < 0.5, social.spread < 0.5 * reference.spread)
-    return words.claim(
-        "unrealistic", verdict, arch=arch, value=value, social=social, reference=reference
-    )
+    both = {"social": social, "reference": reference}
+    return words.claim("unrealistic", verdict, arch=arch, value=value, **both)
 
 
 def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: float) -> Claim:
@@ -815,13 +760,8 @@ def draw_laws(limit: float) -> Figure:
         axes.plot(1e3 * gap[touch:], forces[name][touch:], label=label, **style)
         axes.plot(1e3 * gap[:touch], forces[name][:touch], **style)
     strength = SocialForceLaw().strength
-    axes.annotate(
-        f"A = {strength:g} N",
-        (0.0, strength),
-        (30.0, 1.6 * strength),
-        arrowprops={"arrowstyle": "->"},
-        fontsize=9,
-    )
+    place, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
+    axes.annotate(f"A = {strength:g} N", (0.0, strength), place, arrowprops=arrow, fontsize=9)
     axes.set(yscale="log", xlabel="gap (mm); negative: overlap", ylabel="force of a pair (N)")
     axes.grid(alpha=0.3, which="both")
     axes.legend(loc="upper right", fontsize=9)
@@ -847,9 +787,8 @@ def draw_chains(equal: ChainForces, unequal: ChainForces) -> Figure:
         axes.set_xlabel(f"contact (1: free end, {len(contact)}: wall)")
         axes.grid(alpha=0.3, which="both")
     left.set_ylabel("normal force (N)")
-    handles, labels = left.get_legend_handles_labels()
     _draw_misjudged(figure.add_subplot(1, 3, 3), equal, unequal)
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9)
+    legend_below(figure, left, 3, 9)
     return figure
 
 
@@ -892,12 +831,11 @@ def draw_arches(equal: ArchForces, unequal: ArchForces) -> Figure:
     by_distance.set(yscale="log", xlabel="distance from the middle of the door (m)")
     by_distance.set_ylabel(f"mean normal force, rings of {RING_M:g} m (N)")
     by_distance.set_title(f"{equal.scene.name}: force against distance")
-    handles, labels = by_distance.get_legend_handles_labels()
     _scatter(social, equal, SOCIAL, "s", BLUE)
     _scatter(first_order, unequal, FIRST_ORDER, "^", ORANGE)
     for axes in (by_force, by_distance, social, first_order):
         axes.grid(alpha=0.3)
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=9)
+    legend_below(figure, by_distance, 5, 9)
     return figure
 
 
@@ -943,7 +881,6 @@ def draw_evacuations(found: Sequence[Evacuation]) -> Figure:
     return figure
 
 
-Pair = tuple[Floats, Floats]
 LOEHNER_REACH_M = 2.0
 CROWDS, CHAINS = ("arch", "arch_masses"), ("chain_wall", "chain_wall_masses")
 OVERLAP_M, RADII_M = 0.01, (0.18, 0.3)
@@ -1049,19 +986,12 @@ def _misjudged(words: Words, chains: Sequence[ChainForces], arches: Sequence[Arc
     """Tabulate what the first-order model makes of unequal masses."""
     rows: list[Sequence[Cell]] = []
     for name, chain in zip(CHAINS, chains, strict=True):
-        a, b = (np.concatenate([[0.0], force]) for force in (chain.percussion, chain.first_order))
-        contact, carried = (a[1:], b[1:]), (a[1:] + a[:-1], b[1:] + b[:-1])
-        rows.append(
-            (name, *_differences(contact, carried, (np.diff(a), np.diff(b))), "all at rest", 0)
-        )
+        before = (np.append(0.0, force) for force in (chain.percussion, chain.first_order))
+        a, b = (Forces(force[1:], force[1:] + force[:-1], np.diff(force)) for force in before)
+        rows.append((name, *differences(a, b), "all at rest", 0))
     for arch in arches:
-        law, model = arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER]
-        differences = _differences(
-            (law.contact, model.contact),
-            (law.carried, model.carried),
-            (law.resultant.ravel(), model.resultant.ravel()),
-        )
-        rows.append((arch.scene.name, *differences, arch.speed_difference, arch.undetermined))
+        found = differences(arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER])
+        rows.append((arch.scene.name, *found, arch.speed_difference, arch.undetermined))
     return words.table("table_misjudged", rows)
 
 
@@ -1083,11 +1013,11 @@ def _evacuation_rows(evacuated: Sequence[Evacuation]) -> list[tuple[float, ...]]
     return rows
 
 
-def _differences(contact: Pair, carried: Pair, resultant: Pair) -> tuple[float, ...]:
-    """Relative difference and largest difference per contact, relative differences at the disks."""
-    return (
-        relative_difference(*contact),
-        float(np.abs(contact[1] - contact[0]).max()),
-        relative_difference(*carried),
-        relative_difference(*resultant),
+def differences(a: Forces, b: Forces) -> tuple[float, float, float, float]:
+    """Compare two laws: relative and largest difference per contact, relative differences of the
+    sums of magnitudes and of the resultants."""
+    contact, carried, resultant = (
+        relative_difference(getattr(a, name).ravel(), getattr(b, name).ravel())
+        for name in ("contact", "carried", "resultant")
     )
+    return contact, float(np.abs(b.contact - a.contact).max()), carried, resultant

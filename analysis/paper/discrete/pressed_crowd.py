@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ from analysis.pages.names import engine_label
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
-from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, installed_engine
+from analysis.paper.discrete.engine_runs import SeededRun, each, end_of, seeded_runs, told
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.packing import heap
 from analysis.scene.scene import Drive, Scene
@@ -106,10 +107,8 @@ class Arch:
 
     def inside(self) -> Flags:
         """Tell who has not passed the line of the exit, (n,)."""
-        beyond = (self.snapshot.position - np.array(self.drive.door_start_m)) @ np.array(
-            self.drive.outward
-        )
-        return np.asarray(beyond < 0)
+        from_line = self.snapshot.position - np.array(self.drive.door_start_m)
+        return np.asarray(from_line @ np.array(self.drive.outward) < 0)
 
     def distance(self) -> Floats:
         """Measure from the middle of the exit to each person's centre, (n,) m."""
@@ -138,9 +137,8 @@ class Arch:
 
     def overlap_share(self) -> float:
         """Give the largest overlap over the mean diameter."""
-        return float(
-            max(-self.contacts.gap.min(initial=0.0), 0.0) / (2 * self.snapshot.radius.mean())
-        )
+        deepest = max(-self.contacts.gap.min(initial=0.0), 0.0)
+        return float(deepest / (2 * self.snapshot.radius.mean()))
 
     def rings(self) -> Indices:
         """Give the ring of each person, (n,): 0 within a metre of the middle of the exit, then 1,
@@ -190,13 +188,9 @@ def snapshot(arch: Arch) -> Figure:
     draw_vectors(axes[1], position[moving], velocity[moving] / 4, width=0.0025, color=BLACK)
     for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
         most = position[arch.largest(values)]
-        axis.annotate(
-            "largest",
-            most,
-            (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1])),
-            fontsize=9,
-            arrowprops={"arrowstyle": "->", "color": BLACK, "lw": 1.5},
-        )
+        place = (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1]))
+        arrow = {"arrowstyle": "->", "color": BLACK, "lw": 1.5}
+        axis.annotate("largest", most, place, fontsize=9, arrowprops=arrow)
     return figure
 
 
@@ -220,17 +214,11 @@ def engines(comparisons: Sequence[Comparison]) -> Figure:
         near = Arch.of(comparison.scene, comparison.snapshot).distance() <= NEIGHBOURHOOD_M
         top = 1.05 * float(max(penalty.max(), rigid.max()))
         axes.plot([0, top], [0, top], color=BLACK, lw=0.8, label="equal")
-        far: dict[str, Any] = {
-            "ms": 3.5,
-            "mfc": "none",
-            "mec": BLUE,
-            "mew": 0.7,
-            "label": "farther",
-        }
-        axes.plot(penalty[~near], rigid[~near], "o", **far)
+        far: dict[str, Any] = {"ms": 3.5, "mfc": "none", "mec": BLUE, "mew": 0.7}
+        axes.plot(penalty[~near], rigid[~near], "o", label="farther", **far)
+        close: dict[str, Any] = {"ms": 5, "color": ORANGE, "mec": BLACK, "mew": 0.5}
         label = f"within {NEIGHBOURHOOD_M:g} m of the exit"
-        close: dict[str, Any] = {"ms": 5, "color": ORANGE, "mec": BLACK, "mew": 0.5, "label": label}
-        axes.plot(penalty[near], rigid[near], "s", **close)
+        axes.plot(penalty[near], rigid[near], "s", label=label, **close)
         axes.set(xlim=(0, top), ylim=(0, top), aspect="equal")
         axes.set(xlabel="engine (kN)", ylabel="percussions, p/τ (kN)")
         axes.set_title(engine_label(comparison), fontsize=10)
@@ -293,34 +281,21 @@ def grown(people: int, seed: int) -> Arch:
 
 def blocked_runs(runs: Path) -> list[SeededRun]:
     """List the runs of `blocked`; none without an engine."""
-    engine, folder = installed_engine(), runs / "jam_seeds"
-    return [
-        SeededRun(
-            scene=make("jam", None, seed)
-            .with_contact(stiffness_N_per_m=stiffness)
-            .with_run(frames=1),
-            engine=engine,
-            folder=folder / f"{engine}_seed{seed}_k{stiffness:.0e}",
-            seed=seed,
-        )
-        for stiffness in STIFFNESSES
-        for seed in BLOCKED_SEEDS
-        if engine is not None
-    ]
+    crowds = (
+        (f"seed{seed}_k{k:.0e}", seed, make("jam", None, seed).with_contact(stiffness_N_per_m=k))
+        for k, seed in itertools.product(STIFFNESSES, BLOCKED_SEEDS)
+    )
+    one_frame = ((name, seed, scene.with_run(frames=1)) for name, seed, scene in crowds)
+    return seeded_runs(one_frame, runs / "jam_seeds")
 
 
 def blocked(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Blocked]:
     """Solve the crowds of BLOCKED_SEEDS, at rest or not; one whose run fails is a warning."""
-    wanted, done = blocked_runs(runs), 0
 
     def read(run: SeededRun) -> Blocked:
-        nonlocal done
-        done += 1
-        if progress:
-            progress("blocked exits", done / len(wanted))
         return Blocked(seed=run.seed, arch=gathered(run), comparison=compare_run(run.folder))
 
-    return each(wanted, read, warnings)
+    return each(told(blocked_runs(runs), "blocked exits", progress), read, warnings)
 
 
 EVERY: Sequence[str] = [engine.NAME for engine in PENALTY]
@@ -344,9 +319,7 @@ def arch_study(scene: Scene, runs: Path, progress: Progress | None) -> Study:
 
 def without_crowd(number: str, title: str, reason: str) -> Section:
     """Make what is left of a section where no engine gathered its crowd."""
-    return Section(
-        number=number, title=title, words=(), pictures=(), tables=(), differs=(), warnings=(reason,)
-    )
+    return Section(number=number, title=title, warnings=(reason,))
 
 
 class CrowdWords:
@@ -403,13 +376,13 @@ class CrowdWords:
 
     def snapshot_picture(self, name: str) -> Picture:
         """Draw the crowd and its percussions."""
-        figure = snapshot(self.arch)
-        return Picture(name=name, caption=self.words.text("snapshot"), figure=figure)
+        caption = self.words.text("snapshot")
+        return Picture(name=name, caption=caption, figure=snapshot(self.arch))
 
     def engines_picture(self, name: str) -> Picture:
         """Draw the percussions against each engine."""
-        figure = engines(self.found.comparisons)
-        return Picture(name=name, caption=self.words.text("engines"), figure=figure)
+        caption = self.words.text("engines")
+        return Picture(name=name, caption=caption, figure=engines(self.found.comparisons))
 
     def warnings(self) -> list[str]:
         """List what a reader has to know of the runs and the answer."""
@@ -420,16 +393,8 @@ class CrowdWords:
 def _engine_row(comparison: Comparison) -> Sequence[Cell]:
     penalty, rigid = comparison.disk_sums()
     distance = Arch.of(comparison.scene, comparison.snapshot).distance()
-    return (
-        engine_label(comparison),
-        float(penalty.mean()),
-        float(rigid.mean()),
-        float(penalty.max()),
-        float(distance[penalty.argmax()]),
-        float(rigid.max()),
-        float(distance[rigid.argmax()]),
-        correlation(penalty, rigid),
-        relative_difference(penalty, rigid),
-        comparison.balance.unbalanced,
-        str(comparison.answer.status),
-    )
+    means = float(penalty.mean()), float(rigid.mean())
+    most = (float(v) for f in (penalty, rigid) for v in (f.max(), distance[f.argmax()]))
+    alike = correlation(penalty, rigid), relative_difference(penalty, rigid)
+    ended = comparison.balance.unbalanced, str(comparison.answer.status)
+    return (engine_label(comparison), *means, *most, *alike, *ended)

@@ -35,7 +35,6 @@ from analysis.stability.crowds import (
     walking_drive,
 )
 from analysis.stability.trial import (
-    ENGINE_QUANTITIES,
     ENGINES,
     GAIN,
     SOLVER_QUANTITIES,
@@ -102,7 +101,6 @@ def time_step_theory(row: Packed) -> float:
         + packed("yade", (1, False), (4, True)),
         packed("lammps", (1, False), (4, True)) + packed("yade", (4, True)),
     ),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
     theory=time_step_theory,
     values={"steps": SWUNG_STEPS, "lattice": 2 / np.sqrt(6)},
@@ -144,7 +142,6 @@ def damping_theory(restitution: float) -> float:
         (0.05, 0.2, 0.5, 1.0),
     ),
     rows=("asked restitution (LAMMPS)", (1.0, 0.5, 0.2, 0.1, 0.01), (1.0, 0.1)),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
     theory=damping_theory,
     values={"across": DAMPED_ACROSS, "steps": DAMPED_STEPS},
@@ -176,7 +173,6 @@ def stiffness_theory(step: float) -> float:
         tuple(10.0**p for p in range(2, 7)),
     ),
     rows=("time step (s), LAMMPS", (0.001, 0.003, 0.01), (0.003,)),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
     theory=stiffness_theory,
     values={
@@ -266,7 +262,6 @@ def mass_ratio_theory(row: Collision) -> float:
         (*BY_LAMMPS, Collision("yade", 1.0), Collision("yade", 0.5)),
         BY_LAMMPS,
     ),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.INACCURATE,),
     theory=mass_ratio_theory,
     values={"off": OFF},
@@ -325,7 +320,6 @@ def overlap_theory(row: By | str) -> float:
         (1e-3, 3e-2, 0.1, 2.0),
     ),
     rows=("who is given it", (By("lammps", "k", 1e4), By("lammps", "k", 1e5), *GIVEN), GIVEN),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN,),
     theory=overlap_theory,
 )
@@ -423,7 +417,6 @@ def skin_theory(row: Renewal) -> float:
         (0.01, 0.03, 0.1),
     ),
     rows=("engine, renewal of its list", renewals(10, 30, 100, 400), renewals(30)),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN,),
     theory=skin_theory,
 )
@@ -460,7 +453,6 @@ def tunnelling_theory(row: By) -> float:
         (*By.each("lammps", "Δt", 0.01, 0.1, 0.5, 1.0, 1.5), By("yade", "Δt", 0.1)),
         By.each("lammps", "Δt", 0.1, 1.0),
     ),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.LOST,),
     theory=tunnelling_theory,
 )
@@ -495,7 +487,6 @@ GAS_ACROSS, SPACING_M, MARGIN_M = 3, 3.0 * RADIUS_M, 1.5 * RADIUS_M
         (0.02, 0.1, 0.5),
     ),
     rows=("engine", ENGINES),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.ENERGY_GAIN,),
     values={"steps": DRIFT_STEPS},
 )
@@ -580,7 +571,6 @@ def door_theory(row: By | str) -> float:
         ),
         (*By.each("lammps", "F/(k·r)", 0.1, 0.001), PERCUSSIONS),
     ),
-    quantities=ENGINE_QUANTITIES,
     fails_as=(Outcome.LOST,),
     theory=door_theory,
     values={"longest_periods": LONGEST_PERIODS, "longest_s": LONGEST_S},
