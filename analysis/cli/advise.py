@@ -7,50 +7,15 @@ import typer
 
 from analysis.cli.app import Out, Runs, SceneName, progress
 
-Quantity = Annotated[
-    str,
-    typer.Option(
-        help="Of an instant: disk-load, contact-load, wall-load or displacement. Of a whole run: "
-        "arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow; of one with "
-        "--body also mean-person-load, largest-person-load or door-density."
-    ),
-]
-Against = Annotated[
-    Literal["rigid", "model"],
-    typer.Option(
-        help="rigid: numerical and model error; model: the numerical error of the scene's own "
-        "contacts."
-    ),
-]
-Methods = Annotated[
-    list[str] | None,
-    typer.Option(
-        help="rigid, lammps or yade; give it several times. Left out: all that are installed."
-    ),
-]
-OfBody = Annotated[
-    str | None,
-    typer.Option(
-        help="chest, social_force or lemons: of a whole run of people who are so soft, instead of "
-        "the limit of hard ones."
-    ),
-]
-ChartFolder = Annotated[
-    Path | None,
-    typer.Option(
-        help="Folder of a chart of this very scene, to read instead of the stored library."
-    ),
-]
-
 
 def advise(
     scene: SceneName,
-    error: Annotated[str, typer.Option(help="Error that is allowed, such as 5% or 0.05.")],
-    quantity: Quantity = "disk-load",
-    against: Against = "rigid",
-    method: Methods = None,
-    body: OfBody = None,
-    chart: ChartFolder = None,
+    error: Annotated[str, typer.Option()],
+    quantity: str = "disk-load",
+    against: Literal["rigid", "model"] = "rigid",
+    method: list[str] | None = None,
+    body: str | None = None,
+    chart: Path | None = None,
     runs: Runs = Path("out"),
     out: Out = Path("advice"),
 ) -> None:
@@ -58,7 +23,24 @@ def advise(
 
     Exit status 1 if there is none.
 
+    error: Error that is allowed, such as 5% or 0.05.
+    quantity: Of an instant: disk-load, contact-load, wall-load or displacement. Of a whole run:
+        arrest-load, mean-wall-load, mean-contact-force, contact-force-95 or flow; of one with
+        --body also mean-person-load, largest-person-load or door-density.
+    against: rigid: numerical and model error; model: the numerical error of the scene's own
+        contacts.
+    method: rigid, lammps or yade; give it several times. Left out: all that are installed.
+    body: chest, social_force or lemons: of a whole run of people who are so soft, instead of the
+        limit of hard ones.
+    chart: Folder of a chart of this very scene, to read instead of the stored library.
+
     Example: percussions advise arch --error 5% --quantity wall-load"""
+    from analysis.advice.bodies import (
+        advise_bodies,
+        body_lines,
+        ladder_lines,
+        write_body_advice,
+    )
     from analysis.advice.candidates import Question, asked_error
     from analysis.advice.choice import advise as choose
     from analysis.advice.choice import left_out, methods_here, report, write_advice
@@ -69,12 +51,6 @@ def advise(
         advise_motion,
         motion_lines,
         write_motion_advice,
-    )
-    from analysis.advice.people.bodies import (
-        advise_bodies,
-        body_lines,
-        ladder_lines,
-        write_body_advice,
     )
     from analysis.scene.scene import read_scene
     from analysis.work_precision.point import read_points

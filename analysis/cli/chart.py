@@ -33,18 +33,8 @@ SEEDS = 3
 
 def chart(
     scene: SceneName,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A coarse chart: few settings, and one size.")
-    ] = False,
-    seeds: Annotated[
-        int | None,
-        typer.Option(
-            min=0,
-            max=1000,
-            help="Crowds that every engine runs from start to end, for errors of means; 0: none. "
-            "Left out: 3, none of a quick chart.",
-        ),
-    ] = None,
+    quick: Annotated[bool, typer.Option("--quick")] = False,
+    seeds: Annotated[int | None, typer.Option(min=0, max=1000)] = None,
     runs: Runs = Path("out"),
     scheduler: Scheduler = None,
     jobs: Jobs = None,
@@ -55,6 +45,10 @@ def chart(
     Each on one instant, and the engines on whole runs of several crowds.
 
     Writes a page with charts, and its points as CSV and JSON.
+
+    quick: A coarse chart: few settings, and one size.
+    seeds: Crowds that every engine runs from start to end, for errors of means; 0: none. Left out:
+        3, none of a quick chart.
 
     Example: percussions chart arch --out chart/arch"""
     from analysis.scene.scene import read_scene

@@ -9,6 +9,7 @@ from analysis.cli.export import export
 from analysis.cli.exposure import exposure
 from analysis.cli.film import film
 from analysis.cli.import_crowd import import_
+from analysis.cli.options import with_options
 from analysis.cli.paper import paper
 from analysis.cli.push import push
 from analysis.cli.report import report
@@ -23,4 +24,4 @@ for command in (
     scenes, new, run, import_, solve, compare, film, export, exposure, report, chart, stability, advise, paper,
     push, doctor,
 ):  # fmt: skip
-    app.command(name=command.__name__.rstrip("_").replace("_", "-"))(command)
+    app.command(name=command.__name__.rstrip("_").replace("_", "-"))(with_options(command))

@@ -20,21 +20,10 @@ MOST_ROWS = 12
 
 
 def compare(
-    runs: Annotated[list[Path], typer.Argument(help="Folders of finished runs.")],
-    time: Annotated[
-        float | None, typer.Option(help="Instant in s, instead of the scene's.")
-    ] = None,
-    window: Annotated[
-        float | None,
-        typer.Option(
-            parser=positive,
-            help="Only impulses over windows of so many s (at least 0.1), no instant.",
-        ),
-    ] = None,
-    last: Annotated[
-        float | None,
-        typer.Option(parser=positive, help="Only windows of the last so many s; left out: all."),
-    ] = None,
+    runs: list[Path],
+    time: float | None = None,
+    window: Annotated[float | None, typer.Option(parser=positive)] = None,
+    last: Annotated[float | None, typer.Option(parser=positive)] = None,
     rigid_law: RigidLaw = None,
 ) -> None:
     """Compare runs with each other, and each with the percussions of its snapshot.
@@ -49,6 +38,11 @@ def compare(
 
     Writes windows.csv, window_contacts.csv and windows.json into the folder of each run but the
     first, comparison.csv and comparison.json (the snapshot) into the folder of each.
+
+    runs: Folders of finished runs.
+    time: Instant in s, instead of the scene's.
+    window: Only impulses over windows of so many s (at least 0.1), no instant.
+    last: Only windows of the last so many s; left out: all.
 
     Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/rigid_moreau_jean --window
         0.1"""

@@ -9,27 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from analysis.cli.app import command_line, drop_none, path, warn
-from analysis.cli.options import Openness, Taken, flat
+from analysis.cli.options import Openness, Taken
 
 if TYPE_CHECKING:
     from analysis.percussions import SnapshotPercussions
 
 
-@flat
 def export(
-    target: Annotated[
-        Path,
-        typer.Argument(help="Folder of a run, a LAMMPS dump, or a scene (its name or .toml file)."),
-    ],
-    fclib: Annotated[Path, typer.Option(parser=path, help="HDF5 file to write.")],
+    target: Path,
+    fclib: Annotated[Path, typer.Option(parser=path)],
     taken: Taken,
-    frame: Annotated[
-        int | None,
-        typer.Option(help="Of a run or dump: its number from 0, or from the end: -1. The last one"),
-    ] = None,
-    local: Annotated[
-        bool, typer.Option("--local", help="Write FCLIB's local form W r + q too.")
-    ] = False,
+    frame: int | None = None,
+    local: Annotated[bool, typer.Option("--local")] = False,
     openness: Openness = "ranges",
 ) -> None:
     """Write the contact problem of one instant as an FCLIB file, with its answer.
@@ -39,6 +30,11 @@ def export(
     `percussions solve FILE` reads it back.
 
     Exit status 1 if the problem is not solved; it is written without an answer then.
+
+    target: Folder of a run, a LAMMPS dump, or a scene (its name or .toml file).
+    fclib: HDF5 file to write.
+    frame: Of a run or dump: its number from 0, or from the end: -1. The last one
+    local: Write FCLIB's local form W r + q too.
 
     Example: percussions export out/gate/lammps_hooke_k1e+06 --fclib gate.hdf5"""
     from analysis.exchange.fclib import write_problem

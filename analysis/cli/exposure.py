@@ -9,17 +9,18 @@ from analysis.cli.app import Limits, positive, show
 
 
 def exposure(
-    run: Annotated[Path, typer.Argument(help="Folder of a finished run with impulses.")],
+    run: Path,
     limits: Limits = None,
-    window: Annotated[
-        float, typer.Option(parser=positive, help="Window over which forces are means, in s.")
-    ] = 0.1,
+    window: Annotated[float, typer.Option(parser=positive)] = 0.1,
 ) -> None:
     """Say who bears more than people can, for how long, and what the walls bear.
 
     Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
     the folder of the run. The rigid engine always sums impulses; LAMMPS and YADE do in a run
     with --impulses.
+
+    run: Folder of a finished run with impulses.
+    window: Window over which forces are means, in s.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
     from analysis.exposure.exposure import (

@@ -5,14 +5,24 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, Scheduler, command_line, input_file, processes, progress, show
-from analysis.cli.options import Exports, FrameRate, Mass, Radii, Room, Unit
+from analysis.cli.app import (
+    Out,
+    Scheduler,
+    command_line,
+    input_file,
+    positive,
+    processes,
+    progress,
+    show,
+)
+from analysis.cli.options import FrameRate, Mass, Unit
 from analysis.support.extras import load
 
 if TYPE_CHECKING:
@@ -20,31 +30,25 @@ if TYPE_CHECKING:
 
 RADII = (0.16, 0.17, 0.18, 0.19, 0.20)
 
-Targets = Annotated[
-    list[Path],
-    typer.Argument(
-        parser=input_file, help="Folders of finished runs of one scene, or one trajectory file."
-    ),
-]
+
+class Form(StrEnum):
+    """For which program a film is exported: ParaView or OVITO."""
+
+    VTK = "vtk"
+    OVITO = "ovito"
 
 
 def film(
-    target: Targets,
-    frames: Annotated[
-        str | None, typer.Option(help="first:last:step, both ends included. Left out: about 50.")
-    ] = None,
-    room: Room = None,
-    radius: Radii = None,
+    target: Annotated[list[Path], typer.Argument(parser=input_file)],
+    frames: str | None = None,
+    room: Annotated[Path | None, typer.Option(parser=input_file)] = None,
+    radius: Annotated[list[float] | None, typer.Option(parser=positive)] = None,
     mass: Mass = 75.0,
     unit: Unit = None,
     frame_rate: FrameRate = None,
-    export: Exports = None,
-    parquet: Annotated[
-        bool, typer.Option("--parquet", help="Write film.parquet too (needs pyarrow).")
-    ] = False,
-    jobs: Annotated[
-        int, typer.Option(parser=processes, help="Processes that measure the frames.")
-    ] = 1,
+    export: list[Form] | None = None,
+    parquet: Annotated[bool, typer.Option("--parquet")] = False,
+    jobs: Annotated[int, typer.Option(parser=processes)] = 1,
     scheduler: Scheduler = None,
     out: Out = Path("film"),
 ) -> None:
@@ -56,8 +60,16 @@ def film(
 
     Exit status 1 if the percussions of a frame are not solved.
 
-    Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml
-    """
+    target: Folders of finished runs of one scene, or one trajectory file.
+    frames: first:last:step, both ends included. Left out: about 50.
+    room: Of a trajectory: TOML file with walls and drive.
+    radius: Of a trajectory: radius in m, several times; the middle one counts, all make the band.
+        Left out: 0.16, 0.17, 0.18, 0.19 and 0.20.
+    export: Write files for ParaView or OVITO too; several times.
+    parquet: Write film.parquet too (needs pyarrow).
+    jobs: Processes that measure the frames.
+
+    Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml"""
     load("matplotlib")
     from analysis.film.export import export as export_film
     from analysis.film.export import film_heads, film_runs

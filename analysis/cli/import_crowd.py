@@ -18,69 +18,43 @@ OF_HEADS = (
     *("frame", "people", "radius", "mass", "radius_spread", "seed", "unit", "frame_rate"),
     *("window", "others", "apart"),
 )
-Crowd = Annotated[
-    Path,
-    typer.Argument(
-        parser=input_file,
-        help="Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other "
-        "files beside it.",
-    ),
-]
-RoomFile = Annotated[
-    Path,
-    typer.Option(
-        parser=input_file,
-        help="TOML file with walls, drive, contact, run and analysis, as in a scene.",
-    ),
-]
-
-Window = Annotated[
-    float, typer.Option(parser=positive, help="Time in s over which velocities are measured.")
-]
-Others = Annotated[
-    int,
-    typer.Option(min=0, max=100, help="Other frames that a report varies the crowd by; 0: none."),
-]
-Apart = Annotated[
-    float, typer.Option(parser=positive, help="Time in s from one of these frames to the next.")
-]
 
 
 def import_(
     context: typer.Context,
-    file: Crowd,
-    room: RoomFile,
-    frame: Annotated[int | None, typer.Option(help="Of a trajectory: number of the frame.")] = None,
-    one_disk: Annotated[
-        bool,
-        typer.Option(
-            "--one-disk", help="Of LEMONS: take a person of several disks as one of the same area."
-        ),
-    ] = False,
-    radius: Annotated[
-        float, typer.Option(parser=positive, help="Radius of each disk in m.")
-    ] = 0.18,
+    file: Annotated[Path, typer.Argument(parser=input_file)],
+    room: Annotated[Path, typer.Option(parser=input_file)],
+    frame: int | None = None,
+    one_disk: Annotated[bool, typer.Option("--one-disk")] = False,
+    radius: Annotated[float, typer.Option(parser=positive)] = 0.18,
     mass: Mass = 75.0,
-    radius_spread: Annotated[
-        float,
-        typer.Option(parser=share, help="Radii are uniform within this share about --radius."),
-    ] = 0.0,
-    people: Annotated[
-        str | None,
-        typer.Option(help="Radii and masses of a survey instead: 'ANSUR II', … men, … women."),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of radii and masses.")] = 1,
-    name: Annotated[
-        str | None, typer.Option(help="Name of the scene; the room's by default.")
-    ] = None,
+    radius_spread: Annotated[float, typer.Option(parser=share)] = 0.0,
+    people: str | None = None,
+    seed: Annotated[int, typer.Option(min=0)] = 1,
+    name: str | None = None,
     unit: Unit = None,
     frame_rate: FrameRate = None,
-    window: Window = 0.4,
-    others: Others = 4,
-    apart: Apart = 1.0,
+    window: Annotated[float, typer.Option(parser=positive)] = 0.4,
+    others: Annotated[int, typer.Option(min=0, max=100)] = 4,
+    apart: Annotated[float, typer.Option(parser=positive)] = 1.0,
     out: Out = Path("."),
 ) -> None:
     """Turn a frame of a real trajectory, and frames near it, or a crowd of LEMONS into a scene.
+
+    room: TOML file with walls, drive, contact, run and analysis, as in a scene.
+    frame: Of a trajectory: number of the frame.
+    one_disk: Of LEMONS: take a person of several disks as one of the same area.
+    radius: Radius of each disk in m.
+    radius_spread: Radii are uniform within this share about --radius.
+    people: Radii and masses of a survey instead: 'ANSUR II', … men, … women.
+    seed: Seed of radii and masses.
+    name: Name of the scene; the room's by default.
+    others: Other frames that a report varies the crowd by; 0: none.
+    apart: Time in s from one of these frames to the next.
+
+    file: Trajectory file that PedPy can load, or AgentDynamics.xml of LEMONS, with its other files
+        beside it.
+    window: Time in s over which velocities are measured.
 
     Example: percussions import scenes/gate_excerpt.txt --frame 405 --room scenes/rooms/gate.toml
     --name mine"""

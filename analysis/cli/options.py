@@ -4,110 +4,100 @@ import dataclasses
 import functools
 import inspect
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import typer
 
-from analysis.cli.app import drop_none, input_file, not_negative, positive, share
+from analysis.cli.app import drop_none, input_file, not_negative, positive
 
 
-def flat(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the fields of its dataclasses as options of its own."""
+def _told(names: Iterable[str], text: str) -> tuple[dict[str, str], str]:
+    """What a docstring says of parameters, by their names, and all the rest of it."""
+    line = rf"^({'|'.join(names)}): (.+(?:\n +\S.*)*)\n?"
+    found = {one[1]: " ".join(one[2].split()) for one in re.finditer(line, text, re.M)}
+    return found, re.sub(r"\n{3,}", "\n\n", re.sub(line, "", text, flags=re.M)).strip()
+
+
+def _with_help(field: inspect.Parameter, hint: Any, said: str | None) -> inspect.Parameter:
+    """A parameter as typer takes it: an option where it has a default."""
+    kind, *infos = get_args(hint) if hasattr(hint, "__metadata__") else (hint,)
+    default = field.default is not inspect.Parameter.empty
+    info = copy(infos[0]) if infos else typer.Option() if default else typer.Argument()
+    if said and not info.help:
+        info.help = said
+    known = bool(infos) or bool(said)
+    return field.replace(annotation=Annotated[kind, info] if known else hint)
+
+
+def with_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Make a function a command: its parameters, and the fields of those that are dataclasses, are
+    options with the help that the docstrings of both have."""
     hints = get_type_hints(command, include_extras=True)
     own, options = inspect.signature(command).parameters, dict[str, inspect.Parameter]()
     shared = {name: hints[name] for name in own if dataclasses.is_dataclass(hints[name])}
+    said, words = _told(own, inspect.getdoc(command) or "")
     for name, one in own.items():
-        fields = inspect.signature(shared[name]).parameters if name in shared else {name: one}
-        kinds = get_type_hints(shared[name], include_extras=True) if name in shared else hints
+        fields, kinds, told = {name: one}, hints, said
+        if name in shared:
+            fields = dict(inspect.signature(shared[name]).parameters)
+            kinds = get_type_hints(shared[name], include_extras=True)
+            told, _ = _told(fields, inspect.getdoc(shared[name]) or "")
         for key, field in fields.items():
-            options[key] = field.replace(annotation=kinds[key], kind=one.kind)
+            made = _with_help(field, kinds[key], told.get(key))
+            options[key] = made.replace(kind=one.kind)
 
     @functools.wraps(command)
     def called(*values: Any, **named: Any) -> None:
         bound = signature.bind(*values, **named)
         bound.apply_defaults()
-        said = bound.arguments
+        given = bound.arguments
         for name, kind in shared.items():
-            said[name] = kind(**{key.name: said.pop(key.name) for key in dataclasses.fields(kind)})
-        command(**said)
+            given[name] = kind(
+                **{key.name: given.pop(key.name) for key in dataclasses.fields(kind)}
+            )
+        command(**given)
 
     signature = inspect.Signature(list(options.values()))
     called.__signature__ = signature  # type: ignore[attr-defined]
     called.__annotations__ = {key: one.annotation for key, one in options.items()}
+    called.__doc__ = words
     return called
 
 
 @dataclass(frozen=True, kw_only=True)
 class Taken:
-    """How the contact problem of a frame is taken from a dump."""
+    """How the contact problem of a frame is taken from a dump.
 
-    room: Annotated[
-        Path | None,
-        typer.Option(
-            "--room",
-            "--walls",
-            parser=input_file,
-            help="Room or scene file (.toml) with the walls and the drive; scene.toml beside the "
-            "dump if there.",
-        ),
-    ] = None
-    left_velocity: Annotated[
-        Literal["desired", "dump", "free"] | None,
-        typer.Option(
-            help="desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired "
-            "where there is a drive."
-        ),
-    ] = None
-    friction: Annotated[
-        float | None,
-        typer.Option(
-            parser=not_negative,
-            help="Coulomb's μ of people with each other; the scene's own if left out, 0 in a room.",
-        ),
-    ] = None
-    wall_friction: Annotated[
-        float | None,
-        typer.Option(parser=not_negative, help="μ of people with walls; --friction if left out."),
-    ] = None
-    window: Annotated[
-        float | None, typer.Option(parser=positive, help="Δt of --left-velocity free, in s.")
-    ] = None
-    time_step: Annotated[
-        float | None,
-        typer.Option(
-            parser=positive,
-            help="Time step of the simulation in s (from run.json beside the dump if there; "
-            "without either the table has steps in place of times).",
-        ),
-    ] = None
-    unit: Annotated[
-        Literal["m", "cm", "mm"] | None,
-        typer.Option(
-            help="Unit of lengths in the dump, and of velocities per second; m if left out. Masses "
-            "are kg."
-        ),
-    ] = None
-    contact_tolerance: Annotated[
-        float | None,
-        typer.Option(
-            parser=positive,
-            help="Gap in m up to which disks are in contact; the room's or 1e-6 if left out.",
-        ),
-    ] = None
-    largest_overlap: Annotated[
-        float | None,
-        typer.Option(
-            parser=positive,
-            help="Deepest overlap that is taken, as a share of the smaller radius; 0.5 if left out.",
-        ),
-    ] = None
-    tolerance: Annotated[
-        float, typer.Option(parser=positive, help="Residual up to which a frame counts as solved.")
-    ] = 1e-8
+    room: Room or scene file (.toml) with the walls and the drive; scene.toml beside the dump if
+        there.
+    left_velocity: desired: p/τ is a force; dump: an impact; free: u + Δt F/m. Left out: desired
+        where there is a drive.
+    friction: Coulomb's μ of people with each other; the scene's own if left out, 0 in a room.
+    wall_friction: μ of people with walls; --friction if left out.
+    window: Δt of --left-velocity free, in s.
+    time_step: Time step of the simulation in s (from run.json beside the dump if there; without
+        either the table has steps in place of times).
+    unit: Unit of lengths in the dump, and of velocities per second; m if left out. Masses are kg.
+    contact_tolerance: Gap in m up to which disks are in contact; the room's or 1e-6 if left out.
+    largest_overlap: Deepest overlap that is taken, as a share of the smaller radius; 0.5 if left
+        out.
+    tolerance: Residual up to which a frame counts as solved."""
+
+    room: Annotated[Path | None, typer.Option("--room", "--walls", parser=input_file)] = None
+    left_velocity: Literal["desired", "dump", "free"] | None = None
+    friction: Annotated[float | None, typer.Option(parser=not_negative)] = None
+    wall_friction: Annotated[float | None, typer.Option(parser=not_negative)] = None
+    window: Annotated[float | None, typer.Option(parser=positive)] = None
+    time_step: Annotated[float | None, typer.Option(parser=positive)] = None
+    unit: Literal["m", "cm", "mm"] | None = None
+    contact_tolerance: Annotated[float | None, typer.Option(parser=positive)] = None
+    largest_overlap: Annotated[float | None, typer.Option(parser=positive)] = None
+    tolerance: Annotated[float, typer.Option(parser=positive)] = 1e-8
 
     def setting(self) -> dict[str, Any]:
         """Give what is said of the problem itself, as `Setting` calls it."""
@@ -119,10 +109,6 @@ class Taken:
         return drop_none(time_step=self.time_step, unit=self.unit)
 
 
-Restitution = Annotated[
-    float | None,
-    typer.Option(parser=share, help="Restitution of the contacts; inelastic if left out."),
-]
 Openness = Annotated[
     Literal["none", "determined", "ranges"],
     typer.Option(
@@ -139,30 +125,6 @@ FrameRate = Annotated[
     typer.Option(parser=positive, help="Frames per second, where the file does not say."),
 ]
 Mass = Annotated[float, typer.Option(parser=positive, help="Mass of each person in kg.")]
-Room = Annotated[
-    Path | None,
-    typer.Option(parser=input_file, help="Of a trajectory: TOML file with walls and drive."),
-]
-Radii = Annotated[
-    list[float] | None,
-    typer.Option(
-        parser=positive,
-        help="Of a trajectory: radius in m, several times; the middle one counts, all make the "
-        "band. Left out: 0.16, 0.17, 0.18, 0.19 and 0.20.",
-    ),
-]
-
-
-class Form(StrEnum):
-    """For which program a film is exported: ParaView or OVITO."""
-
-    VTK = "vtk"
-    OVITO = "ovito"
-
-
-Exports = Annotated[
-    list[Form] | None, typer.Option(help="Write files for ParaView or OVITO too; several times.")
-]
 
 
 def _law(text: str) -> Any:

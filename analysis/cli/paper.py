@@ -17,22 +17,18 @@ class PaperSection(StrEnum):
 
 
 def paper(
-    section: Annotated[
-        PaperSection | None, typer.Argument(help="Section of the paper. Left out: both.")
-    ] = None,
-    figure: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Number of a figure (continuum: also 3.2.1, mesh, bridge); several times for "
-            "several. Left out: all."
-        ),
-    ] = None,
+    section: Annotated[PaperSection | None, typer.Argument()] = None,
+    figure: list[str] | None = None,
     runs: Runs = Path("out"),
     out: Out = Path("paper"),
 ) -> None:
     """Recompute the paper's figures, and say which of its statements hold.
 
     Writes a page for each section, and the pictures as files.
+
+    section: Section of the paper. Left out: both.
+    figure: Number of a figure (continuum: also 3.2.1, mesh, bridge); several times for several.
+        Left out: all.
 
     Example: percussions paper discrete --figure 1 --figure 3 --out paper"""
     from analysis.paper.page import write_pages

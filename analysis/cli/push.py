@@ -18,24 +18,9 @@ from analysis.cli.app import (
 
 
 def push(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            parser=input_file, help="CSV with id, time, x, y: heads of people in a row."
-        ),
-    ],
-    wall: Annotated[
-        float | None,
-        typer.Option(help="Where a wall crosses the row, in m: x or y as in the file."),
-    ] = None,
-    arms: Annotated[
-        list[float] | None,
-        typer.Option(
-            parser=share,
-            help="Share of the room between chests that arms bridge from the start. Several: "
-            "drawn between the least and the most. By default 0 to 1.",
-        ),
-    ] = None,
+    file: Annotated[Path, typer.Argument(parser=input_file)],
+    wall: float | None = None,
+    arms: Annotated[list[float] | None, typer.Option(parser=share)] = None,
     out: Out = Path("push"),
 ) -> None:
     """Compute a push trial after the event: which models beat the baselines?
@@ -45,6 +30,11 @@ def push(
     there: Weight_kg, Gender, MoCap_ID and Order_of_Participants_MoCap_ID.
 
     Writes a page, scores.csv and onsets.csv.
+
+    file: CSV with id, time, x, y: heads of people in a row.
+    wall: Where a wall crosses the row, in m: x or y as in the file.
+    arms: Share of the room between chests that arms bridge from the start. Several: drawn between
+        the least and the most. By default 0 to 1.
 
     Example: percussions push scenes/push_excerpt.csv"""
     from analysis.push.hindcast import expected_seconds, hindcast

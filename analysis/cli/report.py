@@ -27,34 +27,16 @@ if TYPE_CHECKING:
     from analysis.report.runs import Chosen
     from analysis.scene.scene import Scene
 
-Replicates = Annotated[
-    int, typer.Option(min=0, max=1000, help="Replicates of each driven scene; 0: none.")
-]
-Sheet = Annotated[
-    bool, typer.Option("--sheet", help="Write a page A4 (PDF) for a safety file, too.")
-]
-
 
 def report(
-    scenes: Annotated[list[str], typer.Argument(help="Scenes, by name or .toml file.")],
-    engine: Annotated[
-        list[str] | None,
-        typer.Option(help="Engine; give it several times. Left out: all that are installed."),
-    ] = None,
-    stiffness: Annotated[
-        list[float] | None,
-        typer.Option(
-            parser=positive,
-            help="Stiffness in N/m; give it several times. Left out: the scene's.",
-        ),
-    ] = None,
-    seeds: Replicates = 5,
-    last: Annotated[
-        float, typer.Option(parser=positive, help="How much of the end of each run counts, in s.")
-    ] = 1.0,
+    scenes: list[str],
+    engine: list[str] | None = None,
+    stiffness: Annotated[list[float] | None, typer.Option(parser=positive)] = None,
+    seeds: Annotated[int, typer.Option(min=0, max=1000)] = 5,
+    last: Annotated[float, typer.Option(parser=positive)] = 1.0,
     rigid_law: RigidLaw = None,
     limits: Limits = None,
-    sheet: Sheet = False,
+    sheet: Annotated[bool, typer.Option("--sheet")] = False,
     scheduler: Scheduler = None,
     runs: Runs = Path("out"),
     out: Out = Path("report"),
@@ -63,6 +45,14 @@ def report(
 
     Exit status 1 if a run failed or a snapshot is not solved. A driven crowd also has replicates
     from start to end, with friction, push, radius and bodies varied.
+
+    scenes: Scenes, by name or .toml file.
+    engine: Engine; give it several times. Left out: all that are installed.
+    stiffness: Stiffness in N/m; give it several times. Left out: the scene's.
+    last: How much of the end of each run counts, in s.
+    sheet: Write a page A4 (PDF) for a safety file, too.
+
+    seeds: Replicates of each driven scene; 0: none.
 
     Example: percussions report arch jam gate --seeds 10 --out report"""
     from analysis.compare.study import study

@@ -18,58 +18,34 @@ from analysis.cli.app import (
     warn,
 )
 
-AdvisedError = Annotated[
-    str | None,
-    typer.Option(help="Let law, stiffness and time step be advised for this error, such as 5%."),
-]
-
-WallStiffness = Annotated[
-    float | None,
-    typer.Option(parser=positive, help="The same of walls in N/m, instead of the scene's."),
-]
-
-TimeStep = Annotated[
-    float | None, typer.Option(parser=positive, help="Time step in s, instead of the rule's.")
-]
-Impulses = Annotated[
-    bool,
-    typer.Option(
-        "--impulses",
-        help="Sum the impulses of contacts between frames, for `exposure`; a run of LAMMPS takes "
-        "1.5 to 5 times as long. The rigid engine always does.",
-    ),
-]
-
-Ranks = Annotated[
-    int, typer.Option(parser=processes, help="Processes of MPI that share the run; LAMMPS only.")
-]
-
 
 def run(
     scene: SceneName,
-    engine: Annotated[
-        str | None,
-        typer.Option(help="lammps, yade or rigid; lammps if left out, or what --error chooses."),
-    ] = None,
-    error: AdvisedError = None,
-    stiffness: Annotated[
-        float | None,
-        typer.Option(parser=positive, help="Contact stiffness in N/m, instead of the scene's."),
-    ] = None,
-    wall_stiffness: WallStiffness = None,
-    restitution: Annotated[
-        float | None, typer.Option(parser=share, help="Asked restitution, 0 to 1.")
-    ] = None,
-    law: Annotated[str | None, typer.Option(help="hooke, hertz, body or body_hertz.")] = None,
-    time_step: TimeStep = None,
-    duration: Annotated[
-        float | None, typer.Option(parser=positive, help="Simulated time in s.")
-    ] = None,
-    impulses: Impulses = False,
-    ranks: Ranks = 1,
+    engine: str | None = None,
+    error: str | None = None,
+    stiffness: Annotated[float | None, typer.Option(parser=positive)] = None,
+    wall_stiffness: Annotated[float | None, typer.Option(parser=positive)] = None,
+    restitution: Annotated[float | None, typer.Option(parser=share)] = None,
+    law: str | None = None,
+    time_step: Annotated[float | None, typer.Option(parser=positive)] = None,
+    duration: Annotated[float | None, typer.Option(parser=positive)] = None,
+    impulses: Annotated[bool, typer.Option("--impulses")] = False,
+    ranks: Annotated[int, typer.Option(parser=processes)] = 1,
     out: Out = Path("out"),
 ) -> None:
     """Run a scene with one engine.
+
+    engine: lammps, yade or rigid; lammps if left out, or what --error chooses.
+    error: Let law, stiffness and time step be advised for this error, such as 5%.
+    stiffness: Contact stiffness in N/m, instead of the scene's.
+    wall_stiffness: The same of walls in N/m, instead of the scene's.
+    restitution: Asked restitution, 0 to 1.
+    law: hooke, hertz, body or body_hertz.
+    time_step: Time step in s, instead of the rule's.
+    duration: Simulated time in s.
+    impulses: Sum the impulses of contacts between frames, for `exposure`; a run of LAMMPS takes 1.5
+        to 5 times as long. The rigid engine always does.
+    ranks: Processes of MPI that share the run; LAMMPS only.
 
     Example: percussions run arch --engine yade --stiffness 1e7"""
     from analysis.engines.run import EngineRun, check_before

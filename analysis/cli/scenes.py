@@ -30,67 +30,16 @@ if TYPE_CHECKING:
     from analysis.scene.waiting import Doorway
 
 
-Doors = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--door",
-        help="Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. "
-        "Several times for several, each with its share of the crowd behind a colon: 0,1,0,2:0.3",
-    ),
-]
-Size = Annotated[
-    str | None,
-    typer.Option(help="LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2; its door is at x = 0."),
-]
-Geometry = Annotated[
-    Path | None,
-    typer.Option(
-        help="Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a "
-        "Vadere scenario, which has its own doors."
-    ),
-]
-Stream = Annotated[
-    bool,
-    typer.Option(
-        "--stream", help="Two opposing streams along a room, open at both ends (or as --door)."
-    ),
-]
-Blocks = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--block", help="Pillar or thick wall: x,y,x,y of two opposite corners in m; repeated."
-    ),
-]
-Barriers = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--barrier", help="Straight wall inside, without thickness: x,y,x,y in m; repeated."
-    ),
-]
-Survey = Annotated[
-    str | None, typer.Option(help="Radii and masses of a survey: 'ANSUR II', … men, … women.")
-]
-Radius = Annotated[float, typer.Option(parser=positive, help="Mean radius in m.")]
-Spread = Annotated[
-    float, typer.Option(parser=share, help="Radii are uniform within this share about it.")
-]
-Mass = Annotated[float, typer.Option(parser=positive, help="Mass of each in kg.")]
-Push = Annotated[float, typer.Option(parser=positive, help="Push of a person who is held, in N.")]
-Speed = Annotated[
-    float | None,
-    typer.Option(parser=positive, help="Desired speed in m/s; else push · 0.5 s / mass."),
-]
-
-
 def scenes(
-    make: Annotated[
-        str | None, typer.Option(help="Write this scene, of any size, instead of listing.")
-    ] = None,
-    disks: Annotated[int | None, typer.Option(parser=count, help="Number of disks.")] = None,
+    make: str | None = None,
+    disks: Annotated[int | None, typer.Option(parser=count)] = None,
     seed: Seed = 1,
     out: Out = Path("."),
 ) -> None:
     """List the scenes, or write one of any size.
+
+    make: Write this scene, of any size, instead of listing.
+    disks: Number of disks.
 
     Example: percussions scenes --make arch --disks 5000 --seed 3 --out mine"""
     from analysis.scene.scene import read_scene, scene_names
@@ -120,27 +69,44 @@ def scenes(
 
 def new(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="Name of the scene.")],
-    people: Annotated[int, typer.Option(parser=count, help="How many people.")],
-    door: Doors = None,
-    room: Size = None,
-    geometry: Geometry = None,
-    stream: Stream = False,
-    block: Blocks = None,
-    barrier: Barriers = None,
-    people_from: Survey = None,
-    radius: Radius = 0.2,
-    radius_spread: Spread = 0.1,
-    mass: Mass = 75.0,
-    push: Push = 150.0,
-    speed: Speed = None,
-    duration: Annotated[
-        float, typer.Option(parser=positive, help="Time to simulate, in s.")
-    ] = 10.0,
+    name: str,
+    people: Annotated[int, typer.Option(parser=count)],
+    door: Annotated[list[str] | None, typer.Option("--door")] = None,
+    room: str | None = None,
+    geometry: Path | None = None,
+    stream: Annotated[bool, typer.Option("--stream")] = False,
+    block: Annotated[list[str] | None, typer.Option("--block")] = None,
+    barrier: Annotated[list[str] | None, typer.Option("--barrier")] = None,
+    people_from: str | None = None,
+    radius: Annotated[float, typer.Option(parser=positive)] = 0.2,
+    radius_spread: Annotated[float, typer.Option(parser=share)] = 0.1,
+    mass: Annotated[float, typer.Option(parser=positive)] = 75.0,
+    push: Annotated[float, typer.Option(parser=positive)] = 150.0,
+    speed: Annotated[float | None, typer.Option(parser=positive)] = None,
+    duration: Annotated[float, typer.Option(parser=positive)] = 10.0,
     seed: Seed = 1,
     out: Out = Path("."),
 ) -> None:
     """Write a scene of a crowd before the doors of a room, and a picture of it.
+
+    name: Name of the scene.
+    people: How many people.
+    door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
+        times for several, each with its share of the crowd behind a colon: 0,1,0,2:0.3
+    room: LENGTHxWIDTH in m: −LENGTH < x < 0, |y| < WIDTH/2; its door is at x = 0.
+    geometry: Floor in m instead of a room: WKT, GeoJSON, an SQLite trajectory of JuPedSim or a
+        Vadere scenario, which has its own doors.
+    stream: Two opposing streams along a room, open at both ends (or as --door).
+    block: Pillar or thick wall: x,y,x,y of two opposite corners in m; repeated.
+    barrier: Straight wall inside, without thickness: x,y,x,y in m; repeated.
+    people_from: Radii and masses of a survey: 'ANSUR II', … men, … women.
+    radius_spread: Radii are uniform within this share about it.
+    speed: Desired speed in m/s; else push · 0.5 s / mass.
+    duration: Time to simulate, in s.
+
+    radius: Mean radius in m.
+    mass: Mass of each in kg.
+    push: Push of a person who is held, in N.
 
     Example: percussions new my_room --room 8x6 --door 0.8 --people 150 --people-from "ANSUR II"
     --push 100"""

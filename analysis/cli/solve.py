@@ -19,54 +19,40 @@ from analysis.cli.app import (
     processes,
     progress,
     say_expected,
+    share,
     show,
 )
-from analysis.cli.options import Openness, Restitution, Taken, flat
+from analysis.cli.options import Openness, Taken
 
 if TYPE_CHECKING:
     from analysis.percussions.solving import DumpToSolve, SolvedDump
 
-Dump = Annotated[
-    Path,
-    typer.Argument(
-        help="LAMMPS dump, text or binary, plain or gz, bz2, xz, zst, with at least id, a place (x y, "
-        "xu yu or xs ys), radius and mass or density; or an FCLIB file (HDF5), which has its own "
-        "contacts."
-    ),
-]
-Table = Annotated[
-    Path,
-    typer.Option(
-        parser=path, help="Table, one row per contact: CSV, or Parquet if it ends in .parquet."
-    ),
-]
-PartFrames = Annotated[
-    int | None,
-    typer.Option(
-        parser=count,
-        help="Write a folder of Parquet files, each of so many frames, and keep those that are "
-        "there: what was interrupted goes on.",
-    ),
-]
 
-
-@flat
 def solve(
-    dump: Dump,
+    dump: Path,
     taken: Taken,
-    restitution: Restitution = None,
+    restitution: Annotated[float | None, typer.Option(parser=share)] = None,
     openness: Openness = "determined",
-    workers: Annotated[int, typer.Option(parser=processes, help="Cores that work on it.")] = 1,
-    threads: Annotated[
-        int, typer.Option(parser=count, help="Threads for each frame of 10,000 disks or more.")
-    ] = 1,
+    workers: Annotated[int, typer.Option(parser=processes)] = 1,
+    threads: Annotated[int, typer.Option(parser=count)] = 1,
     scheduler: Scheduler = None,
-    part_frames: PartFrames = None,
-    out: Table = Path("contacts.csv"),
+    part_frames: Annotated[int | None, typer.Option(parser=count)] = None,
+    out: Annotated[Path, typer.Option(parser=path)] = Path("contacts.csv"),
 ) -> None:
     """Compute the percussions at every contact of every frame of a dump, or of an FCLIB problem.
 
     Exit status 0 only if every frame is solved.
+
+    dump: LAMMPS dump, text or binary, plain or gz, bz2, xz, zst, with at least id, a place (x y, xu
+        yu or xs ys), radius and mass or density; or an FCLIB file (HDF5), which has its own
+        contacts.
+    restitution: Restitution of the contacts; inelastic if left out.
+    workers: Cores that work on it.
+    threads: Threads for each frame of 10,000 disks or more.
+    part_frames: Write a folder of Parquet files, each of so many frames, and keep those that are
+        there: what was interrupted goes on.
+
+    out: Table, one row per contact: CSV, or Parquet if it ends in .parquet.
 
     Example: percussions solve out/arch/lammps_hooke_k1e+06/bodies.dump --left-velocity desired
     --out contacts.csv"""

@@ -13,16 +13,17 @@ ATTEMPT_S = 2.0
 
 
 def stability(
-    case: Annotated[
-        list[str] | None, typer.Option(help="Name of a case; give it several times. Left out: all.")
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="A coarse atlas.")] = False,
+    case: list[str] | None = None,
+    quick: Annotated[bool, typer.Option("--quick")] = False,
     runs: Runs = Path("out"),
     scheduler: Scheduler = None,
     jobs: Jobs = None,
     out: Out = Path("stability"),
 ) -> None:
     """Find where each method fails, by provoked failures, and compare with theory.
+
+    case: Name of a case; give it several times. Left out: all.
+    quick: A coarse atlas.
 
     Example: percussions stability --case time_step --case skin --out stability"""
     from analysis.stability.atlas import build, choose

@@ -2,7 +2,7 @@
 their sides, and the doors in them."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -11,20 +11,41 @@ from typing import Any
 import numpy as np
 import shapely
 
-from analysis.scene.scene import SceneError
-from analysis.scene.waiting import ON_WALL_M, Doorway
+from analysis.scene.scene import SceneError, Wall
+from analysis.scene.waiting import ON_WALL_M, Doorway, Ends
 from analysis.support.foreign import read_foreign
 from analysis.support.reading import UnreadableError, begins, read_text
 from nscd.arrays import Floats
 
 
-def opened(
-    floor: shapely.Polygon, ways: Sequence[Doorway]
-) -> tuple[list[tuple[Floats, Floats]], list[Floats], list[Doorway]]:
-    """Find the sides of a floor less its doors (both ends of each, m), the unit vector out of each
-    door, and the doors on their sides.
+def walled(
+    floor: shapely.Polygon,
+    ways: Sequence[Doorway],
+    barriers: Sequence[Ends] = (),
+    names: Sequence[str] = (),
+) -> tuple[tuple[Wall, ...], list[Floats], list[Doorway]]:
+    """Build the walls of a floor: its sides less its doors, and barriers (both ends of each, m);
+    return the unit vector out of each door and the doors on their sides too.
+
+    names: of the walls; wall_1, wall_2, … where left out
 
     Raises SceneError for a door that is not on one side of the outline or overlaps another one."""
+    sides, outward, placed = _opened(floor, ways)
+    return walls_between([*sides, *np.array(barriers).reshape(-1, 2, 2)], names), outward, placed
+
+
+def walls_between(sides: Iterable[Sequence[Any]], names: Sequence[str] = ()) -> tuple[Wall, ...]:
+    """Name walls by both ends of each (m): wall_1, wall_2, … without names."""
+    return tuple(
+        Wall(name=names[i] if names else f"wall_{i + 1}", start_m=_point(a), end_m=_point(b))
+        for i, (a, b) in enumerate(sides)
+    )
+
+
+def _opened(
+    floor: shapely.Polygon, ways: Sequence[Doorway]
+) -> tuple[list[tuple[Floats, Floats]], list[Floats], list[Doorway]]:
+    """The sides of a floor less its doors, the unit vector out of each door, and the doors."""
     sides = list(_sides(floor))
     outer = list(sides[: len(floor.exterior.coords) - 1])
     outward, placed = [], []
@@ -40,7 +61,7 @@ def opened(
         first, last = (start + share * along for share in at)
         # the floor is on the left of its sides
         outward.append(np.array([along[1], -along[0]]) / np.hypot(*along))
-        placed.append(replace(way, ends=(point(first), point(last))))
+        placed.append(replace(way, ends=(_point(first), _point(last))))
         if any(placed[-1].ends == other.ends for other in placed[:-1]):
             continue
         whole = next((i for i, one in enumerate(sides) if _on(one, ends)), None)
@@ -63,7 +84,7 @@ def _sides(floor: shapely.Polygon) -> Iterator[tuple[Floats, Floats]]:
         yield from pairwise(np.asarray(ring.coords))
 
 
-def point(place: Floats) -> tuple[float, float]:
+def _point(place: Sequence[float] | Floats) -> tuple[float, float]:
     """Round a place (2,) m to a nanometre."""
     x, y = (round(float(each), 9) + 0.0 for each in place)
     return x, y

@@ -9,7 +9,7 @@ import shapely
 from pydantic import ValidationError
 
 from analysis.scene.anthropometry import Varied, apart
-from analysis.scene.floors import opened, point, polygon_of
+from analysis.scene.floors import polygon_of, walled
 from analysis.scene.scene import (
     Analysis,
     ContactModel,
@@ -18,7 +18,6 @@ from analysis.scene.scene import (
     Run,
     Scene,
     SceneError,
-    Wall,
     first_problem,
 )
 from analysis.scene.schema import Goal
@@ -132,12 +131,8 @@ def from_geometry(
     inside = inside or Inside()
     floor = shapely.geometry.polygon.orient(polygon_of(inside.cut(polygon_of(area))))
     ways = [way if isinstance(way, Doorway) else Doorway(ends=way) for way in _several(doors)]
-    sides, outward, ways = opened(floor, ways)
     barriers = list(inside.barriers)
-    walls = tuple(
-        Wall(name=f"wall_{i}", start_m=point(a), end_m=point(b))
-        for i, (a, b) in enumerate([*sides, *np.array(barriers).reshape(-1, 2, 2)], 1)
-    )
+    walls, outward, ways = walled(floor, ways, barriers)
     snapshot, going = _crowd(crowd, floor, ways, barriers)
     shut = np.array([*((wall.start_m, wall.end_m) for wall in walls), *(way.ends for way in ways)])
     try:
@@ -251,7 +246,11 @@ def _drive(
     if crowd.speed is not None:
         given["speed_m_per_s"] = crowd.speed
     first, *others = (
-        {"door_start_m": way.ends[0], "door_end_m": way.ends[1], "outward": point(out)}
+        {
+            "door_start_m": way.ends[0],
+            "door_end_m": way.ends[1],
+            "outward": tuple(out.round(9) + 0.0),
+        }
         for way, out in zip(ways, outward, strict=True)
     )
     goals = []

@@ -2,13 +2,25 @@
 is made, by jitter where it is given."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+import shapely
 
 from analysis.scene.anthropometry import apart
-from analysis.scene.scene import Analysis, ContactModel, Drive, Run, Scene, SceneError, Wall
+from analysis.scene.floors import walled
+from analysis.scene.scene import (
+    Analysis,
+    ContactModel,
+    Drive,
+    Run,
+    Scene,
+    SceneError,
+    Wall,
+    read_scene,
+)
+from analysis.scene.waiting import Doorway
 from nscd import Snapshot
 
 PAPER = "Jebrane, Argoul, Hakim, El Rhabi, Applied Mathematical Modelling 74 (2019) 409-421"
@@ -21,63 +33,11 @@ INELASTIC = 0.01
 IMPACT = Run(duration_s=0.3, frames=10000, time_step_s=2e-6)
 
 
-def _touching(position: Any, velocity: Any, mass: Any = MASS_KG) -> Snapshot:
-    """Disks of radius 0.25 m at position (n,2) m with velocity (n,2) m/s and mass (n,) kg."""
-    position = np.asarray(position, dtype=float)
-    n = len(position)
-    return Snapshot(
-        position=position,
-        velocity=velocity,
-        radius=np.full(n, 0.25),
-        mass=np.broadcast_to(mass, (n,)),
-    )
+def _read(name: str, disks: int, seed: int) -> Scene:
+    return read_scene(name)
 
 
-def _impact(
-    name: str, title: str, source: str, notes: str, snapshot: Snapshot, walls: Sequence[Wall] = ()
-) -> Scene:
-    return Scene(
-        name=name,
-        title=title,
-        source=source,
-        notes=notes,
-        snapshot=snapshot,
-        walls=tuple(walls),
-        contact=ContactModel(stiffness_N_per_m=1e6, restitution=INELASTIC),
-        run=IMPACT,
-        analysis=Analysis(kind="impact"),
-    )
-
-
-def pair(disks: int, seed: int) -> Scene:
-    """Make two equal disks that collide head-on."""
-    notes = """Two equal disks of 75 kg touch; the first moves at 2 m/s straight at the second,
-which is at rest. Closed form: p = m_eff (1+e) U = 75 (1+e) N·s with m_eff = 37.5 kg."""
-    snapshot = _touching([[0, 0], [0.5, 0]], [[2, 0], [0, 0]])
-    source = "closed-form collision of two bodies"
-    return _impact("pair", "Two disks, head-on", source, notes, snapshot)
-
-
-def pair_oblique(disks: int, seed: int) -> Scene:
-    """Make two equal disks that collide obliquely."""
-    notes = """Two equal disks of 75 kg touch along (0.8, 0.6); the first moves at 2 m/s along
-x. Only the normal part of the velocity, 1.6 m/s, collides (no friction): p = 60 (1+e) N·s along
-(0.8, 0.6)."""
-    snapshot = _touching([[0, 0], [0.4, 0.3]], [[2, 0], [0, 0]])
-    source = "closed-form collision of two bodies"
-    return _impact("pair_oblique", "Two disks, oblique", source, notes, snapshot)
-
-
-def four_disks(disks: int, seed: int) -> Scene:
-    """Make the paper's four aligned disks."""
-    notes = """Four aligned disks of 75 kg touch; the first moves at 2 m/s, the others are at
-rest. Inelastic: all leave at 0.5 m/s, percussions 112.5, 75 and 37.5 N·s: each feels the ones
-that it does not touch."""
-    snapshot = _touching([[0.5 * i, 0] for i in range(4)], [[2, 0], [0, 0], [0, 0], [0, 0]])
-    return _impact("four_disks", "Four aligned disks", f"{PAPER}, Fig. 1", notes, snapshot)
-
-
-def _chain(name: str, disks: int, seed: int, wall: bool, unequal: bool) -> Scene:
+def _chain(name: str, disks: int, seed: int, *, wall: bool = False, unequal: bool = False) -> Scene:
     n = disks or 10
     mass = np.full(n, MASS_KG)
     if unequal:
@@ -94,38 +54,23 @@ hold for the free chain.)"""
 m/s along the chain, so that every contact closes. Closed form (5), (6): common velocity U = Σ m
 u / Σ m, percussions λ(i,i+1) = λ(i-1,i) - m_i (U - u_i)."""
     end = 0.5 * (n - 1) + 0.25
-    walls = [Wall(name="wall", start_m=(end, -1.0), end_m=(end, 1.0))] if wall else []
-    velocity = np.column_stack([speed, np.zeros(n)])
-    position = np.column_stack([0.5 * np.arange(n), np.zeros(n)])
-    snapshot = _touching(position, velocity, mass)
-    title = f"Chain of {n}, {place}, {masses}"
-    return _impact(name, title, f"{PAPER}, Fig. 3", notes, snapshot, walls)
-
-
-def corridor(disks: int, seed: int) -> Scene:
-    """Make the paper's push in a corridor, with our arrangement of its disks."""
-    notes = """53 people of 75 kg at rest in a corridor, pushed by three who move at (2, 2) m/s.
-Columns of three and four touch their neighbour columns and the walls, but not within a column,
-so that the percussions are (nearly) unique. The paper gives no positions: this arrangement of
-its 56 disks is ours."""
-    radius, spacing = 0.25, 0.55
-    across = np.sqrt((2 * radius) ** 2 - (spacing / 2) ** 2)
-    position = [
-        (column * across, (row - (3 if column % 2 else 2) / 2) * spacing)
-        for column in range(16)
-        for row in range(4 if column % 2 else 3)
-    ]
-    velocity = np.zeros((56, 2))
-    velocity[:3] = 2.0
-    half = 1.5 * spacing + radius
-    length = (-2.0, 12.0)
-    walls = [
-        Wall(name="lower", start_m=(length[0], -half), end_m=(length[1], -half)),
-        Wall(name="upper", start_m=(length[0], half), end_m=(length[1], half)),
-    ]
-    snapshot = _touching(position, velocity)
-    scene = _impact("corridor", "Push in a corridor", f"{PAPER}, Fig. 2", notes, snapshot, walls)
-    return scene.with_contact(restitution=0.05).with_run(frames=3000, time_step_s=5e-6)
+    walls = (Wall(name="wall", start_m=(end, -1.0), end_m=(end, 1.0)),) if wall else ()
+    return Scene(
+        name=name,
+        title=f"Chain of {n}, {place}, {masses}",
+        source=f"{PAPER}, Fig. 3",
+        notes=notes,
+        snapshot=Snapshot(
+            position=np.column_stack([0.5 * np.arange(n), np.zeros(n)]),
+            velocity=np.column_stack([speed, np.zeros(n)]),
+            radius=np.full(n, 0.25),
+            mass=mass,
+        ),
+        walls=walls,
+        contact=ContactModel(stiffness_N_per_m=1e6, restitution=INELASTIC),
+        run=IMPACT,
+        analysis=Analysis(kind="impact"),
+    )
 
 
 def crowd_before_a_door(n: int, seed: int, mean_radius: float) -> Snapshot:
@@ -157,15 +102,9 @@ def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
     """Make a square room at x < 0 with a 1 m door in the middle of the side x = 0, and the drive
     through it; reach: m, from the door to the farthest rim of its crowd."""
     half = float(np.ceil(1.15 * reach))
-    corners = {"front": (0.0, half), "back": (-2 * half, half)}
-    front, back = corners["front"], corners["back"]
-    walls = (
-        Wall(name="front_lower", start_m=(0.0, -half), end_m=(0.0, -0.5)),
-        Wall(name="front_upper", start_m=(0.0, 0.5), end_m=front),
-        Wall(name="upper", start_m=front, end_m=back),
-        Wall(name="back", start_m=back, end_m=(back[0], -half)),
-        Wall(name="lower", start_m=(back[0], -half), end_m=(0.0, -half)),
-    )
+    door = Doorway(ends=((0.0, -0.5), (0.0, 0.5)))
+    names = ("front_lower", "front_upper", "upper", "back", "lower")
+    walls, _, _ = walled(shapely.box(-2 * half, -half, 0.0, half), [door], names=names)
     drive = Drive(
         speed_m_per_s=2.0,
         relaxation_time_s=0.5,
@@ -177,11 +116,11 @@ def room_with_a_door(reach: float) -> tuple[tuple[Wall, ...], Drive]:
 
 
 def _driven(
-    name: str, title: str, source: str, notes: str, snapshot: Snapshot, duration: float, time: float
+    name: str, title: str, source: str, notes: str, snapshot: Snapshot, duration: float
 ) -> Scene:
-    walls, drive = room_with_a_door(
-        float(np.hypot(*snapshot.position.T).max()) + float(snapshot.radius.max())
-    )
+    """A crowd in the room of its size, compared at the end of its run."""
+    reach = float(np.hypot(*snapshot.position.T).max()) + float(snapshot.radius.max())
+    walls, drive = room_with_a_door(reach)
     return Scene(
         name=name,
         title=title,
@@ -192,81 +131,53 @@ def _driven(
         drive=drive,
         contact=ContactModel(stiffness_N_per_m=1e6, restitution=0.1),
         run=Run(duration_s=duration, frames=40),
-        analysis=Analysis(kind="driven", time_s=time),
+        analysis=Analysis(kind="driven", time_s=duration),
     )
 
 
-def arch(disks: int, seed: int) -> Scene:
-    """Make the paper's crowd of equal masses that is pressed to an exit."""
+def _arch(disks: int, seed: int) -> Scene:
     n = disks or 594
     notes = f"""{n} pedestrians of 75 kg in a square room, desired speed 2 m/s toward the
 nearest point of a 1 m exit, relaxation time 0.5 s. Frictionless, as in the paper: disks of
 radius 0.17 m ± 10 % (dense packing: 9 per m²) flow out through 1 m and can stop for seconds
 (docs/results/rigid.md). Analysed at the instant when the crowd is pressed to the exit."""
-    snapshot = crowd_before_a_door(n, seed, 0.17)
-    return _driven(
-        "arch", f"{n} people pressed to a 1 m exit", f"{PAPER}, Fig. 4", notes, snapshot, 2.0, 2.0
-    )
+    snapshot, title = crowd_before_a_door(n, seed, 0.17), f"{n} people pressed to a 1 m exit"
+    return _driven("arch", title, f"{PAPER}, Fig. 4", notes, snapshot, 2.0)
 
 
-def arch_masses(disks: int, seed: int) -> Scene:
-    """Make the crowd of `arch` with unequal masses."""
+def _arch_masses(disks: int, seed: int) -> Scene:
     n = disks or 594
     notes = f"""The crowd of `arch` with unequal masses: whole kilograms, uniform between 50 and
 100 kg, independent of radius and place ({n} pedestrians)."""
-    base = crowd_before_a_door(n, seed, 0.17)
     mass = np.random.default_rng([seed, 1]).integers(50, 101, n).astype(float)
-    snapshot = Snapshot(
-        position=base.position, velocity=base.velocity, radius=base.radius, mass=mass
-    )
-    return _driven(
-        "arch_masses",
-        f"{n} people of unequal mass pressed to a 1 m exit",
-        f"{PAPER}, Fig. 5",
-        notes,
-        snapshot,
-        2.0,
-        2.0,
-    )
+    snapshot = dataclasses.replace(crowd_before_a_door(n, seed, 0.17), mass=mass)
+    title = f"{n} people of unequal mass pressed to a 1 m exit"
+    return _driven("arch_masses", title, f"{PAPER}, Fig. 5", notes, snapshot, 2.0)
 
 
-def jam(disks: int, seed: int) -> Scene:
-    """Make a crowd of disks too large for their door, which comes to rest."""
+def _jam(disks: int, seed: int) -> Scene:
     n = disks or 300
     notes = f"""{n} frictionless disks too large to pass a 1 m door (radius 0.30 m ± 10 %): they
 jam and come to rest. At rest nothing but contact forces balances the drive, so penalty and
 rigid forces can be compared strictly. Not a crowd: a test."""
-    return _driven(
-        "jam",
-        f"{n} large disks jammed at a 1 m door",
-        "made for the comparison at rest",
-        notes,
-        crowd_before_a_door(n, seed, 0.30),
-        12.0,
-        12.0,
-    )
+    snapshot, title = crowd_before_a_door(n, seed, 0.30), f"{n} large disks jammed at a 1 m door"
+    return _driven("jam", title, "made for the comparison at rest", notes, snapshot, 12.0)
 
 
+OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 MAKERS: dict[str, Callable[[int, int], Scene]] = {
-    "pair": pair,
-    "pair_oblique": pair_oblique,
-    "four_disks": four_disks,
-    "chain": lambda disks, seed: _chain("chain", disks, seed, wall=False, unequal=False),
-    "chain_masses": lambda disks, seed: _chain(
-        "chain_masses", disks, seed, wall=False, unequal=True
-    ),
-    "chain_wall": lambda disks, seed: _chain("chain_wall", disks, seed, wall=True, unequal=False),
-    "chain_wall_masses": lambda disks, seed: _chain(
-        "chain_wall_masses", disks, seed, wall=True, unequal=True
-    ),
-    "corridor": corridor,
-    "arch": arch,
-    "arch_masses": arch_masses,
-    "jam": jam,
+    # these are data, in scenes/
+    **{name: partial(_read, name) for name in OF_FIXED_SIZE},
+    "chain": partial(_chain, "chain"),
+    "chain_masses": partial(_chain, "chain_masses", unequal=True),
+    "chain_wall": partial(_chain, "chain_wall", wall=True),
+    "chain_wall_masses": partial(_chain, "chain_wall_masses", wall=True, unequal=True),
+    "arch": _arch,
+    "arch_masses": _arch_masses,
+    "jam": _jam,
 }
 # About 2 kB of memory for each.
 MOST_DISKS = 1_000_000
-OF_FIXED_SIZE = ("pair", "pair_oblique", "four_disks", "corridor")
 # Their disks are random.
 SEEDED = ("arch", "arch_masses", "jam")
 

@@ -6,7 +6,7 @@ import shlex
 import pytest
 from typer.testing import CliRunner
 
-from analysis.advice.people.bodies import advise_bodies, body_lines, ladder_lines, soft_run
+from analysis.advice.bodies import advise_bodies, body_lines, ladder_lines, soft_run
 from analysis.cli.commands import app
 from analysis.engines.softness import known_bodies, softness
 from analysis.scene.shipped_scenes import make

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from analysis.scene.anthropometry import apart
+from analysis.scene.floors import walls_between
 from analysis.scene.scene import Scene, SceneError, Wall, read_room
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
@@ -184,12 +185,4 @@ def _walls(file: Path) -> tuple[Wall, ...]:
         if len(corners) < 2:
             raise SceneError(f"{where}: {len(corners)} corners; two at least are needed")
         found += [pair for pair in pairwise(corners) if pair[0] != pair[1]]
-    return tuple(
-        Wall(name=f"wall_{number}", start_m=_point(start), end_m=_point(end))
-        for number, (start, end) in enumerate(found, start=1)
-    )
-
-
-def _point(numbers: list[float]) -> tuple[float, float]:
-    x, y = numbers
-    return x, y
+    return walls_between(found)

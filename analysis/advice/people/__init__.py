@@ -1,1 +1,0 @@
-"""Advice for crowds as soft as people."""
