@@ -10,6 +10,7 @@ from functools import partial
 import pytest
 from hypothesis import settings
 
+from analysis.cli import main
 from tests.forked import PROGRAM, as_program, in_fork, python, without_warnings
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -52,14 +53,18 @@ def percussions(tmp_path):
 
 
 @pytest.fixture
-def refused(percussions, tmp_path):
-    """The one line with which `percussions …` fails, which writes nothing."""
+def refused(tmp_path, monkeypatch, capsys):
+    """refused(words) → the one line with which `percussions words` ends, which writes nothing."""
 
     def line(*words):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr("sys.argv", ["percussions", *map(str, words)])
         before = sorted(tmp_path.rglob("*"))
-        made = percussions(*words)
-        (said,) = made.stderr.strip().splitlines()
-        assert made.returncode in (1, 2), made.returncode
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code in (1, 2)
+        (said,) = capsys.readouterr().err.strip().splitlines()
         assert sorted(tmp_path.rglob("*")) == before
         return said
 

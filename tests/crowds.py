@@ -66,3 +66,46 @@ def scene_at(snapshot, walls=(), *, contact, run, name="made", time=None, **othe
         name=name, title=name, source="a test", snapshot=snapshot, walls=made,
         contact=ContactModel(**contact), run=Run(**run), analysis=looked, **others,
     )  # fmt: skip
+
+
+PEOPLE = "id x y radius mass vx vy"
+
+
+def frame(step, rows, columns=PEOPLE, kind="ATOMS"):
+    """The text of a frame of a dump."""
+    body = "".join(" ".join(map(str, row)) + "\n" for row in rows)
+    return (
+        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{len(rows)}\nITEM: BOX BOUNDS ff ff pp\n"
+        f"-10 10\n-10 10\n-0.5 0.5\nITEM: {kind} {columns}\n{body}"
+    )
+
+
+def two_people(first=(2, 0), apart=0.5, radius=0.25):
+    """A dump of one who goes to another (m, m/s), 75 kg each."""
+    rows = [[1, 0, 0, radius, 75, *first], [2, apart, 0, radius, 75, 0, 0]]
+    return frame(0, rows)
+
+
+def room_text(drive="", kind="driven"):
+    """The text of a room's file; drive: the ends of its door (m), as TOML."""
+    wanted = f"""
+[drive]
+speed_m_per_s = 1.0
+relaxation_time_s = 0.5
+{drive}
+outward = [0.0, -1.0]
+"""
+    return f"""title = "A room"
+source = "a test"
+{wanted if drive else ""}
+[contact]
+stiffness_N_per_m = 1e6
+restitution = 0.1
+
+[run]
+duration_s = 0.01
+frames = 2
+
+[analysis]
+kind = "{kind}"
+"""

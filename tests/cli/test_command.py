@@ -13,6 +13,7 @@ import pytest
 
 from analysis.engines import yade
 from analysis.scene.shipped_scenes import make
+from tests.crowds import two_people
 from tests.docs.documented import columns
 from tests.engines.at_hand import require
 from tests.forked import PROGRAM
@@ -83,10 +84,7 @@ def test_friction_and_restitution_are_of_the_law_that_is_solved(
     percussions, tmp_path, words, across
 ):
     """Two disks of 75 kg, 2 m/s along and 1 m/s across: p = m_eff (1 + e) v, and μp across."""
-    (tmp_path / "oblique.dump").write_text(
-        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\n"
-        "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.25 75 2 1\n2 0.5 0 0.25 75 0 0\n"
-    )
+    (tmp_path / "oblique.dump").write_text(two_people((2, 1)))
     result = percussions("solve", "oblique.dump", "--time-step", 1, *words)
     assert result.returncode == 0, result.stderr
     with (tmp_path / "contacts.csv").open() as file:
@@ -116,10 +114,7 @@ def test_bad_words(refused, words, message):
 
 
 def test_empty_contact_set(percussions, tmp_path):
-    (tmp_path / "far.dump").write_text(
-        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n-1 1\n"
-        "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.2 75 0 0\n2 5 0 0.2 75 0 0\n"
-    )
+    (tmp_path / "far.dump").write_text(two_people(apart=5))
     (tmp_path / "contacts.csv").write_text("earlier\n")
     failed(
         percussions("solve", "far.dump", "--time-step", 1), "far.dump", "no contact in any frame"

@@ -5,29 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from analysis.cli import main
 from analysis.scene.shipped_scenes import make
+from tests.crowds import two_people
 
 POSITIVE = "a finite number above 0 is needed"
-
-
-@pytest.fixture
-def refused(tmp_path, monkeypatch, capsys):
-    """refused(words) → the one line with which `percussions words` ends."""
-
-    def run(*words):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr("sys.argv", ["percussions", *map(str, words)])
-        before = sorted(tmp_path.rglob("*"))
-        with pytest.raises(SystemExit) as end:
-            main()
-        assert end.value.code not in (0, None)
-        said = capsys.readouterr().err.strip()
-        assert len(said.splitlines()) == 1, said
-        assert sorted(tmp_path.rglob("*")) == before
-        return said
-
-    return run
 
 
 @pytest.mark.parametrize("value", ["-1", "0", "nan", "inf", "-inf", "much"])
@@ -100,11 +81,7 @@ def test_words_that_are_not_known(refused, words, says):
     "words", [("solve", "pair.dump", "--out", "a.csv"), ("export", "pair", "--fclib", "a.hdf5")]
 )
 def test_friction_of_walls_that_are_not_there(refused, tmp_path, words):
-    header = (
-        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "0 1\n"
-    )
-    rows = "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 1 1 0 0\n"
-    (tmp_path / "pair.dump").write_text(header + rows)
+    (tmp_path / "pair.dump").write_text(two_people())
     said = refused(*words, "--wall-friction", "0.3")
     assert said == "percussions: wall_friction: 0.3; there are no walls"
 

@@ -16,16 +16,13 @@ from analysis.dumps import (
     read_contacts,
     snapshot_of,
 )
+from tests import crowds
 
 COLUMNS = "id type x y z radius mass vx vy vz omegaz fx fy"
 
 
 def frame(step, rows, columns=COLUMNS, kind="ATOMS"):
-    body = "".join(" ".join(str(value) for value in row) + "\n" for row in rows)
-    return (
-        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{len(rows)}\nITEM: BOX BOUNDS ff ff pp\n"
-        f"-10 10\n-10 10\n-0.5 0.5\nITEM: {kind} {columns}\n{body}"
-    )
+    return crowds.frame(step, rows, columns, kind)
 
 
 def rows(n=4, seed=0):

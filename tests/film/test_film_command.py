@@ -11,32 +11,12 @@ import pytest
 
 from analysis.dumps import read_contacts
 from analysis.support.shipped import shipped
+from tests.crowds import room_text
 from tests.pages.browser import BROWSER, opened
 
 EXCERPT = shipped("scenes") / "gate_excerpt.txt"
 GATE = shipped("scenes") / "rooms" / "gate.toml"
-ROOM = """title = "A box"
-source = "none"
-
-[drive]
-speed_m_per_s = 1.0
-relaxation_time_s = 0.5
-door_start_m = [-0.25, 0.0]
-door_end_m = [0.25, 0.0]
-outward = [0.0, -1.0]
-
-[contact]
-stiffness_N_per_m = 1e6
-restitution = 0.1
-
-[run]
-duration_s = 0.01
-frames = 2
-
-[analysis]
-kind = "driven"
-time_s = 0.01
-"""
+ROOM = room_text("door_start_m = [-0.25, 0.0]\ndoor_end_m = [0.25, 0.0]")
 
 
 def rows_of(path):

@@ -8,30 +8,10 @@ from analysis.film.export import film_heads
 from analysis.film.frame import RIGID
 from analysis.scene.real.import_crowd import _voronoi, import_crowd
 from analysis.scene.real.trajectory import Recording
+from tests.crowds import room_text
 
 RADIUS_M = 0.2
-ROOM = """title = "A field"
-source = "none"
-
-[drive]
-speed_m_per_s = 1.0
-relaxation_time_s = 0.5
-door_start_m = [-5.0, -0.5]
-door_end_m = [5.0, -0.5]
-outward = [0.0, -1.0]
-
-[contact]
-stiffness_N_per_m = 1e6
-restitution = 0.1
-
-[run]
-duration_s = 0.01
-frames = 2
-
-[analysis]
-kind = "driven"
-time_s = 0.01
-"""
+ROOM = room_text("door_start_m = [-5.0, -0.5]\ndoor_end_m = [5.0, -0.5]")
 
 
 @pytest.fixture

@@ -7,17 +7,12 @@ from analysis.dumps import DumpError
 from analysis.percussions import table
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
-
-PAIR = "1 0 0 0.25 75 2 0\n2 {x} 0 0.25 75 0 0\n"
+from tests.crowds import frame
 
 
 def dump_of(folder, *places):
-    path = folder / "some.dump"
-    head = (
-        "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff pp\n-9 9\n-9 9\n"
-        "-9 9\nITEM: ATOMS id x y radius mass vx vy\n"
-    )
-    frames = (head.format(step=step) + PAIR.format(x=x) for step, x in enumerate(places))
+    path, one = folder / "some.dump", [1, 0, 0, 0.25, 75, 2, 0]
+    frames = (frame(n, [one, [2, x, 0, 0.25, 75, 0, 0]]) for n, x in enumerate(places))
     path.write_text("".join(frames))
     return DumpToSolve(path=path, setting=Setting(left_velocity="dump"), openness="ranges")
 

@@ -14,18 +14,10 @@ from analysis.percussions.table import cells_of
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw, Walls
-from tests.crowds import disks_at
+from tests.crowds import PEOPLE as FEW
+from tests.crowds import disks_at, frame
 
-FEW = "id x y radius mass vx vy"
 PAIR = [[1, 0, 0, 0.25, 75, 2, 0], [2, 0.5, 0, 0.25, 75, 0, 0]]
-
-
-def frame(step, rows, columns=FEW):
-    body = "".join(" ".join(map(str, row)) + "\n" for row in rows)
-    return (
-        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS ff ff pp\n"
-        f"-10 10\n-10 10\n-0.5 0.5\nITEM: ATOMS {columns}\n{body}"
-    )
 
 
 def dump_of(folder, *frames):

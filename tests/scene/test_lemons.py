@@ -8,23 +8,11 @@ import pytest
 
 from analysis.scene import read_scene
 from analysis.scene.real.lemons import read_lemons
+from tests.crowds import room_text
 
 ROOT = Path(__file__).resolve().parents[2]
 EVACUATION = ROOT.parent / "shared/data/lemons_evacuation"
-ROOM = """title = "A room"
-source = "a test"
-
-[contact]
-stiffness_N_per_m = 1e6
-restitution = 0.1
-
-[run]
-duration_s = 0.1
-frames = 2
-
-[analysis]
-kind = "impact"
-"""
+ROOM = room_text(kind="impact")
 DYNAMICS = """<Agents>
 <Agent Id="0"><Kinematics Position="1.0,1.0" Velocity="0.5,0.0" Theta="0.0" Omega="0.2"/>
 <Dynamics Fp="100.0,0.0" Mp="0.0"/></Agent>

@@ -8,6 +8,7 @@ import threading
 import pytest
 
 from analysis.support.files import whole_file, write_text
+from tests.crowds import two_people
 
 
 def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path):
@@ -33,10 +34,7 @@ def test_a_pipe_stays_a_pipe(tmp_path):
 
 
 def test_the_command_writes_its_rows_to_a_device(alone, tmp_path):
-    (tmp_path / "touch.dump").write_text(
-        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n-9 9\n-9 9\n-1 1\n"
-        "ITEM: ATOMS id x y radius mass vx vy\n1 0 0 0.25 75 1 0\n2 0.5 0 0.25 75 -1 0\n"
-    )
+    (tmp_path / "touch.dump").write_text(two_people())
     made = alone("solve", "touch.dump", "--time-step", 1, "--out", "/dev/stdout")
     assert made.returncode == 0, made.stderr
     assert made.stdout.startswith("time_s,first,second")

@@ -10,6 +10,7 @@ import pytest
 
 from analysis.support import parallel
 from analysis.support.extras import BASE, EXTRAS, MissingPartError, install, load
+from tests.crowds import two_people
 from tests.forked import ROOT, python
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -33,18 +34,6 @@ ENDS = [
     (["push", "heads.csv"], "real"),
     (["import", "heads.txt", "--frame", "3", "--room", "room.toml", "--name", "x"], "real"),
 ]
-DUMP = """ITEM: TIMESTEP
-0
-ITEM: NUMBER OF ATOMS
-2
-ITEM: BOX BOUNDS ss ss pp
--1 1
--1 1
--1 1
-ITEM: ATOMS id x y radius mass vx vy
-1 0 0 0.25 75 2 0
-2 0.5 0 0.25 75 0 0
-"""
 PROGRAM = """
 import contextlib, importlib.abc, io, json, os, sys
 
@@ -75,7 +64,7 @@ print(json.dumps(ends))
 def without_extras(tmp_path_factory):
     """Exit status and last words of each command where no library of an extra can be imported."""
     folder = tmp_path_factory.mktemp("bare")
-    (folder / "crowd.dump").write_text(DUMP)
+    (folder / "crowd.dump").write_text(two_people())
     missing = [library.partition(".")[0] for part in EXTRAS for library in part.libraries]
     calls = [words for words, _ in ENDS]
     made = python(PROGRAM, json.dumps(missing), json.dumps(calls), cwd=folder)
