@@ -50,9 +50,8 @@ def remarks(comparison: Comparison) -> list[str]:
         deep = deep_overlap(comparison)
         if deep > DEEP:
             words.append(
-                "this snapshot is not comparable contact by contact: of its overlaps one in twenty "
-                f"is deeper than {deep:.2g} of the mean radius (at most {DEEP:g}), and percussions of so "
-                "soft a crowd are not its forces; compare the run with a rigid one over windows: "
+                "this snapshot is too soft to compare contact by contact: one overlap in twenty is "
+                f"above {deep:.2g} of the mean radius (at most {DEEP:g}); compare windows instead: "
                 "percussions compare RUN RIGID_RUN --window 0.1"
             )
     if comparison.percussions.window is None:

@@ -223,7 +223,7 @@ def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
     content = {
         "place": PLACE_M,
         "reels": [_reel(reel) for reel in reels],
-        "limits": [{"number": one.number, "what": one.what, "source": one.cited} for one in limits],
+        "limits": [{"number": one.number} for one in limits],
         "above": above_colours(len(limits)),
         "shades": [to_hex(shade) for shade in shades],
         "colours": {"known": BLUE, "open": ORANGE, "more": VERMILION, "less": BLUE, "head": PINK},
@@ -248,7 +248,7 @@ def _reel(reel: Reel) -> dict[str, Any]:
     return {
         "title": reel.title,
         "engine": reel.title if reel.engine else "",
-        "bodies": bodies_label(reel.scene).split()[0] if reel.engine else "",
+        "bodies": bodies_label(reel.scene).split(",")[0] if reel.engine else "",
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
         "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],

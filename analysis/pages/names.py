@@ -21,7 +21,7 @@ def in_a_sentence(title: str) -> str:
 def bodies_label(scene: Scene) -> str:
     """Name the bodies of a run with springs: soft near SOUND and beyond, else stiff."""
     word = "soft" if softness(scene) > SOUND / 2 else "stiff"
-    return f"{word} bodies, {significant(scene.contact.stiffness_N_per_m / 1000)} kN/m"
+    return f"{word}, {significant(scene.contact.stiffness_N_per_m / 1000)} kN/m"
 
 
 def engine_label(comparison: Comparison) -> str:

@@ -138,8 +138,7 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     if moving > AT_REST:
         said.append(words.text("moving", share=moving))
     if study.scene.reconciliation:
-        frame, done = _real_frame(study.scene), study.scene.reconciliation
-        said.append(words.text("frame", frame=frame, done=done))
+        said.append(words.text("frame", frame=_real_frame(study.scene)))
     return said
 
 

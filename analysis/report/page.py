@@ -11,14 +11,14 @@ from analysis.compare.study import Study
 from analysis.exposure.exposure import QUANTITIES, Limit, above_key, limits_of_people
 from analysis.film.frame import Reel
 from analysis.film.page import draw_still, packed
-from analysis.motion.study import MEASURES, Measure, MotionStudy, count_cell, interval_cell
+from analysis.motion.study import MEASURES, MotionStudy, count_cell, interval_cell
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import significant
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
-from analysis.report.first import charts, lead, notes, verdicts
+from analysis.report.first import charts, four, lead, notes, verdicts
 from analysis.report.first import numbers as first_numbers
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import how_varied
@@ -166,15 +166,12 @@ def _without(words: Words, one: Reported, contacts: Section) -> list[str]:
 
 
 def _numbers(words: Words, motion: MotionStudy) -> Section:
-    """Every measured quantity of the models that differ in their bodies only."""
+    """Every quantity that is not drawn, of the models that differ in their bodies only."""
     shown = [one for one in motion.ensembles if one.factor in ("", "bodies")]
-    measures = {
-        **MEASURES,
-        "wall_line_load": Measure(title="load on the worst metre of wall", unit="kN/m"),
-    }
     rows: list[list[Cell]] = [
         [f"{measure.title} ({measure.unit})", *(interval_cell(one.interval(key)) for one in shown)]
-        for key, measure in measures.items()
+        for key, measure in MEASURES.items()
+        if key not in four(motion)
     ]
     first = shown[0]
     table = words.table(

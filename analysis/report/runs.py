@@ -56,7 +56,7 @@ def motion_of(
     fewer = crowds if crowds >= MANY else min(crowds, max(FEW, crowds // 2))
     every = [variant(scene, number) for number in range(crowds)]
     soft = next((known.NAME for known in PENALTY if known.NAME in engines), None)
-    models = [_model(every, RIGID, out, "rigid bodies")] if RIGID in engines else []
+    models = [_model(every, RIGID, out, "rigid")] if RIGID in engines else []
     for k in stiffnesses:
         if soft is None:
             break

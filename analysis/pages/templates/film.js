@@ -243,13 +243,10 @@ document.querySelectorAll(".film").forEach(async (root) => {
     if (by === "open") legend.innerHTML += `<ul>${line(film.colours.known, false, "fixed by equilibrium")}${line(film.colours.open, true, "not unique: within the range of the table")}${line("#666", true, "not known")}</ul>`;
     key.textContent = "";
     if (by !== "force") return;
-    const rows = film.limits.map((limit, k) => [film.above[k + 1], number(limit.number, "N"), `${limit.what} (${limit.source})`]);
-    const few = unit === "N" ? rows.map(([colour, text], k) => `<span><i style="background:${colour}"></i> ${k ? "" : "above "}${k < film.limits.length - 1 ? text.replace(" N", "") : text}</span>`)
+    const last = film.limits.length - 1;
+    const few = unit === "N" ? film.limits.map((limit, k) => `<span><i style="background:${film.above[k + 1]}"></i> ${k ? "" : "above "}${number(limit.number, k < last ? "" : "N")}</span>`)
       : [`<i style="background:linear-gradient(to right, ${film.shades.join(",")});width:6rem"></i> 0 to ${number(scales[unit], unit)}`];
     key.innerHTML = few.join(" ");
-    const list = document.createElement("ul");
-    if (unit === "N") list.append(...rows.map(([, text, what]) => Object.assign(document.createElement("li"), { textContent: `above ${text}: ${what}` })));
-    legend.append(list);
   }
 
   function pause() { clearInterval(timer); timer = 0; play.textContent = "Play"; }
