@@ -104,4 +104,4 @@ def test_a_soft_snapshot_is_marked_as_not_comparable(tmp_path, stiffness, marked
     *_, last = read_contacts(tmp_path / "run" / "contacts.dump")
     overlap = last.overlap[last.overlap > 0] / scene.snapshot.radius.mean()
     assert (np.quantile(overlap, 0.95) > 0.03) == marked
-    assert any("not comparable" in words for words in remarks(found)) == marked
+    assert any("too soft to compare" in words for words in remarks(found)) == marked
