@@ -124,7 +124,7 @@ def solve(
         _left(snapshot, left_velocity)
         raise AssertionError("contacts and velocities that the core refuses and Python does not")
     found, finite, energy, rung, disks, _, shared = said
-    status, reason = _judged(found, finite, tolerance)
+    status, reason = _status_of(found, finite, tolerance)
     name, why = CHOICES[rung]
     if "{" in why:
         why = why.format(n=disks)
@@ -200,7 +200,7 @@ def _check(
         raise ValueError(f"solver: {solver} is for contacts without friction")
 
 
-def _judged(said: dict[str, Any], finite: bool, tolerance: float) -> tuple[Status, str]:
+def _status_of(said: dict[str, Any], finite: bool, tolerance: float) -> tuple[Status, str]:
     """The status of an answer with these numbers, and the reason where it is not solved."""
     if not (finite and math.isfinite(said["velocity_error"])):
         for name, value in said.items():

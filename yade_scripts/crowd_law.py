@@ -61,7 +61,7 @@ class Apart(Hooke):
         self.walls = set()  # the bodies that are walls
         self.springs, self.wall_springs = penalty.springs, penalty.wall_springs
 
-    def _of(self, interaction):
+    def _spring_of(self, interaction):
         """The overlap (m), and k and q of the spring."""
         wall = interaction.id1 in self.walls or interaction.id2 in self.walls
         k, _, q = self.wall_springs if wall else self.springs
@@ -69,12 +69,12 @@ class Apart(Hooke):
 
     def spring(self, interaction):
         """The force (N) of the spring on the second body."""
-        overlap, k, q = self._of(interaction)
+        overlap, k, q = self._spring_of(interaction)
         return (k + q * overlap) * overlap * interaction.geom.normal
 
     def energy(self, interaction):
         """The energy (J) of an overlap."""
-        overlap, k, q = self._of(interaction)
+        overlap, k, q = self._spring_of(interaction)
         return (0.5 * k + q / 3 * overlap) * overlap**2
 
 

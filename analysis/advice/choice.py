@@ -267,7 +267,7 @@ def advise(
     quantity that is unknown or that the scene cannot have, and a chart of another scene."""
     check_model(scene)
     question.check(scene)
-    known = _known(scene, question, library, chart)
+    known = _what_is_known(scene, question, library, chart)
     found = list(known.candidates())
     read = {entry.name: weight for entry, weight in known.curves.read}
     sources = [entry for entry, _ in known.curves.read]
@@ -296,7 +296,7 @@ def advise(
     )
 
 
-def _known(
+def _what_is_known(
     scene: Scene, question: Question, library: Library, chart: Sequence[Point] | None
 ) -> Known:
     """What a chart of the scene says, what is found by trying it, or what the library does."""

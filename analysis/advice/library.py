@@ -350,12 +350,14 @@ class Curves:
 
     def shares(self, method: str, law: str) -> list[float]:
         """List the shares of the safe time step that were measured with an engine."""
-        points = (p for entry, _ in self.read for p in self._of(entry, method=method, law=law))
+        points = (
+            p for entry, _ in self.read for p in self._points_with(entry, method=method, law=law)
+        )
         return sorted({p.time_step_share for p in points if p.time_step_share is not None})
 
     def rigid_settings(self) -> list[tuple[str, float]]:
         """List the solvers that were measured, with their tolerances."""
-        points = (p for entry, _ in self.read for p in self._of(entry, method="rigid"))
+        points = (p for entry, _ in self.read for p in self._points_with(entry, method="rigid"))
         return sorted({(p.solver, p.tolerance) for p in points if p.tolerance is not None})
 
     def soft(self, method: str, law: str, share: float, hardness: float) -> Errors | None:
@@ -366,7 +368,7 @@ class Curves:
         know nothing."""
         logs, weights = [], []
         for entry, weight in self.read:
-            points = self._of(entry, method=method, law=law)
+            points = self._points_with(entry, method=method, law=law)
             run = sorted((p for p in points if p.time_step_share == share), key=entry.hardness)
             if not run or hardness < SOFTER * entry.hardness(run[0]):
                 continue
@@ -385,7 +387,7 @@ class Curves:
         read. None where any did not end well."""
         worst = 0.0
         for entry, _ in self.read:
-            point = next(iter(self._of(entry, solver=solver, tolerance=tolerance)), None)
+            point = next(iter(self._points_with(entry, solver=solver, tolerance=tolerance)), None)
             if point is None or point.status != PointStatus.OK or point.numerical_error is None:
                 return None
             worst = max(worst, point.numerical_error)
@@ -396,13 +398,13 @@ class Curves:
         scenes read."""
         logs, weights = [], []
         for entry, weight in self.read:
-            for point in self._of(entry, solver=solver, tolerance=tolerance):
+            for point in self._points_with(entry, solver=solver, tolerance=tolerance):
                 seconds = (point.cpu_seconds or LEAST) * self.likeness.disks / point.disks
                 logs.append(np.log(seconds))
                 weights.append(weight)
         return float(np.exp(np.average(logs, weights=weights)))
 
-    def _of(self, entry: Entry, **setting: object) -> list[Point]:
+    def _points_with(self, entry: Entry, **setting: object) -> list[Point]:
         """The points of an entry with this load and setting."""
         return [
             point

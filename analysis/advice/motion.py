@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
-
 from analysis.advice.library import expected_seconds, likeness_of
 from analysis.engines import engine
 from analysis.pages.numbers import percent, seconds
@@ -83,7 +81,7 @@ def advise_motion(
         raise ValueError(f"{own}: whole runs of {points[0].scene}, not of {scene.name}")
     name = QUANTITIES[quantity][0]
     measured = [point for point in points if point.quantity == name]
-    why_not = _unknown(scene, measured, own is not None)
+    why_not = _why_not(scene, measured, own is not None)
     found: list[MotionCandidate] = []
     if not why_not:
         found = sorted(_candidates(scene, measured, methods), key=lambda one: one.cpu_seconds)
@@ -99,7 +97,7 @@ def advise_motion(
     )
 
 
-def _unknown(scene: Scene, measured: Sequence[WholeRunPoint], own: bool) -> str:
+def _why_not(scene: Scene, measured: Sequence[WholeRunPoint], own: bool) -> str:
     """Why what was measured says nothing of the scene; nothing where it does."""
     if scene.drive is None:
         return f"{scene.name} is an impact: it has no steady motion"
@@ -111,7 +109,7 @@ def _unknown(scene: Scene, measured: Sequence[WholeRunPoint], own: bool) -> str:
     far = likeness_of(scene).distance(likeness_of(base))
     if far > FARTHEST:
         return f"{scene.name} is not like {base.name}, which was measured (distance {far:.2g})"
-    times = _push(scene) / _push(base)
+    times = scene.mean_push / base.mean_push
     if not 1 / PUSH <= times <= PUSH:
         return f"people push {times:.2g} times as hard as in {base.name}, which was measured"
     if scene.run.duration_s < measured[0].duration_s:
@@ -120,13 +118,6 @@ def _unknown(scene: Scene, measured: Sequence[WholeRunPoint], own: bool) -> str:
             f"{scene.run.duration_s:g}: a crowd that has just met differs more"
         )
     return ""
-
-
-def _push(scene: Scene) -> float:
-    """The mean push of a person (N)."""
-    assert scene.drive is not None
-    drive = scene.drive
-    return drive.push(float(np.mean(scene.snapshot.mass)))
 
 
 def _candidates(

@@ -100,7 +100,7 @@ def _status_of(error: BaseException) -> int:
     if type(error).__name__ == "Abort":
         _say("interrupted; earlier results are untouched")
         return INTERRUPTED
-    from analysis.support.extras import missing_part
+    from analysis.support.extras import missing_extra
 
     if isinstance(error, BrokenPipeError):
         sys.stdout = None  # whoever read it is gone: nothing to flush
@@ -111,7 +111,7 @@ def _status_of(error: BaseException) -> int:
     if isinstance(error, (ValueError, OSError)):
         _say(str(error))
         return 1
-    if isinstance(error, ImportError) and (missing := missing_part(error)):
+    if isinstance(error, ImportError) and (missing := missing_extra(error)):
         _say(missing)
         return 1
     if isinstance(error, MemoryError):

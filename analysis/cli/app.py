@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
-from analysis.support.extras import missing_part
+from analysis.support.extras import missing_extra
 from analysis.support.files import whole_file
 from analysis.support.parallel import Progress
 from analysis.support.shipped import or_shipped
@@ -269,7 +269,7 @@ def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
 
         content = saved(draw(), "png")
     except ImportError as error:
-        missing = missing_part(error)
+        missing = missing_extra(error)
         if missing is None:
             raise
         print(f"{path}: not drawn: {missing}", file=sys.stderr)

@@ -6,18 +6,18 @@ from analysis.cli.app import show
 
 
 def doctor() -> None:
-    """List the engines and the libraries of each part, and what to do about a missing one.
+    """List the engines and the libraries of each extra, and what to do about a missing one.
 
     Example: percussions doctor"""
     from analysis.engines.doctor import examine
 
     findings = examine()
     show(
-        ["what", "part", "state", "version", "where"],
+        ["what", "extra", "state", "version", "where"],
         [
             [
                 finding.name,
-                finding.part or "–",
+                finding.extra or "–",
                 finding.state,
                 finding.version or "–",
                 str(finding.path or "–"),

@@ -16,7 +16,7 @@ import typer
 from analysis.cli.app import drop_none, input_file, not_negative, positive
 
 
-def _told(names: Iterable[str], text: str) -> tuple[dict[str, str], str]:
+def _parameters_in(names: Iterable[str], text: str) -> tuple[dict[str, str], str]:
     """What a docstring says of parameters, by their names, and all the rest of it."""
     line = rf"^({'|'.join(names)}): (.+(?:\n +\S.*)*)\n?"
     found = {one[1]: " ".join(one[2].split()) for one in re.finditer(line, text, re.M)}
@@ -40,13 +40,13 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     hints = get_type_hints(command, include_extras=True)
     own, options = inspect.signature(command).parameters, dict[str, inspect.Parameter]()
     shared = {name: hints[name] for name in own if dataclasses.is_dataclass(hints[name])}
-    said, words = _told(own, inspect.getdoc(command) or "")
+    said, words = _parameters_in(own, inspect.getdoc(command) or "")
     for name, one in own.items():
         fields, kinds, told = {name: one}, hints, said
         if name in shared:
             fields = dict(inspect.signature(shared[name]).parameters)
             kinds = get_type_hints(shared[name], include_extras=True)
-            told, _ = _told(fields, inspect.getdoc(shared[name]) or "")
+            told, _ = _parameters_in(fields, inspect.getdoc(shared[name]) or "")
         for key, field in fields.items():
             made = _with_help(field, kinds[key], told.get(key))
             options[key] = made.replace(kind=one.kind)

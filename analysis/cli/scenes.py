@@ -136,7 +136,7 @@ def new(
         else:
             floor, ways = _floor(geometry, door or [], stream)
             scene = from_geometry(name, floor, ways, crowd, duration, inside)
-    _written(scene, out)
+    _write(scene, out)
 
 
 def _doors_of_room(
@@ -186,7 +186,7 @@ def _four(key: str, text: str) -> tuple[float, float, float, float]:
     return a, b, c, d
 
 
-def _written(scene: Scene, out: Path) -> None:
+def _write(scene: Scene, out: Path) -> None:
     """Write a scene and its picture, and say so."""
 
     def draw() -> Figure:

@@ -93,7 +93,7 @@ def _solve_dump(
     job: DumpToSolve, out: Path, part_frames: int | None, workers: int, scheduler: str | None
 ) -> SolvedDump:
     """Solve a dump into one table, or into parts."""
-    from analysis.percussions.in_parts import solve_in_parts
+    from analysis.percussions.chunks import solve_in_chunks
     from analysis.percussions.solving import executor_for, solve_dump
     from analysis.percussions.table import is_parquet
 
@@ -103,7 +103,7 @@ def _solve_dump(
         executor = stack.enter_context(executor_for(job, workers, scheduler))
         bars = stack.enter_context(progress())
         if part_frames:
-            return solve_in_parts(job, out, part_frames, executor=executor, progress=bars)
+            return solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
         expected = functools.partial(say_expected, what=f"percussions of {job.path}")
         return solve_dump(
             job, out, executor=executor, workers=workers, progress=bars, expected=expected

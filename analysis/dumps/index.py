@@ -122,10 +122,12 @@ class DumpIndex:
         rows = content.split(b"\n")[:-1]
         if len(rows) != frame.rows:
             raise DumpError(f"{self.path}, step {frame.step}: changed while it was read")
-        numbers = np.array([self._row(row, frame.line + n) for n, row in enumerate(rows)])
+        numbers = np.array(
+            [self._numbers_of_row(row, frame.line + n) for n, row in enumerate(rows)]
+        )
         return numbers.reshape(frame.rows, len(self.columns))
 
-    def _row(self, content: bytes, line: int) -> list[float]:
+    def _numbers_of_row(self, content: bytes, line: int) -> list[float]:
         words = content.decode("utf-8", "replace").split()
         if len(words) != len(self.columns):
             raise DumpError(

@@ -1,4 +1,4 @@
-"""What is installed: the engines and the libraries of each part, their versions, and what to do
+"""What is installed: the engines and the libraries of each extra, their versions, and what to do
 about a missing one."""
 
 import importlib
@@ -21,12 +21,12 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One thing that was looked for. part: the extra that brings it, empty for what everything needs.
+    """One thing that was looked for. extra: the extra that brings it, empty for what everything needs.
     state: `ok`; `missing`: nothing works without it; `optional`: not there, and the advice says
     what is lost and how to get it. version and path are None where it was not found."""
 
     name: str
-    part: str = ""
+    extra: str = ""
     version: str | None
     path: Path | None
     state: Literal["ok", "missing", "optional"]
@@ -34,12 +34,12 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """Look for Python, LAMMPS, YADE, the libraries of every part and a browser, by starting each or
+    """Look for Python, LAMMPS, YADE, the libraries of every extra and a browser, by starting each or
     importing it."""
     libraries = [
-        _library(part, library)
-        for part in (BASE, *EXTRAS)
-        for library, name in part.libraries.items()
+        _library(extra, library)
+        for extra in (BASE, *EXTRAS)
+        for library, name in extra.libraries.items()
         if name != lammps.NAME
     ]
     return [_python(), *_engines(), *libraries, _browser()]
@@ -64,36 +64,36 @@ def _python() -> Finding:
     )
 
 
-def _engine(known: Engine, advice: str, part: str = "") -> Finding:
+def _engine(known: Engine, advice: str, extra: str = "") -> Finding:
     path, version = known.find(), known.version()
     if path is not None and version is not None:
-        return Finding(name=known.TITLE, part=part, version=version, path=path, state="ok")
+        return Finding(name=known.TITLE, extra=extra, version=version, path=path, state="ok")
     if path is not None:
         advice = f"{why_not(known)}; {advice}"
     return Finding(
-        name=known.TITLE, part=part, version=None, path=path, state="optional", advice=advice
+        name=known.TITLE, extra=extra, version=None, path=path, state="optional", advice=advice
     )
 
 
-def _library(part: Extra, library: str) -> Finding:
-    name = part.libraries[library]
+def _library(extra: Extra, library: str) -> Finding:
+    name = extra.libraries[library]
     try:
         module = importlib.import_module(library)
         version = importlib.metadata.version(name)
     except (ImportError, OSError) as error:
-        lost = f"{part.what} need it: {install(part.extra)}"
+        lost = f"{extra.what} need it: {install(extra.extra)}"
         again = f"{str(error) or type(error).__name__}: pip install --force-reinstall {name}"
-        broken = not part.extra or not isinstance(error, ModuleNotFoundError)
+        broken = not extra.extra or not isinstance(error, ModuleNotFoundError)
         return Finding(
             name=name,
-            part=part.extra,
+            extra=extra.extra,
             version=None,
             path=None,
-            state="optional" if part.extra else "missing",
+            state="optional" if extra.extra else "missing",
             advice=again if broken else lost,
         )
     path = Path(module.__file__).parent if module.__file__ else None
-    return Finding(name=name, part=part.extra, version=version, path=path, state="ok")
+    return Finding(name=name, extra=extra.extra, version=version, path=path, state="ok")
 
 
 def _browser() -> Finding:

@@ -55,7 +55,7 @@ def write_problem(
 
     /fclib_global, /fclib_local and /solution are FCLIB's; /crowd has bodies, contacts, walls, time
     and origin, /truth rank, determined, intervals. Raises ValueError without any contact and for an
-    answer whose contacts dissipate, MissingPartError without h5py."""
+    answer whose contacts dissipate, MissingExtraError without h5py."""
     k = len(found.contacts)
     if not k:
         raise ValueError(f"{path}: no contact; FCLIB has no problem without one")

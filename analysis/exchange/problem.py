@@ -133,7 +133,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def hdf5() -> Any:
-    """Import h5py. Raises MissingPartError saying how to install it."""
+    """Import h5py. Raises MissingExtraError saying how to install it."""
     return load("h5py")
 
 

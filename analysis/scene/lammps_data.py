@@ -88,7 +88,7 @@ def read_data(path: Path) -> Snapshot:
                 if section not in rows or rows[section] or len(words) > 1:
                     raise ValueError(f"{where}: {text.strip()[:40]!r} where {SECTIONS} is expected")
             elif section:
-                rows[section].append(_row(where, section, words))
+                rows[section].append(_numbers_of_row(where, section, words))
                 if len(rows[section]) > count:
                     raise ValueError(f"{where}: {section}: more rows than the {count} atoms")
             elif words[1:] == ["atoms"]:
@@ -101,7 +101,7 @@ def read_data(path: Path) -> Snapshot:
     return _snapshot(path, np.array(rows["Atoms"]), np.array(rows["Velocities"]))
 
 
-def _row(where: str, section: str, words: list[str]) -> list[float]:
+def _numbers_of_row(where: str, section: str, words: list[str]) -> list[float]:
     """The numbers of a row, an id first."""
     if len(words) not in WIDTHS[section]:
         needed = " or ".join(str(width) for width in WIDTHS[section])

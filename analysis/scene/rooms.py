@@ -142,7 +142,7 @@ def from_geometry(
     widths = " and ".join(f"{np.hypot(*np.subtract(*way.ends)):.3g} m" for way in ways)
     before = f"a door of {widths}" if len(ways) == 1 else f"doors of {widths}"
     try:
-        parts = Room(
+        stated = Room(
             title=f"{crowd.people} people before {before}",
             source="percussions new",
             walls=walls,
@@ -156,7 +156,7 @@ def from_geometry(
     notes = _notes(crowd, snapshot, floor, ways, going)
     if hidden := _hidden(snapshot.position, floor, ways, going, barriers):
         notes += f"\n{hidden} of them have a wall between them and the door, and push against it."
-    scene = Scene.of(parts, name=name, notes=notes, snapshot=snapshot)
+    scene = Scene.of(stated, name=name, notes=notes, snapshot=snapshot)
     scene.check(name)
     return scene
 

@@ -27,10 +27,10 @@ from analysis.scene.schema import (
     FileName,
     Means,
     OtherFrames,
-    Part,
     Reconciliation,
     Room,
     Run,
+    Schema,
     Wall,
 )
 from analysis.support.files import write_text
@@ -55,9 +55,9 @@ __all__ = [
 
 
 # Of a scene file, in their order.
-PARTS = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
+TABLES = ("drive", "body_force", "contact", "run", "analysis", "reconciliation")
 
-# Stands for the parts of a room file that only a run needs, where they are missing.
+# Stands for the tables of a room file that only a run needs, where they are missing.
 FOR_RUNS = {
     "title": "",
     "source": "",
@@ -71,7 +71,7 @@ class SceneError(ValueError):
     """Refuse a scene that cannot be simulated; the message names the file and the field or disk."""
 
 
-class _Disks(Part):
+class _Disks(Schema):
     data: FileName
     people: Literal["ANSUR II", "ANSUR II men", "ANSUR II women"] | None = None
     people_seed: Annotated[int, Strict(), Field(ge=0)] = 1
@@ -118,6 +118,11 @@ class Scene(Room):
         push = self.drive.push(self.snapshot.mass) if self.drive else np.zeros(1)
         return float(push.min()), float(push.max())
 
+    @property
+    def mean_push(self) -> float:
+        """Give the mean force (N) with which people push; 0 without a drive."""
+        return self.drive.push(float(np.mean(self.snapshot.mass))) if self.drive else 0.0
+
     def with_contact(self, **changes: object) -> Scene:
         """Return the scene with some keys of its contact model changed; the laws of a body bring
         their stiffness. Raises SceneError naming the key."""
@@ -132,7 +137,7 @@ class Scene(Room):
         return self._with("run", changes)
 
     def _with(self, name: str, changes: dict[str, object]) -> Scene:
-        old: Part = getattr(self, name)
+        old: Schema = getattr(self, name)
         try:
             new = type(old).model_validate(old.model_dump() | changes)
         except ValidationError as error:
@@ -160,18 +165,18 @@ class Scene(Room):
     def _content(self) -> dict[str, Any]:
         """What the scene file says, but for the name of its data file."""
         walls = [wall.model_dump() for wall in self.walls]
-        parts = {key: getattr(self, key) for key in PARTS}
+        tables = {key: getattr(self, key) for key in TABLES}
         return (
             {"title": self.title, "source": self.source}
             | ({"walls": walls} if walls else {})
-            | {key: _said(part) for key, part in parts.items() if part}
+            | {key: _entries(table) for key, table in tables.items() if table}
         )
 
     def to_toml(self) -> str:
         """Write out the text of the scene file; its disks are in `<name>.data` beside it."""
         content = self._content()
         if self.other_frames:
-            content["other_frames"] = _said(self.other_frames.of(self.name))
+            content["other_frames"] = _entries(self.other_frames.of(self.name))
         head = {key: content.pop(key) for key in ("title", "source")}
         comment = "".join(f"# {line}".rstrip() + "\n" for line in self.notes.splitlines())
         # points read better on one line
@@ -205,7 +210,7 @@ class Scene(Room):
         return state.hexdigest()
 
 
-def _said(part: Part) -> dict[str, Any]:
+def _entries(part: Schema) -> dict[str, Any]:
     """What a table of a scene file says: keys that have something to say."""
     return {key: value for key, value in part.model_dump(exclude_none=True).items() if value != ()}
 
@@ -227,20 +232,24 @@ def read_scene(name_or_path: str | Path) -> Scene:
     """
     path = _path_of(name_or_path)
     content, notes = _read_toml(path)
-    parts = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
+    stated = _validated(path, content, _SceneFile, lambda: _means(_bodies(path, content)))
     try:
         snapshot = _bodies(path, content)
-        others = parts.other_frames
+        others = stated.other_frames
         crowds = tuple(read_data(path.parent / name) for name in others.data) if others else ()
     except ValueError as error:
         raise SceneError(str(error)) from None
-    if parts.disks.people:
+    if stated.disks.people:
         try:
-            snapshot = apart(snapshot, parts.wall_segments())
+            snapshot = apart(snapshot, stated.wall_segments())
         except (StepError, ValueError) as error:
             raise SceneError(f"{path}: disks.people: they do not fit: {error}") from None
-    more = {"reconciliation": parts.reconciliation, "other_frames": others, "other_crowds": crowds}
-    scene = Scene.of(parts, name=path.stem, notes=notes, snapshot=snapshot, **more)
+    more = {
+        "reconciliation": stated.reconciliation,
+        "other_frames": others,
+        "other_crowds": crowds,
+    }
+    scene = Scene.of(stated, name=path.stem, notes=notes, snapshot=snapshot, **more)
     scene.check(str(path))
     return scene
 

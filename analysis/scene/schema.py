@@ -57,7 +57,7 @@ def means_of(info: ValidationInfo) -> Means | None:
     return ask()
 
 
-class Part(BaseModel):
+class Schema(BaseModel):
     """A table of a scene file: no key that is not known, numbers that are numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -85,7 +85,7 @@ def _known_law(name: str) -> str:
 LawName = Annotated[str, AfterValidator(_known_law), WithJsonSchema({"enum": list(LAWS)})]
 
 
-class ContactModel(Part):
+class ContactModel(Schema):
     """Repel by k·overlap (hooke), K·overlap^1.5 (hertz) or as chests do (body, body_hertz), with a
     dashpot for the asked restitution and Coulomb friction.
 
@@ -158,7 +158,7 @@ class ContactModel(Part):
         return rest | {"stiffness_N_per_m": stiffness}
 
 
-class Material(Part):
+class Material(Schema):
     """What bodies are made of.
 
     young_modulus_Pa: Pa, E
@@ -176,7 +176,7 @@ DECILE = ("decile", "that a tenth of people exceed")
 SHARE = ("moved share over 1 cm", "share of people moved by more than 1 cm")
 
 
-class Reconciliation(Part):
+class Reconciliation(Schema):
     """Record how heads became disks that do not overlap: where they come from, what was there and
     how far people were moved. A length is in m, a density in 1/m², as its name says.
 
@@ -252,7 +252,7 @@ class Reconciliation(Part):
         return rows
 
 
-class OtherFrames(Part):
+class OtherFrames(Schema):
     """Name frames of the same film, near in time, that became crowds in the same way.
 
     frames: their numbers in the file
@@ -309,7 +309,7 @@ PUSH, USUAL_RELAXATION_S = "push_N", 0.5
 Mass = TypeVar("Mass", float, Floats)
 
 
-class Wall(Part):
+class Wall(Schema):
     """Name a straight wall.
 
     name: a word of letters, digits and underscores
@@ -345,7 +345,7 @@ class Exit:
         return passed
 
 
-class Goal(Part, Exit):
+class Goal(Schema, Exit):
     """Send some people to a door of their own.
 
     people: ids, the first and the last
@@ -369,7 +369,7 @@ class Goal(Part, Exit):
         return (ids >= self.people[0]) & (ids <= self.people[1])
 
 
-class Drive(Part, Exit):
+class Drive(Schema, Exit):
     """Drive people with m(u_d − u)/τ: u_d points to the nearest point of the door (or to its
     centre), and along `outward` for those who have passed the line of the door.
 
@@ -478,7 +478,7 @@ class Drive(Part, Exit):
         return passed
 
 
-class Push(Part):
+class Push(Schema):
     """Say with how much people push.
 
     push_N: N, of a person of mean mass who is held; in proportion to the mass of others"""
@@ -486,7 +486,7 @@ class Push(Part):
     push_N: Positive  # noqa: N815  (the unit is newton)
 
 
-class BodyForce(Part):
+class BodyForce(Schema):
     """Accelerate everybody alike, as gravity does on a slope.
 
     acceleration_m_per_s2: (x, y) m/s², g; the force on a disk is m g"""
@@ -494,7 +494,7 @@ class BodyForce(Part):
     acceleration_m_per_s2: Point
 
 
-class Run(Part):
+class Run(Schema):
     """Say how long to simulate and how often to write.
 
     duration_s: s
@@ -517,7 +517,7 @@ class Run(Part):
     impulses: Annotated[bool, Strict()] | None = None
 
 
-class Analysis(Part):
+class Analysis(Schema):
     """Say which percussions are compared with which forces.
 
     kind: driven: p/τ with the force at time_s; impact: p of the initial state with ∫f dt over the
@@ -530,7 +530,7 @@ class Analysis(Part):
     contact_tolerance_m: Positive = 1e-6
 
 
-class Room(Part):
+class Room(Schema):
     """Hold a scene without its disks: what `percussions import` puts a crowd into."""
 
     title: str

@@ -252,8 +252,8 @@ def with_push(scene: Scene, push: float) -> Scene:
     a longer or shorter relaxation time."""
     drive = scene.drive
     assert drive is not None
-    own = float(drive.push(scene.snapshot.mass).mean())
-    slower = drive.model_copy(update={"relaxation_time_s": drive.relaxation_time_s * own / push})
+    longer = drive.relaxation_time_s * scene.mean_push / push
+    slower = drive.model_copy(update={"relaxation_time_s": longer})
     return scene.model_copy(update={"drive": slower})
 
 

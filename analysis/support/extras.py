@@ -52,7 +52,7 @@ EXTRAS = (
 )
 
 
-class MissingPartError(ImportError):
+class MissingExtraError(ImportError):
     """A library of a part that is not installed; the message names both, and the command."""
 
 
@@ -62,24 +62,24 @@ def install(extra: str) -> str:
 
 
 def load(library: str) -> Any:
-    """Import a library of an optional part. Raises MissingPartError where it is not installed."""
+    """Import a library of an optional part. Raises MissingExtraError where it is not installed."""
     try:
         return importlib.import_module(library)
     except ModuleNotFoundError as error:
-        said = missing_part(error)
+        said = missing_extra(error)
         if said is None:
             raise
-        raise MissingPartError(said, name=error.name) from None
+        raise MissingExtraError(said, name=error.name) from None
 
 
-def missing_part(error: ImportError) -> str | None:
+def missing_extra(error: ImportError) -> str | None:
     """Say which part an import lacks and how to install it; None for anything else that is not
     found.
 
-    >>> print(missing_part(ModuleNotFoundError(name="pedpy")))
+    >>> print(missing_extra(ModuleNotFoundError(name="pedpy")))
     PedPy is not installed; measured crowds and data frames need it: pip install "crowd-percussions[real]"
     """
-    if isinstance(error, MissingPartError):
+    if isinstance(error, MissingExtraError):
         return str(error)
     for part in EXTRAS:
         for library, name in part.libraries.items():

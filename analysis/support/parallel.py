@@ -35,7 +35,7 @@ def workers(processes: int | None = None, scheduler: str | None = None) -> Itera
     time. Whoever runs the scheduler or a worker can run code here and there: trust them entirely.
 
     Raises ValueError for a number below 1, where nothing answers at the address and where
-    processes can share no memory, MissingPartError where `distributed` is not installed."""
+    processes can share no memory, MissingExtraError where `distributed` is not installed."""
     if processes is not None and processes < 1:
         raise ValueError(f"jobs: {processes}; a number ≥ 1 is needed")
     if scheduler is not None:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, Protocol
 
-from analysis.support.extras import MissingPartError, load
+from analysis.support.extras import MissingExtraError, load
 
 # A row of a table has some hundred bytes; without this limit one line could be a whole file.
 LONGEST_LINE = 1 << 16
@@ -55,7 +55,7 @@ def open_file(path: Path) -> IO[bytes]:
         raise UnreadableError(f"{path}: no such file") from None
     except OSError as error:
         raise UnreadableError(f"{path}: {error.strerror or error}") from None
-    except MissingPartError as error:
+    except MissingExtraError as error:
         raise UnreadableError(f"{path}: {error}, or unpack it") from None
     except ValueError as error:  # a name with a null character
         raise (

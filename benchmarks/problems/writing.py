@@ -135,7 +135,7 @@ def write_library(
     executor: the processes that share the work; this one alone where left out
 
     Each answer is judged from its file alone, as anybody's. Raises ValueError naming the problem
-    whose kept answer is not right, MissingPartError without h5py or what reads real crowds."""
+    whose kept answer is not right, MissingExtraError without h5py or what reads real crowds."""
     hdf5()
     if executor is None:
         entries = []

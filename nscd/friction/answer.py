@@ -53,7 +53,7 @@ def solve_with_friction(
         starts=starts,
         spread=said["spread"],
     )
-    status, reason = _judged(said, tolerance)
+    status, reason = _status_of(said, tolerance)
     return Percussions(
         reaction=said["reaction"],
         impulse=said["impulse"],
@@ -85,7 +85,7 @@ def _start(seed: int) -> str:
     return f"random states {seed}" if seed else "convex programme"
 
 
-def _judged(said: dict[str, Any], tolerance: float) -> tuple[Status, str]:
+def _status_of(said: dict[str, Any], tolerance: float) -> tuple[Status, str]:
     error = max(said["momentum_error"], said["natural_map"])
     if not math.isfinite(said["momentum_error"] + said["natural_map"]):
         return Status.FAILED, "the answer is not finite"

@@ -31,7 +31,7 @@ def test_finds_what_runs_here():
         assert found[name].state == "ok"
         assert found[name].version == importlib.metadata.version(name)
         assert found[name].path.is_dir()
-    assert (found["scipy"].part, found["PedPy"].part) == ("", "real")
+    assert (found["scipy"].extra, found["PedPy"].extra) == ("", "real")
 
 
 def test_yade_is_found_where_it_is_installed():

@@ -15,7 +15,7 @@ from analysis.exchange.fclib import read_problem, write_problem
 from analysis.exchange.problem import is_hdf5
 from analysis.percussions import Setting, percussions_of
 from analysis.scene import Crowd, read_scene, room
-from analysis.support.extras import MissingPartError
+from analysis.support.extras import MissingExtraError
 from analysis.support.frames import write_frame
 from nscd import ContactLaw, Snapshot
 
@@ -307,7 +307,7 @@ def test_options_of_dumps_have_no_place(percussions, pressed_file):
 
 def test_a_missing_library_is_named_with_its_extra(monkeypatch, pressed_file):
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(MissingPartError, match=r"h5py is not installed; .*\[exchange\]"):
+    with pytest.raises(MissingExtraError, match=r"h5py is not installed; .*\[exchange\]"):
         read_problem(pressed_file)
 
 

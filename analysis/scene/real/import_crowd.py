@@ -122,19 +122,19 @@ def _placed(
 ) -> tuple[ImportedCrowd, shapely.Polygon, str]:
     """The crowd, the polygon of its room, and the comment of the room's file."""
     radii, masses = _bodies(radius, mass, varied, len(heads.ids))
-    parts, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
-    if parts.drive is not None and parts.drive.goals:
+    stated, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
+    if stated.drive is not None and stated.drive.goals:
         raise SceneError(f"{room}: drive.goals: a real crowd goes to one door here")
-    area = _area(parts, room, heads.position)
+    area = _area(stated, room, heads.position)
     inside = shapely.contains_xy(area, heads.position)
     kept, radii, masses = _inside(heads, inside, room), radii[inside], masses[inside]
     # LAMMPS counts from 1, many trajectories from 0
     first = 0 if kept.ids.min() > 0 else 1 - int(kept.ids.min())
-    walls = parts.wall_segments()
-    outward = None if parts.drive is None else np.array(parts.drive.outward)
+    walls = stated.wall_segments()
+    outward = None if stated.drive is None else np.array(stated.drive.outward)
     start = None if before is None else _moved_on(before, kept.ids + first, kept.position, area)
     try:
-        arranged = reconcile(kept.position, radii, walls, parts.door(), outward, start)
+        arranged = reconcile(kept.position, radii, walls, stated.door(), outward, start)
     except (OverlapError, ValueError) as error:
         raise OverlapError(f"{heads.origin}: {error}") from None
     snapshot = Snapshot(
@@ -144,7 +144,7 @@ def _placed(
         mass=masses,
         ids=kept.ids + first,
     )
-    scene = Scene.of(parts, name=name or room.stem, snapshot=snapshot)
+    scene = Scene.of(stated, name=name or room.stem, snapshot=snapshot)
     _check_fit(scene, heads.origin, room)
     report = Reconciliation(
         file=heads.file.name,
@@ -155,7 +155,7 @@ def _placed(
         radius_sd_m=round(float(radii.std()), 6) if np.ptp(radii) else None,
         velocity_window_s=heads.window_s,
         linearisations=arranged.linearisations,
-        **_numbers(kept.position, snapshot, walls, parts.analysis.contact_tolerance_m),
+        **_changes(kept.position, snapshot, walls, stated.analysis.contact_tolerance_m),
     )
     comment += f"\nIds of disks are those of the people plus {first}.\n" if first else ""
     return ImportedCrowd(scene=scene, heads=kept.position, report=report), area, comment
@@ -225,17 +225,17 @@ def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
     return kept
 
 
-def _area(parts: Room, path: Path, heads: Floats) -> shapely.Polygon:
+def _area(stated: Room, path: Path, heads: Floats) -> shapely.Polygon:
     """The polygon that walls and door bound; without walls, a box with room for everyone."""
-    if not parts.walls:
+    if not stated.walls:
         return shapely.box(*(heads.min(0) - FREE_MARGIN_M), *(heads.max(0) + FREE_MARGIN_M))
-    area = shapely.union_all(rooms_of(heads, parts.wall_segments(), parts.door()))
+    area = shapely.union_all(rooms_of(heads, stated.wall_segments(), stated.door()))
     if not isinstance(area, shapely.Polygon) or area.is_empty:
         raise SceneError(f"{path}: walls: with the door they must enclose one room")
     return area
 
 
-def _numbers(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
+def _changes(heads: Floats, after: Snapshot, walls: Walls, tolerance: float) -> dict[str, Any]:
     """The measured numbers of the report, rounded to a micrometre, so that every machine gives the
     same digits."""
     before = Snapshot(

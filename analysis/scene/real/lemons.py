@@ -39,11 +39,11 @@ class LemonsCrowd:
         damps everybody alike, and its law is another. The notes say so. Raises SceneError for a
         crowd that does not fit."""
         disks = self.snapshot
-        parts, notes = read_room(room, (float(disks.radius.mean()), float(disks.mass.mean())))
-        if not parts.walls:
-            parts = parts.model_copy(update={"walls": self.walls})
+        stated, notes = read_room(room, (float(disks.radius.mean()), float(disks.mass.mean())))
+        if not stated.walls:
+            stated = stated.model_copy(update={"walls": self.walls})
         try:
-            moved = apart(disks, parts.wall_segments())
+            moved = apart(disks, stated.wall_segments())
         except (StepError, ValueError) as error:
             raise SceneError(f"{self.file}: {error}") from None
         far = np.hypot(*(moved.position - disks.position).T)
@@ -53,7 +53,7 @@ class LemonsCrowd:
 here: {disks.radius.mean():.3f} m in the mean. Moved apart by {far.mean():.3f} m in the mean, {far.max():.3f} m
 at most. Ids are those of LEMONS plus 1. Its pushes (Fp), floor damping, materials and orientations
 are not taken; drive and contact law are those of {room.name}."""
-        scene = Scene.of(parts, name=name or room.stem, notes=notes.strip(), snapshot=moved)
+        scene = Scene.of(stated, name=name or room.stem, notes=notes.strip(), snapshot=moved)
         scene.check(str(self.file))
         return scene
 
@@ -76,11 +76,11 @@ def read_lemons(file: Path, *, one_disk: bool) -> LemonsCrowd:
     for one in ids:
         where = f"{file}: agent {one}"
         motion = _child(where, moving[one], "Kinematics")
-        position.append(_numbers(where, motion, "Position", 2))
-        velocity.append(_numbers(where, motion, "Velocity", 2))
-        spin += _numbers(where, motion, "Omega", 1)
+        position.append(_attribute(where, motion, "Position", 2))
+        velocity.append(_attribute(where, motion, "Velocity", 2))
+        spin += _attribute(where, motion, "Omega", 1)
         where = f"{file.with_name(BODIES)}: agent {one}"
-        mass += _numbers(where, bodies[one], "Mass", 1)
+        mass += _attribute(where, bodies[one], "Mass", 1)
         if not 0 < mass[-1] < MOST_MASS_KG:
             raise SceneError(
                 f"{where}: Mass: {mass[-1]:g} kg; between 0 and {MOST_MASS_KG:g} kg is needed"
@@ -143,7 +143,7 @@ def _child(where: str, parent: ElementTree.Element, name: str) -> ElementTree.El
     return child
 
 
-def _numbers(where: str, element: ElementTree.Element, key: str, count: int) -> list[float]:
+def _attribute(where: str, element: ElementTree.Element, key: str, count: int) -> list[float]:
     """The finite numbers of an attribute, separated by commas."""
     text = element.get(key)
     try:
@@ -163,16 +163,16 @@ def _radius(where: str, shapes: list[ElementTree.Element]) -> float:
     for shape in shapes:
         if shape.get("Type") != "disk":
             raise SceneError(f"{where}: Shape: {shape.get('Type')!r}; only disks are read")
-        (radius,) = _numbers(where, shape, "Radius", 1)
+        (radius,) = _attribute(where, shape, "Radius", 1)
         if radius <= 0:
             raise SceneError(f"{where}: Radius: {radius:g}; a number above 0 is needed")
-        disks.append((_numbers(where, shape, "Position", 2), radius))
+        disks.append((_attribute(where, shape, "Position", 2), radius))
     if len(disks) == 1:
         return disks[0][1]
-    parts = [shapely.Point(place).buffer(radius, quad_segs=CORNERS) for place, radius in disks]
+    circles = [shapely.Point(place).buffer(radius, quad_segs=CORNERS) for place, radius in disks]
     # of a polygon that stands for a disk
     share = CORNERS * 4 / (2 * np.pi) * np.sin(2 * np.pi / (CORNERS * 4))
-    return float(np.sqrt(shapely.union_all(parts).area / (np.pi * share)))
+    return float(np.sqrt(shapely.union_all(circles).area / (np.pi * share)))
 
 
 def _walls(file: Path) -> tuple[Wall, ...]:
@@ -181,7 +181,7 @@ def _walls(file: Path) -> tuple[Wall, ...]:
     for wall in _xml(file, "Geometry").findall("Wall"):
         name = wall.get("Id", "")
         where = f"{file}: wall {name}"
-        corners = [_numbers(where, one, "Coordinates", 2) for one in wall.findall("Corner")]
+        corners = [_attribute(where, one, "Coordinates", 2) for one in wall.findall("Corner")]
         if len(corners) < 2:
             raise SceneError(f"{where}: {len(corners)} corners; two at least are needed")
         found += [pair for pair in pairwise(corners) if pair[0] != pair[1]]

@@ -28,7 +28,7 @@ JOB = "_job.json"
 SUMMARY, SEAL = b"percussions", b"percussions_seal"
 
 
-def solve_in_parts(
+def solve_in_chunks(
     dump: DumpToSolve,
     folder: Path,
     frames: int,
@@ -43,26 +43,26 @@ def solve_in_parts(
         that is lost is computed anew by another where the executor is that of a Dask cluster
 
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
-    parts that are finished stay."""
+    chunks that are finished stay."""
     dump = dataclasses.replace(dump, parquet=True)
     count = frames_in(dump)
     job = _claim(folder, dump, frames, count)
-    parts = [
-        _Part(range(start, min(start + frames, count)), folder, job)
+    chunks = [
+        _Chunk(range(start, min(start + frames, count)), folder, job)
         for start in range(0, count, frames)
     ]
-    if others := set(folder.glob("*.parquet")) - {part.path for part in parts}:
+    if others := set(folder.glob("*.parquet")) - {part.path for part in chunks}:
         raise ValueError(f"--out: {min(others)}: no part of this dump; remove it")
-    found = {part: summary for part in parts if (summary := part.summary()) is not None}
-    todo = [part for part in parts if part not in found]
+    found = {part: summary for part in chunks if (summary := part.summary()) is not None}
+    todo = [part for part in chunks if part not in found]
     for part, summary in _solved(dump, todo, executor):
         found[part] = summary
         if progress:
-            progress(f"percussions of {dump.path}", len(found) / len(parts))
+            progress(f"percussions of {dump.path}", len(found) / len(chunks))
     for left in folder.glob(".frames_*.part"):  # by workers that were lost
         left.unlink(missing_ok=True)
     whole = SolvedDump(unsolved=[])
-    for part in parts:
+    for part in chunks:
         whole.join(found[part])
     if not whole.contacts:
         raise DumpError(
@@ -72,7 +72,7 @@ def solve_in_parts(
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class _Part:
+class _Chunk:
     """Some frames, the folder that they are written into, and what they are of, as JSON."""
 
     numbers: range
@@ -128,13 +128,13 @@ class _Part:
 
 
 def _solved(
-    dump: DumpToSolve, parts: list[_Part], executor: Executor | None
-) -> Iterator[tuple[_Part, SolvedDump]]:
+    dump: DumpToSolve, chunks: list[_Chunk], executor: Executor | None
+) -> Iterator[tuple[_Chunk, SolvedDump]]:
     if executor is None:
-        for part in parts:
+        for part in chunks:
             yield part, part.solve(dump)
         return
-    pending: dict[Any, _Part] = {executor.submit(part.solve, dump): part for part in parts}
+    pending: dict[Any, _Chunk] = {executor.submit(part.solve, dump): part for part in chunks}
     try:
         for future in as_completed(pending):
             yield pending[future], future.result()
@@ -144,7 +144,7 @@ def _solved(
 
 
 def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:
-    """Say in a folder what its parts are of, and return it. Raises ValueError where it has
+    """Say in a folder what its chunks are of, and return it. Raises ValueError where it has
     others."""
     job = _job_of(dump, frames, count)
     place = folder / JOB

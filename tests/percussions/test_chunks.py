@@ -8,7 +8,7 @@ import pytest
 
 from analysis.cli.options import with_options
 from analysis.cli.solve import solve
-from analysis.percussions.in_parts import JOB, solve_in_parts
+from analysis.percussions.chunks import JOB, solve_in_chunks
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, solve_dump
 from analysis.support.frames import write_frame
@@ -38,7 +38,7 @@ def table(path):
 
 def test_the_rows_are_those_of_one_table(dump, tmp_path):
     whole = solve_dump(dump, tmp_path / "one.parquet")
-    parts = solve_in_parts(dump, tmp_path / "parts.parquet", PART)
+    parts = solve_in_chunks(dump, tmp_path / "parts.parquet", PART)
     assert (parts.frames, parts.contacts, parts.when) == (FRAMES, whole.contacts, whole.when)
     assert len(list((tmp_path / "parts.parquet").glob("frames_*.parquet"))) == 13
     pd.testing.assert_frame_equal(
@@ -48,7 +48,7 @@ def test_the_rows_are_those_of_one_table(dump, tmp_path):
 
 def test_what_is_finished_is_kept(dump, tmp_path):
     folder = tmp_path / "parts.parquet"
-    before = solve_in_parts(dump, folder, PART)
+    before = solve_in_chunks(dump, folder, PART)
     first = table(folder)
     names = sorted(folder.glob("frames_*"))
     names[3].unlink()
@@ -56,7 +56,7 @@ def test_what_is_finished_is_kept(dump, tmp_path):
     (folder / ".frames_00000012_00000015.parquet.99.part").write_text("of a worker that was lost")
     times = {name: name.stat().st_mtime_ns for name in names if name.exists()}
     seen = []
-    again = solve_in_parts(dump, folder, PART, progress=lambda _, share: seen.append(share))
+    again = solve_in_chunks(dump, folder, PART, progress=lambda _, share: seen.append(share))
     assert again == before
     assert seen == [12 / 13, 1.0]
     pd.testing.assert_frame_equal(table(folder), first)
@@ -67,45 +67,45 @@ def test_what_is_finished_is_kept(dump, tmp_path):
 
 def test_other_parts_are_refused(dump, tmp_path):
     folder = tmp_path / "parts.parquet"
-    solve_in_parts(dump, folder, PART)
+    solve_in_chunks(dump, folder, PART)
     with pytest.raises(ValueError, match=r"another frames per part \(4 where this is 5\)"):
-        solve_in_parts(dump, folder, 5)
+        solve_in_chunks(dump, folder, 5)
     os.utime(dump.path, ns=(1, 1))
     with pytest.raises(ValueError, match=r"--out: .*parts.parquet: its parts are of another dump"):
-        solve_in_parts(dump, folder, PART)
+        solve_in_chunks(dump, folder, PART)
     with pytest.raises(ValueError, match=r"it is there, and no folder of parts"):
-        solve_in_parts(dump, tmp_path, PART)
+        solve_in_chunks(dump, tmp_path, PART)
     (folder / JOB).write_text("[")
     with pytest.raises(ValueError, match=r"_job.json: not what is written there"):
-        solve_in_parts(dump, folder, PART)
+        solve_in_chunks(dump, folder, PART)
 
 
 def test_foreign_parts_are_refused_and_damaged_ones_are_made_again(dump, tmp_path):
     """A part of another dump under a right name, any other table, and a page that is damaged."""
     folder, other = tmp_path / "parts.parquet", tmp_path / "other.parquet"
-    before = solve_in_parts(dump, folder, 25)
+    before = solve_in_chunks(dump, folder, 25)
     whole = table(folder)
     loose = dataclasses.replace(dump, tolerance=1e-6)
-    solve_in_parts(loose, other, 25)
+    solve_in_chunks(loose, other, 25)
     first, second = sorted(folder.glob("frames_*"))
     own = first.read_bytes()
     first.write_bytes((other / first.name).read_bytes())
     with pytest.raises(ValueError, match=f"{first.name}: no part of this dump and these settings"):
-        solve_in_parts(dump, folder, 25)
+        solve_in_chunks(dump, folder, 25)
     first.write_bytes(second.read_bytes())
     with pytest.raises(ValueError, match=f"{first.name}: no part of this dump"):
-        solve_in_parts(dump, folder, 25)
+        solve_in_chunks(dump, folder, 25)
     pd.DataFrame({"x": [1.0]}).to_parquet(first)
     with pytest.raises(ValueError, match=f"{first.name}: no part of this dump"):
-        solve_in_parts(dump, folder, 25)
+        solve_in_chunks(dump, folder, 25)
     damaged = bytearray(own)
     damaged[len(own) // 3] ^= 0x41
     first.write_bytes(damaged)
     (folder / "frames_7.parquet").write_bytes(own)
     with pytest.raises(ValueError, match=r"frames_7\.parquet: no part of this dump; remove it"):
-        solve_in_parts(dump, folder, 25)
+        solve_in_chunks(dump, folder, 25)
     (folder / "frames_7.parquet").unlink()
-    assert solve_in_parts(dump, folder, 25) == before
+    assert solve_in_chunks(dump, folder, 25) == before
     pd.testing.assert_frame_equal(table(folder), whole, rtol=1e-9, atol=1e-9)
 
 
@@ -131,7 +131,7 @@ def test_a_worker_is_lost(dump, tmp_path, cluster):
             lost.append(share)
 
     with workers(scheduler=address) as executor:
-        found = solve_in_parts(
+        found = solve_in_chunks(
             dump, tmp_path / "parts.parquet", PART, executor=executor, progress=kill
         )
     assert lost == [1 / 13]

@@ -9,7 +9,7 @@ import tomllib
 import pytest
 
 from analysis.support import parallel
-from analysis.support.extras import BASE, EXTRAS, MissingPartError, install, load
+from analysis.support.extras import BASE, EXTRAS, MissingExtraError, install, load
 from tests.crowds import two_people
 from tests.forked import ROOT, python
 
@@ -94,7 +94,7 @@ def test_what_is_missing_is_one_line(without_extras, words, end):
 
 def test_a_library_that_is_missing_is_named_with_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(MissingPartError, match=re.escape(install("parquet"))):
+    with pytest.raises(MissingExtraError, match=re.escape(install("parquet"))):
         load("pyarrow")
     with pytest.raises(ModuleNotFoundError, match="nowhere_at_all"):
         load("nowhere_at_all")
