@@ -48,26 +48,15 @@ def test_drive_points_to_the_nearest_point_of_the_door():
     np.testing.assert_allclose(desired, [[2, 0], [2 * 0.6, -2 * 0.8], [2, 0]], atol=1e-15)
 
 
+# Each key with values that cannot be meant: test_bad_keys.py.
 CHANGES = [
-    ("stiffness_N_per_m = 1000000.0", "stiffness_N_per_m = -1.0", "contact.stiffness_N_per_m"),
     ("stiffness_N_per_m = 1000000.0", "stiffness_kN_per_m = 1000.0", "unknown key"),
-    ("restitution", "wall_stiffness_N_per_m = 0.0\nrestitution", "contact.wall_stiffness_N_per_m"),
-    ("restitution", "wall_stiffness_N_per_m = '3e5'\nrestitution", "wall_stiffness.*valid number"),
     ('law = "hooke"', 'law = "body"', "contact: stiffness_N_per_m: law = body has a stiffness of"),
-    ("duration_s = 2.0", "duration_s = nan", "run.duration_s"),
-    ("restitution = 0.1", "restitution = 2", "contact.restitution"),
     ('law = "hooke"', 'law = "hook"', "contact.law"),
     ("outward = [1.0, 0.0]", "outward = [1.0, 1.0]", "unit vector"),
     ('data = "arch.data"', 'data = "absent.data"', "absent.data: no such file"),
-    ('data = "arch.data"', 'data = "../arch.data"', "disks.data"),
     ('data = "arch.data"', 'data = "/etc/passwd"', "disks.data"),
     ("[drive]", "[drive", "line"),
-    ("restitution = 0.1", "restitution = true", "contact.restitution: .*valid number"),
-    ("restitution = 0.1", 'restitution = "0.1"', "contact.restitution: .*valid number"),
-    ("restitution = 0.1", "restitution = 1e-308", "contact.restitution: .*nearer to 0 than 1e-100"),
-    ("frames = 40", "frames = 40.0", "run.frames: .*valid integer"),
-    ("frames = 40", "frames = true", "run.frames: .*valid integer"),
-    ("outward = [1.0, 0.0]", 'outward = ["1.0", 0.0]', "drive.outward.0: .*valid number"),
 ]
 
 
@@ -229,13 +218,7 @@ def test_a_goal_of_some_people_there_and_back(tmp_path):
     assert again.drive == aimed.drive
     assert again.digest() == aimed.digest() != crowd.digest()
     text = path.read_text()
-    for change, says in (
-        (("[11, 20]", "[41, 50]"), "two.toml: drive.goals: number 1: nobody has an id from 41 to"),
-        (("[11, 20]", "[20, 11]"), "two.toml: drive.goals.0: people: 20 to 11; the first comes"),
-        (("outward = [0.0, 1.0]", "outward = [0.0, 2.0]"), "drive.goals.0: outward must be a unit"),
-        (("[[drive.goals]]\n", "[[drive.goals]]\nspeed = 1\n"), "goals.0.speed: unknown key"),
-    ):
-        assert change[0] in text
-        path.write_text(text.replace(*change))
-        with pytest.raises(SceneError, match=says):
-            read_scene(path)
+    assert "[11, 20]" in text
+    path.write_text(text.replace("[11, 20]", "[41, 50]"))
+    with pytest.raises(SceneError, match=r"drive\.goals: number 1: nobody has an id from 41 to"):
+        read_scene(path)
