@@ -83,9 +83,8 @@ PLAN: Plan = {
 def points() -> Floats:
     """Where fields are compared, (m,2) m: a square grid within 7.25 m of the exit."""
     axis = np.arange(0.5 * SPACING, WITHIN + 2 * HALF_DOOR, SPACING)
-    grid = np.stack(
-        np.meshgrid(-axis, np.concatenate([-axis[::-1], axis]), indexing="ij"), -1
-    ).reshape(-1, 2)
+    both_ways = np.concatenate([-axis[::-1], axis])
+    grid = np.stack(np.meshgrid(-axis, both_ways, indexing="ij"), -1).reshape(-1, 2)
     return grid[to_exit(grid) <= WITHIN]
 
 
@@ -281,10 +280,8 @@ class Crowd:
 
     def _collided(self, volume: float, surface: float = 0.0) -> Model:
         """(11) with k_v (kg) and k_s (kg/m)."""
-        medium = Medium(
-            density=self.density, volume_dissipation=volume, surface_dissipation=surface
-        )
-        answer = collide(self.space, medium, toward_exit)
+        given = {"volume_dissipation": volume, "surface_dissipation": surface}
+        answer = collide(self.space, Medium(density=self.density, **given), toward_exit)
         # along +x: what the crowd gives to the walls
         load = float(answer.wall_force @ self.space.wall.normal[:, 0])
         right, p = answer.right_field.reshape(2, -1).T, pressure(answer).ravel()
@@ -294,9 +291,8 @@ class Crowd:
     @cached_property
     def table(self) -> Model:
         """(11) with the paper's Table 1, per person of 75 kg."""
-        return self._collided(
-            TABLE_1.volume_dissipation * PERSON, TABLE_1.surface_dissipation * PERSON
-        )
+        table = TABLE_1.volume_dissipation, TABLE_1.surface_dissipation
+        return self._collided(*(PERSON * value for value in table))
 
     @cached_property
     def deformable(self) -> list[Model]:
@@ -484,16 +480,14 @@ def _across(axes: Axes, levels: Sequence[tuple[str, float]]) -> None:
 def _trend(axes: Axes, sizes: Sequence[Size], number: Callable[[Size], Floats]) -> None:
     for place, (packing, same) in enumerate(by_packing(sizes).items()):
         values = [number(size) for size in same]
-        axes.errorbar(
-            [size.n for size in same],
-            [v.mean() for v in values],
-            yerr=[v.std(ddof=1) / np.sqrt(len(v)) if len(v) > 1 else 0.0 for v in values],
-            color=COLOURS[packing],
-            marker=MARKERS[place],
-            ls=LINES[place],
-            capsize=3,
-            label=str(packing),
-        )
+        bars = [v.std(ddof=1) / np.sqrt(len(v)) if len(v) > 1 else 0.0 for v in values]
+        style: dict[str, Any] = {
+            "color": COLOURS[packing],
+            "marker": MARKERS[place],
+            "ls": LINES[place],
+        }
+        means, counts = [v.mean() for v in values], [size.n for size in same]
+        axes.errorbar(counts, means, yerr=bars, capsize=3, label=str(packing), **style)
     axes.set(xscale="log", xlabel="disks N in the same room")
     axes.margins(x=0.08)
 
@@ -539,11 +533,10 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     """Pressure of one crowd of the smallest and of the largest N of each packing, and of continuum
     models."""
     kinds, last = by_packing(sizes), sizes[-1]
-    shown: list[tuple[str, Floats]] = []
-    for pick in (0, -1):
-        for packing, same in kinds.items():
-            title = f"{packing}, N = {same[pick].n:,}"
-            shown.append((title, same[pick].samples[0].stress.pressure))
+    picked = [(packing, same[pick]) for pick in (0, -1) for packing, same in kinds.items()]
+    shown = [
+        (f"{packing}, N = {size.n:,}", size.samples[0].stress.pressure) for packing, size in picked
+    ]
     models = (last.models.first_order, last.rough, last.best)
     shown += [(model.name, model.pressure) for model in models[: len(kinds)]]
     figure = Figure(figsize=(9.5, 12.0), layout="constrained")
@@ -606,17 +599,11 @@ def both(values: Floats, places: int = 2) -> str:
 
 def _crowds(size: Size) -> list[Cell]:
     shares = [both(share, 3) for share in (size.deviator, size.dissipative, size.compression)]
-    return [
-        str(size.packing),
-        size.n,
-        len(size.samples),
-        float(np.mean([s.coordination for s in size.samples])),
-        both(size.kept, 3),
-        both(size.wall_load, 1),
-        NONE if size.spread is None else size.spread,
-        *shares,
-        "not all solved" if size.warnings else "solved",
-    ]
+    coordination = float(np.mean([s.coordination for s in size.samples]))
+    crowd: list[Cell] = [str(size.packing), size.n, len(size.samples), coordination]
+    spread = NONE if size.spread is None else size.spread
+    status = "not all solved" if size.warnings else "solved"
+    return [*crowd, both(size.kept, 3), both(size.wall_load, 1), spread, *shares, status]
 
 
 def _model(model: Model) -> list[Cell]:
@@ -630,11 +617,7 @@ def _distances(size: Size) -> list[Cell]:
     m = size.models
     pressing = [m.first_order, size.rough, m.blocked, m.table, size.best]
     moving = [m.first_order, size.rough, m.blocked, m.unhindered, m.table, size.best]
-    return [
-        str(size.packing),
-        size.n,
-        *(both(size.pressure_distance(model)) for model in pressing),
-        size.rough.friction or 0.0,
-        size.best.volume or 0.0,
-        *(both(size.velocity_distance(model)) for model in moving),
-    ]
+    pressures = [both(size.pressure_distance(model)) for model in pressing]
+    velocities = [both(size.velocity_distance(model)) for model in moving]
+    fitted = [size.rough.friction or 0.0, size.best.volume or 0.0]
+    return [str(size.packing), size.n, *pressures, *fitted, *velocities]

@@ -63,24 +63,15 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
     """Read pressures and speeds from an answer, and set the laws beside them."""
     space, pressure = answer.space, body_pressure(answer)
     speed = np.hypot(*answer.right_field.reshape(2, -1))
-    measured, printed = (
-        float(crowd_pressure(density, measured_speed(
-            space.points, speed, map_of().points, people=density * space.weights, printed=printed
-        )))
-        for printed in (False, True)
-    )  # fmt: skip
-    return Solved(
-        density=density,
-        largest=float(pressure.max()),
-        mean=float(np.average(pressure, weights=map_of().area)),
-        measured=PERSON * measured,
-        printed=printed,
-        power=PERSON * float(power_pressure(density)),
-        turbulence=PERSON * float(TurbulencePressure().pressure(density)),
-        mean_speed=mean_speed(answer),
-        laws=(float(exponential_speed(density)), float(kladek_speed(density))),
-        answer=answer,
-    )
+    given, people = (space.points, speed, map_of().points), density * space.weights
+    speeds = (measured_speed(*given, people=people, printed=printed) for printed in (False, True))
+    measured, printed = (float(crowd_pressure(density, v)) for v in speeds)
+    here = float(pressure.max()), float(np.average(pressure, weights=map_of().area))
+    models = power_pressure(density), TurbulencePressure().pressure(density)
+    power, turbulence = (PERSON * float(value) for value in models)
+    laws = float(exponential_speed(density)), float(kladek_speed(density))
+    pressures = PERSON * measured, printed, power, turbulence
+    return Solved(density, *here, *pressures, mean_speed(answer), laws, answer)
 
 
 def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:

@@ -79,31 +79,23 @@ def measured(name: str, answer: CollisionAnswer, left: Field) -> tuple[Run, Fiel
         for field in (answer.left_field, answer.right_field)
     )
     pressure, area = body_pressure(answer), map_of().area
-    both, one, two = (
-        float(area @ (a * b).sum(1)) for a, b in ((before, right), (before, before), (right, right))
-    )
+    pairs = (before, right), (before, before), (right, right)
+    both, one, two = (float(area @ (a * b).sum(1)) for a, b in pairs)
     wall = answer.space.wall
     u = answer.right_velocity[wall.node]
     normal = (u * wall.normal).sum(1)
     along = u[:, 1] * wall.normal[:, 0] - u[:, 0] * wall.normal[:, 1]
     share = wall.weight / wall.weight.sum()
     near = to_exit(map_of().points) <= NEAR
-    run = Run(
-        name=name,
-        kept=kept(answer),
-        cosine=both / float(np.sqrt(one * two)),
-        largest=float(normal.max()) if normal.max() > ROUNDING else 0.0,
-        normal=float(np.sqrt(share @ normal**2)),
-        along=float(np.sqrt(share @ along**2)),
-        holding=float(share[answer.active].sum()),
-        outflow=outflow(answer, left),
-        peak=float(pressure.max()),
-        from_exit=from_exit(pressure),
-        near=float(np.average(pressure[near], weights=area[near])),
-        far=float(np.average(pressure[~near], weights=area[~near])),
-        residual=answer.residual,
-        status=str(answer.status),
-    )
+    form = kept(answer), both / float(np.sqrt(one * two))
+    largest = float(normal.max()) if normal.max() > ROUNDING else 0.0
+    across, aside = (float(np.sqrt(share @ part**2)) for part in (normal, along))
+    holding, flow = float(share[answer.active].sum()), outflow(answer, left)
+    peak = float(pressure.max()), from_exit(pressure)
+    by, far = (float(np.average(pressure[at], weights=area[at])) for at in (near, ~near))
+    ended = answer.residual, str(answer.status)
+    walls = largest, across, aside, holding, flow
+    run = Run(name, *form, *walls, *peak, by, far, *ended)
     return run, Fields(right, pressure)
 
 
@@ -204,7 +196,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
         },
         claims={
             "cancelled": Verdict.of(
-                even.normal < slow and even.along < slow, all(run.largest < slow for run in runs)
+                max(even.normal, even.along) < slow, all(run.largest < slow for run in runs)
             ),
             "maximal": Verdict.of(*(run.from_exit < NEAR for run in runs)),
             "same_form": Verdict.of(even.cosine > ALIKE, even.cosine > SOMEHOW),

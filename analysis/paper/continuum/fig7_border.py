@@ -152,11 +152,8 @@ def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
 def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     """Build Fig. 7: the three kinds of border, (11) there, which left velocities it takes."""
     room = crowd_in_a_corner()
-    space, shown, left = (
-        Space(mesh_of(room, mesh)),
-        mesh_of(room, 1.25 * mesh),
-        toward_exit(room, SPEED),
-    )
+    space, shown = Space(mesh_of(room, mesh)), mesh_of(room, 1.25 * mesh)
+    left = toward_exit(room, SPEED)
     at = np.ascontiguousarray(shown.p.T)
     push = f"push of {PUSH:g} N·s/m"
     alone, pushed = both = [

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cache, cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -127,17 +127,11 @@ def _step(case: Case, setting: Setting) -> TurbulenceStep:
     room, mesh = _mesh(setting.side, setting.mesh)
     law = TurbulencePressure()
     at_rest = np.where(Cells(mesh).open, 0.0, setting.person * law.pressure(DENSITY))
-    pressures: dict[Pressing, TurbulencePressure | Congestion | Floats] = {
-        Pressing.LAW: law,
-        Pressing.CONTINUOUS: law.continuous(),
-        Pressing.OPEN: at_rest,
-        Pressing.CONGESTION: Congestion(),
-    }
-    model = TurbulenceLaw(
-        pressure=pressures[setting.pressing],
-        friction=setting.friction,
-        mass_per_person=setting.person,
-    )
+    given = (law, law.continuous(), at_rest, Congestion())
+    pressures = dict(zip(Pressing, given, strict=True))
+    person, friction = setting.person, setting.friction
+    pressing: Any = pressures[setting.pressing]
+    model = TurbulenceLaw(pressure=pressing, friction=friction, mass_per_person=person)
     left = left_velocity(case, room, setting.seed)
     return turbulence_step(mesh, DENSITY, left, model, time_step=setting.time_step)
 
@@ -200,9 +194,8 @@ class Forces:
         if volume not in self.pairs:
             setting, k_s = self.setting, TABLE_1.surface_dissipation
             surface = {Wall.NOWHERE: 0.0, Wall.SHARE: volume * k_s / TABLE_1.volume_dissipation}
-            crowd = table_1_medium(
-                volume=volume, surface=surface.get(setting.wall, k_s), person=setting.person
-            )
+            k_s = surface.get(setting.wall, k_s)
+            crowd = table_1_medium(volume=volume, surface=k_s, person=setting.person)
             if setting.mixed_units:
                 crowd = replace(crowd, density=DENSITY * setting.person, mass_per_person=None)
             left = left_velocity(self.case, self.room, setting.seed)
@@ -448,15 +441,10 @@ def error_curves(curves: Sequence[Curve]) -> Figure:
     panels = figure.subplots(1, 2, sharey=True)
     for axes, case in zip(panels, Case, strict=True):
         for number, curve in enumerate(curves):
-            axes.plot(
-                curve.volumes,
-                list(curve.at(case).values()),
-                marker=MARKERS[number],
-                ls=LINES[number % len(LINES)],
-                color=(*COLOURS, BLACK)[number],
-                mfc="none" if number > 2 else None,
-                label=curve.name,
-            )
+            style: dict[str, Any] = {"marker": MARKERS[number], "ls": LINES[number % len(LINES)]}
+            style |= {"color": (*COLOURS, BLACK)[number], "mfc": "none" if number > 2 else None}
+            errors = list(curve.at(case).values())
+            axes.plot(curve.volumes, errors, label=curve.name, **style)
         axes.axhspan(10**-2.5, 10**-1.5, color=GREY, alpha=0.45, lw=0, label="order of 10⁻²")
         axes.axvline(4.0, color=BLACK, lw=0.8, ls=":")
         place = ("data", "axes fraction")
