@@ -275,12 +275,6 @@ def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, A
         }
         for key, found in compared.paired().items()
     }
-    return {
-        "first": str(runs[0]),
-        "second": str(runs[1]),
-        "window_s": windows[0].end - windows[0].start,
-        "windows": len(windows),
-        "from_s": windows[0].start,
-        "to_s": windows[-1].end,
-        "measures": measures,
-    }
+    span = {"from_s": windows[0].start, "to_s": windows[-1].end, "measures": measures}
+    counted = {"window_s": windows[0].end - windows[0].start, "windows": len(windows)}
+    return {"first": str(runs[0]), "second": str(runs[1]), **counted, **span}

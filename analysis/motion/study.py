@@ -295,7 +295,7 @@ FACTORS = ("bodies", "friction", "push", "radius")
 COMPARED = (*MEASURES, "wall_line_load")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Interval:
     """Hold a mean with the range that holds 90 % of further windows, of other replicates too.
 
@@ -359,15 +359,8 @@ class Ensemble:
             low, high = range_of_windows(windows)
             high = min(high, 1.0) if measure == "arch_share" else high
             low, high = min(low, mean), max(high, mean)
-        return Interval(
-            mean=mean,
-            low=low,
-            high=high,
-            replicates=len(windows),
-            windows=len(windows[0]) if windows else 0,
-            independent=independent,
-            alike=alike,
-        )
+        counts = len(windows), len(windows[0]) if windows else 0
+        return Interval(mean, low, high, *counts, independent, alike)
 
     def differences(self, other: Ensemble) -> dict[str, Difference]:
         """Say by how much each quantity is above that of another model, largest effects first, with
@@ -397,7 +390,7 @@ class Model:
     runs: Sequence[EngineRun]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class MotionStudy:
     """Hold the models of one scene, each with the series of its crowds."""
 
@@ -455,15 +448,8 @@ def study_motion(
                 )
             )
     crowds = max((len(model.runs) for model in models), default=0)
-    return MotionStudy(
-        scene=scene,
-        ensembles=ensembles,
-        crowds=crowds,
-        last_s=last_s,
-        failures=failures,
-        warnings=sorted(set(warnings)),
-        limits=limits,
-    )
+    once = sorted(set(warnings))
+    return MotionStudy(scene, ensembles, crowds, last_s, failures, once, limits)
 
 
 def interval_cell(found: Interval) -> str:

@@ -149,6 +149,13 @@ def legend_below(figure: Figure, axes: Axes, columns: int, fontsize: int = 8) ->
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=fontsize)
 
 
+def lead(axes: Axes, words: str, point: Any, place: Any, colour: str, **look: Any) -> None:
+    """Write words at a place (shares of the axes) and lead a thin line to their point."""
+    line = {"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6}
+    given = {"textcoords": "axes fraction", "color": colour, "arrowprops": line} | look
+    axes.annotate(words, point, xytext=place, **given)
+
+
 def look(number: int, *, hollow: bool = False) -> dict[str, Any]:
     """Give colour, marker and dashes of the curve of this number; hollow: whether its marks are."""
     colour = COLOURS[number]

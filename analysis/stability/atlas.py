@@ -62,12 +62,8 @@ def build(
     On so many processes, or a Dask cluster; runs are kept under runs/stability and reused where
     nothing changed. Raises what `workers` does."""
     base = runs.absolute() / "stability"
-    places = [
-        (case, column, row)
-        for case in cases
-        for row in case.rows.values
-        for column in case.columns.values
-    ]
+    rows = [(case, row) for case in cases for row in case.rows.values]
+    places = [(case, column, row) for case, row in rows for column in case.columns.values]
     halvings = QUICK_HALVINGS if quick else HALVINGS
     with workers(processes, scheduler) as pool:
         tasks = [Task(call=attempt, arguments=(*place, base), work=1.0) for place in places]
@@ -77,8 +73,7 @@ def build(
             cells[case.name][column, row] = cell
         edges = [
             Task(call=boundary, arguments=(case, row, cells[case.name], base, halvings), work=1.0)
-            for case in cases
-            for row in case.rows.values
+            for case, row in rows
         ]
         found = iter(do_all(edges, pool, "boundaries of the atlas", progress))
     return [
@@ -96,12 +91,8 @@ def attempt(case: Case, column: float | str, row: Row, base: Path) -> Cell:
     try:
         return case.attempt(column, row, _folder(base, case, column, row))
     except EngineError as error:
-        return Cell(
-            outcome=Outcome.REFUSED,
-            reason=str(error),
-            said="missing",
-            numbers=(math.nan,) * len(case.quantities),
-        )
+        nothing = (math.nan,) * len(case.quantities)
+        return Cell(outcome=Outcome.REFUSED, reason=str(error), said="missing", numbers=nothing)
 
 
 def boundary(case: Case, row: Row, cells: Cells, base: Path, halvings: int) -> Boundary | None:
@@ -143,9 +134,5 @@ def _narrowed(
 def _folder(base: Path, case: Case, column: float | str, row: Row) -> Path:
     """Where an attempt keeps its runs."""
     place = column if isinstance(column, str) else f"{column:.9g}"
-    return (
-        base
-        / case.name
-        / "".join(c if c.isalnum() or c in ".-+=" else "_" for c in str(row))
-        / place
-    )
+    words = "".join(c if c.isalnum() or c in ".-+=" else "_" for c in str(row))
+    return base / case.name / words / place

@@ -114,12 +114,9 @@ def rhombus_walls(
         side * (first + second) + reach * (first + second),
         side * second + reach * (second - first),
     ]
-    names = ("low", "right", "high", "left")
     ends = [(float(corner[0]), float(corner[1])) for corner in corners]
-    return tuple(
-        Wall(name=name, start_m=a, end_m=b)
-        for name, a, b in zip(names, ends, ends[1:] + ends[:1], strict=True)
-    )
+    sides = zip(("low", "right", "high", "left"), ends, ends[1:] + ends[:1], strict=True)
+    return tuple(Wall(name=name, start_m=a, end_m=b) for name, a, b in sides)
 
 
 def corner_walls(across: int) -> list[Wall]:
@@ -179,9 +176,8 @@ def kicked(scene: Scene, share: float, seed: int = 1) -> Scene:
     velocity = (closing.T @ (closing @ random)).reshape(-1, 2)
     kinetic = 0.5 * float(scene.snapshot.mass @ (velocity**2).sum(1))
     velocity *= np.sqrt(share * elastic / kinetic)
-    return scene.model_copy(
-        update={"snapshot": dataclasses.replace(scene.snapshot, velocity=velocity)}
-    )
+    moving = dataclasses.replace(scene.snapshot, velocity=velocity)
+    return scene.model_copy(update={"snapshot": moving})
 
 
 def critical_time_step(scene: Scene) -> float:
@@ -203,9 +199,8 @@ def critical_time_step(scene: Scene) -> float:
     def largest(matrix: csr_array) -> float:
         if matrix.shape[0] < 3:
             return float(np.linalg.eigvalsh(matrix.toarray())[-1])
-        return float(
-            eigsh(matrix.tocsc(), k=1, which="LA", tol=1e-12, return_eigenvectors=False)[0]
-        )
+        most = eigsh(matrix.tocsc(), k=1, which="LA", tol=1e-12, return_eigenvectors=False)
+        return float(most[0])
 
     undamped = 2 / np.sqrt(largest(stiffness))
     if not dashpot.any():

@@ -149,9 +149,8 @@ def write_atlas(
     write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
     write_json(folder / "atlas.json", {made.case.name: _numbers(made) for made in maps})
     cells = [cell for made in maps for cell in made.cells.values()]
-    wild = [
-        cell for cell in cells if cell.guard and cell.outcome in (Outcome.ENERGY_GAIN, Outcome.LOST)
-    ]
+    gone = (Outcome.ENERGY_GAIN, Outcome.LOST)
+    wild = [cell for cell in cells if cell.guard and cell.outcome in gone]
     page = render(
         "stability.html",
         command=command,
@@ -256,12 +255,9 @@ def _section(words: Words, made: Map) -> Section:
 def _summary_rows(made: Map) -> Iterator[list[Cell]]:
     """What failed in a case, one row per boundary that has a theory, or one."""
     case, says = made.case, words_of(made.case)
-    lead: list[Cell] = [
-        f"[{says['title']}](#{case.name})",
-        says["fails"],
-        f"{_failed(made)} of {len(made.cells)}",
-        f"**{_silent(made)}**" if _silent(made) else 0,
-    ]
+    link, failed = f"[{says['title']}](#{case.name})", f"{_failed(made)} of {len(made.cells)}"
+    silent = f"**{_silent(made)}**" if _silent(made) else 0
+    lead: list[Cell] = [link, says["fails"], failed, silent]
     edges = [_edge(edge) for edge in made.boundaries if edge.theory == edge.theory]
     for edge in edges:
         row = edge["row"]
@@ -279,15 +275,10 @@ def _attempts(words: Words, made: Map) -> Table:
     rows: list[list[Cell]] = []
     for (column, row), cell in made.cells.items():
         stable = cell.outcome is Outcome.STABLE
-        told = [
-            tick(row),
-            tick(column),
-            str(cell.outcome) if stable else f"**{cell.outcome}**",
-            f"**{cell.said}**" if cell.silent else cell.said,
-            *([cell.guard] if guarded else []),
-            cell.reason,
-        ]
-        rows.append([*told, *(number(value, 4) for value in cell.numbers)])
+        ended = str(cell.outcome) if stable else f"**{cell.outcome}**"
+        said = f"**{cell.said}**" if cell.silent else cell.said
+        told = [tick(row), tick(column), ended, said, *([cell.guard] if guarded else [])]
+        rows.append([*told, cell.reason, *(number(value, 4) for value in cell.numbers)])
     heads = {"row": case.rows.label, "column": case.columns.label, "quantities": case.quantities}
     return words.table("attempts", rows, guarded=guarded, **heads)
 

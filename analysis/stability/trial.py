@@ -303,12 +303,8 @@ def solver_cell(answer: Percussions, reference: Floats, scale: float) -> Cell:
         outcome, reason = Outcome.INACCURATE, f"u⁺ is wrong by {error:.2g}"
     else:
         outcome, reason = Outcome.STABLE, f"u⁺ is right to {error:.2g}"
-    return Cell(
-        outcome=outcome,
-        reason=reason,
-        said=str(answer.status),
-        numbers=(error, answer.residual, float(answer.iterations)),
-    )
+    numbers = error, answer.residual, float(answer.iterations)
+    return Cell(outcome=outcome, reason=reason, said=str(answer.status), numbers=numbers)
 
 
 def _lost(frames: Frames) -> str:

@@ -83,17 +83,14 @@ def measure(
     references = dict(zip(pairs, done["references"], strict=True))
     (rigid,), (continuum,) = done["rigid"], done["continuum"]
     judge = Judge(window=window, name=name, rigid=rigid)
+    failed = {pair: found for pair, found in references.items() if isinstance(found, str)}
     return Measured(
         window=window,
         rigid=rigid,
         quantities=tuple(judge.exact),
         points=tuple(_points(judge, done, references, continuum)),
         no_continuum=continuum.reason,
-        warnings=tuple(
-            f"reference {law}, k = {k:.3g} N/m: {found}"
-            for (law, k), found in references.items()
-            if isinstance(found, str)
-        ),
+        warnings=tuple(f"reference {law}, k = {k:.3g} N/m: {f}" for (law, k), f in failed.items()),
     )
 
 
@@ -212,16 +209,9 @@ def build_chart(
         settings = list(settings_of(window, engines, QUICK if quick else FULL))
         measured = measure(window, scene.name, settings, folder, executor, progress, sides)
         sizes = () if quick else tuple(scaling(scene, engines, folder, executor, progress))
-    return Chart(
-        scene=scene,
-        measured=measured,
-        scaling=sizes,
-        warnings=(
-            *(f"{name} is not found: it is not on the chart" for name in missing),
-            *measured.warnings,
-        ),
-        quick=quick,
-    )
+    absent = [f"{name} is not found: it is not on the chart" for name in missing]
+    warnings = (*absent, *measured.warnings)
+    return Chart(scene=scene, measured=measured, scaling=sizes, warnings=warnings, quick=quick)
 
 
 def sizes_of(scene: Scene) -> tuple[int, ...]:
@@ -252,15 +242,9 @@ def scaling(
 def cheapest(points: Iterable[Point], accuracy: float = ACCURACY) -> list[Point]:
     """Choose of each method the cheapest point whose numerical error is within the accuracy."""
     best: dict[str, Point] = {}
-    for point in points:
-        if (
-            point.status != PointStatus.OK
-            or point.cpu_seconds is None
-            or point.numerical_error is None
-        ):
-            continue
-        if point.numerical_error <= accuracy:
-            other = best.get(point.key)
-            if other is None or point.cpu_seconds < (other.cpu_seconds or 0.0):
-                best[point.key] = point
+    for point in (p for p in points if p.status == PointStatus.OK and p.cpu_seconds is not None):
+        if point.numerical_error is not None and point.numerical_error <= accuracy:
+            best[point.key] = min(
+                best.get(point.key, point), point, key=lambda p: p.cpu_seconds or 0
+            )
     return list(best.values())

@@ -23,6 +23,7 @@ from analysis.pages.drawing import (
     SKY,
     VERMILION,
     YELLOW,
+    lead,
 )
 from analysis.work_precision.point import WORTH, Point, PointStatus, pareto_front
 from analysis.work_precision.window import Quantity
@@ -96,17 +97,8 @@ def label_curves(axes: Axes, labels: Iterable[Label]) -> None:
         heights[i] = min(heights[i], most)
         most = heights[i] - APART
     for label, height in zip(found, heights, strict=True):
-        axes.annotate(
-            label.text,
-            xy=(label.x, label.y),
-            xytext=(1.03, height),
-            textcoords="axes fraction",
-            color=label.colour,
-            fontsize=9,
-            va="center",
-            arrowprops={"arrowstyle": "-", "color": label.colour, "lw": 0.5, "alpha": 0.6},
-            annotation_clip=False,
-        )
+        beside = {"fontsize": 9, "va": "center", "annotation_clip": False}
+        lead(axes, label.text, (label.x, label.y), (1.03, height), label.colour, **beside)
 
 
 def tidy(axes: Axes) -> None:
@@ -211,9 +203,7 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
     labels, heights = [], []
     for curve in _by_method(points):
         look = look_of(curve[0])
-        known = [
-            p for p in curve if p.method != "rigid" and p.model_error and p.model_error > LOWEST
-        ]
+        known = [p for p in curve if p.method != "rigid" and (p.model_error or 0.0) > LOWEST]
         by_stiffness = {p.stiffness_N_per_m: p for p in known}
         if not by_stiffness:
             continue
@@ -282,11 +272,9 @@ def _handles(bars: bool) -> list[Line2D]:
         Line2D([], [], color=BLACK, lw=0.8, label="Pareto front of all methods"),
     ]
     if bars:
-        bar = Line2D([], [], color=BLACK, lw=0.8, ls=DOTS, label="error bar of soft references")
-        soft = Line2D(
-            [], [], color=DARK_GREY, lw=0.8, ls=DASHES, label="Pareto front of soft contacts"
-        )
-        handles += [soft, bar]
+        soft, bar = "Pareto front of soft contacts", "error bar of soft references"
+        handles.append(Line2D([], [], color=DARK_GREY, lw=0.8, ls=DASHES, label=soft))
+        handles.append(Line2D([], [], color=BLACK, lw=0.8, ls=DOTS, label=bar))
     return handles
 
 

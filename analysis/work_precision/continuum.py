@@ -146,10 +146,8 @@ def solve_both(window: Window, side_m: float) -> tuple[Answer, ...]:
     try:
         mesh = mesh_of(room, side_m)
     except ValueError as error:
-        return tuple(
-            answer_of(model, side_m, None, PointStatus.FAILED, str(error))
-            for model in ContinuumModel
-        )
+        failed = side_m, None, PointStatus.FAILED, str(error)
+        return tuple(answer_of(model, *failed) for model in ContinuumModel)
     return tuple(_solve(window, model, room, mesh, side_m) for model in ContinuumModel)
 
 

@@ -80,18 +80,10 @@ def _compared(words: Words, chart: Chart) -> Section:
         if measured.no_continuum
         else [words.text("continuum", mesh_sides=sides), words.text("continuum_error")]
     )
-    return Section(
-        number="compared",
-        title=words.text("compared"),
-        introduction=[
-            driven,
-            words.text("numerical", origin=measured.rigid.origin),
-            words.text("model"),
-            words.text("errors"),
-            words.text("time", starts=starts),
-            *medium,
-        ],
-    )
+    numerical = words.text("numerical", origin=measured.rigid.origin)
+    time = words.text("time", starts=starts)
+    said = [driven, numerical, words.text("model"), words.text("errors"), time, *medium]
+    return Section(number="compared", title=words.text("compared"), introduction=said)
 
 
 def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
@@ -104,16 +96,11 @@ def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
     }
     figure = work_precision_picture(points, quantity, chart.scene.name)
     fronts = {"front": pareto_front(points), "soft_front": pareto_front(_soft(points))}
-    return Section(
-        number=quantity.name,
-        title=f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})",
-        pictures=[
-            Picture(name=quantity.name, caption=words.text("known", bars=bars), figure=figure)
-        ],
-        tables=[
-            words.table(name, _rows(found, COLUMNS)) for name, found in fronts.items() if found
-        ],
-    )
+    title = f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})"
+    picture = Picture(name=quantity.name, caption=words.text("known", bars=bars), figure=figure)
+    known = {name: _rows(found, COLUMNS) for name, found in fronts.items() if found}
+    tables = [words.table(name, rows) for name, rows in known.items()]
+    return Section(number=quantity.name, title=title, pictures=[picture], tables=tables)
 
 
 def _rows(points: Iterable[Point], names: Sequence[str]) -> list[list[str]]:
@@ -189,14 +176,8 @@ def _bodies(words: Words, chart: Chart) -> list[Section]:
     """What all of this says about people as soft as they are."""
     if chart.scene.drive is None:
         return []
-    return [
-        Section(
-            number="bodies",
-            title=words.text("bodies"),
-            introduction=[words.text("softness")],
-            tables=[ladder_table(chart.scene)],
-        )
-    ]
+    title, said, table = words.text("bodies"), words.text("softness"), ladder_table(chart.scene)
+    return [Section(number="bodies", title=title, introduction=[said], tables=[table])]
 
 
 def _largest(points: Iterable[Point]) -> float | None:

@@ -105,16 +105,11 @@ class Point(Method):
     def from_json(cls, content: dict[str, Any]) -> Self:
         """Make the point that `to_json` gave. Raises ValueError naming a key that is missing,
         unknown or has a wrong value."""
-        if missing := sorted({*COLUMNS} - content.keys()):
-            raise ValueError(f"{missing[0]}: missing in a point")
-        if unknown := sorted(content.keys() - {*COLUMNS}):
-            raise ValueError(f"{unknown[0]}: unknown in a point")
-        try:
-            return cls(**(content | {"status": PointStatus(content["status"])}))
-        except ValueError:
-            raise ValueError(
-                f"status: {content['status']!r}; there are: {', '.join(PointStatus)}"
-            ) from None
+        for wrong in sorted({*COLUMNS} ^ content.keys()):
+            raise ValueError(f"{wrong}: {'missing' if wrong in COLUMNS else 'unknown'} in a point")
+        if (status := content["status"]) not in [*PointStatus]:
+            raise ValueError(f"status: {status!r}; there are: {', '.join(PointStatus)}")
+        return cls(**(content | {"status": PointStatus(status)}))
 
 
 _FIELDS = [field.name for field in dataclasses.fields(Point)]
@@ -149,11 +144,10 @@ def pareto_front(points: Sequence[Point]) -> list[Point]:
     error as small (to WORTH), from cheap to accurate: numerical plus model error against CPU
     seconds, so that no point wins by errors that cancel."""
     usable = [
-        (point.cpu_seconds, point.error_sum, point)
+        (cost, error, point)
         for point in points
+        if (cost := point.cpu_seconds) is not None and (error := point.error_sum) is not None
         if point.status == PointStatus.OK
-        and point.cpu_seconds is not None
-        and point.error_sum is not None
     ]
     front: list[Point] = []
     least = float("inf")

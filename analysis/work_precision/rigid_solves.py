@@ -79,11 +79,8 @@ def solve_rivals(window: Window) -> list[Answer]:
         laws += [(f"loehner_{r}", partial(_loehner, window, r)) for r in LoehnerReading]
         for method, law in laws:
             (on_disks, of_contacts), seconds = timed(law)
-            values = {
-                CONTACT_FORCE: of_contacts,
-                DISK_FORCE: on_disks.ravel(),
-                WALL_FORCE: -on_disks.sum(0),
-            }
+            values = {CONTACT_FORCE: of_contacts, DISK_FORCE: on_disks.ravel()}
+            values[WALL_FORCE] = -on_disks.sum(0)
             found.append(Answer(method=method, cpu_seconds=seconds, values=values))
     return found
 

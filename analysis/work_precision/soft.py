@@ -293,7 +293,7 @@ def soft_engines() -> list[str]:
     return [name for name in LAWS if engine(name).find()]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class SoftSetting:
     """An engine with a contact law, a stiffness and a time step as a share of the safe one."""
 
@@ -341,9 +341,7 @@ def settings_of(window: Window, engines: Sequence[str], grid: Grid = FULL) -> It
     for name in engines:
         shares = grid.of_engine.get(name, grid.shares)
         for law, stiffer, share in itertools.product(LAWS[name], grid.stiffer, shares):
-            setting = SoftSetting(
-                engine=name, law=law, stiffness_N_per_m=stiffer * own, share=share
-            )
+            setting = SoftSetting(name, law, stiffer * own, share)
             steps = penalty_of(scene_of(window, setting)).steps
             if steps <= MOST_STEPS and n * steps <= MOST_PARTICLE_STEPS:
                 yield setting
@@ -360,10 +358,8 @@ def scene_of(window: Window, setting: SoftSetting) -> Scene:
 
 def run_folder(folder: Path, setting: SoftSetting) -> Path:
     """Name where a run lives: folder/<engine>_<law>_k<stiffness>_dt<share>."""
-    return (
-        folder
-        / f"{setting.engine}_{setting.law}_k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
-    )
+    size = f"k{setting.stiffness_N_per_m:.6g}_dt{setting.share:.6g}"
+    return folder / f"{setting.engine}_{setting.law}_{size}"
 
 
 def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
@@ -389,12 +385,8 @@ def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
         time_step_s=penalty_of(scene).time_step,
         time_step_share=setting.share,
         stiffness_N_per_m=setting.stiffness_N_per_m,
-        cpu_seconds=known["cpu_seconds"],
         values=None,
-        status=status,
-        reason=reason,
-        machine=known["machine"],
-        date=known["date"],
+        **known | {"status": status, "reason": reason},
     )
     return SoftRun(setting=setting, motion=motion, answer=answer)
 
@@ -430,13 +422,8 @@ def _run(scene: Scene, setting: SoftSetting, folder: Path) -> dict[str, Any]:
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
             status, reason = PointStatus.FAILED, str(error).splitlines()[0]
-    return {
-        "status": str(status),
-        "reason": reason,
-        "cpu_seconds": seconds,
-        "machine": machine(),
-        "date": today(),
-    }
+    ended = {"status": str(status), "reason": reason, "cpu_seconds": seconds}
+    return ended | {"machine": machine(), "date": today()}
 
 
 def _is_there(known: dict[str, Any], folder: Path) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,7 +26,7 @@ from analysis.engines.record import RunRecord, divided
 from analysis.engines.run import EngineRun, run_ahead, run_folder
 from analysis.motion.inference import LEVEL
 from analysis.motion.study import Measure, Series, in_all, read_series
-from analysis.pages.drawing import COLOURS, GRID, MARKERS
+from analysis.pages.drawing import COLOURS, GRID, MARKERS, lead
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, number, signed, significant
 from analysis.pages.section import Picture, Section
@@ -107,12 +108,11 @@ def whole_run_settings(scene: Scene, engines: Sequence[str]) -> list[Setting]:
         found += [Setting(engine=RIGID, step_s=own, tolerance=one) for one in RIGID_TOLERANCES]
     k = scene.contact.stiffness_N_per_m
     for place, name in enumerate(known.NAME for known in PENALTY if known.NAME in engines):
+        tried = [(times, 1.0) for times in STIFFER[: 3 - 2 * place]]
+        tried += [(times, LONGER) for times in STIFFER[: 0 if place else LONGER_AT]]
         found += [
-            Setting(engine=name, stiffness_N_per_m=times * k) for times in STIFFER[: 3 - 2 * place]
-        ]
-        longer = STIFFER[: 0 if place else LONGER_AT]
-        found += [
-            Setting(engine=name, stiffness_N_per_m=times * k, longer=LONGER) for times in longer
+            Setting(engine=name, stiffness_N_per_m=times * k, longer=longer)
+            for times, longer in tried
         ]
     return found
 
@@ -144,17 +144,12 @@ class SettingRuns:
 
 def runs_of(settings: Sequence[Setting], crowds: Sequence[Scene], out: Path) -> list[SettingRuns]:
     """Name the runs of crowds by settings: OUT/crowd_0/…, and alone OUT/…."""
-    plain = crowds[0].with_run(impulses=None)
-    return [
-        SettingRuns(
-            setting=one,
-            crowds={
-                index: one.run(crowd, out / f"crowd_{index}") for index, crowd in enumerate(crowds)
-            },
-            alone=None if one.engine == RIGID else one.run(plain, out),
-        )
-        for one in settings
-    ]
+    plain, found = crowds[0].with_run(impulses=None), []
+    for one in settings:
+        runs = {i: one.run(crowd, out / f"crowd_{i}") for i, crowd in enumerate(crowds)}
+        alone = None if one.engine == RIGID else one.run(plain, out)
+        found.append(SettingRuns(setting=one, crowds=runs, alone=alone))
+    return found
 
 
 def whole_runs_of(scene: Scene, count: int, out: Path) -> list[SettingRuns]:
@@ -408,13 +403,8 @@ class WholeRunPoint:
     @property
     def setting(self) -> Setting:
         """Give the setting."""
-        return Setting(
-            engine=self.method,
-            step_s=self.step_s,
-            tolerance=self.tolerance,
-            stiffness_N_per_m=self.stiffness_N_per_m,
-            longer=self.longer,
-        )
+        names = ("step_s", "tolerance", "stiffness_N_per_m", "longer")
+        return Setting(engine=self.method, **{name: getattr(self, name) for name in names})
 
 
 COLUMNS = tuple(field.name for field in dataclasses.fields(WholeRunPoint))
@@ -426,17 +416,14 @@ def points_of(found: Precision) -> Iterator[WholeRunPoint]:
     scene, today = found.scene, datetime.now(UTC).date().isoformat()
     for one in found.every:
         for name, statistic in found.statistics.items():
-            setting, (mean, error) = one.setting, one.mean(name)
+            setting, (mean, error) = dataclasses.asdict(one.setting), one.mean(name)
             bias = one.bias(found.reference, name)
             yield WholeRunPoint(
                 scene=scene.name,
                 disks=len(scene.snapshot),
                 duration_s=scene.run.duration_s,
-                method=setting.engine,
-                step_s=setting.step_s,
-                tolerance=setting.tolerance,
-                stiffness_N_per_m=setting.stiffness_N_per_m,
-                longer=setting.longer,
+                method=setting.pop("engine"),
+                **setting,
                 crowds=len(one.crowds),
                 cpu_seconds=_none_if_nan(one.cpu_seconds),
                 with_impulses_s=_none_if_nan(one.with_impulses),
@@ -497,15 +484,12 @@ def whole_runs_section(found: Precision) -> Section:
         "driven": scene.drive is not None,
         "heads": [f"{one.title} ({one.unit})" for one in found.statistics.values()],
     }
+    caption, figure = words.text("picture", **values), whole_runs_picture(found)
     return Section(
         number=NAME,
         title=words.text("title"),
         introduction=[words.text("what", **values), words.text("cost")],
-        pictures=[
-            Picture(
-                name=NAME, caption=words.text("picture", **values), figure=whole_runs_picture(found)
-            )
-        ],
+        pictures=[Picture(name=NAME, caption=caption, figure=figure)],
         tables=[words.table("table", whole_runs_rows(found), **values)],
         warnings=found.failures,
         files=[f"{NAME}.csv"],
@@ -564,17 +548,11 @@ def _draw(axes: Axes, found: Precision, name: str) -> None:
     for one in found.every:
         place = engines.index(one.setting.engine) % len(COLOURS)
         bias, colour = one.bias(found.reference, name), COLOURS[place]
-        coarse = one.setting.is_coarse
-        axes.errorbar(
-            [one.cpu_seconds],
-            [100 * bias.share],
-            yerr=np.array([_reach(bias)]).T,
-            fmt=MARKERS[place],
-            color=colour,
-            mfc="white" if coarse else colour,
-            capsize=3,
-            label="_" if coarse else engine_name(one.setting.engine),
-        )
+        coarse, bar = one.setting.is_coarse, np.array([_reach(bias)]).T
+        look: dict[str, Any] = {"fmt": MARKERS[place], "color": colour, "capsize": 3}
+        look["mfc"] = "white" if coarse else colour
+        label = "_" if coarse else engine_name(one.setting.engine)
+        axes.errorbar([one.cpu_seconds], [100 * bias.share], yerr=bar, label=label, **look)
     axes.axhline(0.0, color=GRID, zorder=0)
     axes.set_xscale("log")
     axes.margins(x=0.1, y=0.12)
@@ -595,18 +573,9 @@ def _name(axes: Axes, found: Precision, name: str, engines: Sequence[str]) -> No
         at[place] = min(at[place], 1.0 - APART * (len(at) - 1 - place))
     for one, share in zip(named, at, strict=True):
         colour = COLOURS[engines.index(one.setting.engine) % len(COLOURS)]
-        axes.annotate(
-            one.setting.short,
-            (one.cpu_seconds, 100 * one.bias(found.reference, name).share),
-            xytext=(share, 1.03),
-            textcoords="axes fraction",
-            rotation=90,
-            ha="center",
-            va="bottom",
-            fontsize=8,
-            color=colour,
-            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6},
-        )
+        point = (one.cpu_seconds, 100 * one.bias(found.reference, name).share)
+        turned = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 8}
+        lead(axes, one.setting.short, point, (share, 1.03), colour, **turned)
 
 
 def _reach(bias: Bias) -> Sequence[float]:

@@ -401,9 +401,9 @@ class Converged:
 
 
 class _Errors(NamedTuple):
-    numerical: float | None = None
+    numerical_error: float | None = None
     numerical_bar: float | None = None
-    model: float | None = None
+    model_error: float | None = None
     model_bar: float | None = None
 
 
@@ -437,21 +437,18 @@ class Judge:
             if converged is not None:
                 errors = self._errors(quantity, given, converged)
                 if status == PointStatus.OK:
-                    status, reason = _judged(errors.numerical, reason, converged)
+                    status, reason = _judged(errors.numerical_error, reason, converged)
             elif answer.method == "rigid":
                 errors = _Errors(total, bar, 0.0, 0.0)
             else:
                 errors = _Errors(None, None, total, bar)
             yield Point(
                 **{name: getattr(answer, name) for name in KNOWN},
+                **errors._asdict(),
                 scene=self.name,
                 disks=len(self.window.scene.snapshot),
                 quantity=quantity.name,
                 unit=quantity.unit,
-                numerical_error=errors.numerical,
-                numerical_bar=errors.numerical_bar,
-                model_error=errors.model,
-                model_bar=errors.model_bar,
                 total_error=total,
                 status=status,
                 reason=reason,

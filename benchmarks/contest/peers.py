@@ -102,28 +102,17 @@ def osqp(problem: Scaled, step: float, dual: bool) -> Solver:
     k = problem.rows.shape[0]
     zero, infinity = np.zeros(k), np.full(k, np.inf)
     if dual:
-        matrices = (
-            sparse.triu(problem.delassus, format="csc"),
-            -problem.approach,
-            sparse.identity(k, format="csc"),
-        )
+        upper = sparse.triu(problem.delassus, format="csc")
+        matrices = (upper, -problem.approach, sparse.identity(k, format="csc"))
         bounds = (zero, infinity)
     else:
         matrices, bounds = (problem.identity, -problem.left, problem.rows), (-infinity, zero)
 
     def solve(tolerance: float) -> Answer:
         solver = package.OSQP()
-        solver.setup(
-            *matrices,
-            *bounds,
-            eps_abs=tolerance,
-            eps_rel=0.0,
-            rho=step,
-            polishing=True,
-            polish_refine_iter=10,
-            max_iter=200_000,
-            verbose=False,
-        )
+        given = {"eps_abs": tolerance, "eps_rel": 0.0, "rho": step, "max_iter": 200_000}
+        polished = {"polishing": True, "polish_refine_iter": 10}
+        solver.setup(*matrices, *bounds, **given, **polished, verbose=False)
         found = solver.solve(raise_error=False)
         return Answer(found.x) if dual else Answer(found.y, found.x)
 
@@ -141,11 +130,8 @@ def cvxopt(problem: Scaled, dual: bool) -> Solver:
 
     k = problem.rows.shape[0]
     if dual:
-        matrices = (
-            own(problem.delassus),
-            package.matrix(-problem.approach),
-            own(-sparse.identity(k)),
-        )
+        approach = package.matrix(-problem.approach)
+        matrices = (own(problem.delassus), approach, own(-sparse.identity(k)))
     else:
         matrices = own(problem.identity), package.matrix(-problem.left), own(problem.rows)
     bound = package.matrix(0.0, (k, 1))
@@ -247,51 +233,30 @@ def siconos(problem: Scaled) -> Solver:
     return solve
 
 
+VARIANTS: dict[str, dict[str, Callable[[Scaled], Solver]]] = {
+    "piqp": {
+        "primal": partial(piqp, step=0.99, dual=False),
+        "primal, step 0.999": partial(piqp, step=0.999, dual=False),
+        "dual": partial(piqp, step=0.99, dual=True),
+        "dual, step 0.999": partial(piqp, step=0.999, dual=True),
+    },
+    "clarabel": {
+        "default": clarabel,
+        "regularisation 1e-13": partial(clarabel, regularisation=1e-13),
+        "regularisation 1e-13, step 0.999": partial(clarabel, regularisation=1e-13, step=0.999),
+    },
+    "osqp": {
+        "dual, rho 0.3": partial(osqp, step=0.3, dual=True),
+        "primal, rho 100": partial(osqp, step=100.0, dual=False),
+        "primal, rho 10": partial(osqp, step=10.0, dual=False),
+    },
+    "qoco": {"default": qoco},
+    "cvxopt": {"primal": partial(cvxopt, dual=False), "dual": partial(cvxopt, dual=True)},
+    "qpalm": {"sigma 20": partial(qpalm, penalty=20.0), "sigma 200": partial(qpalm, penalty=200.0)},
+}
+ASKED = {"osqp": LOOSE, "qoco": TIGHT, "qpalm": NEAR}
 PEERS = (
-    Peer(
-        "piqp",
-        {
-            "primal": partial(piqp, step=0.99, dual=False),
-            "primal, step 0.999": partial(piqp, step=0.999, dual=False),
-            "dual": partial(piqp, step=0.99, dual=True),
-            "dual, step 0.999": partial(piqp, step=0.999, dual=True),
-        },
-        ITERATIONS,
-        "pip install piqp",
-    ),
-    Peer(
-        "clarabel",
-        {
-            "default": clarabel,
-            "regularisation 1e-13": partial(clarabel, regularisation=1e-13),
-            "regularisation 1e-13, step 0.999": partial(clarabel, regularisation=1e-13, step=0.999),
-        },
-        ITERATIONS,
-        "pip install clarabel",
-    ),
-    Peer(
-        "osqp",
-        {
-            "dual, rho 0.3": partial(osqp, step=0.3, dual=True),
-            "primal, rho 100": partial(osqp, step=100.0, dual=False),
-            "primal, rho 10": partial(osqp, step=10.0, dual=False),
-        },
-        LOOSE,
-        "pip install osqp",
-    ),
-    Peer("qoco", {"default": qoco}, TIGHT, "pip install qoco"),
-    Peer(
-        "cvxopt",
-        {"primal": partial(cvxopt, dual=False), "dual": partial(cvxopt, dual=True)},
-        ITERATIONS,
-        "pip install cvxopt",
-    ),
-    Peer(
-        "qpalm",
-        {"sigma 20": partial(qpalm, penalty=20.0), "sigma 200": partial(qpalm, penalty=200.0)},
-        NEAR,
-        "pip install qpalm",
-    ),
+    *(Peer(n, some, ASKED.get(n, ITERATIONS), f"pip install {n}") for n, some in VARIANTS.items()),
     Peer("proxqp", {"dual": proxqp}, NEAR, "pip install proxsuite"),
     Peer("siconos", {"projected Gauss–Seidel": siconos}, NEAR, "apt-get install python3-siconos"),
 )
@@ -334,11 +299,6 @@ def listed(problem: Scaled, name: str) -> Solver:
 
 
 LISTED = tuple(
-    Peer(
-        f"qpsolvers {name}",
-        {"": partial(listed, name=name)},
-        NEAR,
-        f"pip install qpsolvers[{name}]",
-    )
-    for name in NAMES
+    Peer(f"qpsolvers {n}", {"": partial(listed, name=n)}, NEAR, f"pip install qpsolvers[{n}]")
+    for n in NAMES
 )

@@ -150,16 +150,8 @@ def pressed(n: int, seed: int = 1) -> Case:
     return case._replace(left_velocity=case.left_velocity + noise)
 
 
-FAMILIES: dict[str, Callable[..., Case]] = {
-    "heap": heap,
-    "jammed": jammed,
-    "hexagonal": hexagonal,
-    "chain": chain,
-    "masses": masses,
-    "gate": gate,
-    "push": push,
-    "pressed": pressed,
-}
+_MAKERS = (heap, jammed, hexagonal, chain, masses, gate, push, pressed)
+FAMILIES: dict[str, Callable[..., Case]] = {make.__name__: make for make in _MAKERS}
 
 
 def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, closed: bool) -> Case:
@@ -173,9 +165,8 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
     ends = np.array(shut if closed else ajar)
     walls = Walls(start=ends[:, 0], end=ends[:, 1])
     snapshot = Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
-    return Case(
-        name, snapshot, walls, find_contacts(snapshot, walls, tolerance=tolerance), velocity
-    )
+    contacts = find_contacts(snapshot, walls, tolerance=tolerance)
+    return Case(name, snapshot, walls, contacts, velocity)
 
 
 def _heap(n: int, seed: int) -> tuple[Any, Any]:

@@ -99,14 +99,9 @@ def score(library: Path, answers: Sequence[Path], progress: Progress | None = No
             raise ValueError(f"{folder}: no answer to any problem of {library}")
     columns = []
     for number, entry in enumerate(entries):
-        unique = entry["velocity"] == UNIQUE
+        problem, unique = library / entry["file"], entry["velocity"] == UNIQUE
         files = [folder / entry["file"] for folder in answers]
-        columns.append(
-            [
-                judge(library / entry["file"], file, unique=unique) if file.is_file() else None
-                for file in files
-            ]
-        )
+        columns.append([judge(problem, f, unique=unique) if f.is_file() else None for f in files])
         if progress:
             progress("problems", (number + 1) / len(entries))
     return Scores(

@@ -175,13 +175,8 @@ def stiffness_theory(step: float) -> float:
     rows=("time step (s), LAMMPS", (0.001, 0.003, 0.01), (0.003,)),
     fails_as=(Outcome.ENERGY_GAIN, Outcome.LOST),
     theory=stiffness_theory,
-    values={
-        "line": LINE,
-        "restitution": RESTITUTION,
-        "force_n": FORCE_N,
-        "softest": LINE / SHARE,
-        "share": SHARE,
-    },
+    values={"line": LINE, "restitution": RESTITUTION, "force_n": FORCE_N, "share": SHARE}
+    | {"softest": LINE / SHARE},
 )
 def stiffness(ratio: float, step: float, folder: Path) -> Cell:
     """Drive LINE disks against a wall, k r = ratio times the drive of one, with a time step (s):
@@ -432,8 +427,7 @@ def skin(skin_m: float, row: Renewal, folder: Path) -> Cell:
     frames = run_frames(scene, row.engine, folder, row.edits(skin_m))
     passed = len(frames.position) and frames.position[-1, 1, 0] < frames.position[-1, 0, 0]
     if passed and not frames.gain > 1 + GAIN:
-        reason = "the disks passed through each other"
-        return engine_cell(frames, Outcome.INACCURATE, reason)
+        return engine_cell(frames, Outcome.INACCURATE, "the disks passed through each other")
     return undriven_cell(frames)
 
 
@@ -501,9 +495,8 @@ def drift(step: float, engine: str, folder: Path) -> Cell:
     )
     frames = run_frames(scene, engine, folder)
     change = float(frames.energy[-1] / frames.energy[0] - 1) if len(frames.time) else float("nan")
-    outside = 0
-    if len(frames.time):
-        outside = _outside(scene.walls[0].start_m, frames.position[-1])
+    corner = scene.walls[0].start_m
+    outside = _outside(corner, frames.position[-1]) if len(frames.time) else 0
     outcome, reason = Outcome.STABLE, f"energy {change:+.2g} of the start after {DRIFT_STEPS} steps"
     if outside:
         outcome, reason = Outcome.LOST, f"{outside} disks are outside the walls"
@@ -584,8 +577,7 @@ def narrow_door(width: float, row: By | str, folder: Path) -> Cell:
     frames = run_frames(scene, row.engine, folder)
     through = bool(len(frames.position)) and float(frames.position[-1, 0, 0]) > RADIUS_M
     if through and width < 1:
-        reason = "squeezed through a door narrower than itself"
-        return engine_cell(frames, Outcome.LOST, reason)
+        return engine_cell(frames, Outcome.LOST, "squeezed through a door narrower than itself")
     return engine_cell(frames, Outcome.STABLE, "walks through" if through else "is held")
 
 
@@ -665,13 +657,9 @@ def _slow_solver(speed: float, solver: str) -> Cell:
     try:
         answer = solve(snapshot, contacts, left_velocity=speed * unit, solver=solver)
     except ArithmeticError as error:
-        name = type(error).__name__
-        return Cell(
-            outcome=Outcome.NOT_CONVERGED,
-            reason=f"ends with {name}: {error}",
-            said=name,
-            numbers=(float("nan"),) * len(SOLVER_QUANTITIES),
-        )
+        name, nothing = type(error).__name__, (float("nan"),) * len(SOLVER_QUANTITIES)
+        reason = f"ends with {name}: {error}"
+        return Cell(outcome=Outcome.NOT_CONVERGED, reason=reason, said=name, numbers=nothing)
     return solver_cell(answer, speed * reference, speed * float(np.abs(unit).max()))
 
 

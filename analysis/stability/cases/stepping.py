@@ -130,10 +130,15 @@ def crowd() -> tuple[Snapshot, Walls]:
         start=np.array([[0.0, -1.0], [-30.0, 0.0], [-30.0, 7.7 * RADIUS_M]]),
         end=np.array([[0.0, 10.0], [1.0, 0.0], [1.0, 7.7 * RADIUS_M]]),
     )
-    still = np.zeros((CORNER_DISKS, 2))
-    return Snapshot(
-        position=position, velocity=still, radius=radius, mass=np.full(CORNER_DISKS, 75.0)
-    ), wall
+    still, mass = np.zeros((CORNER_DISKS, 2)), np.full(CORNER_DISKS, 75.0)
+    return Snapshot(position=position, velocity=still, radius=radius, mass=mass), wall
+
+
+def pushed(snapshot: Snapshot, walls: Walls, tolerance: float) -> Motion:
+    """Let all walk along x."""
+    wish = np.tile([SPEED_M_PER_S, 0.0], (len(snapshot), 1))
+    push = Push(desired=lambda position: wish, relaxation_time=RELAXATION_S)
+    return Motion(snapshot, walls, step=STEP_S, push=push, tolerance=tolerance)
 
 
 @case(
@@ -149,15 +154,7 @@ def crowd() -> tuple[Snapshot, Walls]:
 )
 def left_overlap(tolerance: float, seconds: float, folder: Path) -> Cell:
     """Press them for so many seconds with so tolerant a solver."""
-    snapshot, walls = crowd()
-    wish = np.tile([SPEED_M_PER_S, 0.0], (CORNER_DISKS, 1))
-    motion = Motion(
-        snapshot,
-        walls,
-        step=STEP_S,
-        push=Push(desired=lambda position: wish, relaxation_time=RELAXATION_S),
-        tolerance=tolerance,
-    )
+    motion = pushed(*crowd(), tolerance)
     overlaps, residual = [], 0.0
     try:
         for _ in range(round(seconds / STEP_S)):
@@ -200,17 +197,10 @@ class Tolerance:
 def unsolved_step(ratio: float, row: Tolerance, folder: Path) -> Cell:
     """Press a line of disks, every other one so many times lighter, against a wall."""
     mass = np.where(np.arange(LINE_DISKS) % 2, MASS_KG / ratio, MASS_KG)
-    places = np.column_stack(
-        [-(2.05 * np.arange(LINE_DISKS) + 1.05) * RADIUS_M, np.zeros(LINE_DISKS)]
-    )
-    wish = np.tile([SPEED_M_PER_S, 0.0], (LINE_DISKS, 1))
-    motion = Motion(
-        disks(places, mass=mass),
-        Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]])),
-        step=STEP_S,
-        push=Push(desired=lambda position: wish, relaxation_time=RELAXATION_S),
-        tolerance=row.value,
-    )
+    along = -(2.05 * np.arange(LINE_DISKS) + 1.05) * RADIUS_M
+    places = np.column_stack([along, np.zeros(LINE_DISKS)])
+    wall = Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]]))
+    motion = pushed(disks(places, mass=mass), wall, row.value)
     residual, made, why = 0.0, 0, ""
     try:
         while made < STEPS:
@@ -241,14 +231,9 @@ def wedged(apart_deg: float, random: np.random.Generator) -> tuple[Snapshot, Con
         mass=np.full(1, 75.0),
         spin=random.normal(size=1),
     )
-    return snapshot, Contacts(
-        first=np.zeros(2, dtype=int),
-        second=np.arange(2),
-        is_wall=np.ones(2, dtype=bool),
-        normal=normal,
-        gap=np.zeros(2),
-        point=normal,
-    )
+    who = {"first": np.zeros(2, dtype=int), "second": np.arange(2)}
+    walls, gap = np.ones(2, dtype=bool), np.zeros(2)
+    return snapshot, Contacts(**who, is_wall=walls, normal=normal, gap=gap, point=normal)
 
 
 @case(
