@@ -87,8 +87,10 @@ def _not_of(scene: Scene, row: Mapping[str, Floats], *, start: bool) -> str:
     own = {"id": snapshot.ids, "radius": snapshot.radius, "mass": snapshot.mass}
     own |= {"x": x, "y": y} if start else {}
     order = np.argsort(snapshot.ids)
-    same = (name for name in own if not np.allclose(row[name], own[name][order], 1e-9, 1e-9))
-    return next(same, "")
+    for name, values in own.items():
+        if (np.abs(row[name] - values[order]) > 1e-9 * (1 + np.abs(values[order]))).any():
+            return name
+    return ""
 
 
 def check_contacts(path: Path, energies: Floats, record: RunRecord, scene: Scene) -> float:
