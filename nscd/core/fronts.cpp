@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "dense.hpp"
+#include "levels.hpp"
 
 namespace nscd {
 
@@ -13,6 +14,21 @@ using Size = std::int64_t;
 
 // A crowd that is shared is cut into so many subtrees, unless the largest cannot be cut.
 constexpr int SUBTREES = 8;
+
+template <int LANES>
+[[gnu::always_inline]] inline void add_lanes(const double* from, double* chunk, const Index* to, Size row, Size end) {
+    for (; row < end; ++row)
+        for (int lane = 0; lane < LANES; ++lane) chunk[8 * Size(to[row]) + lane] += from[8 * row + lane];
+}
+
+// Add rows … end of so many neighbouring columns to the rows `to` of a chunk.
+LEVELS void add_rows(const double* __restrict from, double* __restrict chunk, const Index* to, Size row, Size end, Size lanes) {
+    if (lanes == 8) return add_lanes<8>(from, chunk, to, row, end);
+    if (lanes == 6) return add_lanes<6>(from, chunk, to, row, end);
+    if (lanes == 4) return add_lanes<4>(from, chunk, to, row, end);
+    for (; lanes >= 2; lanes -= 2, from += 2, chunk += 2) add_lanes<2>(from, chunk, to, row, end);
+    if (lanes) add_lanes<1>(from, chunk, to, row, end);
+}
 
 }  // namespace
 
@@ -279,24 +295,14 @@ void Fronts::add_child(const Front& front, const double* given, std::span<const 
         else place += beyond;
         to[q] = Index(place);
     }
-    const auto add = [&](const double* from, double* chunk, Size row, Size end, Size lanes) {
-        for (; row < end; ++row) {
-            double* at = chunk + 8 * Size(to[row]);
-            const double* numbers = from + 8 * row;
-            if (lanes == 8)
-                for (int lane = 0; lane < 8; ++lane) at[lane] += numbers[lane];
-            else
-                for (Size lane = 0; lane < lanes; ++lane) at[lane] += numbers[lane];
-        }
-    };
     for (Size j = 0, end; j < count; j = end) {
         const Size lane = to[j] & 7, chunk = to[j] >> 3;
         for (end = j + 1; end < count && to[end] == to[end - 1] + 1 && (to[end] & 7) && (end & 7);) ++end;
         const double* from = given + 32 * (j >> 3) * ((j >> 3) + 1) + (j & 7);
         const Size split = std::min(above, end);
-        add(from, front.panel + 8 * chunk * front.height + lane, 0, split, end - j);
+        add_rows(from, front.panel + 8 * chunk * front.height + lane, to.data(), 0, split, end - j);
         const Size own = chunk - front.wide;
-        if (split < end) add(from, front.update + 32 * own * (own + 1) - 64 * front.wide + lane, split, end, end - j);
+        if (split < end) add_rows(from, front.update + 32 * own * (own + 1) - 64 * front.wide + lane, to.data(), split, end, end - j);
     }
 }
 

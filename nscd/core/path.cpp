@@ -224,6 +224,7 @@ Found solve_by_path(Factor& factor, const Near& near, double tolerance, bool lea
     if (exactly && std::isfinite(path.error)) {
         // no more closed contacts than unknowns: they tell the reactions; else, or where they do not, those of least energy
         const bool few = std::count(closed.begin(), closed.end(), 1) <= 2 * s.n;
+        path.theta.clear();  // the factor is another one from here on
         for (bool energy : {false, true}) {
             if (!energy && !few) continue;
             if (energy) {
