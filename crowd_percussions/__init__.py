@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from analysis.scene.real.import_crowd import import_crowd as import_crowd
     from analysis.scene.real.trajectory import read_heads as read_heads
     from analysis.scene.shipped_scenes import make as make
-    from analysis.support.shipped import shipped as shipped
+    from analysis.support.files import shipped as shipped
     from nscd import ContactLaw as ContactLaw
     from nscd import Contacts as Contacts
     from nscd import ContactState as ContactState
@@ -103,7 +103,7 @@ _NAMES = {
     "analysis.scene.real.import_crowd": ("import_crowd",),
     "analysis.scene.real.trajectory": ("read_heads",),
     "analysis.scene.shipped_scenes": ("make",),
-    "analysis.support.shipped": ("shipped",),
+    "analysis.support.files": ("shipped",),
     "analysis.dumps": ("DumpError", "open_bodies", "read_contacts", "snapshot_of"),
     "analysis.engines": ("EngineError",),
     "analysis.engines.run": ("simulate",),

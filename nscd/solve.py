@@ -103,7 +103,7 @@ def solve(
     canonical, starts, threads = _read(search) if search else (True, 1, 1)
     _check(snapshot, contacts, law, tolerance, solver)
     if law.frictional:
-        from nscd.friction.answer import solve_with_friction  # slow to import
+        from nscd.friction.answer import solve_with_friction
 
         left = _left(snapshot, left_velocity)
         contacts.check_disks(len(snapshot))

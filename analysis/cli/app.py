@@ -18,9 +18,8 @@ import typer
 from typer.core import TyperGroup
 
 from analysis.support.extras import missing_extra
-from analysis.support.files import whole_file
+from analysis.support.files import or_shipped, whole_file
 from analysis.support.parallel import Progress
-from analysis.support.shipped import or_shipped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

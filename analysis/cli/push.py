@@ -37,9 +37,8 @@ def push(
         the least and the most. By default 0 to 1.
 
     Example: percussions push scenes/push_excerpt.csv"""
-    from analysis.push.hindcast import expected_seconds, hindcast
+    from analysis.push.hindcast import ARMS, expected_seconds, hindcast
     from analysis.push.page import HEAD, summary, verdicts, write_hindcast
-    from analysis.push.row import ARMS
     from analysis.push.trial import read_trial
 
     trial = read_trial(file, wall)

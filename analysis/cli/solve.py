@@ -93,8 +93,7 @@ def _solve_dump(
     job: DumpToSolve, out: Path, part_frames: int | None, workers: int, scheduler: str | None
 ) -> SolvedDump:
     """Solve a dump into one table, or into parts."""
-    from analysis.percussions.chunks import solve_in_chunks
-    from analysis.percussions.solving import executor_for, solve_dump
+    from analysis.percussions.solving import executor_for, solve_dump, solve_in_chunks
     from analysis.percussions.table import is_parquet
 
     if part_frames and not is_parquet(out):
@@ -114,7 +113,7 @@ def _solve_problem(
     problem: Path, out: Path, tolerance: float, openness: Openness, others: list[str]
 ) -> None:
     """Solve an FCLIB problem; `others` are options that it has no use for."""
-    from analysis.exchange.solved import solve_file
+    from analysis.exchange.fclib import solve_file
     from analysis.percussions.table import is_parquet
 
     if others:

@@ -20,8 +20,7 @@ from analysis.lammps_process import WALLS
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.extras import install
-from analysis.support.files import whole_file, write_text
-from analysis.support.shipped import shipped
+from analysis.support.files import shipped, whole_file, write_text
 from nscd.arrays import Floats, Indices
 from nscd.segments import ROUNDING_M, Segments, connect
 

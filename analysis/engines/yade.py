@@ -8,7 +8,7 @@ from analysis.engines.penalty import penalty_of, penalty_setting
 from analysis.engines.process import Command, digest_of, version_said
 from analysis.engines.record import EngineError
 from analysis.scene.scene import Scene
-from analysis.support.shipped import shipped
+from analysis.support.files import shipped
 
 NAME, TITLE, COMMAND, ASK = "yade", "YADE", "yade", "--version"
 INSTALL = "apt-get install --no-install-recommends yade"

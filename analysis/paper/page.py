@@ -32,9 +32,8 @@ from analysis.paper.discrete import fig4_arch as fig4
 from analysis.paper.discrete import fig5_masses as fig5
 from analysis.paper.discrete import fig6_rivals as fig6
 from analysis.support import cache
-from analysis.support.files import write_json, write_rows, write_text
+from analysis.support.files import shipped, write_json, write_rows, write_text
 from analysis.support.parallel import Progress, Task, do_all, workers
-from analysis.support.shipped import shipped
 
 PAGE = shipped("docs/errata.md")
 _PART = re.compile(r"^[-*] \*\*(\w+)\*\*:\s(.*?)(?=^[-*] \*\*|\Z)", re.MULTILINE | re.DOTALL)

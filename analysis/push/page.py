@@ -14,16 +14,18 @@ from analysis.pages.section import Section, Table
 from analysis.pages.words import Words
 from analysis.push.hindcast import (
     CLOSEST,
+    DRAWS,
     ONSET,
     POSITION,
     RIGID,
     SCORES,
+    TAU_S,
     Hindcast,
     closest,
     error_of,
+    momentum,
     onsets,
 )
-from analysis.push.row import DRAWS, TAU_S, momentum
 from analysis.support.files import write_rows, write_text
 from nscd.arrays import Flags, Floats
 

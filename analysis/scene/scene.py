@@ -33,9 +33,8 @@ from analysis.scene.schema import (
     Schema,
     Wall,
 )
-from analysis.support.files import write_text
+from analysis.support.files import or_shipped, shipped, write_text
 from analysis.support.reading import UnreadableError, read_text
-from analysis.support.shipped import or_shipped, shipped
 from nscd import Snapshot
 from nscd.stepping import StepError
 

@@ -1,5 +1,5 @@
-"""Writing files whole: to a temporary name, then renamed, so that an interrupted run leaves earlier
-results."""
+"""Files: those that the product brings along, and writing whole ones, to a temporary name that is then
+renamed, so that an interrupted run leaves earlier results."""
 
 import contextlib
 import csv
@@ -7,6 +7,7 @@ import json
 import math
 import os
 import stat
+import sysconfig
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
@@ -68,3 +69,23 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def shipped(name: str) -> Path:
+    """`scenes`, `lammps_inputs`, `yade_scripts` or `docs/errata.md`: of the checkout, or what an
+    installed wheel put under share/."""
+    beside = Path(__file__).resolve().parents[2] / name
+    return (
+        beside
+        if beside.exists()
+        else Path(sysconfig.get_path("data")) / "share" / "crowd-percussions" / name
+    )
+
+
+def or_shipped(path: Path) -> Path:
+    """Give a path as it is, or the product's own file of that name where there is none:
+    `scenes/gate_excerpt.txt`, from any folder."""
+    if path.parts[:1] != ("scenes",) or ".." in path.parts or path.exists():
+        return path
+    own = shipped(str(path))
+    return own if own.is_file() else path

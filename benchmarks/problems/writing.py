@@ -16,10 +16,9 @@ from analysis.exchange.problem import ExchangeError, hdf5
 from analysis.percussions import Setting, SnapshotPercussions, percussions_of
 from analysis.percussions.table import Openness
 from analysis.support.extras import load
-from analysis.support.files import write_json
+from analysis.support.files import shipped, write_json
 from analysis.support.parallel import Progress, Task, do_all
 from analysis.support.reading import read_text
-from analysis.support.shipped import shipped
 from benchmarks.problems.families import FAMILIES
 from benchmarks.problems.judge import THRESHOLDS, judge
 from nscd import ContactLaw, solve

@@ -1,23 +1,173 @@
-"""A rigid crowd in motion: one Moreau–Jean step after another, each an exact contact problem."""
+"""A rigid crowd in motion: one Moreau–Jean step after another, each an exact contact problem, and the
+impulses of contacts over windows of time."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from nscd import _core
-from nscd.arrays import Floats
+from nscd.arrays import Flags, Floats, Index32, Indices
 from nscd.bodies import Snapshot, Walls
-from nscd.contacts import Contacts
+from nscd.contacts import NO_WALLS, Contacts, connected
 from nscd.projection import project
 from nscd.solve import CHOICES
-from nscd.stepping.push import Push
-from nscd.stepping.report import StepError, StepReport, both
-from nscd.stepping.search import Neighbours, neighbours, segments_of
 
 if TYPE_CHECKING:
     from nscd.friction import StepAnswer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Push:
+    """Say what moves disks besides their contacts.
+
+    desired: u_d(q) (n,2) m/s of disks at q (n,2) m
+    relaxation_time: s, τ, in which a disk alone comes to it
+    acceleration: (x, y) m/s², of all
+
+    Raises ValueError for what is out of range."""
+
+    desired: Callable[[Floats], Floats] | None = None
+    relaxation_time: float = np.inf
+    acceleration: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        tau = self.relaxation_time
+        if self.desired is not None and not (np.isfinite(tau) and tau > 0):
+            raise ValueError(f"relaxation_time: {tau} s; a time > 0 is needed")
+        if not np.isfinite(self.acceleration).all():
+            raise ValueError(
+                f"acceleration: {self.acceleration} m/s²; two finite numbers are needed"
+            )
+
+
+class Neighbours(NamedTuple):
+    """Hold candidates for contact.
+
+    first: (k,) disk
+    second: (k,) disk; −1 for a wall
+    wall: (k,) wall; −1 for a pair
+    normal: (k,2) unit vector, first → second
+    gap: (k,) m"""
+
+    first: Index32
+    second: Index32
+    wall: Index32
+    normal: Floats
+    gap: Floats
+
+
+def segments_of(walls: Walls | None) -> _core.Walls:
+    """Give walls as the core takes them."""
+    return connected(walls or NO_WALLS)
+
+
+def neighbours(
+    position: Floats, radius: Floats, segments: _core.Walls, margin: float
+) -> Neighbours:
+    """Find every pair and every wall whose gap is at most `margin` (m).
+
+    position (n,2) m, radius (n,) m. A disk has one contact for each nearest point of connected
+    walls: one at a corner that points at it, two in a corner that it sits in."""
+    return Neighbours(*_core.neighbours(position, radius, segments, margin))
+
+
+class StepError(RuntimeError):
+    """Say that a step has no answer within the tolerance, at what time, with what residual."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StepReport:
+    """Say what a step did.
+
+    neighbours: the k candidates for contact; of both halves of a step that was made in halves
+    reaction: (k,) N·s, their percussions along the normal
+    friction: (k,) N·s, along t = (−n_y, n_x)
+    residual: dimensionless, recomputed
+    iterations: of the solver
+    repeats: how often contacts were missed
+    solver: its name"""
+
+    neighbours: Neighbours
+    reaction: Floats
+    friction: Floats
+    residual: float
+    iterations: int
+    repeats: int
+    solver: str
+
+
+def both(one: StepReport, other: StepReport) -> StepReport:
+    """Two steps as one: all their contacts, the worse of their residuals."""
+    pairs: Any = zip(one.neighbours, other.neighbours, strict=True)
+    return StepReport(
+        neighbours=Neighbours(*(np.concatenate(pair) for pair in pairs)),
+        reaction=np.concatenate([one.reaction, other.reaction]),
+        friction=np.concatenate([one.friction, other.friction]),
+        residual=max(one.residual, other.residual),
+        iterations=one.iterations + other.iterations,
+        repeats=one.repeats + other.repeats,
+        solver=other.solver,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WindowImpulses:
+    """Hold the impulses of one window, of all that were pressed in it; f = impulse/duration.
+
+    first: (m,) disk
+    second: (m,) disk, or wall where is_wall (m,)
+    normal, gap: (m,2) unit vector and (m,) m, of the last step in which the contact was pressed
+    impulse: (m,2) N·s, of the first on the second
+    steps: (m,) in how many steps it was pressed
+    duration, end: s"""
+
+    first: Indices
+    second: Indices
+    is_wall: Flags
+    normal: Floats
+    gap: Floats
+    impulse: Floats
+    steps: Indices
+    duration: float
+    end: float
+
+
+class WindowSums:
+    """Sum the percussions of steps contact by contact until the window is closed."""
+
+    def __init__(self, n: int, start: float = 0.0) -> None:
+        self._n = n
+        self._start = start
+        self._sums = _core.WindowSums(n)
+
+    def add(self, near: Neighbours, reaction: Floats, friction: Floats | None = None) -> None:
+        """Add the reactions, and frictions along (−n_y, n_x), (k,) N·s of one step at its
+        neighbours."""
+        self._sums.add(*near, reaction, friction)
+
+    def close(self, end: float) -> WindowImpulses:
+        """Give the impulses since the last window was closed (or the start); the next window
+        begins."""
+        first, second, normal, gap, impulse, steps = self._sums.close()
+        is_wall = second >= self._n
+        window = WindowImpulses(
+            first=first,
+            second=np.where(is_wall, second - self._n, second),
+            is_wall=is_wall,
+            normal=normal,
+            gap=gap,
+            impulse=impulse,
+            steps=steps,
+            duration=end - self._start,
+            end=end,
+        )
+        self._start = end
+        return window
+
 
 # A step with friction is repeated so often, at most, with a larger margin.
 REPEATS = 20

@@ -4,7 +4,7 @@ import ast
 import dataclasses
 import re
 
-from analysis.exchange.solved import BARE
+from analysis.exchange.fclib import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
 from analysis.percussions.table import COLUMNS
@@ -42,7 +42,7 @@ def test_no_column_is_named_that_nobody_writes():
     pages = ["stability/page.py", "paper/page.py", "compare/comparison.py", "dumps/contacts.py"]
     pages += ["support/frames.py", "exposure/exposure.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/hindcast.py"]
-    pages += ["exchange/solved.py", "../benchmarks/problems/score.py"]
+    pages += ["exchange/fclib.py", "../benchmarks/problems/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.dumps import read_contacts
-from analysis.support.shipped import shipped
+from analysis.support.files import shipped
 from tests.crowds import room_text
 from tests.pages.browser import BROWSER, opened
 

@@ -8,9 +8,8 @@ import pytest
 
 from analysis.cli.options import with_options
 from analysis.cli.solve import solve
-from analysis.percussions.chunks import JOB, solve_in_chunks
 from analysis.percussions.setting import Setting
-from analysis.percussions.solving import DumpToSolve, solve_dump
+from analysis.percussions.solving import JOB, DumpToSolve, solve_dump, solve_in_chunks
 from analysis.support.frames import write_frame
 from analysis.support.parallel import workers
 

@@ -8,8 +8,7 @@ import pandas as pd
 
 from analysis import engines
 from analysis.dumps import index_dump
-from analysis.push.hindcast import RIGID
-from analysis.push.row import Inputs, rigid, soft
+from analysis.push.hindcast import RIGID, Inputs, rigid, soft
 from analysis.push.trial import Trial
 from analysis.scene.lammps_data import write_data
 from nscd import Walls

@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 
 from analysis import engines
-from analysis.push.hindcast import ONSET, Cases, baselines, hindcast, odds, onsets
-from analysis.push.row import inputs_of, most_force, most_impulse, rigid, soft
+from analysis.push.hindcast import (
+    ONSET,
+    Cases,
+    baselines,
+    hindcast,
+    inputs_of,
+    most_force,
+    most_impulse,
+    odds,
+    onsets,
+    rigid,
+    soft,
+)
 from analysis.push.trial import read_trial
 from tests.push.oracles import by_lammps, case_of, made, row_of, stepped
 

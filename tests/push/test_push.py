@@ -10,8 +10,8 @@ import pytest
 from analysis.push.hindcast import NEVER_S, ONSET, hindcast, onsets
 from analysis.push.page import summary, verdicts, write_hindcast
 from analysis.push.trial import TrialError, read_trial
+from analysis.support.files import or_shipped, shipped
 from analysis.support.reading import UnreadableError
-from analysis.support.shipped import or_shipped, shipped
 
 EXCERPT = shipped("scenes") / "push_excerpt.csv"
 SPEED, GAP, RATE = 1.0, 0.2, 25

@@ -11,7 +11,7 @@ import tomli_w
 
 from analysis.exposure.exposure import LimitError, known_limits
 from analysis.scene.scene import SceneError, read_scene
-from analysis.support.shipped import shipped
+from analysis.support.files import shipped
 
 GOAL = {
     "people": [1, 3],

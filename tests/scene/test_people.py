@@ -9,7 +9,7 @@ from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.trajectory import read_heads
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
-from analysis.support.shipped import shipped
+from analysis.support.files import shipped
 from nscd import find_contacts
 
 

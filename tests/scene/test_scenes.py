@@ -11,7 +11,7 @@ from analysis.scene.placement import check_room
 from analysis.scene.scene import Scene, SceneError, read_scene, scene_names
 from analysis.scene.schema import Goal
 from analysis.scene.shipped_scenes import MAKERS, make
-from analysis.support.shipped import shipped
+from analysis.support.files import shipped
 from nscd import Snapshot, Walls
 
 

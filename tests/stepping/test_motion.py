@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from nscd import Snapshot, Walls, find_contacts
 from nscd.stepping import Motion, Push, StepError, WindowSums
-from nscd.stepping.search import neighbours, segments_of
+from nscd.stepping.motion import neighbours, segments_of
 from tests.crowds import disks_at
 
 MASS, SPEED, TAU = 75.0, 2.0, 0.5

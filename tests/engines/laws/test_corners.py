@@ -9,7 +9,7 @@ from shapely.ops import nearest_points
 from analysis.scene.schema import BodyForce
 from analysis.work_precision.soft import leapfrog
 from nscd import Snapshot, Walls, find_contacts
-from nscd.stepping.search import neighbours, segments_of
+from nscd.stepping.motion import neighbours, segments_of
 from tests.crowds import scene_at
 
 ENGINES = ["lammps", "yade"]
