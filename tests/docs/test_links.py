@@ -1,9 +1,10 @@
-"""The docs: every link and every file that they name is there, lines are no longer than 100."""
+"""The docs: every link and every file that they name is there, lines are no longer than 100. What
+the code reads beside itself goes into the wheel."""
 
 import pkgutil
 import re
 from fnmatch import fnmatch
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 import pytest
@@ -109,3 +110,20 @@ def test_names_of_the_code_exist(page):
     """A dotted name of ours in back-quotes can be imported."""
     for name in re.findall(r"`((?:nscd|analysis)(?:\.\w+)+)", page.read_text(encoding="utf-8")):
         pkgutil.resolve_name(name)
+
+
+BUILD = (ROOT / "CMakeLists.txt").read_text()
+PATTERNS = re.findall(r'"([\w/*]+\.\w+)"', BUILD[BUILD.index("foreach(files") :])
+
+
+def test_everything_shipped_is_in_the_wheel():
+    """What is in the packages themselves is there without being named."""
+    read = {
+        PurePosixPath(name)
+        for path in (ROOT / "analysis").rglob("*.py")
+        for name in re.findall(r'shipped\("([^"]+)"\)', path.read_text())
+    }
+    assert PurePosixPath("docs/errata.md") in read
+    files = {path for pattern in PATTERNS for path in ROOT.glob(pattern)}
+    for name in read:
+        assert ROOT / name in files | {path.parent for path in files}, name

@@ -1,11 +1,16 @@
-"""Friction on small random crowds, against all answers there are, and against conservation laws."""
+"""Friction on small random crowds, against all answers there are, and against conservation laws.
+Crowds that slide: each method of the search alone, against the law written out densely; what is
+not found is said."""
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, violation
+from tests.friction.test_steps_with_friction import FLOOR, arrays, pile
 
 WALL = Walls(start=[[-50.0, 0.0]], end=[[50.0, 0.0]])
 MU = st.sampled_from([0.05, 0.1, 0.3, 0.5, 1.0, 2.0])
@@ -61,3 +66,93 @@ def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
     assert max(part.signorini, part.cone, part.natural_map) <= 1e-10
     assert part.dissipation < 1e-8
     assert (np.abs(part.tangential) <= mu * found.reaction + 1e-8).all()
+
+
+# As the core numbers them.
+METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.15])
+@pytest.mark.parametrize("method", METHODS)
+def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
+    snapshot = pile(rows=8)
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    problem = arrays(snapshot, contacts, mu).in_core(snapshot.position)
+    (lam, tau, u), error, _ = problem.by(METHODS[method], 1e-11, 5000)
+    assert error <= 1e-11
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    assert violation(dense, lam, tau, np.full(len(contacts), mu), u.ravel()) < 1e-6
+    sliding = (lam > 0) & (np.abs(dense.T @ u.ravel()) > 1e-6)
+    assert sliding.sum() > 10  # the law was put to the test
+
+
+def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
+    snapshot = pile(rows=11)
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    law = ContactLaw(friction=0.1, restitution=0.5)
+    found = solve(snapshot, contacts, law=law, tolerance=1e-11)
+    assert found.status == "solved"
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    u = np.column_stack([found.right_velocity, found.right_spin]).ravel()
+    v, s, both = dense.N @ u, dense.T @ u, dense.N @ (u + dense.left)
+    along, _ = law.acting(contacts, snapshot.mass, snapshot.velocity)
+    lam, tau = found.reaction, found.friction.tangential
+    push = along * np.maximum(both, 0.0) + lam
+    most = 0.1 * push
+    assert max(v.max(), -lam.min(), np.abs(lam * v).max()) < 1e-6
+    assert max((np.abs(tau) - most).max(), np.abs(most * np.abs(s) - tau * s).max()) < 1e-6
+    assert np.abs(dense.balance(push, tau, u)).max() < 1e-6
+    assert (push > lam + 1e-6).sum() > 10  # contacts rebound
+    assert ((push > 0) & (np.abs(s) > 1e-6)).sum() > 10  # and slide
+
+
+def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
+    whole = pile(rows=5)
+    rng = np.random.default_rng(170)
+    snapshot = disks_at(
+        whole.position,
+        rng.normal(size=(len(whole), 2)),
+        whole.radius,
+        10.0 ** rng.uniform(-4, 4, len(whole)),
+        spin=whole.spin,
+    )
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    law = ContactLaw(friction=rng.choice([0.3, 0.7, 1.5]), restitution=rng.choice([0.5, 0.9]))
+    found = solve(snapshot, contacts, law=law, tolerance=1e-12)
+    assert found.status == "inaccurate"
+    assert found.solver == "none"
+    assert found.friction.natural_map > 1e-12
+    assert found.energy_change <= 1e-12 * (snapshot.mass @ (snapshot.velocity**2).sum(1))
+    assert f"residual {max(found.friction.natural_map, found.momentum_error):.1e}" in found.reason
+
+
+def test_the_effort_of_the_proximal_point_method_is_bounded():
+    snapshot, mu = pile(rows=12), 0.15
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    problem = arrays(snapshot, contacts, mu).in_core(snapshot.position)
+    _, error, once = problem.by(METHODS["proximal_point"], 1e-30, 600)
+    _, less, twice = problem.by(METHODS["proximal_point"], 1e-30, 1200)
+    assert once <= 600
+    assert once < twice <= 1200
+    assert less < error
+
+
+def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_two_right_hand_sides():
+    snapshot = pile(rows=8)
+    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    n, k = len(snapshot), len(contacts)
+    problem = arrays(snapshot, contacts, 0.3).in_core(snapshot.position)
+    rng = np.random.default_rng(1)
+    weight = 1e4 * rng.random((4, k))
+    weight[2:] *= rng.choice([-0.3, 0.0, 0.3], (2, k))
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    alpha, beta, gamma, delta = weight
+    matrix = np.diag(dense.mass) + dense.N.T @ (alpha[:, None] * dense.N + delta[:, None] * dense.T)
+    matrix += dense.T.T @ (beta[:, None] * dense.T + gamma[:, None] * dense.N)
+    assert np.abs(matrix - matrix.T).max() > 1.0
+    given = rng.random((2, n, 3))
+    given[1, rng.permutation(n)[3:]] = 0.0  # of one contact most is zero
+    expected = [np.linalg.solve(matrix, one.ravel()).reshape(n, 3) for one in given]
+    found = problem.solve_matrix(weight, *given)
+    for one, right in zip(found, (*expected, expected[0]), strict=True):
+        np.testing.assert_allclose(one, right, rtol=0, atol=1e-9 * abs(right).max())

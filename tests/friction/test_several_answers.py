@@ -1,8 +1,13 @@
-"""Small problems with several u⁺: `starts` finds all that enumeration of the states finds."""
+"""Small problems with several u⁺: `starts` finds all that enumeration of the states finds.
+Admissible intervals with friction against closed forms, and their dimension against a dense
+rank."""
 
 import numpy as np
+import pytest
 
-from nscd import ContactLaw, Contacts, solve
+from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
+from nscd.indeterminacy.admissible import Admissible
+from nscd.indeterminacy.cones import Cones
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers
 
@@ -83,3 +88,79 @@ def test_one_answer_has_no_spread():
     found = solve(snapshot, contacts, law=ContactLaw(friction=friction), starts=4)
     assert there < SAME
     assert found.friction.spread < SAME
+
+
+def disk_in_a_wedge(alpha):
+    """A disk of 75 kg that falls at 1 m/s into a wedge whose walls it touches at α from below."""
+    normal = np.array([[np.sin(alpha), -np.cos(alpha)], [-np.sin(alpha), -np.cos(alpha)]])
+    snapshot = Snapshot(position=[[0.0, 0.0]], velocity=[[0.0, -1.0]], radius=[1.0], mass=[75.0])
+    contacts = Contacts(
+        first=[0, 0], second=[0, 1], is_wall=[True, True], normal=normal, gap=[0, 0], point=normal
+    )
+    return snapshot, contacts
+
+
+@pytest.mark.parametrize(("degrees", "mu"), [(40.0, 0.3), (60.0, 0.2), (60.0, 1.0)])
+def test_the_walls_of_a_wedge_press_harder_where_friction_holds_against_them(degrees, mu):
+    alpha = np.radians(degrees)
+    snapshot, contacts = disk_in_a_wedge(alpha)
+    answer = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
+    cones = Cones.of(snapshot, contacts, answer)
+    # λ cos α − T sin α = ½ m u with |T| ≤ μλ
+    ends = [37.5 / (np.cos(alpha) + way * mu * np.sin(alpha)) for way in (1.0, -1.0)]
+    locked = mu >= 1 / np.tan(alpha)
+    largest = np.inf if locked else ends[1]
+    for row in (0, 1):
+        assert cones.interval(row) == pytest.approx((ends[0], largest), rel=1e-7)
+    if not locked:
+        one, other = (cones.interval(row, tangential=True) for row in (0, 1))
+        assert sorted(np.abs(one)) == pytest.approx(sorted(mu * np.array(ends)), rel=1e-7)
+        assert np.sign(one[0]) == -np.sign(one[1])
+        assert other == pytest.approx((-one[1], -one[0]), rel=1e-7)
+    found = cones.determinacy()
+    assert (found.rank, found.redundant) == (3, 1)
+    assert not found.normal.any()
+    assert not found.tangential.any()
+
+
+def test_a_disk_that_slides_is_determined():
+    snapshot, contacts = disk_in_a_wedge(np.radians(40.0))
+    one = contacts.select([0])
+    answer = solve(snapshot, one, law=ContactLaw(friction=0.05), tolerance=1e-12)
+    cones = Cones.of(snapshot, one, answer)
+    found = cones.determinacy()
+    assert (found.rank, found.redundant) == (1, 0)
+    assert found.normal.all()
+    assert found.tangential.all()
+    assert cones.interval(0) == (answer.reaction[0], answer.reaction[0])
+
+
+def test_the_dimension_is_that_of_the_dense_null_space_of_a_pile_that_sticks():
+    rows = 4
+    places = [(2.0 * i + j, 1.0 + np.sqrt(3.0) * j) for j in range(rows) for i in range(rows - j)]
+    snapshot = disks_at(places, [0.0, -1.0], 1.0, 1.0)
+    floor = Walls(start=[[-9.0, 0.0]], end=[[19.0, 0.0]])
+    contacts = find_contacts(snapshot, floor, tolerance=1e-9)
+    answer = solve(snapshot, contacts, law=ContactLaw(friction=0.5), tolerance=1e-12)
+    assert np.abs(answer.right_velocity).max() < 1e-12  # all stick
+    dense = Dense(snapshot, contacts, snapshot.velocity)
+    rank = np.linalg.matrix_rank(np.vstack([dense.N, dense.T]))
+    cones = Cones.of(snapshot, contacts, answer)
+    found = cones.determinacy()
+    assert found.rank == rank
+    assert found.redundant == 2 * len(contacts) - rank > 0
+    for row in (0, len(contacts) - 1):
+        lower, upper = cones.interval(row)
+        assert lower - 1e-9 <= answer.reaction[row] <= upper + 1e-9
+
+
+def test_what_the_intervals_are_not_for_is_refused():
+    snapshot, contacts = disk_in_a_wedge(0.7)
+    smooth = solve(snapshot, contacts)
+    rough = solve(snapshot, contacts, law=ContactLaw(friction=0.1))
+    soft = solve(snapshot, contacts, law=ContactLaw(friction=0.1, restitution=0.5))
+    for answer in (smooth, soft):
+        with pytest.raises(ValueError, match=r"^answer:"):
+            Cones.of(snapshot, contacts, answer)
+    with pytest.raises(ValueError, match=r"^answer: it has friction"):
+        Admissible.of(contacts, rough)

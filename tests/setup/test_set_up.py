@@ -1,7 +1,9 @@
-"""`make install` again after an interrupted one."""
+"""A machine that gives little, and `make install` again after an interrupted one."""
 
+import resource
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -43,3 +45,24 @@ def test_an_interrupted_installation_begins_with_an_empty_environment(tmp_path):
     # a newer list of packages is installed into the environment that is there
     (environment / "installed").unlink()
     assert make() == (0, False)
+
+
+def test_little_memory_is_said_at_once():
+    """OpenBLAS tries without end to find room."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_AS, (400 << 20, 400 << 20))
+
+    ended = subprocess.run(
+        [sys.executable, "-c", "from analysis.cli import main; main()", "scenes"],
+        preexec_fn=limited,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.returncode == 1
+    assert ended.stderr == (
+        "percussions: memory is limited to 400 MB of address space (ulimit -v); at least 1024 MB "
+        "are needed\n"
+    )

@@ -1,14 +1,17 @@
-"""Writing results: whole or not at all, to what is there and nowhere else."""
+"""Writing results: whole or not at all; and what commands print."""
 
 import errno
 import os
 import stat
+import subprocess
+import sys
 import threading
 
 import pytest
 
 from analysis.support.files import whole_file, write_text
 from tests.crowds import two_people
+from tests.forked import PROGRAM, in_fork, python
 
 
 def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path):
@@ -55,3 +58,25 @@ def test_a_failed_write_leaves_what_was_there_and_names_the_file(tmp_path):
     assert caught.value.errno == errno.ENOSPC
     assert path.read_text() == "earlier"
     assert [path.name for path in tmp_path.iterdir()] == ["numbers.csv"]
+
+
+WARNS = "import warnings; warnings.warn('divide by zero', RuntimeWarning)"
+
+
+def warning_in_a_fork():
+    print("file.py:3: DeprecationWarning: old", file=sys.stderr)  # noqa: T201
+    return 0
+
+
+def test_printed_warning_fails_the_test_that_started_the_command():
+    for text in (True, False):
+        with pytest.raises(pytest.fail.Exception, match="RuntimeWarning: divide by zero"):
+            subprocess.run([sys.executable, "-c", WARNS], capture_output=True, text=text)
+    with pytest.raises(pytest.fail.Exception, match="DeprecationWarning: old"):
+        in_fork(warning_in_a_fork, 10)
+
+
+def test_characters_that_the_terminal_lacks_do_not_end_a_command():
+    done = python(PROGRAM, "scenes", PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, done.stderr
+    assert "?f dt against p" in done.stdout
