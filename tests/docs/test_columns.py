@@ -1,13 +1,21 @@
-"""docs/columns.md names every column that the code writes, and no other."""
+"""docs/columns.md names every column that the code writes, and no other. docs/scenes.md has every
+key of a scene file, with its unit, range and default, and no other."""
 
 import ast
 import dataclasses
+import doctest
 import re
+from fractions import Fraction
+
+import pytest
+from pydantic import BaseModel
 
 from analysis.exchange.fclib import BARE
 from analysis.film import summary as film
 from analysis.film.frame import HEADLINES, SHOCK
 from analysis.percussions.table import COLUMNS
+from analysis.scene.scene import _SceneFile
+from analysis.scene.schema import Goal, Material, Push
 from analysis.work_precision import whole_runs
 from analysis.work_precision.point import Point
 from benchmarks.problems import score
@@ -47,3 +55,105 @@ def test_no_column_is_named_that_nobody_writes():
     for unit in ("N", "Ns"):
         written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}
     assert columns() - written == set()
+
+
+PAGE = ROOT / "docs/scenes.md"
+UNITS = {
+    "_m_per_s2": "m/s²", "_m_per_s": "m/s", "_N_per_m": "N/m", "_per_m2": "1/m²", "_Pa": "Pa",
+    "_s": "s", "_m": "m", "_N": "N",
+}  # fmt: skip
+
+
+def parts():
+    """The tables of a scene file: heading on the page → model."""
+    found, plain = {}, {}
+    for key, field in _SceneFile.model_fields.items():
+        text = repr(field.annotation)
+        models = [
+            part for part in subclasses(BaseModel) if f"{part.__module__}.{part.__name__}" in text
+        ]
+        if models:
+            (model,) = models
+            found[f"`[[{key}]]`" if "tuple" in text else f"`[{key}]`"] = model.model_fields, model
+        else:
+            plain[key] = field
+    material = {"`[contact]` of a material": (Material.model_fields, Material)}
+    push = {"`[drive]` of a push": (Push.model_fields, Push)}
+    push["`[[drive.goals]]`"] = (Goal.model_fields, Goal)
+    return {"The scene": (plain, _SceneFile), **found, **material, **push}
+
+
+def subclasses(model):
+    return {model, *(below for sub in model.__subclasses__() for below in subclasses(sub))}
+
+
+def rows(heading):
+    """The rows of the table of keys below a heading."""
+    text = re.split(r"^## ", PAGE.read_text(encoding="utf-8"), flags=re.M)
+    (part,) = (part for part in text if part.startswith(f"{heading}\n"))
+    found = {}
+    for line in part.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if len(cells) == 5 and cells[0].startswith("`"):
+            found[cells[0].strip("`")] = cells[1:]
+    return found
+
+
+def accepted(schema):
+    """What a key takes, as the page says it."""
+    schema = next((one for one in schema.get("anyOf", ()) if one.get("type") != "null"), schema)
+    if "enum" in schema:
+        return " or ".join(f"`{word}`" for word in schema["enum"])
+    if "prefixItems" in schema:
+        whole = schema["prefixItems"][0]["type"] == "integer"
+        return f"two {accepted(schema['prefixItems'][0])}" if whole else "(x, y)"
+    if schema["type"] == "array":
+        many = {"integer": "whole numbers", "number": "numbers", "string": "texts"}
+        kind = schema["items"].get("type")
+        return f"list of {many[kind]}" if kind in many else "tables"
+    if schema["type"] == "string":
+        return "text"
+    if schema["type"] == "boolean":
+        return "true or false"
+    low, high = schema.get("minimum"), schema.get("maximum")
+    if "exclusiveMinimum" in schema:
+        ends = f"> {schema['exclusiveMinimum']:g}" + (f", ≤ {high:g}" if high is not None else "")
+    elif high is not None:
+        ends = f"{low:g} to {high:g}"
+    else:
+        ends = "" if low is None else f"≥ {low:g}"
+    whole = "whole" if schema["type"] == "integer" else ""
+    return ", ".join(word for word in (whole, ends) if word) or "any"
+
+
+def unit_of(key):
+    if key.endswith("over_1_cm"):
+        return ""
+    return next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
+
+
+def same(shown, default):
+    """Whether the page's default is the model's."""
+    if default in (None, ()):
+        return shown == "–"
+    if isinstance(default, str):
+        return shown == f"`{default}`"
+    return float(Fraction(shown)) == default
+
+
+@pytest.mark.parametrize("heading", parts())
+def test_every_key_of_a_table(heading):
+    fields, model = parts()[heading]
+    shown = rows(heading)
+    assert list(shown) == list(fields)
+    schema = model.model_json_schema()["properties"]
+    for key, (unit, accepts, default, _) in shown.items():
+        field = fields[key]
+        assert unit == unit_of(key), key
+        assert accepts == accepted(schema[key]), key
+        assert default == "required" if field.is_required() else same(default, field.default), key
+
+
+def test_python_of_the_page():
+    assert doctest.testfile(str(PAGE), module_relative=False).failed == 0
+    assert doctest.testfile(str(PAGE), module_relative=False).attempted == 4

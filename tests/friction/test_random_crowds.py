@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, violation
-from tests.friction.test_steps_with_friction import FLOOR, arrays, pile
+from tests.friction.test_friction_closed_forms import FLOOR, arrays, pile
 
 WALL = Walls(start=[[-50.0, 0.0]], end=[[50.0, 0.0]])
 MU = st.sampled_from([0.05, 0.1, 0.3, 0.5, 1.0, 2.0])
