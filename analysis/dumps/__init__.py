@@ -1,5 +1,6 @@
 """What the engines write, one reader for all: bodies, contacts, impulses."""
 
+from analysis.dumps.bodies import Bodies
 from analysis.dumps.contacts import (
     CONTACT_COLUMNS,
     EngineContacts,
@@ -9,7 +10,7 @@ from analysis.dumps.contacts import (
 )
 from analysis.dumps.frame import DumpError
 from analysis.dumps.index import DumpIndex, index_dump
-from analysis.dumps.reader import Bodies, frame_at, open_bodies, snapshot_of
+from analysis.dumps.reader import frame_at, open_bodies, snapshot_of
 
 __all__ = [
     "CONTACT_COLUMNS",

@@ -8,9 +8,9 @@ import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.timestep import Timestep
 
+from analysis.dumps.bodies import Bodies, bodies_of
 from analysis.dumps.frame import FLAT, LARGEST_LENGTH, UNITS, BodyColumns, DumpError, Frame
 from analysis.dumps.index import WORDS, DumpIndex, index_dump
-from analysis.dumps.reader import Bodies, bodies_of
 from nscd.arrays import Floats
 
 # What begins so are columns of a user's own computes, fixes and variables.
