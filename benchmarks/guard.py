@@ -19,16 +19,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def cpu_seconds(engine: str, scene: str, guard: str, out: Path) -> float:
     """User CPU time of one plain run, its start included."""
-    words = {
-        "lammps": [
-            *("lmp", "-in", "lammps_inputs/crowd.in", "-log", "none"),
-            *("-var", "scene", scene, "-var", "guard", guard, "-var", "out", str(out)),
-        ],
-        "yade": [
-            *("yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py"),
-            *(scene, f"guard={guard}", f"out={out}"),
-        ],
-    }[engine]
+    words = ["yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py"]
+    words += [scene, f"guard={guard}", f"out={out}"]
+    if engine == "lammps":
+        words = ["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none"]
+        words += ["-var", "scene", scene, "-var", "guard", guard, "-var", "out", str(out)]
     environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1"}
     environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), environment["PATH"]])
     environment["PYTHONPATH"] = "yade_scripts"

@@ -39,16 +39,10 @@ PUSHES = {300.0: (2.0, 0.5, 2.0), 100.0: (2.0, 1.5, 4.0), 30.0: (0.6, 1.5, 7.0)}
 RIGID = 0.0
 SOFTNESS = (RIGID, 0.35, 1.0, 3.0, 9.0, 17.0)
 # People, push (N), crowds.
-FAMILIES = (
-    (75, 300.0, 3),
-    (150, 300.0, 3),
-    (150, 100.0, 3),
-    (150, 30.0, 3),
-    (300, 300.0, 3),
-    (594, 300.0, 3),
-    (1200, 300.0, 3),
-    (1200, 100.0, 3),
-    (1200, 30.0, 3),
+FAMILIES = tuple(
+    (people, push, 3)
+    for people in (75, 150, 300, 594, 1200)
+    for push in (PUSHES if people in (150, 1200) else (300.0,))
 )
 WALLS = 3.5
 WINDOW_S = 3.0
@@ -258,6 +252,7 @@ def _cell(values: Sequence[float]) -> str:
 def main() -> None:
     """Run every case that is not known, and draw."""
     given = options(__doc__, "out", read=False)
+    given.out.mkdir(parents=True, exist_ok=True)
     path = given.out / "soft.csv"
     known = table_of(path)
     for case in [] if given.read else cases():

@@ -56,14 +56,9 @@ class Problem:
         if self.family == "real":
             return self._of_frame()
         case = FAMILIES[self.family](self.size, self.seed)
-        law = ContactLaw(friction=self.friction)
-        answer = solve(
-            case.snapshot,
-            case.contacts,
-            left_velocity=case.left_velocity,
-            law=law,
-            tolerance=TOLERANCE,
-        )
+        law, left = ContactLaw(friction=self.friction), case.left_velocity
+        given = case.snapshot, case.contacts
+        answer = solve(*given, left_velocity=left, law=law, tolerance=TOLERANCE)
         names = tuple(str(number + 1) for number in range(len(case.walls)))
         setting = Setting(
             walls=case.walls, wall_names=names, friction=self.friction, left_velocity="dump"

@@ -62,17 +62,9 @@ def main() -> int:
             np.save(given.folder / f"{number}_reaction.npy", reaction)
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base
             peak = max(peak, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
-            line = {
-                "variant": variant,
-                "asked": asked,
-                "seconds": seconds,
-                "residual": found.residual,
-                "own": found.own,
-                "iterations": iterations,
-                "peak_MB": peak / 1024,
-                "velocity": number,
-            }
-            print(json.dumps(line), flush=True)
+            line = {"variant": variant, "asked": asked, "seconds": seconds, "velocity": number}
+            line |= {"residual": found.residual, "own": found.own}
+            print(json.dumps(line | {"iterations": iterations, "peak_MB": peak / 1024}), flush=True)
             number += 1
             if found.residual <= given.target:
                 break
@@ -142,14 +134,9 @@ def own_variants(case: Case, name: str) -> Iterator[tuple[str, tuple[float, ...]
 def run_own(name: str, case: Case, tolerance: float) -> tuple[object, object, int, float | None]:
     """λ, u, iterations of `nscd.solve`, everything from the snapshot and its contacts counted."""
     canonical = name == CANONICAL
-    found = solve(
-        case.snapshot,
-        case.contacts,
-        left_velocity=case.left_velocity,
-        tolerance=tolerance,
-        solver="auto" if canonical else name,
-        canonical=canonical,
-    )
+    how = {"solver": "auto" if canonical else name, "canonical": canonical}
+    given = case.snapshot, case.contacts
+    found = solve(*given, left_velocity=case.left_velocity, tolerance=tolerance, **how)
     return found.reaction, found.right_velocity.ravel(), found.iterations, None
 
 

@@ -46,14 +46,8 @@ class Spent:
 def solved(case: Case, canonical: bool, threads: int) -> tuple[Spent, Any]:
     """Solve a case once."""
     wall, own, every = time.perf_counter(), time.thread_time(), time.process_time()
-    answer = solve(
-        case.snapshot,
-        case.contacts,
-        left_velocity=case.left_velocity,
-        tolerance=1e-10,
-        canonical=canonical,
-        threads=threads,
-    )
+    given, how = (case.snapshot, case.contacts), {"canonical": canonical, "threads": threads}
+    answer = solve(*given, left_velocity=case.left_velocity, tolerance=1e-10, **how)
     spent = Spent(time.perf_counter() - wall, time.thread_time() - own, time.process_time() - every)
     return spent, answer
 
