@@ -313,7 +313,7 @@ class Interval:
     alike: int = 0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Ensemble:
     """Hold the series of one model over its replicates."""
 
@@ -437,16 +437,8 @@ def study_motion(
                 (failures if isinstance(error, RunStoppedError) else warnings).append(said)
         if series:
             last = min(last_s, float(series[0].time[-1]))
-            ensembles.append(
-                Ensemble(
-                    title=model.title,
-                    engine=model.runs[0].engine,
-                    series=series,
-                    last_s=last,
-                    label=model.label,
-                    factor=model.factor,
-                )
-            )
+            name, engine = model.title, model.runs[0].engine
+            ensembles.append(Ensemble(name, engine, series, last, model.label, model.factor))
     crowds = max((len(model.runs) for model in models), default=0)
     once = sorted(set(warnings))
     return MotionStudy(scene, ensembles, crowds, last_s, failures, once, limits)

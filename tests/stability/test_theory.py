@@ -23,6 +23,7 @@ from analysis.stability.cases.percussions import (
     contact_order,
     contraction,
     exact_energy,
+    exact_line,
     long_chains,
     mass_ratio_solvers,
     opening_contacts,
@@ -39,7 +40,6 @@ from analysis.stability.cases.stepping import (
     unsolved_step,
 )
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
-from analysis.stability.exact_line import exact_line
 from analysis.stability.page import LOOKS, draw_map, words_of
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.engines.penalty import damping_ratio_for, restitution_of
 from analysis.scene.shipped_scenes import make
-from analysis.stability.exact_line import exact_line
+from analysis.stability.cases.percussions import exact_line
 from analysis.work_precision.chart import cheapest
 from analysis.work_precision.charts import APART, scaling_picture, work_precision_picture
 from analysis.work_precision.point import (

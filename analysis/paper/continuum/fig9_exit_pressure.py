@@ -172,16 +172,13 @@ def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
     top = rounded(float(np.quantile(np.concatenate([proposed, other]), 0.995)))
     own, unit = rounded(float(printed.max())), "pressure (N·s/m)"
     error, of = np.abs(proposed - other) / proposed.max(), "|p − ρp₍₂₀₎| / largest p (–)"
-    for axes, (name, values, most, words) in zip(
-        panels.ravel(),
-        (
-            ("(a) proposed, (11)", proposed, top, unit),
-            ("(b) first order, complementarity", other, top, unit),
-            ("(b) first order, as printed (its own scale)", printed, own, unit),
-            ("(c) relative error", error, 1.2, of),
-        ),
-        strict=True,
-    ):
+    shown = (
+        ("(a) proposed, (11)", proposed, top, unit),
+        ("(b) first order, complementarity", other, top, unit),
+        ("(b) first order, as printed (its own scale)", printed, own, unit),
+        ("(c) relative error", error, 1.2, of),
+    )
+    for axes, (name, values, most, words) in zip(panels.ravel(), shown, strict=True):
         drawn = draw_map(axes, ROOM, map_of().mesh, values, most, name)
         figure.colorbar(drawn, ax=axes, label=words, shrink=0.9)
     label_outer(panels)

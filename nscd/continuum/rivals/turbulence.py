@@ -351,16 +351,9 @@ def time_step_dependence(
             float((area * step.density) @ (v**2).sum(1))
             for v in (step.left_velocity, step.right_velocity)
         )
-        rows.append(
-            StepDependence(
-                time_step=time_step,
-                percussion=percussion,
-                force=percussion / time_step,
-                energy_left=after / before if before > 0 else 1.0,
-                sliding=float(step.sliding[~cells.open].mean()),
-                residual=step.residual,
-                status=step.status,
-                reason=step.reason,
-            )
-        )
+        kept = after / before if before > 0 else 1.0
+        sliding = float(step.sliding[~cells.open].mean())
+        ended = step.residual, step.status, step.reason
+        force = percussion / time_step
+        rows.append(StepDependence(time_step, percussion, force, kept, sliding, *ended))
     return rows
