@@ -6,14 +6,14 @@ from analysis.cli.app import show
 
 
 def doctor() -> None:
-    """List the engines and the libraries of each extra, and what to do about a missing one.
+    """List the engines and the libraries of each part, and what to do about a missing one.
 
     Example: percussions doctor"""
     from analysis.engines.doctor import examine
 
     findings = examine()
     show(
-        ["what", "extra", "state", "version", "where"],
+        ["what", "part", "state", "version", "where"],
         [
             [
                 finding.name,
