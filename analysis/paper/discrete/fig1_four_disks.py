@@ -40,7 +40,7 @@ CLOSING = (2.0, 1.2, 0.5, 0.0)
 OPENING = (2.0, 0.0, 1.0, -1.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Impact:
     """One law's answer for a line."""
 
@@ -158,24 +158,24 @@ def impacts_of(
     ]
     impacts = []
     for name, masses, law in cases:
-        answer, name = percussions(masses, left, law), f"percussions, {name}"
+        answer = percussions(masses, left, law)
         after = answer.right_velocity[:, 0]
-        impacts.append(Impact(law=name, mass=masses, before=left, after=after, answer=answer))
+        impacts.append(Impact(f"percussions, {name}", masses, left, after, answer))
     snapshot = aligned(mass, left)
     contacts = find_contacts(snapshot, tolerance=1e-9)
     for e in (0.5, 1.0):
         after = newton_impact(snapshot, contacts, e)[:, 0]
-        impacts.append(Impact(law=f"Newton, e = {e:g}", mass=mass, before=left, after=after))
+        impacts.append(Impact(f"Newton, e = {e:g}", mass, left, after))
 
     def soft(run: EngineRun) -> Impact:
         contact, end = run.scene.contact, end_of(run, progress)
         label = f"{ENGINE_NAMES[run.engine]}, e = {contact.restitution:g}, {contact.law}"
-        return Impact(law=label, mass=mass, before=left, after=end.velocity[:, 0])
+        return Impact(label, mass, left, end.velocity[:, 0])
 
     return impacts + each(cradle_runs(disks, runs), soft, warnings)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FourDisks:
     """All that figure 1 shows.
 
@@ -202,9 +202,7 @@ class FourDisks:
             np.array([percussions(mass, left, law).right_velocity[:, 0] for law in laws])
             for mass, left in ((np.full(n, MASS), first_only(n, 1.0)) for n in (4, 2))
         )
-        return cls(
-            fours=fours, threes=threes, ratios=ratios, four=four, pair=pair, warnings=warnings
-        )
+        return cls(fours, threes, ratios, four, pair, warnings)
 
     @property
     def newton(self) -> Impact:

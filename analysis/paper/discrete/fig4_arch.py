@@ -384,7 +384,7 @@ def _error_bars(
     axes: Axes, samples: Sequence[Sample], name: str, style: str, colour: str, label: str
 ) -> None:
     people = sorted({s.people for s in samples})
-    values = [np.array([getattr(s, name) for s in samples if s.people == n]) for n in people]
+    values = [_numbers([s for s in samples if s.people == n], name) for n in people]
     mean, spread = [v.mean() for v in values], [v.std() for v in values]
     axes.errorbar(people, mean, spread, fmt=style, color=colour, capsize=3, ms=5, label=label)
 
@@ -430,15 +430,13 @@ def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
     where in half of them or more."""
     found: list[dict[str, Any]] = []
     for kind, samples in crowds.items():
-        at = np.array([getattr(s, distance) for s in samples])
+        at = _numbers(samples, distance)
         near, middle, far = (int((at <= radius).sum()) for radius in (NEIGHBOURHOOD_M, 2.0, 3.0))
         verdict = Verdict.of(near == len(at), 2 * near >= len(at))
         counts: dict[str, Any] = {"near": near, "middle": middle, "far": far, "all": len(at)}
         found.append(counts | {"kind": kind, "verdict": verdict, "median": np.median(at)})
-    verdict = _of_all(kind["verdict"] for kind in found)
-    return words.claim(
-        "place", verdict, quantity=quantity, neighbourhood=NEIGHBOURHOOD_M, crowds=found
-    )
+    verdict, near_m = _of_all(kind["verdict"] for kind in found), NEIGHBOURHOOD_M
+    return words.claim("place", verdict, quantity=quantity, neighbourhood=near_m, crowds=found)
 
 
 def rings(words: Words, crowds: Crowds) -> Claim:
@@ -507,16 +505,11 @@ def dissipation_claim(words: Words, trials: Sequence[Trial]) -> Claim:
     without, at_pair = (
         next(t.forces for t in paper if t.dissipation == k) for k in (0.0, EFFECTIVE_MASS)
     )
-    return words.claim(
-        "dissipation",
-        Verdict.of(moderate >= DIFFERENT, strong >= DIFFERENT),
-        shown=[(k, value) for k, value in change.items() if k in SHOWN],
-        effective=EFFECTIVE_MASS,
-        moderate=moderate,
-        contact=abs(at_pair.max() / without.max() - 1),
-        mean=abs(at_pair.mean() / without.mean() - 1),
-        normal=normal,
-    )
+    contact, mean = (abs(of(at_pair) / of(without) - 1) for of in (np.max, np.mean))
+    shown = [(k, value) for k, value in change.items() if k in SHOWN]
+    verdict = Verdict.of(moderate >= DIFFERENT, strong >= DIFFERENT)
+    sizes = {"moderate": moderate, "contact": contact, "mean": mean, "normal": normal}
+    return words.claim("dissipation", verdict, shown=shown, effective=EFFECTIVE_MASS, **sizes)
 
 
 def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:

@@ -635,17 +635,12 @@ def restrictive_mass(words: Words, unequal: ChainForces, arches: Sequence[ArchFo
 def complete_congestion(words: Words, found: Sequence[Congestion]) -> Claim:
     """Judge whether equal masses are why the first-order model stops everybody: it does on the
     blocked crowds, and percussions of unequal masses let somebody go."""
-    draws = sum(len(one.unequal) for one in found)
-    freed = sum(one.freed for one in found)
-    return words.claim(
-        "complete_congestion",
-        Verdict.of(all(one.congests for one in found), 2 * freed >= draws),
-        found=found,
-        congests=sum(one.congests for one in found),
-        draws=draws,
-        freed=freed,
-        fastest=max(max(one.unequal) for one in found),
-    )
+    congests = sum(one.congests for one in found)
+    draws, freed = sum(len(one.unequal) for one in found), sum(one.freed for one in found)
+    verdict = Verdict.of(congests == len(found), 2 * freed >= draws)
+    fastest = max(max(one.unequal) for one in found)
+    counts = {"congests": congests, "draws": draws, "freed": freed}
+    return words.claim("complete_congestion", verdict, found=found, fastest=fastest, **counts)
 
 
 def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverlap) -> Claim:
@@ -654,18 +649,12 @@ def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverl
     uneven = float(apart.carried.std() / apart.carried.mean())
     thinner = 1 - float(apart.carried_apart.mean() / apart.carried.mean())
     constant = max(spread, apart.friction / LAW.strength) < ROUNDING
-    return words.claim(
-        "constant_without_overlap",
-        Verdict.of(constant, max(uneven, thinner) < LARGE),
-        arch=arch,
-        apart=apart,
-        social=arch.by_law[SOCIAL].contact,
-        spread=spread,
-        near=int((apart.beyond > 0.01 * LAW.strength).sum()),
-        beyond=1 - apart.carried_by_touching.sum() / apart.carried.sum(),
-        uneven=uneven,
-        thinner=thinner,
-    )
+    near = int((apart.beyond > 0.01 * LAW.strength).sum())
+    beyond = 1 - apart.carried_by_touching.sum() / apart.carried.sum()
+    both = {"arch": arch, "apart": apart, "social": arch.by_law[SOCIAL].contact}
+    sizes = {"spread": spread, "near": near, "beyond": beyond, "uneven": uneven, "thinner": thinner}
+    verdict = Verdict.of(constant, max(uneven, thinner) < LARGE)
+    return words.claim("constant_without_overlap", verdict, **both, **sizes)
 
 
 def no_overlap(words: Words, evacuations: Sequence[Evacuation]) -> Claim:
@@ -702,15 +691,10 @@ def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: flo
     """Judge whether (9) sees the size of a contact: `ratio` of its forces at the same overlap (m)
     for disks of two radii (m)."""
     half = 0.5 * overlap
-    chords = [2 * float(np.sqrt(2 * radius * half - half**2)) for radius in radii]
-    return words.claim(
-        "surface",
-        Verdict.of(abs(ratio - 1) < ROUNDING, abs(chords[1] / chords[0] - 1) > NOTICEABLE),
-        overlap=1e3 * overlap,
-        radii=radii,
-        ratio=ratio,
-        chords=[1e3 * chord for chord in chords],
-    )
+    chords = [2e3 * float(np.sqrt(2 * radius * half - half**2)) for radius in radii]
+    verdict = Verdict.of(abs(ratio - 1) < ROUNDING, abs(chords[1] / chords[0] - 1) > NOTICEABLE)
+    sizes = {"overlap": 1e3 * overlap, "radii": radii, "ratio": ratio, "chords": chords}
+    return words.claim("surface", verdict, **sizes)
 
 
 def non_zero_apart(
