@@ -24,9 +24,9 @@ constexpr double RIGID = 1e-14;
 // Where nearly all contacts press, and they are more than unknowns, a crowd is jammed: contacts this soft then have no soft
 // modes, and lead to the closed ones of the reactions of least energy.
 // The compliance has to be small beside the softest mode, hence its fall with the size beyond MEDIUM disks.
-constexpr double JAMMED = 0.98, SOFT = 1e-5, FIRMEST = 1e-8, MEDIUM = 5000.0;
+constexpr double JAMMED = 0.98, SOFT = 1e-6, FIRMEST = 1e-8, MEDIUM = 5000.0;
 // To this residual the path is followed before its closed contacts are tried, in so many rounds.
-constexpr double NEARLY = 1e-7;
+constexpr double NEARLY = 1e-5;
 constexpr int TRIES = 4;
 
 // Storage of an iteration.
