@@ -17,7 +17,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from analysis.exposure.exposure import QUANTITIES, above_key, limits_of_bodies, limits_of_people
+from analysis.exposure.exposure import (
+    QUANTITIES,
+    above_key,
+    known_limits,
+    limits_of_bodies,
+    limits_of_people,
+)
 from analysis.film.frame import ENGINE, HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
 from analysis.film.summary import (
     JUMP,
@@ -51,6 +57,7 @@ from analysis.pages.drawing import (
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import bodies_label, in_a_sentence
 from analysis.pages.numbers import NONE, decimals, significant
+from analysis.pages.ranges import Chart, chart, mattering
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
@@ -333,15 +340,21 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
     shared = _shared(reels)
     still, series = _pictures(words, reels, shared)
     images = write_pictures([Section(number="still", title="", pictures=[still, series])], folder)
-    tables = [_limits(words, reels, shared)] if _forces(reels) else []
-    if shared["radii"]:
-        tables.append(_moved(words, reels))
+    tables = [_headlines(words, reels, shared)]
+    if _forces(reels):
+        tables.append(_limits(words, reels, shared))
     page = render(
         PAGE,
+        contents=[
+            ("viewer", "The film"),
+            ("assumptions", "Assumptions"),
+            ("numbers", "In numbers"),
+        ],
         title=" and ".join(dict.fromkeys(reel.scene.title for reel in reels)),
         what=_what(words, reels, shared, source),
         warnings=_warnings(words, reels),
-        headlines=_headlines(words, reels, shared),
+        charts=charts(reels),
+        notes=_notes(words, reels, shared),
         still=still,
         data=packed(reels),
         sections=[
@@ -424,10 +437,15 @@ def _what(
     drive = middle.scene.drive
     if drive is None or not _forces(reels):
         return [*said, words.text("impact")] if RIGID in middle.models else said
-    mass = np.concatenate([frame.found.snapshot.mass for frame in shown if frame.found is not None])
-    push = drive.push(mass)
-    ends = (float(push.min()), float(push.max()))
-    return [*said, words.text("push", push=ends, drive=drive)]
+    return [*said, words.text("push", push=_push(middle), drive=drive)]
+
+
+def _push(reel: Reel) -> tuple[float, float]:
+    """The least and the largest push (N) of those who are filmed."""
+    assert reel.scene.drive is not None
+    every = [frame.found.snapshot.mass for frame in reel.frames if frame.found is not None]
+    push = reel.scene.drive.push(np.concatenate(every))
+    return float(push.min()), float(push.max())
 
 
 def _one_crowd(reels: Sequence[Reel]) -> bool:
@@ -494,6 +512,66 @@ def _headlines(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]
     return words.table("headlines", rows, **shared, **about, columns=columns, note=note)
 
 
+def charts(reels: Sequence[Reel]) -> list[Chart]:
+    """Draw each headline number as a bar for each model, those of two units apart."""
+    made = []
+    columns = bands(reels)
+    if len(reels) == 1 and len(columns) > 1:
+        bodies = bodies_label(reels[0].scene)
+        columns = dict(zip((bodies, "rigid"), columns.values(), strict=True))
+    for key, measure in HEADLINES.items():
+        found: dict[str, dict[str, tuple[float, float, float]]] = {}
+        for name, (mine, model) in columns.items():
+            if one := headline(mine, model, key):
+                of = found.setdefault(unit_of(mine[0], model, key), {})
+                of[name] = one.median, one.low, one.high
+        for unit, named in found.items():
+            limited = limits_of_bodies() if (key, unit) == ("contact_largest", FORCE) else []
+            marks = [limit.number for limit in limited]
+            made.append(chart(measure.title, unit, named, marks=marks))
+    return made
+
+
+def _notes(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> list[str]:
+    """Say how to read the bars, and what makes the force uncertain: the radius or the model, and
+    the moment."""
+    said = [words.text("bars", **shared)]
+    if not _forces(reels):
+        return said
+    if reels[0].scene.drive is not None:
+        said.append(words.text("pressed", push=_push(reels[len(reels) // 2])))
+    each = [
+        found
+        for reel in reels
+        for model in reel.models
+        if (found := headline([reel], model, "contact_largest"))
+    ]
+    if not each:
+        return said
+    medians, middle = [one.median for one in each], each[len(each) // 2]
+    spans = {"moment": (middle.low, middle.high)}
+    if len(medians) > 1:
+        what = "radius" if reels[0].radius is not None else "model"
+        spans[what] = (min(medians), max(medians))
+    return [*said, *force_notes(spans, "film", float(str(shared["duration"])))]
+
+
+def force_notes(
+    spans: Mapping[str, tuple[float, float]],
+    what: str,
+    duration_s: float,
+    files: tuple[Path, ...] = (),
+) -> list[str]:
+    """Say what the largest contact force depends on most, and what limits of a chest mean beside a
+    run or a film (what) of so many seconds; spans: as of `mattering`; files: of users' limits."""
+    words, most = Words(__package__), mattering(spans)
+    named = {one.name: one for one in known_limits(files)}
+    return [
+        *([words.text("matters", most=most)] if len(most) > 1 else []),
+        words.text("lasting", named=named, what=what, duration=duration_s),
+    ]
+
+
 def _pictures(
     words: Words, reels: Sequence[Reel], shared: Mapping[str, object]
 ) -> tuple[Picture, Picture]:
@@ -536,26 +614,3 @@ def _counts(found: Headline | None) -> str:
         return NONE
     median, low, high = (decimals(end, 0) for end in (found.median, found.low, found.high))
     return f"{median} ({low} – {high})"
-
-
-def _moved(words: Words, reels: Sequence[Reel]) -> Table:
-    """What was done to the heads, radius by radius."""
-    rows: list[list[Cell]] = []
-    for reel in reels:
-        done = [frame.account for frame in reel.frames if frame.account is not None]
-        if not done:
-            continue
-        columns = (
-            ([one.overlaps_before for one in done], 0),
-            ([100 * one.overlap_before_largest_m for one in done], 1),
-            ([100 * one.moved_mean_m for one in done], 1),
-            ([100 * one.moved_largest_m for one in done], 1),
-            ([100 * one.moved_share_over_1_cm for one in done], 0),
-            ([one.contacts_after + one.wall_contacts_after for one in done], 0),
-        )
-        cells = [
-            f"{decimals(min(values), places)} – {decimals(max(values), places)}"
-            for values, places in columns
-        ]
-        rows.append([significant(reel.radius), *cells])
-    return words.table("moved", rows)

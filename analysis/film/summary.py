@@ -9,8 +9,7 @@ import numpy as np
 
 from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Ends, Reel
 from analysis.motion.inference import LEVEL, correlation_windows
-from analysis.motion.study import two
-from analysis.pages.numbers import NONE
+from analysis.pages.numbers import NONE, two
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_rows
 

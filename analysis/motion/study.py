@@ -36,6 +36,7 @@ from analysis.pages.numbers import (
     percent,
     signed,
     significant,
+    two,
     with_sign,
     with_unit,
 )
@@ -467,13 +468,6 @@ def in_all(value: str, count: int) -> str:
     """Write a number that so many runs or windows gave alike, which have no interval: 120 in all
     3; alone where there is one."""
     return value if count == 1 else f"{value} in all {count}"
-
-
-def two(value: float) -> str:
-    """Write two significant digits, and no powers of ten: these are loads to be read side by
-    side."""
-    short = float(f"{value:.2g}")
-    return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
 
 
 def more_words(value: float, relative: bool, unit: str) -> str:

@@ -104,18 +104,15 @@ def add_scale(
     axes: Axes | Sequence[Axes],
     norm: Normalize,
     label: str,
-    *,
-    narrow: bool = False,
 ) -> Colorbar:
-    """Add the scale of the shades, at the right or, in a narrow picture, below; it is open above,
-    since a few values may lie beyond."""
+    """Add the scale of the shades at the right; it is open above, since a few values may lie
+    beyond."""
     bar: Colorbar = figure.colorbar(
         ScalarMappable(norm, SHADES),
         ax=axes,
         shrink=0.75,
         extend="max",
         label=label,
-        location="bottom" if narrow else "right",
     )
     return bar
 

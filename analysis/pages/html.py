@@ -5,7 +5,7 @@ import hashlib
 import io
 import re
 import urllib.parse
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from importlib import metadata, resources
 from pathlib import Path
@@ -29,8 +29,10 @@ SOLVED = "solved"
 NUMERIC = re.compile(r"[−–≈*+]*\d|–$|not measured|determined$")
 
 
-def render(template: str, **content: Any) -> str:
-    """Fill a page of templates/ with its content, the date, and the versions of what made it."""
+def render(template: str, *, contents: Sequence[tuple[str, str]] = (), **content: Any) -> str:
+    """Fill a page of templates/ with its content, the date, and the versions of what made it.
+
+    contents: anchors and titles that the list in the header leads to"""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("analysis.pages"),
         autoescape=True,
@@ -42,6 +44,7 @@ def render(template: str, **content: Any) -> str:
     environment.filters |= {
         "md": html_of,
         "powers": powers,
+        "sentence": sentence,
         "href": href,
         "script": script,
         "source_of_script": source_of_script,
@@ -53,8 +56,14 @@ def render(template: str, **content: Any) -> str:
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("crowd-percussions"),
         findings=made_with(),
+        contents=[*contents, ("reproduce", "How to reproduce, and cite")],
         **content,
     )
+
+
+def sentence(words: str) -> str:
+    """Write words, beginning large and ending with a stop."""
+    return words[:1].upper() + words[1:] + ("" if words.endswith(".") else ".")
 
 
 def script(name: str) -> markupsafe.Markup:

@@ -46,6 +46,19 @@ def significant(value: float | None, digits: int = 3) -> str:
     return number(short, next(enough, digits))
 
 
+def two(value: float) -> str:
+    """Write two significant digits, and no powers of ten: these are loads to be read side by
+    side."""
+    short = float(f"{value:.2g}")
+    return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
+
+
+def between(low: float, high: float) -> str:
+    """Write a range with two digits; one number where its ends read the same."""
+    least, most = two(low), two(high)
+    return least if least == most else f"{least}–{most}"
+
+
 def percent(value: float | None, digits: int | None = None) -> str:
     """Write a share in per cent with one place (or so many significant digits); – where none."""
     if value is None or not math.isfinite(value):

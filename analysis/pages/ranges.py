@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.pages.numbers import decimals, significant
+from analysis.pages.numbers import between, decimals, significant, two
 
 # Marks nearer than this share of the axis have one label; about so much of it is a letter.
 APART, LETTER = 0.2, 0.022
@@ -86,11 +86,44 @@ class Chart:
     def ticks(self) -> list[tuple[float, str]]:
         """The ends of the axis, in words."""
         return [
-            (end, short(end) if self.most is None else decimals(end, 0)) for end in (0.0, self.top)
+            (end, two(end) if self.most is None else decimals(end, 0)) for end in (0.0, self.top)
         ]
 
 
-def short(value: float) -> str:
-    """Write a number of an axis with two digits: 12 000, 0.5."""
-    rounded = float(f"{value:.2g}")
-    return decimals(rounded, 0) if rounded >= 10 else significant(rounded, 2)
+def chart(
+    title: str,
+    unit: str,
+    found: Mapping[str, tuple[float, float, float]],
+    *,
+    widest: tuple[float, float] | None = None,
+    marks: Sequence[float] = (),
+    most: float | None = None,
+) -> Chart:
+    """Make a chart of means with their ranges, by name; widest: of all, behind the only one."""
+    alone = len(found) == 1
+    bars = [
+        Bar(
+            label="" if alone else name,
+            mean=mean,
+            low=low,
+            high=high,
+            text="" if alone else between(low, high),
+            widest=widest if alone else None,
+        )
+        for name, (mean, low, high) in found.items()
+    ]
+    low, high = widest or (min(bar.low for bar in bars), max(bar.high for bar in bars))
+    text, title = f"{between(low, high)} {unit}", title[0].upper() + title[1:]
+    return Chart(title=title, unit=unit, text=text, bars=bars, marks=marks, most=most)
+
+
+def mattering(spans: Mapping[str, tuple[float, float]]) -> list[tuple[str, str]]:
+    """Name what changes a quantity, widest first, and by how much: by a factor, or where it can be
+    nothing, from what to what.
+
+    spans: by what is varied, the least and the largest"""
+    widest = sorted(spans.items(), key=lambda one: one[1][0] - one[1][1])
+    return [
+        (name, f"×{significant(most / least, 2)}" if least > 0 else between(least, most))
+        for name, (least, most) in widest
+    ]

@@ -256,7 +256,6 @@ def kept(folder: Path) -> Built | None:
 
 
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
-CLAIMS = ("where", "statement", "what came out", "see")
 ERRATA = ("where", "printed", "correct", "why")
 COSTS = (
     "section", "engine runs made", "taken as they were", "failed", "engines (CPU s)",
@@ -321,6 +320,9 @@ def _write_page(
 ) -> None:
     images = write_pictures((made.section for made in built), folder / "figures")
     write_claims(folder / f"{page.prefix}claims.csv", built)
+    entries = errata(page.errata)
+    rows = [asdict(entry).values() for entry in entries]
+    write_rows(folder / f"{page.prefix}errata.csv", ERRATA, rows)
     content = {made.section.number: _numbers(made) for made in built}
     write_json(folder / f"{page.prefix}numbers.json", content)
     text = render(
@@ -333,7 +335,7 @@ def _write_page(
         contents=_contents(page, built),
         verdicts=[(verdict, _claims(verdict, built)) for verdict in ORDER],
         claim_count=sum(len(made.section.claims) for made in built),
-        errata=Table(caption="", head=ERRATA, rows=_errata(page)),
+        errata=entries,
         costs=_costs(built),
         wall_seconds=time.perf_counter() - started,
         most=max(built, key=lambda made: made.total_seconds),
@@ -353,35 +355,25 @@ def write_claims(path: Path, built: Sequence[Built]) -> None:
     write_rows(path, ("figure", "where", "statement", "verdict", "reason"), rows)
 
 
-def _contents(page: Page, built: Sequence[Built]) -> list[Section]:
+def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
     """What the page links to at its head."""
     entries = [("claims", "Which statements hold")]
     for made in built:
         figure = f"{made.label}: " if made.section.number.isdigit() else ""
         entries.append((made.anchor, figure + made.section.title))
-    entries += [("errata", "Errata")] if errata(page.errata) else []
+    entries.append(("errata", "Errata"))
     entries.append(("cost", "What this page cost"))
-    return [Section(number=anchor, title=title) for anchor, title in entries]
+    return entries
 
 
-def _claims(verdict: Verdict, built: Sequence[Built]) -> Table:
-    """The claims with this verdict, each with a link to its section."""
-    rows = [
-        (claim.where, claim.statement, _sentence(claim.reason), f"[{made.label}](#{made.anchor})")
+def _claims(verdict: Verdict, built: Sequence[Built]) -> list[tuple[str, str]]:
+    """Where the claims with this verdict are in the paper, and the section that tries each."""
+    return [
+        (claim.where, made.anchor)
         for made in built
         for claim in made.section.claims
         if claim.verdict == verdict
     ]
-    return Table(caption=f"**{verdict.capitalize()} ({len(rows)})**", head=CLAIMS, rows=rows)
-
-
-def _errata(page: Page) -> list[tuple[str, ...]]:
-    return [tuple(asdict(entry).values()) for entry in errata(page.errata)]
-
-
-def _sentence(words: str) -> str:
-    """The words, beginning large and ending with a stop."""
-    return words[:1].upper() + words[1:] + ("" if words.endswith(".") else ".")
 
 
 def _costs(built: Sequence[Built]) -> Table:

@@ -92,6 +92,7 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
     page = render(
         "push.html",
         command=command,
+        contents=[(section.number, section.title)],
         trial=trial,
         introduction=words.text(
             "introduction",

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.compare.comparison import AT_REST, FEWEST, FORCE, Comparison
@@ -19,11 +18,6 @@ from analysis.engines.penalty import penalty_of
 from analysis.pages.drawing import (
     BLACK,
     BLUE,
-    GREEN,
-    GREY,
-    LINES,
-    MARKERS,
-    NARROW_IN,
     ORANGE,
 )
 from analysis.pages.names import engine_label, engine_name
@@ -65,44 +59,6 @@ def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figur
     return figure
 
 
-def stiffness_study(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
-    """Draw the relative difference of rigid and penalty forces against the stiffness.
-
-    With a guide of the slope of 1/k."""
-    figure = Figure(figsize=(NARROW_IN, 3.6) if narrow else (6.5, 4.0), layout="constrained")
-    axes = figure.add_subplot()
-    engines = sorted({c.record.engine for c in comparisons})
-    kinds = (
-        ("contact", "all contacts", BLUE),
-        ("determined", "determined contacts", ORANGE),
-        ("disk_sum", "sum at each disk", GREEN),
-    )
-    stiffness = np.array(sorted({c.scene.contact.stiffness_N_per_m for c in comparisons}))
-    for row, engine in enumerate(engines):
-        chosen = sorted(
-            (c for c in comparisons if c.record.engine == engine),
-            key=lambda c: c.scene.contact.stiffness_N_per_m,
-        )
-        for kind, words, colour in kinds:
-            values = [statistics(c)[f"{kind}_relative_difference"] for c in chosen]
-            x = [c.scene.contact.stiffness_N_per_m for c in chosen]
-            axes.plot(
-                x, values, MARKERS[row], ls=LINES[row], color=colour,
-                mfc="none" if row else colour, label=f"{engine_name(engine)}: {words}",
-            )  # fmt: skip
-    first = [
-        v for line in axes.lines if np.isfinite(v := np.asarray(line.get_ydata())[0]) and v > 0
-    ]
-    if first and len(stiffness) > 1:
-        guide = max(first) * stiffness[0] / stiffness
-        axes.plot(stiffness, guide, color=GREY, lw=1, label="slope −1")
-    axes.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)")
-    axes.set_ylabel("rms(rigid − penalty) / rms(penalty)")
-    axes.grid(alpha=0.3, which="both")
-    axes.legend(fontsize=7)
-    return figure
-
-
 Run = dict[str, Any]
 # What the relative differences of a table are of.
 KINDS = ("contact", "determined", "disk_sum", "disk_vector")
@@ -116,12 +72,14 @@ def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
         return Section(number=scene.name, title=words.text("title"), words=[words.text("nothing")])
     named = zip(study.comparisons, runs, strict=True)
     rows = [_row(engine_label(comparison), run) for comparison, run in named]
+    wide, narrow = (scatter(study.comparisons, narrow=one) for one in (False, True))
+    name, caption = f"{scene.name}-scatter", words.text("scatter")
     return Section(
         number=scene.name,
         title=words.text("title", time=scene.analysis.time_s),
         introduction=[words.text("instant", friction=scene.contact.friction)],
         words=_found(words, study, runs),
-        pictures=_pictures(words, study),
+        pictures=[Picture(name=name, caption=caption, figure=wide, narrow=narrow)],
         tables=[words.table("runs", rows)],
         files=[run["csv"] for run in runs],
     )
@@ -202,22 +160,6 @@ def _real_frame(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _pictures(words: Words, study: Study) -> list[Picture]:
-    comparisons = study.comparisons
-    drawn = {"scatter": scatter}
-    if len({_stiffness(one) for one in comparisons}) > 1:
-        drawn["stiffness"] = stiffness_study
-    return [
-        Picture(
-            name=f"{study.scene.name}-{name}",
-            caption=words.text(name),
-            figure=draw(comparisons),
-            narrow=draw(comparisons, narrow=True),
-        )
-        for name, draw in drawn.items()
-    ]
-
-
 def _row(name: str, run: Run) -> list[Cell]:
     """A run beside its percussions; a time step that is longer than the safe one in bold."""
     found, record = run["statistics"], run["record"]
@@ -230,10 +172,6 @@ def _row(name: str, run: Run) -> list[Cell]:
         f"**{step}**" if record["time_step_s"] > 1.001 * run["safe_time_step_s"] else step,
         number(record["cpu_seconds"], 2),
     ]
-
-
-def _stiffness(comparison: Comparison) -> float:
-    return comparison.scene.contact.stiffness_N_per_m
 
 
 def runs_of(study: Study) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ from analysis.exposure.exposure import (
     limits_of_bodies,
     limits_of_people,
 )
+from analysis.film.page import force_notes
 from analysis.motion.inference import ALPHA
 from analysis.motion.study import (
     FACTORS,
@@ -23,10 +24,9 @@ from analysis.motion.study import (
     MotionStudy,
     difference_words,
     least_words,
-    two,
 )
 from analysis.pages.numbers import significant
-from analysis.pages.ranges import Bar, Chart
+from analysis.pages.ranges import Chart, chart
 from analysis.pages.words import Words
 from analysis.scene.scene import Scene
 
@@ -104,43 +104,18 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
     made = []
     for key, measure in four(study).items():
         whole = range_of(study, key)
-        text = f"{between(whole.low, whole.high)} {measure.unit}"
         shown = study.ensembles if every else study.ensembles[:1]
-        bars = []
-        for one in shown:
-            low, high = _ends(one, key)
-            bars.append(
-                Bar(
-                    label=one.label if every else "",
-                    mean=one.interval(key).mean,
-                    low=low,
-                    high=high,
-                    text=between(low, high) if every else "",
-                    widest=None if every else (whole.low, whole.high),
-                )
-            )
-        title = measure.title[0].upper() + measure.title[1:]
-        most = float(len(study.scene.snapshot)) if measure.unit.startswith("of ") else None
         made.append(
-            Chart(title=title, unit=measure.unit, text=text, bars=bars, most=most,
-                  marks=marks_of(study, key))
-        )  # fmt: skip
+            chart(
+                measure.title,
+                measure.unit,
+                {one.label: (one.interval(key).mean, *_ends(one, key)) for one in shown},
+                widest=(whole.low, whole.high),
+                marks=marks_of(study, key),
+                most=float(len(study.scene.snapshot)) if measure.unit.startswith("of ") else None,
+            )
+        )
     return made
-
-
-def between(low: float, high: float) -> str:
-    """Write a range with two digits; one number where its ends read the same."""
-    least, most = two(low), two(high)
-    return least if least == most else f"{least}–{most}"
-
-
-def matters(study: MotionStudy, key: str = "contact_largest") -> list[tuple[str, str]]:
-    """Name what changes a quantity most, widest first, and by how much: by a factor, or where it
-    can be nothing, from what to what."""
-    return [
-        (factor, f"×{significant(most / least, 2)}" if least > 0 else f"{two(least)}–{two(most)}")
-        for factor, (least, most) in range_of(study, key).factors.items()
-    ]
 
 
 def lead(scene: Scene) -> str:
@@ -156,13 +131,10 @@ def lead(scene: Scene) -> str:
 
 def notes(study: MotionStudy) -> list[str]:
     """Say how to read the bars, what matters most, and for how long the limit must last."""
-    words = Words(__name__)
-    most = matters(study)
-    limits = {one.name: one for one in limits_of_people(study.limits)}
+    factors = range_of(study, "contact_largest").factors
     return [
-        words.text("bars", first=study.ensembles[0].label),
-        words.text("matters", most=most) if len(most) > 1 else "",
-        words.text("lasting", limits=limits, duration=study.scene.run.duration_s),
+        Words(__name__).text("bars", first=study.ensembles[0].label),
+        *force_notes(factors, "run", study.scene.run.duration_s, study.limits),
     ]
 
 

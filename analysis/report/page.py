@@ -104,13 +104,12 @@ def write_report(
             **({"in_motion": motion_numbers(one.motion)} if _ran(one.motion) else {}),
         }
     folds = [fold for screen in screens for fold in screen.folds]
-    stills = [
-        Section(number="", title="", pictures=[screen.still]) for screen in screens if screen.still
-    ]
+    stills = [Section(number="", title="", pictures=[one.still]) for one in screens if one.still]
     moving = [one.motion for one in reported if _ran(one.motion) and one.motion]
     page = render(
         "report.html",
         screens=screens,
+        contents=[(one.number, one.title) for one in screens],
         limits=limits_table(moving, limits) if moving else None,
         images=write_pictures([*folds, *stills], folder / "figures"),
         command=command,

@@ -154,6 +154,7 @@ def write_atlas(
     page = render(
         "stability.html",
         command=command,
+        contents=[("summary", "Summary"), *((one.number, one.title) for one in sections)],
         quick=quick,
         sections=sections,
         images=images,

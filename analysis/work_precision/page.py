@@ -41,6 +41,7 @@ def write_chart(chart: Chart, folder: Path, command: str, more: Sequence[Section
     page = render(
         "chart.html",
         command=command,
+        contents=[(one.number, one.title) for one in sections],
         quick=chart.quick,
         scene=chart.scene,
         sections=sections,

@@ -32,7 +32,7 @@ def has_its_numbers(section, content):
     assert section.locator("tr").count() == sum(len(t["rows"]) + 1 for t in content["tables"])
     assert section.locator("[role=alert]").count() == bool(content["warnings"])
     for cells in (
-        section.locator("td").all_inner_texts(),
+        section.locator("td").all_text_contents(),
         section.locator("th").all_text_contents(),
     ):
         assert all(cell.strip() for cell in cells)

@@ -56,7 +56,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
     motion = json.loads((folder / "report/numbers.json").read_text())["arch"]["in_motion"]
     with opened(address, width) as page:
         page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
-        first = page.locator("body > section").first
+        first = page.locator("main > section").first
         assert first.get_attribute("id") == "arch-at-a-glance"
         seen = page.locator(".glance .ranges, .glance canvas, .glance .quiet:visible")
         ends = seen.evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")

@@ -72,14 +72,17 @@ def _read(address, folder, numbers, claims):
             assert section.locator("h2").inner_text().startswith(label(figure))
             has_its_numbers(section, content)
         for verdict in ("does not hold", "holds in part", "holds"):
-            rows = page.locator(f"[data-verdict='{verdict}'] tr")
-            assert rows.count() == 1 + sum(claim["verdict"] == verdict for claim in claims)
+            mine = [claim for claim in claims if claim["verdict"] == verdict]
+            assert page.locator(f"[data-verdict='{verdict}'] a").count() == len(mine)
+            for claim in mine:
+                beside = page.locator(f"[data-figure='{claim['figure']}'] .claims").inner_text()
+                assert verdict.lower() in beside.lower()
         links = page.locator("a[href^='./figures/'], a[href^='continuum_']").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"
         )
-        assert len(links) == 2 + 3 * len(numbers)  # two files, and of a picture: large, PNG, PDF
+        assert len(links) == 3 + 3 * len(numbers)  # three files, and of a picture: large, PNG, PDF
         assert all((folder / link).is_file() for link in links)
-        inner = page.locator("nav a[href^='#'], .claims a").evaluate_all(
+        inner = page.locator("nav a[href^='#'], #claims [data-verdict] a").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"
         )
         assert all(page.locator(f"[id='{link[1:]}']").count() == 1 for link in inner)
