@@ -38,6 +38,18 @@ def has_its_numbers(section, content):
         assert all(cell.strip() for cell in cells)
 
 
+def has_its_verdicts(page, claims):
+    """The page links to each statement by verdict, and says the verdict beside its figure."""
+    order = ["does not hold", "holds in part", "holds"]
+    for verdict, shown in zip(order, page.locator("[data-verdict]").all(), strict=True):
+        mine = [claim for claim in claims if claim["verdict"] == verdict]
+        assert shown.get_attribute("data-verdict") == verdict
+        assert shown.locator("a").count() == len(mine)
+        for claim in mine:
+            beside = page.locator(f"[data-figure='{claim['figure']}'] .claims").inner_text()
+            assert verdict in beside.lower()
+
+
 @contextlib.contextmanager
 def opened(address, width):
     """The page, on a screen so many pixels wide; it must load offline and without complaint, with

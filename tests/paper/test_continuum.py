@@ -21,7 +21,7 @@ from analysis.paper.continuum.exit_room import map_of
 from analysis.paper.continuum.fig8_turbulence import CHECKED, Case, Forces, Setting, Tried, readings
 from analysis.paper.page import CONTINUUM, Built, build, edition, keep, kept, label, write_pages
 from nscd.continuum.closed_forms import point_sink
-from tests.pages.browser import BROWSER, has_its_numbers, opened
+from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened
 
 COARSE = 0.8  # m
 CHOSEN = ("3.2.1", "11")
@@ -71,12 +71,7 @@ def _read(address, folder, numbers, claims):
             section = page.locator(f"#{anchor}")
             assert section.locator("h2").inner_text().startswith(label(figure))
             has_its_numbers(section, content)
-        for verdict in ("does not hold", "holds in part", "holds"):
-            mine = [claim for claim in claims if claim["verdict"] == verdict]
-            assert page.locator(f"[data-verdict='{verdict}'] a").count() == len(mine)
-            for claim in mine:
-                beside = page.locator(f"[data-figure='{claim['figure']}'] .claims").inner_text()
-                assert verdict.lower() in beside.lower()
+        has_its_verdicts(page, claims)
         links = page.locator("a[href^='./figures/'], a[href^='continuum_']").evaluate_all(
             "all => all.map(a => a.getAttribute('href'))"
         )

@@ -13,7 +13,7 @@ from analysis.pages.numbers import number
 from analysis.pages.section import Picture, Section
 from analysis.paper.page import errata
 from analysis.scene.shipped_scenes import make
-from tests.pages.browser import BROWSER, has_its_numbers, opened
+from tests.pages.browser import BROWSER, has_its_numbers, has_its_verdicts, opened
 
 PAGE_SECTIONS = "section[data-figure]"
 
@@ -72,15 +72,7 @@ def _read(address, folder, numbers, claims):
             has_its_numbers(section, content)
         largest = numbers["3"]["tables"][0]["rows"][0][3]
         assert number(largest, 4) in page.locator("#fig-3").text_content()
-        for verdict in ("does not hold", "holds in part", "holds"):
-            mine = [claim for claim in claims if claim["verdict"] == verdict]
-            assert page.locator(f"[data-verdict='{verdict}'] a").count() == len(mine)
-            for claim in mine:
-                beside = page.locator(f"[data-figure='{claim['figure']}'] .claims").inner_text()
-                assert verdict.lower() in beside.lower()
-        order = "all => all.map(one => one.dataset.verdict)"
-        found = page.locator("#claims [data-verdict]").evaluate_all(order)
-        assert found == ["does not hold", "holds in part", "holds"]
+        has_its_verdicts(page, claims)
         with (folder / page.locator("#errata a").get_attribute("href")).open(newline="") as file:
             assert [row["why"] for row in csv.DictReader(file)] == [
                 one.why for one in errata("Section 2")
