@@ -125,7 +125,6 @@ def lead(scene: Scene) -> str:
         people=len(scene.snapshot),
         push=scene.push_range if scene.drive else None,
         ways=scene.drive.ways if scene.drive else 0,
-        duration=scene.run.duration_s,
     )
 
 
