@@ -26,7 +26,7 @@ constexpr double RIGID = 1e-14;
 // The compliance has to be small beside the softest mode, hence its fall with the size beyond MEDIUM disks.
 constexpr double JAMMED = 0.98, SOFT = 1e-6, FIRMEST = 1e-8, MEDIUM = 5000.0;
 // To this residual the path is followed before its closed contacts are tried, in so many rounds.
-constexpr double NEARLY = 1e-5;
+constexpr double NEARLY = 1e-7;
 constexpr int TRIES = 4;
 
 // Storage of an iteration.
