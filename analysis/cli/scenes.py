@@ -89,7 +89,7 @@ def new(
 ) -> None:
     """Write a scene of a crowd before the doors of a room, and a picture of it.
 
-    name: Name of the scene.
+    name: Name of the scene, with or without .toml.
     people: How many people.
     door: Width in m of a door in the middle of a room's side, or its ends: x,y,x,y in m. Several
         times for several, each with its share of the crowd behind a colon: 0,1,0,2:0.3
@@ -116,6 +116,7 @@ def new(
 
     if (room is None) == (geometry is None):
         raise ValueError("room: either --room or --geometry is needed")
+    name = name.removesuffix(".toml")
     if (out / f"{name}.toml").exists():
         raise ValueError(f"{out / name}.toml: exists already; give another name or --out")
     if people_from is not None:
@@ -197,7 +198,7 @@ def _write(scene: Scene, out: Path) -> None:
     for warning in scene.check(scene.name):
         warn(warning)
     made = scene.write(out)
-    print(scene.notes, made, sep="\n")
+    print(scene.notes, made, made.with_suffix(".data"), sep="\n")
     write_picture(made.with_suffix(".png"), draw)
     print(f"next: percussions report {shlex.quote(str(made))}")
 

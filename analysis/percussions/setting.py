@@ -131,7 +131,7 @@ class Setting:
             raise ValueError(
                 f"disk {snapshot.ids[found.first[worst]]} and {self.name(found, snapshot, worst)} "
                 f"overlap by {share[worst]:.3g} of a radius; {self.largest_overlap:g} is the "
-                "largest that is taken (largest_overlap)"
+                "largest that is taken (--largest-overlap, largest_overlap)"
             )
         return found
 

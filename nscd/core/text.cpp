@@ -109,7 +109,7 @@ char* put_cell(char* at, double value, bool csv) {
         const std::string_view word = value > 0.0 ? "inf" : value < 0.0 ? "-inf" : "nan";
         return at + word.copy(at, word.size());
     }
-    char* end = put_shortest(at, csv ? value : value + 0.0);  // + 0: no negative zeros
+    char* end = put_shortest(at, value + 0.0);  // + 0: no negative zeros
     if (!csv) return end;
     for (const char* sign = at; sign < end; ++sign)
         if (!is_digit(*sign) && *sign != '-') return end;

@@ -185,34 +185,23 @@ def test_bad_files_have_one_message(tmp_path, old, new, message):
     assert "\n" not in str(error.value)
 
 
-def test_missing_frame_file_and_window():
+def test_missing_frame_file_columns_and_window(tmp_path):
+    write_text(tmp_path / "odd.csv", "person,when,px,py\n1,0,0.0,0.0\n")
     for name, frame, window, says in (
         ("metres.txt", 9, 0.4, "metres.txt: there is no frame 9; the frames go from 0 to 4"),
         ("none.txt", 2, 0.4, "none.txt: no such file"),
+        (tmp_path / "odd.csv", 0, 0.4, r"no columns that are known: id, frame, x, y or"),
         ("metres.txt", 2, 1e300, r"a window of 1e\+300 s is 1e\+301 frames"),
     ):
         with pytest.raises(TrajectoryError, match=says):
             read_heads(FORMATS / name, frame, window_s=window)
 
 
-def test_csv_with_other_columns(tmp_path):
-    write_text(tmp_path / "odd.csv", "person,when,px,py\n1,0,0.0,0.0\n")
-    with pytest.raises(
-        TrajectoryError, match=r"odd.csv: .* no columns that are known: id, frame, x, y or"
-    ):
-        read_heads(tmp_path / "odd.csv", 0)
-
-
 def test_person_not_seen_long_enough(tmp_path):
-    rows = [
-        line
-        for line in (FORMATS / "metres.txt").read_text().splitlines()
-        if not line.startswith("3 ")
-    ]
+    lines = (FORMATS / "metres.txt").read_text().splitlines()
+    rows = [line for line in lines if not line.startswith("3 ")]
     write_text(tmp_path / "short.txt", "\n".join([*rows, "3 2 1.0 0.2"]) + "\n")
-    with pytest.raises(
-        TrajectoryError, match=r"short.txt: frame 2: person 3 is not seen over 0.4 s"
-    ):
+    with pytest.raises(TrajectoryError, match=r"frame 2: person 3 is not seen over 0.4 s"):
         import_crowd(read_heads(tmp_path / "short.txt", 2), radius=0.2, room=FREE)
 
 
@@ -263,7 +252,5 @@ def test_times_that_do_not_grow(tmp_path):
 
 @pytest.mark.parametrize("radius", [0.35, 0.4])
 def test_people_who_do_not_fit_are_no_fault_of_one_of_them(radius):
-    with pytest.raises(
-        SceneError, match=f"55 people of radius {radius} m do not fit into gate.toml"
-    ):
+    with pytest.raises(SceneError, match=f"of radius {radius} m do not fit into gate.toml"):
         import_crowd(read_heads(EXCERPT, 405), radius=radius, room=GATE)

@@ -17,8 +17,9 @@ def test_a_room_by_command(percussions, tmp_path):
     words = ("new", "my_room", "--room", "8x6", "--door", 0.8, "--people", 40, "--duration", 0.2)
     made = percussions(*words, "--people-from", "ANSUR II", "--push", 100)
     assert made.returncode == 0, made.stderr
-    assert made.stdout.splitlines()[-3:] == [
+    assert made.stdout.splitlines()[-4:] == [
         "my_room.toml",
+        "my_room.data",
         "my_room.png",
         "next: percussions report my_room.toml",
     ]
@@ -31,7 +32,7 @@ def test_a_room_by_command(percussions, tmp_path):
     assert length == pytest.approx(2 * (8 + 6) - 0.8)
     means = [0.5 * np.sqrt(group.breadth[0] * group.depth[0]) for group in PEOPLE["ANSUR II"]]
     assert min(means) - 0.01 < disks.radius.mean() < max(means) + 0.01
-    again = percussions(*words)
+    again = percussions("new", "my_room.toml", *words[2:])
     assert again.returncode == 1
     assert again.stderr == (
         "percussions: my_room.toml: exists already; give another name or --out\n"
