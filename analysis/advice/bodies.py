@@ -8,8 +8,8 @@ from pathlib import Path
 
 from analysis.advice.library import expected_seconds
 from analysis.engines.softness import (
-    DOUBTFUL,
     NO_CROWD,
+    WITH_CARE,
     Body,
     RigidOver,
     judged,
@@ -99,7 +99,7 @@ def advise_bodies(
 def valid_to(quantity: str) -> float:
     """Give the largest s of a soft run that answers: forces need disks that do not overlap by a
     radius."""
-    return NO_CROWD if quantity in ("flow", "door-density") else DOUBTFUL
+    return NO_CROWD if quantity in ("flow", "door-density") else WITH_CARE
 
 
 def soft_run(scene: Scene, body: Body) -> tuple[Scene, str]:

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
+from math import ceil, floor, log10
 from typing import Any, Literal
 
 import numpy as np
@@ -13,11 +14,11 @@ from pydantic import TypeAdapter
 
 from analysis.scene.scene import Scene
 
-# Measured with crowds of 75 to 1,200 at 2·10³ to 10⁸ N/m: below SOUND nobody is deeper than 0.35 r
-# in another once the flow is steady; above DOUBTFUL a crowd stands more than a third denser, and
+# Measured with crowds of 75 to 1,200 at 2·10³ to 10⁸ N/m: below VALID nobody is deeper than 0.35 r
+# in another once the flow is steady; above WITH_CARE a crowd stands more than a third denser, and
 # disks overlap by about a radius, where the law of the overlap is none of two bodies; at NO_CROWD
 # disks flow through each other.
-SOUND, DOUBTFUL, NO_CROWD = 6.0, 17.0, 50.0
+VALID, WITH_CARE, NO_CROWD = 6.0, 17.0, 50.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,25 +108,32 @@ def softness(scene: Scene, stiffness: float | None = None) -> float:
     return total / (k * float(disks.radius.mean()))
 
 
+def softest(scene: Scene) -> float:
+    """Compute the least stiffness (N/m), of two digits, with which s of a driven crowd is valid."""
+    least = softness(scene) * scene.contact.stiffness_N_per_m / VALID
+    digit = 10.0 ** (floor(log10(least)) - 1)
+    return float(f"{ceil(least / digit) * digit:.2g}")
+
+
 def softness_warning(scene: Scene) -> str | None:
     """Say before a run that its crowd is too soft; None where it is not."""
     s = softness(scene)
-    if s < SOUND:
+    if s < VALID:
         return None
     return (
         f"the total push over stiffness times radius is {s:.2g} "
         f"(contact.stiffness_N_per_m = {scene.contact.stiffness_N_per_m:.3g}): {judged(s)} (below "
-        f"{SOUND:g} sound, to {DOUBTFUL:g} doubtful, to {NO_CROWD:g} not valid for forces, above "
-        "no crowd)"
+        f"{VALID:g} valid, to {WITH_CARE:g} with care, to {NO_CROWD:g} not valid for forces, above "
+        "not a crowd)"
     )
 
 
 def judged(s: float) -> str:
     """Say what a crowd of this s is."""
-    if s < SOUND:
-        return "sound"
-    if s < DOUBTFUL:
-        return "doubtful: it will stand denser than people do"
-    if s < NO_CROWD:
-        return "not valid for forces: people will be deep in each other"
-    return "no crowd: disks will flow through each other"
+    verdicts = {
+        VALID: "valid",
+        WITH_CARE: "use with care: people will stand denser than real ones do",
+        NO_CROWD: "not valid for forces: people will be deep in each other",
+    }
+    other = "not a crowd: disks will flow through each other"
+    return next((words for most, words in verdicts.items() if s < most), other)

@@ -194,15 +194,13 @@ class Loads:
 
     def above(self, limit: Limit) -> Flags:
         """Tell which people or walls, or whether the crowd, are above the number of a limit."""
-        of = QUANTITIES[limit.quantity].of
-        if of == "crowd":
-            return np.array([value > limit.number for value in self._crowd(limit)], dtype=bool)
-        values = (self.person if of == "person" else self.wall)[limit.quantity]
-        flags: Flags = values > limit.number
-        return flags
+        return np.asarray(self.values(limit) > limit.number)
 
-    def _crowd(self, limit: Limit) -> Sequence[float]:
-        return [self.crowd[limit.quantity]] if limit.quantity in self.crowd else []
+    def values(self, limit: Limit) -> Floats:
+        """Give the quantity of a limit, of each person or wall, or of a crowd that has it."""
+        if QUANTITIES[limit.quantity].of == "crowd":
+            return np.array([value for key, value in self.crowd.items() if key == limit.quantity])
+        return (self.person | self.wall)[limit.quantity]
 
 
 def loads_of(scene: Scene, window: Window) -> Loads:
@@ -311,6 +309,12 @@ def limits_of_bodies(files: tuple[Path, ...] = ()) -> list[Limit]:
     ]
 
 
+def limits_of_walls(files: tuple[Path, ...] = ()) -> list[Limit]:
+    """Give the least and the largest limit of the load on a metre of wall."""
+    walls = [one for one in known_limits(files) if one.quantity == "wall_line_load"]
+    return [end(walls, key=lambda one: one.number) for end in (min, max)]
+
+
 def above_key(limit: Limit) -> str:
     """Name the series of how many people are above a limit."""
     return f"above_{limit.name}"
@@ -355,12 +359,8 @@ class Exposure:
 
     def largest(self, limit: Limit) -> float:
         """Find the largest value of the limit's quantity, in its unit; NaN where there is none."""
-        of = QUANTITIES[limit.quantity].of
-        if of == "crowd":
-            values = [w.crowd[limit.quantity] for w in self.windows if limit.quantity in w.crowd]
-            return max(values, default=math.nan)
-        rows = [(w.person if of == "person" else w.wall)[limit.quantity] for w in self.windows]
-        return float(np.max(rows)) if rows[0].size else math.nan
+        values = np.concatenate([loads.values(limit) for loads in self.windows])
+        return float(values.max()) if values.size else math.nan
 
 
 def read_exposure(folder: Path, window_s: float = SHORTEST_S) -> Exposure:
@@ -393,8 +393,8 @@ def write_exposure(exposure: Exposure, limits: Sequence[Limit], folder: Path) ->
     Columns: docs/columns.md."""
     written = []
     for of, rows in (
-        ("people", _people(exposure)),
-        ("walls", _wall_rows(exposure)),
+        ("people", _rows(exposure, "person", "id", exposure.ids.tolist())),
+        ("walls", _rows(exposure, "wall", "wall", [wall.name for wall in exposure.scene.walls])),
         ("crowd", _crowd_rows(exposure)),
         ("limits", _limits(exposure, limits)),
     ):
@@ -408,19 +408,14 @@ def _columns(of: str) -> dict[str, str]:
     return {key: one.column for key, one in QUANTITIES.items() if one.of == of}
 
 
-def _people(exposure: Exposure) -> Iterable[list[object]]:
-    columns = _columns("person")
-    yield ["time_s", "window_s", "id", *columns.values()]
+def _rows(
+    exposure: Exposure, of: Literal["person", "wall"], head: str, names: Sequence[object]
+) -> Iterable[list[object]]:
+    columns = _columns(of)
+    yield ["time_s", "window_s", head, *columns.values()]
     for loads in exposure.windows:
-        for row in zip(exposure.ids.tolist(), *(loads.person[key] for key in columns), strict=True):
-            yield [loads.time, loads.duration, *row]
-
-
-def _wall_rows(exposure: Exposure) -> Iterable[list[object]]:
-    columns, names = _columns("wall"), [wall.name for wall in exposure.scene.walls]
-    yield ["time_s", "window_s", "wall", *columns.values()]
-    for loads in exposure.windows:
-        for row in zip(names, *(loads.wall[key] for key in columns), strict=True):
+        values = loads.person if of == "person" else loads.wall
+        for row in zip(names, *(values[key] for key in columns), strict=True):
             yield [loads.time, loads.duration, *row]
 
 

@@ -31,12 +31,12 @@ from analysis.motion.inference import (
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import (
     NONE,
-    decimals,
     number,
     percent,
     signed,
     significant,
     two,
+    whole,
     with_sign,
     with_unit,
 )
@@ -166,7 +166,7 @@ MEASURES: Mapping[str, Measure] = {
     "contact_largest": Measure(title="largest contact force", unit="N"),
     "contact_95": Measure(title="95 % quantile of contact forces", unit="N"),
     "contact_mean": Measure(title="mean contact force", unit="N"),
-    "person_largest": Measure(title="load of the most loaded person", unit="N"),
+    "person_largest": Measure(title="sum on the most loaded person", unit="N"),
     "walls": Measure(title="load on all walls", unit="N"),
     "pressure_door": Measure(title="pressure on people within 2 m of the door", unit="N/m"),
     "speed_door": Measure(title="speed within 2 m of the door", unit="m/s"),
@@ -447,27 +447,26 @@ def study_motion(
 
 def interval_cell(found: Interval) -> str:
     """Write a mean and its range: 120 (90 – 150); the mean alone of one replicate, – of none. Where
-    all windows are equal: 120 in all 3."""
+    all windows are equal: 120 in each of 3 moments."""
     return _cell(found, two)
 
 
 def count_cell(found: Interval) -> str:
     """Write a mean of counts and its range, whole numbers of two digits: 12 (3 – 200)."""
-    return _cell(found, lambda value: decimals(float(f"{round(value):.2g}"), 0))
+    return _cell(found, whole)
 
 
 def _cell(found: Interval, written: Callable[[float], str]) -> str:
     if not found.replicates:
         return NONE
     if found.alike or found.replicates == 1:
-        return in_all(written(found.mean), found.alike or 1)
+        return in_each(written(found.mean), found.alike or 1, "moments")
     return f"{written(found.mean)} ({written(found.low)} – {written(found.high)})"
 
 
-def in_all(value: str, count: int) -> str:
-    """Write a number that so many runs or windows gave alike, which have no interval: 120 in all
-    3; alone where there is one."""
-    return value if count == 1 else f"{value} in all {count}"
+def in_each(value: str, count: int, of: str) -> str:
+    """Write a number that all of so many replicates or moments gave, which have no interval."""
+    return value if count == 1 else f"{value} in each of {count} {of}"
 
 
 def more_words(value: float, relative: bool, unit: str) -> str:

@@ -1,7 +1,7 @@
 """Names as they stand on a page and in the terminal."""
 
 from analysis.compare.comparison import Comparison
-from analysis.engines.softness import SOUND, softness
+from analysis.engines.softness import VALID, softness
 from analysis.pages.numbers import number, significant
 from analysis.scene.scene import Scene
 
@@ -19,8 +19,8 @@ def in_a_sentence(title: str) -> str:
 
 
 def bodies_label(scene: Scene) -> str:
-    """Name the bodies of a run with springs: soft near SOUND and beyond, else stiff."""
-    word = "soft" if softness(scene) > SOUND / 2 else "stiff"
+    """Name the bodies of a run with springs: soft near VALID and beyond, else stiff."""
+    word = "soft" if softness(scene) > VALID / 2 else "stiff"
     return f"{word}, {significant(scene.contact.stiffness_N_per_m / 1000)} kN/m"
 
 

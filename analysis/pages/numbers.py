@@ -53,10 +53,15 @@ def two(value: float) -> str:
     return decimals(short, 0) if abs(short) >= 10 else significant(short, 2)
 
 
-def between(low: float, high: float) -> str:
-    """Write a range with two digits; one number where its ends read the same."""
-    least, most = two(low), two(high)
+def between(low: float, high: float, written: Callable[[float], str] = two) -> str:
+    """Write a range, with two digits; one number where its ends read the same."""
+    least, most = written(low), written(high)
     return least if least == most else f"{least}–{most}"
+
+
+def whole(value: float) -> str:
+    """Write a count, also a mean of counts, as a whole number of two digits."""
+    return decimals(float(f"{round(value):.2g}"), 0)
 
 
 def percent(value: float | None, digits: int | None = None) -> str:

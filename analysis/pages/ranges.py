@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.pages.numbers import between, decimals, significant, two
+from analysis.pages.numbers import between, decimals, significant, two, whole
 
 # Marks nearer than this share of the axis have one label; about so much of it is a letter.
 APART, LETTER = 0.2, 0.022
@@ -99,21 +99,22 @@ def chart(
     marks: Sequence[float] = (),
     most: float | None = None,
 ) -> Chart:
-    """Make a chart of means with their ranges, by name; widest: of all, behind the only one."""
-    alone = len(found) == 1
+    """Make a chart of means with their ranges, by name; widest: of all, behind the only one;
+    most: of how many people it is a count."""
+    alone, written = len(found) == 1, two if most is None else whole
     bars = [
         Bar(
             label="" if alone else name,
             mean=mean,
             low=low,
             high=high,
-            text="" if alone else between(low, high),
+            text="" if alone else between(low, high, written),
             widest=widest if alone else None,
         )
         for name, (mean, low, high) in found.items()
     ]
     low, high = widest or (min(bar.low for bar in bars), max(bar.high for bar in bars))
-    text, title = f"{between(low, high)} {unit}", title[0].upper() + title[1:]
+    text, title = f"{between(low, high, written)} {unit}", title[0].upper() + title[1:]
     return Chart(title=title, unit=unit, text=text, bars=bars, marks=marks, most=most)
 
 

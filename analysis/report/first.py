@@ -6,15 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
 
-import numpy as np
-
-from analysis.exposure.exposure import (
-    Limit,
-    above_key,
-    known_limits,
-    limits_of_bodies,
-    limits_of_people,
-)
+from analysis.exposure import exposure
 from analysis.film.page import force_notes
 from analysis.motion.inference import ALPHA
 from analysis.motion.study import (
@@ -37,9 +29,9 @@ REPLICATES = "replicates"
 SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
 
 
-def named_limit(study: MotionStudy) -> Limit:
+def named_limit(study: MotionStudy) -> exposure.Limit:
     """Give the limit that the first screen counts people above."""
-    return next(one for one in limits_of_people(study.limits) if one.name == NAMED)
+    return next(one for one in exposure.limits_of_people(study.limits) if one.name == NAMED)
 
 
 def four(study: MotionStudy) -> Mapping[str, Measure]:
@@ -49,7 +41,7 @@ def four(study: MotionStudy) -> Mapping[str, Measure]:
     return {
         "contact_largest": Measure(title="largest contact force", unit="N"),
         "wall_line_load": Measure(title="load on the worst metre of wall", unit="kN/m"),
-        above_key(limit): Measure(title=above, unit=f"of {len(study.scene.snapshot)}"),
+        exposure.above_key(limit): Measure(title=above, unit=f"of {len(study.scene.snapshot)}"),
         "flow": Measure(title="people through the door", unit="per s"),
     }
 
@@ -90,13 +82,10 @@ def _ends(one: Ensemble, key: str) -> tuple[float, float]:
 
 
 def marks_of(study: MotionStudy, key: str) -> list[float]:
-    """List the limits that are drawn beside a quantity: of bodies, and the ends of the barriers'."""
-    if key == "contact_largest":
-        return [one.number for one in limits_of_bodies(study.limits)]
-    if key != "wall_line_load":
-        return []
-    barriers = [one.number for one in known_limits(study.limits) if one.quantity == key]
-    return [min(barriers), max(barriers)]
+    """List the limits that are drawn beside a quantity."""
+    bodies, walls = exposure.limits_of_bodies, exposure.limits_of_walls
+    known = {"contact_largest": bodies, "wall_line_load": walls}
+    return [one.number for one in known[key](study.limits)] if key in known else []
 
 
 def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
@@ -123,7 +112,8 @@ def lead(scene: Scene) -> str:
     return Words(__name__).text(
         "lead",
         people=len(scene.snapshot),
-        push=scene.push_range if scene.drive else None,
+        push=scene.mean_push,
+        each=scene.push_range,
         ways=scene.drive.ways if scene.drive else 0,
     )
 
@@ -167,12 +157,8 @@ def numbers(study: MotionStudy) -> dict[str, object]:
             "range": [whole.low, whole.high],
             "factors": {name: list(ends) for name, ends in whole.factors.items()},
             "models": {
-                one.title: [one.interval(key).mean, *_finite(one, key)] for one in study.ensembles
+                one.title: [(each := one.interval(key)).mean, each.low, each.high]
+                for one in study.ensembles
             },
         }
     return found
-
-
-def _finite(one: Ensemble, key: str) -> list[float | None]:
-    low, high = one.interval(key).low, one.interval(key).high
-    return [end if np.isfinite(end) else None for end in (low, high)]

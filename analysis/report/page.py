@@ -8,12 +8,13 @@ from pathlib import Path
 
 from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
-from analysis.exposure.exposure import QUANTITIES, Limit, above_key, limits_of_people
+from analysis.engines.softness import VALID, softest
+from analysis.exposure import exposure
 from analysis.film.frame import Reel
 from analysis.film.page import draw_still, packed
 from analysis.motion.study import MEASURES, MotionStudy, count_cell, interval_cell
 from analysis.pages.html import render, write_pictures
-from analysis.pages.numbers import significant
+from analysis.pages.numbers import NONE, significant
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
@@ -191,8 +192,11 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
     mass = (float(disks.mass.min()), float(disks.mass.max()))
     said = [words.text("bodies", radius=radius, mass=mass, contact=scene.contact)]
     if drive:
-        said.append(words.text("push", drive=drive))
+        said.append(words.text("push", drive=drive, each=scene.push_range))
     if motion:
+        bodies = [one.label for one in motion.ensembles if one.factor in ("", "bodies")]
+        soft = f"soft, {significant(softest(scene) / 1000)} kN/m" in bodies
+        said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
         varied = how_varied(scene, motion.crowds)
         fewer = min(len(one.series) for one in motion.ensembles)
         said.append(words.text("replicates", crowds=motion.crowds, varied=varied, fewer=fewer))
@@ -210,24 +214,25 @@ def _assumptions(words: Words, scene: Scene, motion: MotionStudy | None) -> Sect
 
 
 def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -> Table:
-    """Give the limits of people with their sources, and how many are above each in each scene, by
-    its first model."""
-    words = Words(__name__)
+    """Give the limits of people and walls with their sources, and how many people are above each in
+    each scene, by its first model."""
+    words, people, above = Words(__name__), exposure.limits_of_people(files), exposure.above_key
+    first = [one.ensembles[0] for one in motions]
     rows: list[list[Cell]] = [
         [
             f"{significant(limit.number, 4)} {limit.unit}",
-            QUANTITIES[limit.quantity].title.replace(" of a person", ""),
+            exposure.QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
             f"{limit.what}{lasting(limit)}; {limit.population}",
-            *(count_cell(one.ensembles[0].interval(above_key(limit))) for one in motions),
+            *(count_cell(one.interval(above(limit))) if limit in people else NONE for one in first),
             limit.cited,
         ]
-        for limit in limits_of_people(files)
+        for limit in (*people, *exposure.limits_of_walls(files))
     ]
     scenes = [f"{one.scene.name}, of {len(one.scene.snapshot)}" for one in motions]
     return words.table("limits", rows, scenes=scenes)
 
 
-def lasting(limit: Limit) -> str:
+def lasting(limit: exposure.Limit) -> str:
     """Say for how long a limit must last."""
     if limit.duration_s is None:
         return ""
@@ -241,7 +246,7 @@ def motion_numbers(study: MotionStudy | None) -> dict[str, object]:
     """Give all numbers of a study, for numbers.json."""
     assert study is not None
     first = study.ensembles[0]
-    people = {above_key(one): "people" for one in limits_of_people(study.limits)}
+    people = {exposure.above_key(one): "people" for one in exposure.limits_of_people(study.limits)}
     units = {key: measure.unit for key, measure in MEASURES.items()}
     units |= {"wall_line_load": "kN/m"} | people
     models: dict[str, object] = {}

@@ -11,7 +11,7 @@ from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.rigid import NAME as RIGID
 from analysis.engines.run import EngineRun, run_folder
-from analysis.engines.softness import SOUND, softness
+from analysis.engines.softness import softest
 from analysis.film.export import film_runs
 from analysis.film.frame import Frames, Reel
 from analysis.motion.study import Model, model_title
@@ -66,10 +66,10 @@ def motion_of(
     if not models:
         return []
     if soft is not None and scene.contact.law == "hooke":
-        k = float(f"{softness(scene) * scene.contact.stiffness_N_per_m / SOUND:.2g}")
+        k = softest(scene)
         if k < min(stiffnesses) * (1 - NEAR):
-            softest = [one.with_contact(stiffness_N_per_m=k) for one in every[:fewer]]
-            models.append(_model(softest, soft, out, bodies_label(softest[0]), "bodies"))
+            softer = [one.with_contact(stiffness_N_per_m=k) for one in every[:fewer]]
+            models.append(_model(softer, soft, out, bodies_label(softer[0]), "bodies"))
     first = models[0].runs
     base = [run.scene for run in first[:fewer]]
     for factor, label, changed in _variations(scene):

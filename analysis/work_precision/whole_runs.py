@@ -25,7 +25,7 @@ from analysis.engines import ENGINES, PENALTY, EngineError, engine
 from analysis.engines.record import RunRecord, divided
 from analysis.engines.run import EngineRun, run_ahead, run_folder
 from analysis.motion.inference import LEVEL
-from analysis.motion.study import Measure, Series, in_all, read_series
+from analysis.motion.study import Measure, Series, in_each, read_series
 from analysis.pages.drawing import COLOURS, GRID, MARKERS, lead
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, number, signed, significant
@@ -511,13 +511,13 @@ def _cell(one: Measured, found: Precision, name: str) -> str:
     if one is found.reference:
         mean, error = one.mean(name)
         if not isfinite(error):
-            return in_all(number(mean), len(one.crowds))
+            return in_each(number(mean), len(one.crowds), "replicates")
         return f"{significant(mean)} ± {significant(error, 2)}"
     bias = one.bias(found.reference, name)
     if not isfinite(bias.share):
         return NONE
     if not isfinite(bias.low):
-        return in_all(signed(bias.share), bias.crowds)
+        return in_each(signed(bias.share), bias.crowds, "replicates")
     return f"{signed(bias.share)} ({signed(bias.low)} to {signed(bias.high)})"
 
 

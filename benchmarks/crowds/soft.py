@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 from analysis.dumps.windows import RunWindows
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.engines.softness import DOUBTFUL, SOUND
+from analysis.engines.softness import VALID, WITH_CARE
 from analysis.motion.study import passed, pressing, values_of
 from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.pages.numbers import signed
@@ -189,7 +189,7 @@ def picture(known: Known) -> Figure:
     figure = Figure(figsize=(11.0, 6.4), layout="constrained")
     for axes, (key, title) in zip(figure.subplots(2, 3).ravel(), MEASURES.items(), strict=True):
         axes.axhline(1.0, color=GRID, zorder=0)
-        axes.axvspan(SOUND, DOUBTFUL, color=GRID, alpha=0.35, zorder=0)
+        axes.axvspan(VALID, WITH_CARE, color=GRID, alpha=0.35, zorder=0)
         for number, (people, push, _) in enumerate(FAMILIES):
             found = {s: relative(known, people, push, f"{s:g}", key) for s in SOFTNESS[1:]}
             xs = [s for s, values in found.items() if values]

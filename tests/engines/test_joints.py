@@ -114,9 +114,9 @@ def test_what_rigid_disks_overstate_is_the_table_of_the_page():
     ("stiffness", "said"),
     [
         (1e6, None),
-        (1.2e5, "doubtful"),
+        (1.2e5, "use with care"),
         (4e4, "not valid for forces: people will be deep"),
-        (1e4, "no crowd"),
+        (1e4, "not a crowd"),
     ],
 )
 def test_a_soft_crowd_is_named_before_it_runs(stiffness, said):

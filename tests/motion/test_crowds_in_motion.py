@@ -91,13 +91,13 @@ def test_flow_is_a_count_of_people():
 def test_equal_numbers_are_no_range_of_no_width():
     """Three replicates have the same load: that says nothing of what a fourth would have."""
     same = ensemble(np.full((3, 1), 0.5))
-    assert interval_cell(same.interval("walls")) == "0.5 in all 3"
-    assert count_cell(ensemble(np.full((3, 4), 12.0)).interval("walls")) == "12 in all 12"
+    assert interval_cell(same.interval("walls")) == "0.5 in each of 3 moments"
+    people = ensemble(np.full((3, 4), 12.0)).interval("walls")
+    assert count_cell(people) == "12 in each of 12 moments"
     assert interval_cell(ensemble([[0.5, 0.7]]).interval("walls")) == "0.6"
     assert least_words(same.differences(same)["walls"], "N") == "all equal"
     # a share of time is at most all of it
-    share = ensemble([[1.0, 0.2, 1.0], [1.0, 1.0, 0.9]]).interval("arch_share")
-    assert share.high == 1
+    assert ensemble([[1.0, 0.2, 1.0], [1.0, 1.0, 0.9]]).interval("arch_share").high == 1
 
 
 def test_a_model_that_nearly_stands_is_no_measure_of_another():

@@ -57,7 +57,8 @@ def test_crowds_that_all_differ_alike_have_no_interval():
     assert np.isnan([found.error, found.low, found.high]).all()
     scene = make("arch", disks=30)
     rows = whole_runs_rows(Precision(scene=scene, crowds=3, every=[reference, soft], failures=[]))
-    assert [row[-1] for row in rows] == ["2 in all 3", "+25 % in all 3"]
+    alike = [f"{value} in each of 3 replicates" for value in ("2", "+25 %")]
+    assert [row[-1] for row in rows] == alike
 
 
 def test_the_settings_of_a_scene_begin_with_the_shortest_rigid_step(tmp_path):
