@@ -128,7 +128,6 @@ def new(
         blocks=[_four("block", text) for text in block or ()],
         barriers=[((a, b), (c, d)) for a, b, c, d in (_four("barrier", t) for t in barrier or ())],
     )
-    # what packs people is compiled before its first use
     with progress():
         if geometry is None:
             length, width = _lengths("room", room or "", "x", 2)

@@ -328,7 +328,7 @@ def film_heads(
             f"--frames: {len(numbers)}; {recording.file} has only {len(recording.data)} rows"
         )
     shift = max(0, 1 - int(recording.data.id.min()))
-    parts, _ = read_room(room, (float(np.mean(radii)), mass))
+    parts, _ = read_room(room, (float(np.mean(radii)), mass), whole=False)
     if parts.drive is None:
         raise SceneError(f"{room}: drive: is missing; who walks where presses these people?")
     stills = {number: _still(recording, number, shift) for number in numbers}

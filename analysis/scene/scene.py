@@ -332,10 +332,11 @@ def head_comment(text: str) -> str:
 
 
 def first_problem(error: ValidationError) -> str:
-    """Name the first thing that is wrong with a file, with the key that it stands under."""
+    """Name the first thing that is wrong with a file, by its key; of what is missing, all."""
     problems = error.errors()
     unknown = [problem for problem in problems if problem["type"] == "extra_forbidden"]
     first = (unknown or problems)[0]
-    where = ".".join(str(part) for part in first["loc"])
+    alike = [one for one in problems if one["type"] == "missing" == first["type"]] or [first]
+    where = ", ".join(".".join(map(str, one["loc"])) for one in alike)
     message = "unknown key" if unknown else first["msg"].removeprefix("Value error, ")
     return f"{where}: {message}" if where else message

@@ -159,7 +159,7 @@ def test_a_broken_record_is_named(tmp_path):
     record.write(tmp_path)
     assert RunRecord.read(tmp_path) == dataclasses.replace(record)
     (tmp_path / "run.json").write_text("{}")
-    with pytest.raises(EngineError, match=r"run\.json: .*engine: Field required"):
+    with pytest.raises(EngineError, match=r"run\.json: .*engine, .*: Field required"):
         RunRecord.read(tmp_path)
     (tmp_path / "run.json").write_text("half a rec")
     with pytest.raises(EngineError, match=r"run\.json: not the record of a run"):

@@ -294,7 +294,6 @@ def test_ranges_hold_the_reaction(pressed):
 def test_overlaps_that_no_crowd_has(tmp_path):
     deep = [PAIR[0], [2, 0.2, 0, 0.25, 75, 0, 0]]
     path = dump_of(tmp_path, frame(3, deep))
-    with pytest.raises(DumpError, match=r"step 3: disk 1 and disk 2 overlap by 1.2 of a") as error:
+    with pytest.raises(DumpError, match=r"step 3: disk 1 and disk 2 overlap by 1.2 .*--largest-ov"):
         solved(path, tmp_path)
-    assert "--largest-overlap" in str(error.value)
     assert len(solved(path, tmp_path, largest_overlap=2.0)) == 1

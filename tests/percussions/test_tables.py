@@ -34,7 +34,7 @@ def test_rows_come_back(rows):
 
 
 def test_what_is_not_known_is_empty():
-    assert csv_lines([[1, 2], [None, 0.5], ["a", ""]]) == b"1,,a\n2,0.5,\n"
+    assert csv_lines([[1, 2], [None, -0.0], ["a", ""]]) == b"1,,a\n2,0.0,\n"
 
 
 @given(st.lists(st.tuples(st.floats(), st.integers(-(2**63), 2**63 - 1)), min_size=1))
@@ -46,7 +46,6 @@ def test_arrays_are_written_as_lists_are(rows):
 
 
 def test_no_lines():
-    assert csv_lines([np.array([-0.0, 0.0])]) == b"0.0\n0.0\n"
     assert csv_lines([[], []]) == b""
     with pytest.raises(ValueError, match=r"columns of \[1, 2\] rows"):
         csv_lines([[1], [1, 2]])

@@ -172,8 +172,8 @@ ROW = "2 2 0.500 0.200"
         (ROW, "2 0.500 0.200", r"changed.txt, line 10: .* is not a row"),
         (ROW, "2 2.5 0.500 0.200", r"changed.txt, line 10: .*frames whole numbers"),
         ("x/m y/m", "x/cm y/cm", r"frame 2: neighbours are 0.005 m apart .* is the unit right"),
-        ("x/m y/m", "x y", r"changed.txt: states no unit; give one \(--unit m or --unit cm\)"),
-        ("# framerate: 10", "#", r"changed.txt: states no frame rate; give one"),
+        ("x/m y/m", "x y", r"changed.txt: states no unit; give --unit m or --unit cm$"),
+        ("# framerate: 10", "#", r"changed.txt: states no frame rate; give --frame-rate$"),
         ("framerate: 10", "framerate: inf", "inf frames per second"),
         ("framerate: 10", "framerate: 1e300", r"a window of 0.4 s is 4e\+299 frames"),
         ("framerate: 10", "framerate: 1e-300", "a window of 0.4 s is 4e-301 frames"),
@@ -209,6 +209,8 @@ def test_person_not_seen_long_enough(tmp_path):
     ("change", "message"),
     [
         ({"radius": 18.0}, r"radius: 18 m; between 0.05 and 0.5 m"),
+        ({"radius": 0.35}, "55 people of radius 0.35 m do not fit into gate.toml"),
+        ({"radius": 0.4}, "55 people of radius 0.4 m do not fit into gate.toml"),
         ({"mass": 0.0}, r"mass: 0 kg"),
         ({"room": GATE.with_name("none.toml")}, r"none.toml: no such file"),
         ({"file": FORMATS / "metres.txt", "frame": 0}, r"frame 0: nobody is inside the walls of .*gate.toml"),
@@ -233,9 +235,7 @@ def test_bad_rooms_name_the_key(tmp_path):
 
 
 def test_too_many_people_for_the_room(tmp_path):
-    text = GATE.read_text()
-    for a, b in (("6.7", "3.8"), ("2.8", "1.9")):
-        text = text.replace(a, b)
+    text = GATE.read_text().replace("6.7", "3.8").replace("2.8", "1.9")
     write_text(tmp_path / "room.toml", text)
     with pytest.raises(OverlapError, match=r"frame 405: there is no room for \d+ disks"):
         import_crowd(read_heads(EXCERPT, 405), radius=0.3, room=tmp_path / "room.toml")
@@ -248,9 +248,3 @@ def test_times_that_do_not_grow(tmp_path):
     write_text(tmp_path / "heads.csv", "\n".join(map(",".join, rows)) + "\n")
     with pytest.raises(TrajectoryError, match=r"heads\.csv: inf frames per second; its times must"):
         read_heads(tmp_path / "heads.csv", 2, unit="m")
-
-
-@pytest.mark.parametrize("radius", [0.35, 0.4])
-def test_people_who_do_not_fit_are_no_fault_of_one_of_them(radius):
-    with pytest.raises(SceneError, match=f"of radius {radius} m do not fit into gate.toml"):
-        import_crowd(read_heads(EXCERPT, 405), radius=radius, room=GATE)

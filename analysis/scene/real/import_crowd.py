@@ -88,7 +88,8 @@ def import_crowd(
 
     Raises TrajectoryError, SceneError or OverlapError naming the file, the frame and the person or
     the key."""
-    crowd, area, comment = _placed(heads, radius, room, mass, name, varied or Varied(), None)
+    sizes = _bodies(radius, mass, varied or Varied(), len(heads.ids))
+    crowd, area, comment = _placed(heads, sizes, room, name=name)
     density = _densities(crowd.heads, crowd.scene.snapshot.position, area)
     report = Reconciliation.model_validate(crowd.report.model_dump() | density)
     notes = comment + "\n" + textwrap.fill(report.statement, 110, break_long_words=False)
@@ -104,25 +105,26 @@ def place_crowd(
     mass: float = 75.0,
     before: ImportedCrowd | None = None,
 ) -> ImportedCrowd:
-    """Do as `import_crowd`, without notes and local densities.
+    """Do as `import_crowd`, without notes and local densities; the room needs no contact and run.
 
     before: the crowd of a frame shortly before, with the same ids; people are then moved apart from
         where its disks would be, so that contacts do not jump from one frame to the next"""
-    return _placed(heads, radius, room, mass, None, Varied(), before)[0]
+    sizes = _bodies(radius, mass, Varied(), len(heads.ids))
+    return _placed(heads, sizes, room, before=before, whole=False)[0]
 
 
 def _placed(
     heads: Heads,
-    radius: float,
+    sizes: tuple[Floats, Floats],
     room: Path,
-    mass: float,
-    name: str | None,
-    varied: Varied,
-    before: ImportedCrowd | None,
+    *,
+    name: str | None = None,
+    before: ImportedCrowd | None = None,
+    whole: bool = True,
 ) -> tuple[ImportedCrowd, shapely.Polygon, str]:
-    """The crowd, the polygon of its room, and the comment of the room's file."""
-    radii, masses = _bodies(radius, mass, varied, len(heads.ids))
-    stated, comment = read_room(room, (float(radii.mean()), float(masses.mean())))
+    """The crowd with radii (m) and masses (kg), its room's polygon, the comment of its file."""
+    radii, masses = sizes
+    stated, comment = read_room(room, (float(radii.mean()), float(masses.mean())), whole=whole)
     if stated.drive is not None and stated.drive.goals:
         raise SceneError(f"{room}: drive.goals: a real crowd goes to one door here")
     area = _area(stated, room, heads.position)
@@ -190,10 +192,10 @@ def _check_fit(scene: Scene, origin: str, room: Path) -> None:
     try:
         scene.check(origin)
     except SceneError as error:
-        radii = scene.snapshot.radius
+        radii, why = scene.snapshot.radius, str(error).removeprefix(f"{origin}: ")
         raise SceneError(
             f"{origin}: {len(radii)} people of radius {radii.mean():.3g} m do not fit into "
-            f"{room.name}: moved apart, {_after(error, origin)}; a smaller radius may help"
+            f"{room.name}: moved apart, {why}; a smaller radius may help"
         ) from None
 
 

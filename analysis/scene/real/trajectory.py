@@ -217,9 +217,7 @@ def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 def _vadere(file: Path, frame_rate: float | None) -> pedpy.TrajectoryData:
     """A file of Vadere: steps of people, between which PedPy fills the frames."""
     if frame_rate is None:
-        raise TrajectoryError(
-            f"{file}: Vadere's files state no frame rate; give one (--frame-rate)"
-        )
+        raise _unstated(file, False, True)
     table = pd.read_csv(file, sep=" ", comment="#", encoding="utf-8-sig")
     who, when = (next(name for name in table if key in name) for key in ("edestrianId", "simTime"))
     seen = table.groupby(who)[when].agg(["min", "max"])
@@ -260,31 +258,31 @@ def _text(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.Traj
             default_frame_rate=frame_rate,
         )
     except (pedpy.errors.PedPyError, ValueError) as error:
-        message = str(error)
-        if message.startswith("Unit is needed"):
-            raise TrajectoryError(
-                f"{file}: states no unit; give one (--unit m or --unit cm)"
-            ) from None
-        if message.startswith("Frame rate is needed"):
-            raise TrajectoryError(
-                f"{file}: states no frame rate; give one (--frame-rate)"
-            ) from None
-        raise
+        no_unit = str(error).startswith("Unit is needed")
+        if not no_unit and not str(error).startswith("Frame rate is needed"):
+            raise
+        no_rate = not no_unit or (frame_rate is None and "framerate:" not in _columns(file))
+        raise _unstated(file, no_unit, no_rate) from None
+
+
+def _unstated(file: Path, *lacks: bool) -> TrajectoryError:
+    """What a file does not state of unit and frame rate, and the options that say it."""
+    every = (("unit", "--unit m or --unit cm"), ("frame rate", "--frame-rate"))
+    words, ways = zip(*itertools.compress(every, lacks), strict=True)
+    return TrajectoryError(f"{file}: states no {' and no '.join(words)}; give {' and '.join(ways)}")
 
 
 def _table(file: Path, unit: Unit | None, frame_rate: float | None) -> pedpy.TrajectoryData:
     """A table with the columns that PedPy's own data have; the frame rate follows from a column
     `time` (s)."""
     data = pd.read_csv(file, sep=None, engine="python")
-    if unit is None:
-        raise TrajectoryError(f"{file}: states no unit; give one (--unit m or --unit cm)")
+    lacks = unit is None, frame_rate is None and "time" not in data
+    if any(lacks):
+        raise _unstated(file, *lacks)
     if frame_rate is None:
-        if "time" not in data:
-            raise TrajectoryError(f"{file}: no column time; give a frame rate (--frame-rate)")
         moving = data.groupby("id")[["frame", "time"]].diff().dropna()
         frame_rate = float(np.round((moving.frame / moving.time).median(), 6))
-    scale = 0.01 if unit == "cm" else 1.0
-    place = data[["x", "y"]].astype(float) * scale
+    place = data[["x", "y"]].astype(float) * (0.01 if unit == "cm" else 1.0)
     return pedpy.TrajectoryData(
         data=data[["id", "frame"]].astype("int64").join(place), frame_rate=frame_rate
     )
