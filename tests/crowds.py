@@ -109,3 +109,17 @@ frames = 2
 [analysis]
 kind = "{kind}"
 """
+
+
+# A limit of a user.
+OWN_LIMIT = """
+[[limit]]
+name = "mine"
+number = 500.0
+unit = "N"
+quantity = "contact_largest"
+what = "my own"
+population = "adults"
+source = "my report, 2026"
+read = "first-hand"
+"""

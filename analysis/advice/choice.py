@@ -24,7 +24,6 @@ from analysis.advice.library import (
     Entry,
     Library,
     Likeness,
-    check_model,
     likeness_of,
     stored_library,
 )
@@ -265,7 +264,7 @@ def advise(
     An impact is tried here (see `tried`), of a driven crowd the library is read; a chart of the
     scene is read instead of both, without safety factors. Raises ValueError as `likeness_of`, for a
     quantity that is unknown or that the scene cannot have, and a chart of another scene."""
-    check_model(scene)
+    scene.check_plain("advice is")  # nothing was measured with them
     question.check(scene)
     known = _what_is_known(scene, question, library, chart)
     found = list(known.candidates())

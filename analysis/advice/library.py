@@ -60,23 +60,12 @@ class Likeness:
         return [float(value) for value in astuple(self)]
 
 
-def check_model(scene: Scene) -> None:
-    """Raise ValueError for friction and a body force, which nothing was measured with."""
-    if scene.contact.friction:
-        raise ValueError(
-            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
-            "advice is for frictionless contacts"
-        )
-    if scene.body_force:
-        raise ValueError(f"scene {scene.name}: body_force: advice is for scenes without")
-
-
 def likeness_of(scene: Scene) -> Likeness:
     """Compute the numbers of a scene.
 
     Raises ValueError for a scene with friction or a body force, which nothing was measured with,
     and for an impact or a real crowd in which nobody touches anybody."""
-    check_model(scene)
+    scene.check_plain("advice is")
     snapshot, drive, contact = scene.snapshot, scene.drive, scene.contact
     diameter = 2.0 * float(snapshot.radius.mean())
     mass = float(snapshot.mass.mean())

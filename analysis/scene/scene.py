@@ -143,6 +143,17 @@ class Scene(Room):
             raise SceneError(f"{self.name}: {name}.{first_problem(error)}") from None
         return self.model_copy(update={name: new})
 
+    def check_plain(self, what: str) -> None:
+        """Raise ValueError naming the field where contacts rub or a body force acts; `what` is not for
+        such scenes."""
+        if self.contact.friction:
+            raise ValueError(
+                f"scene {self.name}: contact.friction: {self.contact.friction:g}; "
+                f"{what} for frictionless contacts"
+            )
+        if self.body_force:
+            raise ValueError(f"scene {self.name}: body_force: {what} for scenes without")
+
     def check(self, origin: str) -> list[str]:
         """Raise SceneError for a scene that cannot be simulated; return warnings (a door narrower
         than a disk).

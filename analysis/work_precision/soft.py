@@ -462,13 +462,7 @@ def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None)
 def check_chart(scene: Scene) -> None:
     """Raise ValueError naming the field of a scene that charts are not for: friction, a body force,
     an impact of restitution 1, or one in which nobody presses anybody."""
-    if scene.contact.friction:
-        raise ValueError(
-            f"scene {scene.name}: contact.friction: {scene.contact.friction:g}; "
-            "charts are for frictionless contacts"
-        )
-    if scene.body_force:
-        raise ValueError(f"scene {scene.name}: body_force: charts are for scenes without")
+    scene.check_plain("charts are")
     law_of(scene)
     if scene.drive is None:
         impact_window(scene).check()

@@ -22,7 +22,7 @@ from analysis.exposure.exposure import (
     write_exposure,
 )
 from analysis.scene.scene import Wall
-from tests.crowds import disks_at, drive_to, scene_at
+from tests.crowds import OWN_LIMIT, disks_at, drive_to, scene_at
 
 PUSH, RADIUS, PEOPLE = 150.0, 0.2, 5
 
@@ -172,22 +172,9 @@ def test_every_shipped_limit_says_where_it_is_from():
     }  # fmt: skip
 
 
-GOOD = """
-[[limit]]
-name = "mine"
-number = 500.0
-unit = "N"
-quantity = "contact_largest"
-what = "my own"
-population = "adults"
-source = "my report, 2026"
-read = "first-hand"
-"""
-
-
 def test_users_add_and_replace_limits(tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(GOOD + GOOD.replace("mine", "chest_bar_men"))
+    path.write_text(OWN_LIMIT + OWN_LIMIT.replace("mine", "chest_bar_men"))
     known = {one.name: one for one in known_limits([path])}
     assert known["mine"].cited == "my report, 2026"
     assert known["chest_bar_men"].number == 500
@@ -199,7 +186,7 @@ def test_users_add_and_replace_limits(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (GOOD, GOOD + GOOD, "two limits are called mine"),
+        (OWN_LIMIT, OWN_LIMIT + OWN_LIMIT, "two limits are called mine"),
         ('unit = "N"', 'unit = "kN"', r"'mine': unit 'kN'; contact_largest is in N"),
         ('unit = "N"', 'unit = "N/m"', r"unit 'N/m'; contact_largest is in N"),
         ('source = "my report, 2026"\n', "", r"limit 'mine' source: is missing"),
@@ -218,7 +205,7 @@ def test_users_add_and_replace_limits(tmp_path):
 )  # fmt: skip
 def test_a_wrong_file_names_the_limit_and_the_key(tmp_path, old, new, said):
     path = tmp_path / "mine.toml"
-    path.write_text(GOOD.replace(old, new))
+    path.write_text(OWN_LIMIT.replace(old, new))
     with pytest.raises(LimitError, match=said) as found:
         known_limits([path])
     assert str(path) in str(found.value)

@@ -15,20 +15,9 @@ from analysis.report.page import limits_table
 from analysis.report.runs import motion_of
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
 from tests.pages.browser import BROWSER, opened
-
-MINE = """
-[[limit]]
-name = "mine"
-number = 500.0
-unit = "N"
-quantity = "contact_largest"
-what = "my own"
-population = "adults"
-source = "my report, 2026"
-read = "first-hand"
-"""
 
 
 def words(text):
@@ -124,7 +113,7 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     masses = replace(scene.snapshot, mass=scene.snapshot.mass * np.linspace(0.5, 1.5, 20))
     assert "**300 N** on average" in lead(scene.model_copy(update={"snapshot": masses}))
     own = folder / "mine.toml"
-    own.write_text(MINE)
+    own.write_text(OWN_LIMIT)
     study = study_motion(scene, models, 0.2, limits=(own,))
     assert not study.failures
     for key in four(study):
