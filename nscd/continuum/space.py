@@ -200,7 +200,7 @@ def _nodal(space: Space, basis: Any, values: Floats) -> Floats:
     linear = basis.with_element(ElementLineP1() if space.dimension == 1 else ElementTriP1())
     vector = np.empty(linear.N)
     vector[linear.nodal_dofs[0, : len(values)]] = values
-    return np.asarray(np.asarray(linear.interpolate(vector)))
+    return np.asarray(linear.interpolate(vector))
 
 
 def values_at(space: Space, basis: Any, field: Field | Floats, name: str) -> Floats:

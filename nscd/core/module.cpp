@@ -189,7 +189,7 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
                   const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
                   std::optional<Vector> across, bool maintained, std::optional<Vector> offset, std::optional<Matrix> free,
                   double least_scale, double tolerance, bool least, bool bounded, int method, int threads,
-                  std::optional<Vector> guess, int many, int shared) {
+                  std::optional<Vector> guess, int shared) {
     const std::size_t n = mass.size(), k = first.size();
     need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n, "solve: shapes differ");
     System s;
@@ -215,7 +215,7 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
     if (!(largest(s.left) <= LARGEST)) return std::nullopt;
     s.free = free ? numbers(*free) : s.left;
     s.measure();
-    Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {many, shared, 8}};
+    Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {.shared = shared}};
     if (guess) asked.reaction = numbers(*guess);
     Answer found;
     Certificate of;
@@ -364,5 +364,5 @@ NB_MODULE(_core, m) {
           "position"_a.noconvert(), "radius"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(), "spin"_a = nb::none(),
           "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
           "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1,
-          "guess"_a = nb::none(), "many"_a = 1500, "shared"_a = SHARED);
+          "guess"_a = nb::none(), "shared"_a = SHARED);
 }

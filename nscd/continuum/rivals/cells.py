@@ -55,7 +55,7 @@ class Cells:
     @cached_property
     def measure(self) -> Floats:
         """(m,) m², the area of each cell (length in one dimension, m)."""
-        return np.asarray(np.asarray(self._space.basis.dx).sum(1))
+        return np.asarray(self._space.basis.dx.sum(1))
 
     @cached_property
     def open(self) -> Flags:
