@@ -270,6 +270,14 @@ def test_a_step_finds_what_solve_finds(mu):
     np.testing.assert_allclose(step.velocity[:, 2], found.right_spin, atol=1e-6)
 
 
+def test_a_guess_that_is_the_answer_costs_one_block():
+    snapshot = pile()
+    problem = arrays(snapshot, find_contacts(snapshot, FLOOR, tolerance=1e-9), 0.2)
+    first = solve_step(problem, snapshot.position)
+    again = solve_step(problem, snapshot.position, np.array([first.reaction, first.friction]))
+    assert again.pairs <= 10 < first.pairs
+
+
 def test_a_step_and_solve_may_find_different_answers_both_of_which_obey_the_law():
     snapshot, mu = pile(), 0.6
     contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)

@@ -1,4 +1,4 @@
-"""Friction on small random crowds, against all answers there are, and against conservation laws.
+"""Friction on small random crowds, against all answers there are, and what it dissipates.
 Crowds that slide: each method of the search alone, against the law written out densely; what is
 not found is said."""
 
