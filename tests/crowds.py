@@ -30,6 +30,10 @@ def wall_after(snapshot):
     return Walls(start=[[end, -1]], end=[[end, 1]])
 
 
+# A floor and a wall that a lattice touches.
+WALLS = Walls(start=[[-3, -0.6], [2.6, -3]], end=[[5, -0.6], [2.6, 3]])
+
+
 def lattice(seed, n=25, decades=0.0, rows=6):
     """Touching disks on a triangular lattice with vacancies, in random motion; masses over some
     decades."""

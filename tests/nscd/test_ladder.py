@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
 from nscd.indeterminacy.least_energy import least_energy
 from nscd.solve import SOLVERS
-from tests.crowds import disks_at, lattice
-
-WALLS = Walls(start=np.array([[-3.0, -0.6], [2.6, -3.0]]), end=np.array([[5.0, -0.6], [2.6, 3.0]]))
+from tests.crowds import WALLS, disks_at, lattice
 
 
 def answer(snapshot, walls=WALLS, **keywords):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from analysis.work_precision.window import rigid_reference
 from benchmarks.problems.families import masses
-from nscd import ContactLaw, Snapshot, Walls, _core, find_contacts, solve
+from nscd import ContactLaw, Walls, _core, find_contacts, solve
 from tests.crowds import disks_at, line
 from tests.nscd.exact import exact_velocity
 
@@ -153,12 +153,6 @@ PARTING = [
 ROUNDING = 1e-9
 
 
-def disks(position, velocity, mass=75.0):
-    n = len(position)
-    mass = np.broadcast_to(mass, n)
-    return Snapshot(position=position, velocity=velocity, radius=np.full(n, 0.25), mass=mass)
-
-
 def crowd(seed, n=12, kept=0.6):
     rng = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(n / kept)))
@@ -166,7 +160,7 @@ def crowd(seed, n=12, kept=0.6):
         [0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j] for i in range(side) for j in range(side)
     ]
     chosen = rng.permutation(len(sites))[:n]
-    return disks(np.array(sites)[chosen], rng.normal(size=(n, 2)), rng.uniform(50, 100, n))
+    return disks_at(np.array(sites)[chosen], rng.normal(size=(n, 2)), mass=rng.uniform(50, 100, n))
 
 
 def solved(snapshot, walls=None, **law):
@@ -179,12 +173,12 @@ def solved(snapshot, walls=None, **law):
 @pytest.mark.parametrize("law", PARTING, ids=lambda law: " ".join(law))
 def test_those_who_part_are_left_alone(law):
     """Two who walk apart, sliding past each other; one who walks off a wall."""
-    pair = disks([[0, 0], [0.5, 0]], [[-1.0, 0.3], [1.0, -0.4]])
+    pair = disks_at([[0, 0], [0.5, 0]], [[-1.0, 0.3], [1.0, -0.4]])
     _, found = solved(pair, **law)
     assert np.array_equal(found.impulse, [[0, 0]])
     assert np.array_equal(found.right_velocity, pair.velocity)
     assert np.array_equal(found.right_spin, [0, 0])
-    leaving = disks([[0, 0]], [[0.5, 2.0]])
+    leaving = disks_at([[0, 0]], [[0.5, 2.0]])
     _, found = solved(leaving, FLOOR, **law)
     assert np.array_equal(found.impulse, [[0, 0]])
     assert np.array_equal(found.right_velocity, leaving.velocity)
@@ -197,8 +191,10 @@ def test_who_is_knocked_away_is_not_pulled_back(restitution, friction):
     and B rebound as a pair, C goes on as it was."""
     turn = np.radians(110.0)
     towards = np.array([np.cos(turn), np.sin(turn)])
-    start = disks(
-        [[-0.5, 0], [0, 0], 0.5 * towards], [[2.0, 0], [0, 0], -0.05 * towards], [60.0, 90.0, 75.0]
+    start = disks_at(
+        [[-0.5, 0], [0, 0], 0.5 * towards],
+        [[2.0, 0], [0, 0], -0.05 * towards],
+        mass=[60.0, 90.0, 75.0],
     )
     contacts, found = solved(start, restitution=restitution, friction=friction)
     closing = contacts.approach_velocity(start.velocity)
@@ -213,7 +209,7 @@ def test_energy_can_grow_where_a_contact_that_opens_is_caught_up_with():
     """u₁⁻ = 1, u₂⁻ = 0, u₃⁻ = v, contact 1–2 nearly elastic: 2 and 3 go on together at s = (2 +
     v)/3, and the energy has grown by m v(1 − v)/3."""
     v = 0.4
-    row = disks([[0, 0], [0.5, 0], [1.0, 0]], [[1.0, 0], [0, 0], [v, 0]])
+    row = disks_at([[0, 0], [0.5, 0], [1.0, 0]], [[1.0, 0], [0, 0], [v, 0]])
     _, found = solved(row, restitution=1 - 1e-5)
     s = (2 + v) / 3
     np.testing.assert_allclose(found.right_velocity[:, 0], [s - 1, s, s], rtol=1e-4)

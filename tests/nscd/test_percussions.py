@@ -7,9 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import disks_at, lattice
-
-WALLS = Walls(start=[[-3, -0.6], [2.6, -3]], end=[[5, -0.6], [2.6, 3]])
+from tests.crowds import WALLS, disks_at, lattice
 
 
 def solved(snapshot, walls=WALLS, **law):

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import disks_at, lattice
+from tests.crowds import WALLS, disks_at, lattice
 from tests.nscd.exact import distance, exact_velocity
 
-WALLS = Walls(start=[[-3.0, -0.6], [2.6, -3.0]], end=[[5.0, -0.6], [2.6, 3.0]])
 # What a bound may be above the error where this is rounding (m/s, velocities of about 1 m/s).
 ROUNDING = 1e-12
 

@@ -173,8 +173,11 @@ def test_disks_that_do_not_fit_are_refused():
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("step", 0.0), ("step", np.nan), ("restitution", 1.5), ("tolerance", 0.0)],
-)
+    [
+        ("step", 0.0), ("step", np.nan), ("restitution", 1.5), ("tolerance", 0.0),
+        ("friction", -0.1), ("friction", np.nan),
+    ],
+)  # fmt: skip
 def test_nonsense_is_refused_by_name(field, value):
     given = {"step": 5e-3} | {field: value}
     with pytest.raises(ValueError, match=field):
@@ -264,12 +267,6 @@ def test_momentum_and_spin_of_a_rubbing_pair_are_kept():
     assert turned[0] == pytest.approx(turned[1], rel=1e-6)
     energy = 0.5 * (pair.mass @ (motion.velocity**2).sum(1) + inertia @ motion.spin**2)
     assert energy < 0.5 * 70 * 4
-
-
-@pytest.mark.parametrize(("field", "value"), [("friction", -0.1), ("friction", np.nan)])
-def test_nonsense_is_named(field, value):
-    with pytest.raises(ValueError, match=field):
-        Motion(disk(), floor(), step=1e-3, **{field: value})
 
 
 @pytest.mark.parametrize("push", [{"acceleration": (0, np.inf)}, {"desired": len}])
