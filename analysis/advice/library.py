@@ -190,7 +190,7 @@ class Entry:
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Library:
     """Measured scenes, and the rates of the safety factors that they were found to need (see
-    `safety.rates_of`)."""
+    `candidates.rates_of`)."""
 
     entries: tuple[Entry, ...]
     rates: Rates

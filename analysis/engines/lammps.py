@@ -331,8 +331,9 @@ def _near_lines(scene: Scene) -> list[str]:
 
 def _gates(scene: Scene) -> dict[str, list[str]]:
     """Return, by the name of each wall that meets others, the commands for the region of those whom
-    it answers for (`nscd.segments.is_of_another`): their nearest point is within the wall, or an
-    end of it whose other walls lead away too and are later. Raises EngineError for too many."""
+    it answers for (`is_of_another` of nscd/core/geometry.cpp): their nearest point is within the
+    wall, or an end of it whose other walls lead away too and are later. Raises EngineError for too
+    many."""
     walls = connect(*(getattr(scene.wall_segments(), end) for end in ("start", "end")))
     commands: dict[str, list[str]] = {}
     for number, wall in enumerate(scene.walls):

@@ -164,7 +164,7 @@ def _stored(rows: Floats, scene: Scene) -> tuple[float, float, float]:
     return float(apart.min()), float((overlap / np.minimum(first, other)).max()), energy
 
 
-_log = logging.getLogger(__name__)
+log = logging.getLogger(__name__)
 
 
 @contextlib.contextmanager
@@ -178,7 +178,7 @@ def locked(folder: Path) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            _log.warning("%s: another process runs into this folder; waiting for it", folder)
+            log.warning("%s: another process runs into this folder; waiting for it", folder)
             fcntl.flock(file, fcntl.LOCK_EX)
         # who had it before has taken the file away
         if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
@@ -268,7 +268,6 @@ ROW_BYTES = 500
 DEEP_SHARE = 0.5
 _STEP = re.compile(r"^\s*(\d{1,12})\s+[\d.e+-]+\s+\d+\s", re.ASCII)  # step, time, disks, …
 _RESUMED = re.compile(rf"^RESUMED at t = {TIME} s", re.ASCII)
-log = logging.getLogger(__name__)
 # Engines with springs.
 SOFT = [known.NAME for known in PENALTY]
 

@@ -292,7 +292,6 @@ def _opened(path: Path, time_step: float | None, unit: str | None, _changed: int
     return open_bodies(path, time_step, unit).trajectory
 
 
-__all__ = ["DumpToSolve", "SolvedDump", "executor_for", "frames_in", "solve_dump"]
 # Blocks under way for each worker: the answers need not fit in memory.
 AHEAD = 2
 

@@ -23,6 +23,9 @@ from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
 from nscd.show import Touching, arrays, as_frame
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Column = Sequence[Any] | NDArray[Any]
 
 
@@ -44,9 +47,6 @@ def _plain(column: Column) -> Any:
         return list(column)
     return np.ascontiguousarray(column, np.float64 if column.dtype.kind == "f" else np.int64)
 
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # What is said of reactions that the mechanics may leave open.
 Openness = Literal["none", "determined", "ranges"]

@@ -130,7 +130,6 @@ def of_person(table: pd.DataFrame, one: float, column: str) -> object:
     return found.iloc[0] if len(found) else None
 
 
-__all__ = ["Trial", "TrialError", "read_trial"]
 # What a file may have besides what it must have; other columns are not read.
 MASS, GENDER, NAME, ORDER = "Weight_kg", "Gender", "MoCap_ID", "Order_of_Participants_MoCap_ID"
 # Heads that are missing for no longer than this are interpolated (s).

@@ -105,11 +105,14 @@ def test_files_that_a_page_names_exist(page):
             assert (ROOT / name).exists() or (page.parent / name).exists(), f"{page.name}: {name}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_names_of_the_code_exist(page):
+def test_names_of_the_code_exist():
     """A dotted name of ours in back-quotes can be imported."""
-    for name in re.findall(r"`((?:nscd|analysis)(?:\.\w+)+)", page.read_text(encoding="utf-8")):
-        pkgutil.resolve_name(name)
+    for text in (*PAGES, *(path for path in TEXTS if path.suffix == ".py")):
+        for name in re.findall(r"`((?:nscd|analysis)(?:\.\w+)+)", text.read_text(encoding="utf-8")):
+            try:
+                pkgutil.resolve_name(name)
+            except (ImportError, AttributeError):
+                raise AssertionError(f"{text.relative_to(ROOT)}: {name}") from None
 
 
 BUILD = (ROOT / "CMakeLists.txt").read_text()

@@ -1,5 +1,5 @@
-"""Runs as a whole: force balance at rest, records, and what happens when an engine fails or is
-interrupted. LAMMPS and YADE on the same scenes: the same numbers."""
+"""Runs as a whole: force balance at rest, and records. LAMMPS and YADE on the same scenes: the same
+numbers."""
 
 import dataclasses
 import json

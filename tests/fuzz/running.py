@@ -21,8 +21,8 @@ from analysis.engines.penalty import penalty_of
 from analysis.engines.record import EngineError
 from tests.forked import PROGRAM, TooLongError, as_program, in_fork, python
 
-# CPU time of a case, the compilation of kernels that it is the first to use included; of the clock
-# it may take as much longer as the machine is busy, unless it waits for ever.
+# CPU time of a case; of the clock it may take as much longer as the machine is busy, unless it
+# waits for ever.
 LONGEST_CPU_S, LONGEST_S = 90.0, 1800.0
 # Disks times steps of a run that is worth an engine's time here.
 DEAR = 1e6

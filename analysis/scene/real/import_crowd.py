@@ -199,11 +199,6 @@ def _check_fit(scene: Scene, origin: str, room: Path) -> None:
         ) from None
 
 
-def _after(error: Exception, origin: str) -> str:
-    """What an error says beyond where it is."""
-    return str(error).removeprefix(f"{origin}: ")
-
-
 def _inside(heads: Heads, inside: Flags, room: Path) -> Heads:
     """The heads inside the walls. Raises TrajectoryError where there is none, or one without a
     velocity."""

@@ -293,7 +293,6 @@ def first_line(error: Exception) -> str:
     return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
-__all__ = ["Heads", "Recording", "TrajectoryError", "Unit", "read_heads"]
 # Coordinates of cities have seven digits.
 FARTHEST_M = 1e9
 
