@@ -38,7 +38,7 @@ class Quantity:
 
     title: str
     unit: str
-    of: Literal["person", "wall", "crowd"]  # person, wall or crowd
+    of: Literal["person", "wall", "crowd"]
     column: str  # its name in a CSV file
 
 
@@ -122,6 +122,16 @@ class Limit(BaseModel):
             return f"{self.source}, quoted by {self.quoted_by}"
         return self.source + (", read in an excerpt" if self.read == "excerpt" else "")
 
+    @property
+    def lasting(self) -> str:
+        """Say for how long it must last: ` in 15 s`, ` in 4–6 minutes`, or nothing."""
+        if self.duration_s is None:
+            return ""
+        if self.duration_most_s is None:
+            return f" in {significant(self.duration_s)} s"
+        ends = (significant(time / 60) for time in (self.duration_s, self.duration_most_s))
+        return f" in {'–'.join(ends)} minutes"
+
 
 class _File(BaseModel):
     model_config = ConfigDict(extra="forbid")
@@ -130,7 +140,8 @@ class _File(BaseModel):
 
 
 def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
-    """List the product's limits and those of further files; of two of one name the later counts.
+    """List the product's limits and those of further files; of two of one name, which have one
+    quantity, the later counts.
 
     Raises LimitError naming the file, the limit and the key."""
     shipped = resources.files(__package__).joinpath("limits.toml").read_text(encoding="utf-8")
@@ -140,7 +151,11 @@ def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
             text = read_text(path)
         except UnreadableError as error:
             raise LimitError(str(error)) from None
-        every |= {one.name: one for one in _read_limits(text, str(path))}
+        for one in _read_limits(text, str(path)):
+            same = every.setdefault(one.name, one).quantity
+            if one.quantity != same:
+                raise LimitError(f"{path}: limit {one.name!r} replaces one of the quantity {same}")
+            every[one.name] = one
     return list(every.values())
 
 
@@ -320,12 +335,11 @@ def above_key(limit: Limit) -> str:
     return f"above_{limit.name}"
 
 
-def exposure_values(
-    scene: Scene, window: Window, limits: tuple[Path, ...] = ()
-) -> dict[str, float]:
-    """Count who is above each limit (files: of users), and find the largest load on any metre of any wall (kN/m)."""
+def exposure_values(scene: Scene, window: Window, files: tuple[Path, ...] = ()) -> dict[str, float]:
+    """Count who is above each limit (files: of users' limits), and find the largest load on any
+    metre of any wall (kN/m)."""
     loads = loads_of(scene, window)
-    counts = {above_key(one): float(loads.above(one).sum()) for one in limits_of_people(limits)}
+    counts = {above_key(one): float(loads.above(one).sum()) for one in limits_of_people(files)}
     return counts | {"wall_line_load": float(loads.wall["wall_line_load"].max(initial=0.0))}
 
 

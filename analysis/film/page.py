@@ -169,19 +169,21 @@ def _draw_limits(axes: Axes, key: str) -> None:
             axes.text(*place, words, fontsize=6, va="center", transform=axes.transAxes)
 
 
-def draw_still(reel: Reel, shown: Frame, *, narrow: bool = False) -> Figure:
-    """Draw one frame in the first model; narrow: for a telephone."""
+def draw_still(
+    reel: Reel, shown: Frame, files: tuple[Path, ...] = (), *, narrow: bool = False
+) -> Figure:
+    """Draw one frame in the first model; files: of users' limits; narrow: for a telephone."""
     assert shown.found is not None
     now = shown.found.snapshot
     size = size_of(_in_view(reel, now), float(now.radius.max()), 1, narrow=narrow)
     figure = Figure(figsize=size, layout="constrained")
-    still_on(figure.subplots(), reel, shown)
+    still_on(figure.subplots(), reel, shown, files)
     return figure
 
 
-def still_on(axes: Axes, reel: Reel, shown: Frame) -> None:
-    """Draw one frame on axes: people in the colours of the limits that their largest force is
-    above, and a black line for each contact, wider for more force."""
+def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> None:
+    """Draw one frame on axes: people in the colours of the limits (files: of users) that their
+    largest force is above, and a black line for each contact, wider for more force."""
     assert shown.found is not None
     assert shown.match is not None
     now, contacts, size = shown.found.snapshot, shown.match.contacts, shown.size(reel.models[0])
@@ -189,7 +191,7 @@ def still_on(axes: Axes, reel: Reel, shown: Frame) -> None:
     np.maximum.at(most, contacts.first, size)
     np.maximum.at(most, contacts.second[pairs], size[pairs])
     largest = float(size.max(initial=0.0)) or 1.0
-    limits = [limit.number for limit in limits_of_bodies()] if unit == FORCE else []
+    limits = [limit.number for limit in limits_of_bodies(files)] if unit == FORCE else []
     colours = np.array(above_colours(len(limits)))
     draw_disks(axes, now, colours[np.searchsorted(limits, most)].tolist())
     draw_walls(axes, [(wall.start_m, wall.end_m) for wall in reel.scene.walls])

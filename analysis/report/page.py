@@ -141,9 +141,8 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> Scree
     if one.reel:
         shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
         caption = words.text("still", time=shown.time)
-        still = Picture(
-            name=f"{scene.name}-forces", caption=caption, figure=draw_still(one.reel, shown)
-        )
+        drawn = draw_still(one.reel, shown, limits)
+        still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)
     return Screen(
         number=f"{scene.name}-at-a-glance",
         title=scene.title,
@@ -222,7 +221,7 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
         [
             f"{significant(limit.number, 4)} {limit.unit}",
             exposure.QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
-            f"{limit.what}{lasting(limit)}; {limit.population}",
+            f"{limit.what}{limit.lasting}; {limit.population}",
             *(count_cell(one.interval(above(limit))) if limit in people else NONE for one in first),
             limit.cited,
         ]
@@ -230,16 +229,6 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
     ]
     scenes = [f"{one.scene.name}, of {len(one.scene.snapshot)}" for one in motions]
     return words.table("limits", rows, scenes=scenes)
-
-
-def lasting(limit: exposure.Limit) -> str:
-    """Say for how long a limit must last."""
-    if limit.duration_s is None:
-        return ""
-    if limit.duration_most_s is None:
-        return f" in {significant(limit.duration_s)} s"
-    low, high = (significant(time / 60) for time in (limit.duration_s, limit.duration_most_s))
-    return f" in {low}–{high} min"
 
 
 def motion_numbers(study: MotionStudy | None) -> dict[str, object]:

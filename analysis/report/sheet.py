@@ -20,7 +20,7 @@ from analysis.pages.numbers import significant
 from analysis.pages.ranges import Chart
 from analysis.pages.words import Words
 from analysis.report.first import charts, lead, notes
-from analysis.report.page import Reported, assumptions, lasting, with_distinct_names
+from analysis.report.page import Reported, assumptions, with_distinct_names
 from analysis.scene.scene import Scene
 from analysis.support.files import whole_file
 
@@ -51,7 +51,7 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     if one.reel:
         axes = figure.add_axes((0.06, 0.6, 0.42, 0.31))
         shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
-        still_on(axes, one.reel, shown)
+        still_on(axes, one.reel, shown, motion.limits)
         axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
     every = charts(motion)
     for number, chart in enumerate(every):
@@ -83,7 +83,7 @@ def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, 
     """Headings with their lines."""
     words = Words(__name__)
     limits = [
-        f"{significant(one.number, 4)} {one.unit}: {one.what}{lasting(one)} ({one.cited})"
+        f"{significant(one.number, 4)} {one.unit}: {one.what}{one.lasting} ({one.cited})"
         for one in limits_of_bodies(motion.limits)
     ]
     version = metadata.version("crowd-percussions")

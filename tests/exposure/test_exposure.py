@@ -21,6 +21,7 @@ from analysis.exposure.exposure import (
     read_exposure,
     write_exposure,
 )
+from analysis.film.page import force_notes
 from analysis.scene.scene import Wall
 from tests.crowds import OWN_LIMIT, disks_at, drive_to, scene_at
 
@@ -179,6 +180,10 @@ def test_users_add_and_replace_limits(tmp_path):
     assert known["mine"].cited == "my report, 2026"
     assert known["chest_bar_men"].number == 500
     assert len(known) == len(known_limits()) + 1
+    # of a limit that the first screen of a report names
+    path.write_text(OWN_LIMIT.replace("mine", "asphyxia_minutes"))
+    (said,) = force_notes({}, "run", 1.0, (path,))
+    assert "500 N may kill, 6\u202f227 N in 15 s (estimates)" in said
     with pytest.raises(LimitError, match="no such file"):
         known_limits([tmp_path / "none.toml"])
 
@@ -187,6 +192,7 @@ def test_users_add_and_replace_limits(tmp_path):
     ("old", "new", "said"),
     [
         (OWN_LIMIT, OWN_LIMIT + OWN_LIMIT, "two limits are called mine"),
+        ('"mine"', '"barrier_2_m"', "'barrier_2_m' replaces one of the quantity wall_line_load"),
         ('unit = "N"', 'unit = "kN"', r"'mine': unit 'kN'; contact_largest is in N"),
         ('unit = "N"', 'unit = "N/m"', r"unit 'N/m'; contact_largest is in N"),
         ('source = "my report, 2026"\n', "", r"limit 'mine' source: is missing"),

@@ -14,14 +14,16 @@ from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export, film_heads, film_runs
 from analysis.film.frame import RIGID, Ends, Frames
-from analysis.film.page import _headlines, _shared, _what, packed, write_film
+from analysis.film.page import _headlines, _shared, _what, draw_still, packed, write_film
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
+from analysis.pages.numbers import significant
 from analysis.pages.words import Words
 from analysis.percussions import percussions_of
 from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.trajectory import Recording, read_heads
 from analysis.scene.shipped_scenes import make
 from nscd import find_contacts
+from tests.crowds import OWN_LIMIT
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 EXCERPT, GATE = SCENES / "gate_excerpt.txt", SCENES / "rooms" / "gate.toml"
@@ -94,6 +96,16 @@ def test_the_viewer_has_the_numbers_of_the_film(reels):
             size = np.array(coded["f"][0]) * made["step"]
             assert np.abs(size - frame.size(RIGID)).max() <= made["step"]
     assert made["step"] < 1e-3 * frame.found.largest
+
+
+def test_the_picture_and_the_viewer_have_the_limits_of_the_user(reels, tmp_path):
+    own = tmp_path / "mine.toml"
+    own.write_text(OWN_LIMIT)
+    legend = draw_still(reels[0], reels[0].frames[0], (own,)).axes[0].get_legend()
+    coded = json.loads(gzip.decompress(base64.b64decode(packed(reels, (own,)))))
+    named = [text.get_text() for text in legend.get_texts()]
+    assert named == [f"above {significant(one['number'], 4)} N" for one in coded["limits"]]
+    assert "above 500 N" in named
 
 
 def test_the_table_has_a_row_for_each_radius_and_frame(reels, tmp_path):
