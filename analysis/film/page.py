@@ -5,7 +5,6 @@ import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import cycle, pairwise
 from pathlib import Path
 from typing import Any
@@ -345,6 +344,7 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
     tables = [_headlines(words, reels, shared)]
     if _forces(reels):
         tables.append(_limits(words, reels, shared))
+    drawn = charts(reels)
     page = render(
         PAGE,
         contents=[
@@ -355,8 +355,8 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
         title=" and ".join(dict.fromkeys(reel.scene.title for reel in reels)),
         what=_what(words, reels, shared, source),
         warnings=_warnings(words, reels),
-        charts=charts(reels),
-        notes=_notes(words, reels, shared),
+        charts=drawn,
+        notes=_notes(words, reels, shared, any(one.shown for one in drawn)),
         still=still,
         data=packed(reels),
         sections=[
@@ -534,10 +534,13 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
     return made
 
 
-def _notes(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> list[str]:
-    """Say how to read the bars, and what makes the force uncertain: the radius or the model, and
-    the moment."""
-    said = [words.text("bars", **shared)]
+def _notes(
+    words: Words, reels: Sequence[Reel], shared: Mapping[str, object], limits: bool
+) -> list[str]:
+    """Say how to read the bars (limits: whether some are drawn), and what makes the force
+    uncertain: the radius or the model, and the moment."""
+    rigid = any(RIGID in reel.models for reel in reels)
+    said = [words.text("bars", **shared, rigid=rigid, limits=limits)]
     if not _forces(reels):
         return said
     if reels[0].scene.drive is not None:
@@ -585,13 +588,12 @@ def _pictures(
 
     frame = max(middle.frames, key=largest)
     about = {"title": middle.title, "number": frame.number, "time": frame.time}
-    still, series = (
-        words.picture("still", draw_still(middle, frame), **about),
-        words.picture("series", draw_series(reels), **shared),
-    )
+    drawn = draw_series(reels)
+    limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
+    small = draw_still(middle, frame, narrow=True)
     return (
-        replace(still, narrow=draw_still(middle, frame, narrow=True)),
-        replace(series, narrow=draw_series(reels, narrow=True)),
+        words.picture("still", draw_still(middle, frame), small, **about),
+        words.picture("series", drawn, draw_series(reels, narrow=True), **shared, limits=limits),
     )
 
 

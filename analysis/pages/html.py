@@ -142,7 +142,6 @@ def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, list[
                 file.write(content)
         shown = [picture.png]
         if isinstance(one, Picture) and one.narrow is not None:
-            one.narrow.savefig(narrow := io.BytesIO(), format="png", dpi=150)
-            shown.append(narrow.getvalue())
+            shown.append(saved(one.narrow, "png"))
         images[picture.name] = [base64.b64encode(png).decode("ascii") for png in shown]
     return images

@@ -88,9 +88,12 @@ class Words:
             )
         return Claim(verdict=verdict, **parts)
 
-    def picture(self, name: str, figure: Figure, **values: Any) -> Picture:
-        """Give a figure its caption: the block with the picture's name."""
-        return Picture(name=name, caption=self.text(name, **values), figure=figure)
+    def picture(
+        self, name: str, figure: Figure, narrow: Figure | None = None, **values: Any
+    ) -> Picture:
+        """Give a figure its caption: the block with the picture's name; narrow: for telephones."""
+        caption = self.text(name, **values)
+        return Picture(name=name, caption=caption, figure=figure, narrow=narrow)
 
     def table(self, name: str, rows: Rows, **values: Any) -> Table:
         """Give rows their caption and the heads of their columns: `| a (m) | b |` in the block."""

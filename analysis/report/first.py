@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
 from analysis.exposure import exposure
 from analysis.film.page import force_notes
-from analysis.motion.inference import ALPHA
 from analysis.motion.study import (
     FACTORS,
     Ensemble,
@@ -118,11 +117,13 @@ def lead(scene: Scene) -> str:
     )
 
 
-def notes(study: MotionStudy) -> list[str]:
-    """Say how to read the bars, what matters most, and for how long the limit must last."""
+def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
+    """Say how to read the bars that are drawn, what matters most, and for how long the limit must
+    last."""
     factors = range_of(study, "contact_largest").factors
+    units = [one.unit for one in drawn if one.shown]
     return [
-        Words(__name__).text("bars", first=study.ensembles[0].label),
+        Words(__name__).text("bars", first=study.ensembles[0].label, units=units),
         *force_notes(factors, "run", study.scene.run.duration_s, study.limits),
     ]
 
@@ -138,7 +139,7 @@ def verdicts(study: MotionStudy) -> list[str]:
         differ, alike = [], []
         for key, each in found.items():
             unit, title = titles[key].unit.replace("per s", "1/s"), SHORT[key]
-            if each.probability <= ALPHA:
+            if each.significant:
                 differ.append((title, *difference_words(each, unit)))
             else:
                 alike.append((title, least_words(each, unit)))

@@ -143,14 +143,15 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> Scree
         caption = words.text("still", time=shown.time)
         drawn = draw_still(one.reel, shown, limits)
         still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)
+    bars = charts(motion) if motion else []
     return Screen(
         number=f"{scene.name}-at-a-glance",
         title=scene.title,
         lead=lead(scene),
         film=packed([one.reel], limits) if one.reel else "",
         still=still,
-        charts=charts(motion) if motion else (),
-        notes=notes(motion) if motion else _without(words, one, contacts),
+        charts=bars,
+        notes=notes(motion, bars) if motion else _without(words, one, contacts),
         every=charts(motion, every=True) if motion else (),
         verdicts=verdicts(motion) if motion else (),
         folds=folds,
@@ -198,7 +199,8 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
         said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
         varied = how_varied(scene, motion.crowds)
         fewer = min(len(one.series) for one in motion.ensembles)
-        said.append(words.text("replicates", crowds=motion.crowds, varied=varied, fewer=fewer))
+        has = len(motion.ensembles[0].series)  # of those asked for, without the failed
+        said.append(words.text("replicates", crowds=has, varied=varied, fewer=fewer))
     return [*said, words.text("cannot")] if drive else said
 
 

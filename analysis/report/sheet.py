@@ -56,7 +56,8 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     every = charts(motion)
     for number, chart in enumerate(every):
         _draw(figure.add_axes((0.54, 0.865 - 0.085 * number, 0.4, 0.022)), chart)
-    _write(figure, 0.55, _blocks(scene, motion, command))
+    said = [("How to read the ranges", notes(motion, every)), *_blocks(scene, motion, command)]
+    _write(figure, 0.55, said)
     return figure
 
 
@@ -92,7 +93,6 @@ def _blocks(scene: Scene, motion: MotionStudy, command: str) -> list[tuple[str, 
         "made", version=version, date=made, digest=scene.digest()[:16], command=command
     )
     return [
-        ("How to read the ranges", notes(motion)),
         ("Assumptions", assumptions(scene, motion)),
         ("Limits", [*limits, words.text("barriers")]),
         ("What this cannot say", words.items("cannot")),

@@ -262,7 +262,10 @@ def test_a_film_whose_first_frame_failed_and_where_nobody_touches(tmp_path):
     found = film_heads(recording, room, [0.2], Frames.parse("1:2"))
     assert [frame.status for frame in found[0].frames] == ["failed", "solved"]
     page = write_film(found, tmp_path, "percussions film", "heads.txt")
-    assert "frame 1: person 3 occurs twice" in page.read_text()
+    said = page.read_text()
+    assert "frame 1: person 3 occurs twice" in said
+    assert "Red: limits" not in said  # none is near forces of nothing
+    assert "Dotted: limits" not in said
     with pytest.raises(ValueError, match=r"--frames: 1000000001; .*heads\.txt has only 14 rows"):
         film_heads(recording, room, [0.2], Frames.parse("0::1"))
 

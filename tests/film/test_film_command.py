@@ -99,6 +99,8 @@ def check_vtk(folder, largest):
 def check_page(address, largest):
     with opened(address, 1300) as page:
         page.wait_for_function("document.querySelector('.now').textContent.includes('frame')")
+        drawn = page.locator(".glance .mark").count() > 0
+        assert ("Red: limits" in page.locator(".glance").inner_text()) == drawn
         page.locator(".canvas").focus()
         page.keyboard.press("End")
         said = page.locator(".now").inner_text()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.engines.softness import softness
-from analysis.motion.study import study_motion
+from analysis.motion.study import MEASURES, study_motion
 from analysis.pages.ranges import Bar, Chart
 from analysis.report.first import four, lead, marks_of, range_of, verdicts
 from analysis.report.page import limits_table
@@ -17,7 +17,7 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
-from tests.pages.browser import BROWSER, opened
+from tests.pages.browser import BROWSER, opened, rows_of
 
 
 def words(text):
@@ -59,6 +59,7 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
         page.evaluate(unseen)
         said = " ".join(first.locator("h2, .lead, .glance").all_inner_texts())
         assert words(said) <= 120
+        assert ("Red: limits" in said) == (page.locator(".glance .mark").count() > 0)
         assert "20 disks push towards the door with 300 N each." in said
         assert "kill in 4–6 minutes, 6\u202f227 N in 15 s (estimates). This run lasts 0.4 s" in said
         values = page.locator(".glance .value").all_inner_texts()
@@ -68,6 +69,16 @@ def test_the_first_screen_has_the_film_and_four_ranges_without_scrolling(reporte
             near = 0.5 if counts else 0.06
             assert [ends[0], ends[-1]] == pytest.approx(found["range"], rel=0.06, abs=near)
             assert not counts or "." not in text
+        models = next(iter(motion["models"].values()))
+        for row in rows_of(page, "arch-numbers", "Beside those drawn above"):
+            (found,) = (
+                models[key]
+                for key, one in MEASURES.items()
+                if row["quantity"] == f"{one.title} ({one.unit})"
+            )
+            if found["unit"] in ("N", "N/m"):
+                shown = float(row["rigid"].split(" ")[0].replace("\u202f", ""))
+                assert shown == pytest.approx(found["mean"], rel=0.06, abs=0.06)
         page.locator("summary").evaluate_all("all => all.forEach(one => one.click())")
         said = page.locator("li").all_text_contents()
         assert len(set(said)) == len(said)
@@ -166,6 +177,7 @@ def test_a_missing_engine_is_a_warning_and_the_rest_goes_on(percussions, tmp_pat
     monkeypatch.setenv("PATH", "/nonexistent")
     engines = ("--engine", "lammps", "--engine", "yade")
     made = percussions("report", "pair.toml", *engines, "--stiffness", 1e6, "--seeds", 0)
+    assert made.returncode == 0, made.stderr
     needed = "apt-get install --no-install-recommends yade"
     assert needed in made.stderr
     assert needed in (tmp_path / "report/index.html").read_text()

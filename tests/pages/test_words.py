@@ -110,6 +110,12 @@ def test_a_section_has_its_title_and_words(words):
     assert more.section("1", pictures=[], tables=[], n=2).differs == ["2"]
 
 
+def test_a_statement_is_judged_by_its_parts():
+    assert Verdict.of(True, True) is Verdict.HOLDS
+    assert Verdict.of(True, False) is Verdict.PARTLY
+    assert Verdict.of(False) is Verdict.FAILS
+
+
 def test_a_name_stands_once(words):
     with pytest.raises(ValueError, match="two blocks are called a"):
         words("## a\n\n## b\n\n## a\n")
