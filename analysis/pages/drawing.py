@@ -99,21 +99,10 @@ def draw_vectors(axes: Axes, start: Floats, vectors: Floats, **look: Any) -> Non
     axes.quiver(*start.T, *vectors.T, angles="xy", scale_units="xy", scale=1, **look)
 
 
-def add_scale(
-    figure: Figure,
-    axes: Axes | Sequence[Axes],
-    norm: Normalize,
-    label: str,
-) -> Colorbar:
-    """Add the scale of the shades at the right; it is open above, since a few values may lie
-    beyond."""
-    bar: Colorbar = figure.colorbar(
-        ScalarMappable(norm, SHADES),
-        ax=axes,
-        shrink=0.75,
-        extend="max",
-        label=label,
-    )
+def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, label: str) -> Colorbar:
+    """Add the scale of the shades at the right, open above, since few values may lie beyond."""
+    shades = ScalarMappable(norm, SHADES)
+    bar: Colorbar = figure.colorbar(shades, ax=axes, shrink=0.75, extend="max", label=label)
     return bar
 
 

@@ -1,17 +1,15 @@
-"""Left velocities u⁻ of a continuous crowd: toward the exit, random, from disks."""
+"""Left velocities u⁻ of a continuous crowd: toward the exit, random."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from skfem import Basis, ElementTriP1, Mesh
+from skfem import Mesh
 
 from nscd.arrays import Floats, read_only
-from nscd.bodies import Snapshot
 from nscd.continuum.medium import positive
 from nscd.continuum.room import Room
 from nscd.segments import nearest_on_segment
-from nscd.stress import Kernel, smear
 
 Field = Callable[[Floats], Floats]
 """From points (m,d) m to velocities (m,d) m/s."""
@@ -71,26 +69,6 @@ def random_speeds(
         return np.asarray(speed[column, row][:, None] * direction(points))
 
     return velocity
-
-
-def fields_of_disks(snapshot: Snapshot, mesh: Mesh, kernel: Kernel) -> tuple[Floats, Floats]:
-    """Smear disks to a density (n,) kg/m² and a velocity (n,2) m/s at the vertices of a mesh.
-
-    ρ(x) = Σmφ(x − x_i)/∫_Ω φ(x − y)dy, so that a wall does not thin the crowd; u = Σmuφ/Σmφ. Raises
-    ValueError where no disk is within the kernel's reach: there is no crowd there, and no velocity.
-    """
-    points = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
-    mass = snapshot.mass[:, None]
-    sums, _ = smear(snapshot.position, np.hstack([mass, mass * snapshot.velocity]), kernel, points)
-    empty = sums[:, 0] <= 1e-12 * sums[:, 0].max()
-    if empty.any():
-        x, y = points[int(np.argmax(empty))]
-        where = f"no disk within {kernel.reach:g} m of ({x:g}, {y:g}) m"
-        raise ValueError(f"kernel: {where}; take a wider kernel")
-    room = Basis(mesh, ElementTriP1(), intorder=6)
-    places = np.ascontiguousarray(np.asarray(room.global_coordinates()).reshape(2, -1).T)
-    inside, _ = smear(places, np.asarray(room.dx).reshape(-1, 1), kernel, points)
-    return sums[:, 0] / inside[:, 0], sums[:, 1:] / sums[:, :1]
 
 
 def checked(value: Any, mesh: Mesh, name: str = "left_velocity") -> Field | Floats:

@@ -2,19 +2,16 @@
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from analysis.scene.scene import read_scene
 from nscd import Walls
 from nscd.continuum.collision import collide
-from nscd.continuum.left_velocity import fields_of_disks, random_speeds, toward_exit
+from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.medium import Medium
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.pressure import percussion_density
 from nscd.continuum.room import Exit, Room, room_of_outline, room_of_walls, square_room
 from nscd.continuum.space import Space
-from nscd.stress import Kernel
-from tests.crowds import disks_at
 
 SQUARE = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]
 PILLARS = ([[1.0, 1.0], [1.0, 2.0], [2.0, 2.0], [2.0, 1.0]], [[3.0, 1.0], [3.5, 1.0], [3.0, 2.0]])
@@ -259,30 +256,3 @@ def test_random_speeds_have_their_mean_and_deviation_and_know_no_mesh():
             random_speeds(
                 room, east, **({"mean": 1.0, "deviation": 0.1, "seed": 0, "cell": 1.0} | bad)
             )
-
-
-def test_fields_of_disks_on_a_lattice():
-    """Disks on a square lattice, moving as u = (y, 1): density m/a² up to the wall, and the
-    velocity between them."""
-    room = square_room(6.0, 1.0)
-    x, y = np.meshgrid(np.arange(-5.75, 0, 0.5), np.arange(-2.75, 3, 0.5))
-    position = np.column_stack([x.ravel(), y.ravel()])
-    disks = disks_at(position, np.column_stack([position[:, 1], np.ones(len(position))]), 0.2)  # fmt: skip
-    mesh = mesh_of(room, 0.4)
-    density, velocity = fields_of_disks(disks, mesh, Kernel(width=0.5))
-    assert density == pytest.approx(300.0, rel=0.03)
-    # a Gaussian separates: a sum over a row of disks over the integral across the room, along
-    # either axis
-    factor = [
-        norm.pdf(p[:, None], q, 0.5).sum(1) / (norm.cdf(high, p, 0.5) - norm.cdf(high - 6, p, 0.5))
-        for p, q, high in ((mesh.p[0], x[0], 0.0), (mesh.p[1], y[:, 0], 3.0))
-    ]
-    assert density == pytest.approx(75 * factor[0] * factor[1], rel=1e-4)
-    inner = np.abs(mesh.p[1]) < 0.2
-    assert velocity[inner, 0] == pytest.approx(mesh.p[1, inner], abs=0.01)
-    assert velocity[:, 1] == pytest.approx(1.0)
-    answer = collide(Space(mesh), Medium(density=density, volume_dissipation=9 * 75), velocity)
-    assert answer.residual < 1e-12
-    few = disks_at(position[:3], disks.velocity[:3], disks.radius[:3], disks.mass[:3])
-    with pytest.raises(ValueError, match="kernel: no disk within"):
-        fields_of_disks(few, mesh, Kernel(width=0.1))

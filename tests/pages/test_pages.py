@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from playwright.sync_api import sync_playwright
 
-from analysis.pages.html import cell_html, cell_kind, href, render, write_pictures
+from analysis.pages.html import cell_html, cell_kind, render, write_pictures
 from analysis.pages.section import Claim, Picture, Section, Table
 from tests.pages.browser import BROWSER, QUIET
 
@@ -107,13 +107,6 @@ def test_every_page_has_the_policy():
         whole = "<html" in content
         assert whole == (template.name == "page.html")
         assert whole or "<script" not in content or "{% block scripts %}" in content
-
-
-@pytest.mark.parametrize(
-    ("name", "link"), [("a b.png", "./a%20b.png"), ("figures/x.png", "./figures/x.png")]
-)
-def test_names_of_files_in_links(name, link):
-    assert href(name) == link
 
 
 def test_a_table_says_in_each_cell_under_which_head_it_stands():
