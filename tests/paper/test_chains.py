@@ -14,7 +14,8 @@ from analysis.paper.discrete import fig2_corridor, fig3_chains, fig6_rivals
 from analysis.paper.discrete.fig1_four_disks import influence, line_restitution, opening_threshold
 from analysis.paper.discrete.fig2_corridor import gaps_of, local_contacts, long_wave_speed
 from analysis.paper.discrete.fig3_chains import Chain, Trial, chain_of
-from analysis.paper.discrete.fig6_rivals import (
+from analysis.paper.discrete.line_of_disks import aligned, newton_impact
+from analysis.paper.discrete.rival_forces import (
     EVACUATED_KG,
     GONE_M,
     REACH_M,
@@ -26,7 +27,6 @@ from analysis.paper.discrete.fig6_rivals import (
     placed,
     room,
 )
-from analysis.paper.discrete.line_of_disks import aligned, newton_impact
 from analysis.scene.scene import read_scene
 from nscd import Walls, find_contacts, solve
 from nscd.rivals import SocialForceLaw, social_force

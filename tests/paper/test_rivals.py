@@ -3,14 +3,15 @@ numbers."""
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from analysis.pages.words import Words
 from analysis.paper.discrete import fig6_rivals as rivals
-from analysis.paper.discrete import pressed_crowd
-from analysis.paper.discrete.fig6_rivals import (
+from analysis.paper.discrete import pressed_crowd, rival_forces
+from analysis.paper.discrete.rival_forces import (
     PRINTED,
     TEXT,
     BeyondTouch,
@@ -21,6 +22,7 @@ from analysis.paper.discrete.fig6_rivals import (
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from nscd.rivals import SocialForceLaw
+from tests.paper.test_arch import queue
 
 TAU = 0.5
 WORDS = Words("analysis.paper.discrete.fig6_rivals")
@@ -89,6 +91,15 @@ def test_congestion_is_judged_by_both_its_parts():
         assert claim.verdict == verdict
 
 
+def test_a_queue_before_a_closed_exit_stays_whatever_the_masses():
+    """A chain against a wall: all at rest by the first-order model and by any masses."""
+    found = Congestion.of(SimpleNamespace(arch=queue(), seed=1, stiffness=1e6))
+    assert found.congests
+    assert found.equal < 1e-9
+    assert found.freed == 0
+    assert len(set(found.unequal)) > 1
+
+
 @pytest.fixture
 def few(monkeypatch):
     """One evacuation of few people, two crowds that may block their exit, two small arches."""
@@ -98,10 +109,10 @@ def few(monkeypatch):
         return make(name, disks=150) if name in rivals.CROWDS else shipped(name)
 
     monkeypatch.setattr(rivals, "read_scene", small)
-    short = partial(rivals.evacuate, people=40, until=11.0)
-    monkeypatch.setattr(rivals, "evacuate", short)
-    monkeypatch.setattr(rivals, "SPEEDS", (2.0,))
-    monkeypatch.setattr(rivals, "SEEDS", (1,))
+    short = partial(rival_forces.evacuate, people=40, until=11.0)
+    monkeypatch.setattr(rival_forces, "evacuate", short)
+    monkeypatch.setattr(rival_forces, "SPEEDS", (2.0,))
+    monkeypatch.setattr(rival_forces, "SEEDS", (1,))
     monkeypatch.setattr(pressed_crowd, "BLOCKED_SEEDS", (1, 2))
     monkeypatch.setattr(pressed_crowd, "STIFFNESSES", (1e6,))
 
@@ -124,3 +135,13 @@ def test_the_whole_section_and_its_second_build(few, tmp_path):
     again = rivals.build(tmp_path, lambda label, share: told.append(label))
     assert not any("hooke_k1e+06" in label for label in told)
     assert [claim.verdict for claim in again.claims] == [claim.verdict for claim in section.claims]
+
+
+def test_without_an_engine_the_chains_remain(few, monkeypatch, tmp_path):
+    monkeypatch.setattr(rivals, "PENALTY", ())
+    section = rivals.build(tmp_path)
+    assert any("no engine" in warning for warning in section.warnings)
+    names = [picture.name for picture in section.pictures]
+    assert names == ["fig_6_laws", "fig_6_chain", "fig_6_evacuation"]
+    assert len(section.claims) == 5
+    assert all(len(row) == len(table.head) for table in section.tables for row in table.rows)

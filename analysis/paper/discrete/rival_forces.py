@@ -1,0 +1,564 @@
+"""Forces on people by percussions, the first-order model, the social force and Löhner's law: of a
+pair, along a chain, in a crowd, before a blocked exit and in an evacuation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq, root
+
+from analysis.compare.comparison import compare_run
+from analysis.compare.statistics import correlation, relative_difference
+from analysis.pages.names import ENGINE_NAMES
+from analysis.paper.answers import unsolved
+from analysis.paper.discrete.pressed_crowd import AT_REST_M_PER_S, Arch, Blocked
+from analysis.percussions.snapshot import percussions_of
+from analysis.scene.real.separate import reconcile
+from analysis.scene.scene import Scene
+from analysis.scene.schema import Drive
+from analysis.support.parallel import Progress
+from nscd import Contacts, Percussions, Snapshot, Walls, _core, find_contacts, solve
+from nscd.arrays import Flags, Floats
+from nscd.rivals import (
+    FirstOrderAnswer,
+    LoehnerForces,
+    LoehnerReading,
+    SocialForceLaw,
+    SocialForces,
+    first_order,
+    loehner_force,
+    social_force,
+)
+
+RADIUS_M = 0.25
+MASS_KG = 75.0
+
+
+def pair_forces(gap: Floats, radius: float, limit: float) -> dict[str, Floats]:
+    """Compute forces (N) of pairs of equal disks with the given gaps (m), by law."""
+    n, apart = len(gap), 10.0 * np.arange(len(gap))
+    left, right = np.column_stack([0 * gap, apart]), np.column_stack([2 * radius + gap, apart])
+    pairs = Snapshot(
+        position=np.concatenate([left, right]),
+        velocity=np.zeros((2 * n, 2)),
+        radius=np.full(2 * n, radius),
+        mass=np.full(2 * n, MASS_KG),
+    )
+    contacts = find_contacts(pairs, tolerance=float(max(gap.max(), 0.0)) + 1e-9)
+    social = social_force(pairs, contacts)
+    forces = {"repulsion": social.repulsion, "body": social.body, "social": social.normal}
+    for reading in LoehnerReading:
+        forces[reading] = loehner_force(pairs, contacts, limit, reading, tolerance=1e-12).on_first
+    return forces
+
+
+def ratio_of_sizes(overlap: float, radii: tuple[float, float]) -> float:
+    """Divide the social force of a pair of the second radius (m) by that of the first at the same
+    overlap (m)."""
+    small, large = (pair_forces(np.array([-overlap]), radius, 1.0)["social"][0] for radius in radii)
+    return float(large / small)
+
+
+def jump_at_touch(limit: float) -> float:
+    """Divide Löhner's force as printed just beyond touch by that at touch."""
+    at_touch, beyond = pair_forces(np.array([0.0, 1e-6]), RADIUS_M, limit)[LoehnerReading.PRINTED]
+    return float(beyond / at_touch)
+
+
+def pair_rows(limit: float) -> list[list[float]]:
+    """Tabulate gap (mm) and forces (N) of one pair at a few gaps, by law."""
+    gap = np.array([-0.02, -0.005, 0.0, 0.02, 0.1, 0.3, 0.5])
+    columns = [1e3 * gap, *pair_forces(gap, RADIUS_M, limit).values()]
+    rows: list[list[float]] = np.column_stack(columns).tolist()
+    return rows
+
+
+# A social force below this is none.
+LEFT_OUT_N = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChainForces:
+    """Normal forces at the k contacts of a chain of n, from its free end to the wall, the last.
+
+    mass, drive: (n,) kg and N
+    social_at_rest, gap_at_rest: (k,) N and m, one contact where the social forces balance the drive
+    loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive"""
+
+    mass: Floats
+    drive: Floats
+    percussion: Floats  # (k,) N, p/τ
+    first_order: Floats  # (k,) N, λ m̄/τ with the mean mass m̄
+    social: Floats  # (k,) N, one contact of the touching chain
+    social_section: Floats  # (k,) N, all pairs that act across that contact
+    social_at_rest: Floats
+    gap_at_rest: Floats
+    loehner_printed: Floats
+    loehner_text: Floats
+    warnings: Sequence[str]  # answers that were not solved
+
+    @property
+    def equal_masses(self) -> bool:
+        """Whether everybody has the same mass."""
+        return bool(np.ptp(self.mass) == 0)
+
+
+def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
+    """Compute the forces of a chain whose left velocities are the desired ones, people being driven
+    by m u_d/τ toward the wall."""
+    snapshot, walls = scene.snapshot, scene.wall_segments()
+    found = percussions_of(scene, snapshot, tolerance=1e-10)
+    contacts, model = found.contacts, first_order(snapshot, found.contacts)
+    drive = snapshot.mass * snapshot.velocity[:, 0] / relaxation_time
+    warnings = unsolved_of(scene.name, found.answer, model)
+    law = SocialForceLaw()
+    rest, error = _social_rest(snapshot, walls, drive, law)
+    if error > 1e-6:
+        warnings.append(
+            f"{scene.name}, social force at rest: a force of {error:.1e} N is left unbalanced"
+        )
+    nearest = all_pairs(rest, walls)
+    nearest = nearest.select(_next_to(nearest, len(rest)))
+    tolerance = scene.analysis.contact_tolerance_m
+    printed, text = (
+        mean_received(loehner_force(snapshot, contacts, drive, reading, tolerance=tolerance))
+        for reading in (LoehnerReading.PRINTED, LoehnerReading.TEXT)
+    )
+    return ChainForces(
+        mass=snapshot.mass,
+        drive=drive,
+        percussion=(found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
+        first_order=model.multiplier * snapshot.mass.mean() / relaxation_time,
+        social=social_force(snapshot, contacts, law).normal,
+        social_section=_across_sections(snapshot, all_pairs(snapshot, walls), law),
+        social_at_rest=social_force(rest, nearest, law).normal,
+        gap_at_rest=nearest.gap,
+        loehner_printed=printed,
+        loehner_text=text,
+        warnings=warnings,
+    )
+
+
+def unsolved_of(name: str, answer: Percussions, model: FirstOrderAnswer) -> list[str]:
+    """List which of the two answers for a scene are not solved, and why."""
+    return unsolved([(f"{name}, percussions", answer), (f"{name}, first-order model", model)])
+
+
+def mean_received(found: LoehnerForces) -> Floats:
+    """Give what the two of a pair receive on average, and the disk at a wall, (k,) N."""
+    both = 0.5 * (found.on_first + found.on_second)
+    return np.asarray(np.where(found.pairs.is_wall, found.on_first, both), dtype=np.float64)
+
+
+def gap_that_carries(force: float, law: SocialForceLaw) -> float:
+    """Find the gap (m; negative: an overlap) at which the social force of one pair is `force` N."""
+    low, high = -1.0, law.reach(min(LEFT_OUT_N, force))
+
+    def excess(gap: float) -> float:
+        return float(law.repulsion(np.array(gap)) + law.body(np.array(gap))) - force
+
+    return float(brentq(excess, low, high))
+
+
+def _social_rest(
+    snapshot: Snapshot, walls: Walls, drive: Floats, law: SocialForceLaw
+) -> tuple[Snapshot, float]:
+    """The chain where the social forces of all pairs balance the drive, and the largest unbalanced
+    force (N)."""
+    # each contact carries what is driven behind it, as the start of a search that also counts pairs
+    # further apart
+    gaps = np.array([gap_that_carries(force, law) for force in np.cumsum(drive)])
+    spread = np.cumsum(gaps[::-1])[::-1]
+
+    def at(place: Floats) -> Snapshot:
+        position = np.column_stack([place, snapshot.position[:, 1]])
+        return replace(snapshot, position=position, velocity=np.zeros_like(position))
+
+    def unbalanced(place: Floats) -> Floats:
+        forces = social_force(at(place), all_pairs(at(place), walls), law)
+        return np.asarray(forces.resultant()[:, 0] + drive)
+
+    found = root(unbalanced, snapshot.position[:, 0] - spread, tol=1e-12)
+    return at(found.x), float(np.abs(unbalanced(found.x)).max())
+
+
+def all_pairs(snapshot: Snapshot, walls: Walls) -> Contacts:
+    """Find the pairs whose social force is beyond LEFT_OUT_N, walls included."""
+    return find_contacts(snapshot, walls, tolerance=SocialForceLaw().reach(LEFT_OUT_N))
+
+
+def _next_to(pairs: Contacts, n: int) -> Flags:
+    """Which pairs are neighbours in the chain, the last disk and the wall among them."""
+    follows = pairs.second == pairs.first + 1
+    return np.asarray(np.where(pairs.is_wall, pairs.first == n - 1, follows))
+
+
+def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -> Floats:
+    force = social_force(snapshot, pairs, law).normal
+    other = np.where(pairs.is_wall, len(snapshot), pairs.second)
+    section = np.arange(len(snapshot))[:, None]
+    across = (pairs.first <= section) & (section < other)
+    return np.asarray((across * force).sum(1))
+
+
+def chain_rows(chain: ChainForces) -> list[tuple[float, ...]]:
+    """Tabulate the forces of one chain, a row per contact."""
+    social = chain.social, chain.social_section, chain.social_at_rest, 1e3 * chain.gap_at_rest
+    laws = chain.percussion, chain.first_order, *social, chain.loehner_printed, chain.loehner_text
+    rows = zip(chain.mass, *laws, strict=True)
+    return [(number, *map(float, row)) for number, row in enumerate(rows, start=1)]
+
+
+PERCUSSIONS, FIRST_ORDER, SOCIAL = "percussions p/τ", "first-order model λ m̄/τ", "social force"
+PRINTED, TEXT = "Löhner as printed", "Löhner, cases exchanged"
+READINGS = {PRINTED: LoehnerReading.PRINTED, TEXT: LoehnerReading.TEXT}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forces:
+    """What one law gives to n disks at k contacts."""
+
+    contact: Floats  # (k,) N normal, what the two sides receive on average
+    carried: Floats  # (n,) N, the sum of the magnitudes at each disk
+    resultant: Floats  # (n,2) N, the vector sum that each disk receives
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over mean of the contacts."""
+        return float(self.contact.std() / self.contact.mean())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ArchForces:
+    """Every law on one snapshot of a scene: n disks, k contacts.
+
+    distance, inside: (k,) m of each contact from the middle of the door, and whether it is in the
+        room"""
+
+    scene: Scene
+    engine: str
+    snapshot: Snapshot
+    contacts: Contacts
+    by_law: Mapping[str, Forces]  # in the words of the tables, percussions first
+    distance: Floats
+    inside: Flags
+    speed_difference: float  # rms of the first-order model's u⁺ minus the percussions', over u_d
+    undetermined: int  # contacts whose percussion the mechanics does not fix
+    sliding: Floats  # (k,) N, the social force's friction
+    drive: Floats  # (n,) N, m u_d/τ
+    warnings: Sequence[str]  # answers that were not solved
+
+    @property
+    def unequal_masses(self) -> bool:
+        """Whether people differ in mass."""
+        mass = self.snapshot.mass
+        return bool(np.ptp(mass) > 1e-6 * mass.mean())
+
+    @property
+    def deepest(self) -> float:
+        """The largest overlap (m)."""
+        return float(-self.contacts.gap.min())
+
+
+def arch_forces(scene: Scene, folder: Path) -> ArchForces:
+    """Compute the forces on the snapshot of a finished run of a driven scene.
+
+    Raises what `compare_run` does."""
+    comparison = compare_run(folder)
+    snapshot, drive, match = comparison.snapshot, scene.drive, comparison.match
+    assert drive is not None
+    contacts, n = match.contacts.select(match.in_rigid), len(snapshot)
+    penalty, rigid = (part[match.in_rigid] for part in match.normal_parts())
+    desired, time = drive.desired_velocity(snapshot.position), drive.relaxation_time_s
+    model = first_order(snapshot, contacts, left_velocity=desired)
+    wish = snapshot.mass * np.hypot(*desired.T) / time
+    social = social_force(snapshot, contacts)
+    by_law = {
+        PERCUSSIONS: _symmetric(contacts, rigid, n),
+        ENGINE_NAMES[comparison.record.engine]: _symmetric(contacts, penalty, n),
+        FIRST_ORDER: _symmetric(contacts, model.multiplier * snapshot.mass.mean() / time, n),
+        SOCIAL: Forces(social.normal, social.magnitude_sum(), social.resultant()),
+    }
+    tolerance = scene.analysis.contact_tolerance_m
+    for name, reading in READINGS.items():
+        found = loehner_force(snapshot, contacts, wish, reading, tolerance=tolerance)
+        by_law[name] = Forces(mean_received(found), found.magnitude_sum(), found.resultant())
+    from_door = contacts.point - 0.5 * (np.array(drive.door_start_m) + np.array(drive.door_end_m))
+    difference = model.right_velocity - comparison.answer.right_velocity
+    return ArchForces(
+        scene=scene,
+        engine=ENGINE_NAMES[comparison.record.engine],
+        snapshot=snapshot,
+        contacts=contacts,
+        by_law=by_law,
+        distance=np.hypot(*from_door.T),
+        inside=from_door @ np.array(drive.outward) <= 0,
+        speed_difference=float(np.sqrt((difference**2).sum(1).mean())) / drive.speed_m_per_s,
+        undetermined=int((~match.determined[match.in_rigid]).sum()),
+        sliding=np.hypot(*social.sliding.T),
+        drive=wish,
+        warnings=unsolved_of(scene.name, comparison.answer, model),
+    )
+
+
+def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
+    """Forces that both sides of a contact receive alike."""
+    resultant = contacts.momentum_change(force[:, None] * contacts.normal, n)
+    return Forces(force, contacts.sum_at_disks(np.abs(force), n), resultant)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WithoutOverlap:
+    """The social force on the same crowd moved apart by the least displacement until nobody
+    overlaps."""
+
+    contact: Floats  # (k,) N at the pairs that touch
+    beyond: Floats  # (m,) N at those that do not, down to LEFT_OUT_N
+    carried: Floats  # (n,) N, the sum of magnitudes at each disk
+    carried_by_touching: Floats  # (n,) N, its part from contacts
+    carried_apart: Floats  # (n,) N, the sum if all distances were 10 % larger
+    friction: float  # N, its largest at a contact
+    moved: float  # m, the largest displacement
+
+
+def without_overlap(arch: ArchForces) -> WithoutOverlap:
+    """Move the disks of the snapshot apart and evaluate the social force. Raises OverlapError."""
+    scene, walls, drive = arch.scene, arch.scene.wall_segments(), arch.scene.drive
+    assert drive is not None
+    door = Walls(start=np.array([drive.door_start_m]), end=np.array([drive.door_end_m]))
+    crowd = arch.snapshot
+    found = reconcile(crowd.position, crowd.radius, walls, door, np.array(drive.outward))
+    apart = replace(crowd, position=found.position)
+    every = social_force(apart, all_pairs(apart, walls))
+    touching = every.pairs.gap <= scene.analysis.contact_tolerance_m
+    only = social_force(apart, every.pairs.select(touching))
+    wider = replace(apart, position=1.1 * found.position)
+    room = Walls(start=1.1 * walls.start, end=1.1 * walls.end)
+    return WithoutOverlap(
+        contact=only.normal,
+        beyond=every.normal[~touching],
+        carried=every.magnitude_sum(),
+        carried_by_touching=only.magnitude_sum(),
+        carried_apart=social_force(wider, all_pairs(wider, room)).magnitude_sum(),
+        friction=float(np.hypot(*only.sliding.T).max()),
+        moved=float(np.hypot(*(found.position - crowd.position).T).max()),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class BeyondTouch:
+    """Löhner's law with all pairs up to some gap."""
+
+    share: float  # of the forces' sum that pairs give which do not touch
+    ratio: float  # the largest f_ij/f_ji
+
+
+def loehner_beyond_touch(arch: ArchForces, reach: float) -> Mapping[str, BeyondTouch]:
+    """Evaluate each reading of Löhner's law with all pairs up to `reach` (m) of gap."""
+    tolerance = arch.scene.analysis.contact_tolerance_m
+    pairs = find_contacts(arch.snapshot, tolerance=reach)
+    apart = pairs.gap > tolerance
+    out = {}
+    for name, reading in READINGS.items():
+        found = loehner_force(arch.snapshot, pairs, arch.drive, reading, tolerance=tolerance)
+        both = np.stack([found.on_first, found.on_second])
+        share, ratio = both[:, apart].sum() / both.sum(), (both.max(0) / both.min(0)).max()
+        out[name] = BeyondTouch(float(share), float(ratio))
+    return out
+
+
+def differences(a: Forces, b: Forces) -> tuple[float, float, float, float]:
+    """Compare two laws: relative and largest difference per contact, relative differences of the
+    sums of magnitudes and of the resultants."""
+    contact, carried, resultant = (
+        relative_difference(getattr(a, name).ravel(), getattr(b, name).ravel())
+        for name in ("contact", "carried", "resultant")
+    )
+    return contact, float(np.abs(b.contact - a.contact).max()), carried, resultant
+
+
+def arch_rows(arches: Sequence[ArchForces]) -> list[tuple[str | float, ...]]:
+    """Tabulate the laws on each snapshot against its percussions."""
+    rows: list[tuple[str | float, ...]] = []
+    for arch in arches:
+        reference = arch.by_law[PERCUSSIONS]
+        for name, forces in arch.by_law.items():
+            force = forces.contact
+            sizes = float(force.mean()), float(np.median(force)), float(force.max()), forces.spread
+            pairs = (reference.contact, force), (reference.carried, forces.carried)
+            alike = (of(*pair) for pair in pairs for of in (correlation, relative_difference))
+            rows.append((arch.scene.name, name, *sizes, *alike))
+    return rows
+
+
+# kg, as in the paper's Fig. 5 here; how often they are drawn for each crowd
+LEAST_KG, MOST_KG, DRAWS = 50.0, 100.0, 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Congestion:
+    """Whether a crowd behind a blocked exit stays, by law: the fastest inside.
+
+    first_order, equal: m/s, by the first-order model, and by percussions of equal masses"""
+
+    seed: int
+    stiffness: float
+    first_order: float
+    equal: float
+    unequal: tuple[float, ...]  # (draws,) m/s, by percussions of masses from 50 to 100 kg
+
+    @classmethod
+    def of(cls, crowd: Blocked) -> Congestion:
+        """Solve a blocked crowd by both models, and with other masses."""
+        arch = crowd.arch
+        model = first_order(arch.snapshot, arch.contacts, left_velocity=arch.left_velocity)
+        random = np.random.default_rng([crowd.seed, round(crowd.stiffness)])
+        masses = random.uniform(LEAST_KG, MOST_KG, (DRAWS, len(arch.snapshot)))
+        return cls(
+            seed=crowd.seed,
+            stiffness=crowd.stiffness,
+            first_order=_fastest(arch, model.right_velocity),
+            equal=_fastest(arch, arch.answer.right_velocity),
+            unequal=tuple(_fastest(arch, _with_masses(arch, mass)) for mass in masses),
+        )
+
+    @property
+    def congests(self) -> bool:
+        """Whether the first-order model stops everybody."""
+        return self.first_order < AT_REST_M_PER_S
+
+    @property
+    def freed(self) -> int:
+        """In how many draws unequal masses set somebody free."""
+        return sum(speed >= AT_REST_M_PER_S for speed in self.unequal)
+
+
+def _with_masses(arch: Arch, mass: np.ndarray) -> np.ndarray:
+    snapshot = replace(arch.snapshot, mass=mass)
+    answer = solve(snapshot, arch.contacts, left_velocity=arch.left_velocity, tolerance=1e-10)
+    return answer.right_velocity
+
+
+def _fastest(arch: Arch, velocity: np.ndarray) -> float:
+    """The largest speed (m/s) of those inside."""
+    return float(np.hypot(*velocity[arch.inside()].T).max())
+
+
+# Helbing, Farkas and Vicsek, Nature 407 (2000) 487: people of 80 kg with diameters of 0.5 to 0.7 m
+# in a room of 15 m × 15 m with an exit of 1 m, τ = 0.5 s.
+PEOPLE, EVACUATED_KG, EVACUATED_RADII_M = 200, 80.0, (0.25, 0.35)
+DIAMETER_M = sum(EVACUATED_RADII_M)  # on average
+SIDE_M, EXIT_M, TIME_S = 15.0, 1.0, 0.5
+# s: a hundredth of the period 2π √(m/2ϱ) of two people on their body force
+STEP_S = 1e-3
+# steps with one desired velocity: it follows the position, slowly
+RENEWED = 10
+# m: a pair with a larger gap gives less than 0.01 N
+REACH_M = 1.0
+# Who is so far beyond the exit (m) has left, and pushes nobody.
+GONE_M = 1.0
+# s: from here on the crowd is looked at, this often, up to there
+FROM_S, EVERY_S, UNTIL_S = 10.0, 0.25, 20.0
+SPEEDS, SEEDS = (1.0, 2.0, 4.0), (1, 2, 3)
+CONSTANTS: dict[str, Any] = {"tau": TIME_S, "reach": REACH_M, "gone": GONE_M, "step": STEP_S}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evacuation:
+    """A crowd that leaves a room by the social force model.
+
+    looks: the social forces at the contacts of two people inside, at each look"""
+
+    speed: float  # m/s, desired
+    seed: int
+    looks: list[SocialForces]
+    crowd: Snapshot  # at the last look
+    left: int  # how many have left by then
+
+    @property
+    def deepest(self) -> Floats:
+        """The deepest overlap (m) at each look."""
+        return np.array([(-look.pairs.gap).max(initial=0.0) for look in self.looks])
+
+    @property
+    def forces(self) -> Floats:
+        """The normal forces (N) of all contacts at all looks."""
+        return np.concatenate([look.normal for look in self.looks])
+
+
+def room() -> tuple[Walls, Drive]:
+    """Make the walls of the room, which is x < 0, and the drive to the middle of its exit at
+    1 m/s."""
+    half, side = 0.5 * EXIT_M, 0.5 * SIDE_M
+    corners = [(0, half), (0, side), (-SIDE_M, side), (-SIDE_M, -side), (0, -side), (0, -half)]
+    walls = Walls(start=np.array(corners[:-1]), end=np.array(corners[1:]))
+    drive = Drive(
+        speed_m_per_s=1.0,
+        relaxation_time_s=TIME_S,
+        door_start_m=(0.0, -half),
+        door_end_m=(0.0, half),
+        outward=(1.0, 0.0),
+        aim="centre",
+    )
+    return walls, drive
+
+
+def placed(people: int, seed: int) -> Snapshot:
+    """Place people at rest in the room at random, without overlaps."""
+    random = np.random.default_rng(seed)
+    radius = random.uniform(*EVACUATED_RADII_M, people)
+    position = np.zeros((people, 2))
+    low = np.array([-SIDE_M, -0.5 * SIDE_M])
+    for number, r in enumerate(radius):
+        free = False
+        while not free:
+            place = random.uniform(low + r, low + SIDE_M - r)
+            apart = np.hypot(*(position[:number] - place).T) - radius[:number] - r
+            free = bool((apart > 0).all())
+        position[number] = place
+    still, mass = np.zeros_like(position), np.full(people, EVACUATED_KG)
+    return Snapshot(position=position, velocity=still, radius=radius, mass=mass)
+
+
+def evacuate(speed: float, seed: int, people: int = PEOPLE, until: float = UNTIL_S) -> Evacuation:
+    """Let people leave the room at a desired speed (m/s), and look at them from time to time."""
+    walls, drive = room()
+    drive = drive.model_copy(update={"speed_m_per_s": speed})
+    crowd, looks = placed(people, seed), []
+    for time in np.arange(EVERY_S, until + 0.5 * EVERY_S, EVERY_S):
+        crowd = advance(crowd, walls, drive, round(EVERY_S / STEP_S))
+        if time >= FROM_S:
+            inside = crowd.position[:, 0] < 0
+            pairs = find_contacts(crowd, tolerance=0.0)
+            touching = pairs.select(inside[pairs.first] & inside[pairs.second])
+            looks.append(social_force(crowd, touching))
+    left = int((crowd.position[:, 0] >= 0).sum())
+    return Evacuation(speed=speed, seed=seed, looks=looks, crowd=crowd, left=left)
+
+
+def evacuations(tell: Progress) -> list[Evacuation]:
+    """Evacuate the room at each speed with each seed."""
+    found = []
+    for number, (speed, seed) in enumerate(product(SPEEDS, SEEDS)):
+        tell("evacuations", number / (len(SPEEDS) * len(SEEDS)))
+        found.append(evacuate(speed, seed))
+    tell("evacuations", 1.0)
+    return found
+
+
+def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot:
+    """Move a crowd by so many steps of the semi-implicit Euler method: m du/dt = m (u_d − u)/τ plus
+    the social forces of people and walls."""
+    law = SocialForceLaw()
+    constants = law.strength, law.decay, law.body_stiffness, law.sliding_friction
+    position, velocity = crowd.position.copy(), crowd.velocity.copy()
+    for done in range(0, steps, RENEWED):
+        desired, many = drive.desired_velocity(position), min(RENEWED, steps - done)
+        disks = position, velocity, desired, crowd.radius, crowd.mass
+        _core.social_steps(*disks, walls.start, walls.end, constants, **CONSTANTS, steps=many)
+    return replace(crowd, position=position, velocity=velocity)
