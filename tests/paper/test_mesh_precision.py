@@ -6,7 +6,15 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from analysis.pages.section import Verdict
-from analysis.paper.continuum.mesh_precision import ROOM, TABLE, Plan, build, evaluated, study
+from analysis.paper.continuum.mesh_precision import (
+    ROOM,
+    TABLE,
+    Plan,
+    build,
+    evaluated,
+    seconds_to,
+    study,
+)
 from analysis.paper.continuum.solid_chain import (
     FROM_WALL_M,
     LENGTH,
@@ -42,6 +50,25 @@ def test_fields_are_evaluated_anywhere(order):
     assert strain[0, 0] == pytest.approx(1 + 2 * q * x, abs=1e-9)
     assert strain[0, 1] == pytest.approx(0.5, abs=1e-9)
     assert strain[1, 1] == pytest.approx(3.0, abs=1e-9)
+
+
+def test_errors_of_the_half_annulus_have_their_orders(small):
+    """From 8 to 16 cells (P1) and 4 to 8 (P2); the load is of order 2 and better."""
+    (coarse, fine), p2 = (
+        [p.errors for p in part] for part in (small.annulus[:2], small.annulus[2:])
+    )
+    assert np.log2(coarse.energy / fine.energy) == pytest.approx(1.0, abs=0.15)
+    assert np.log2(coarse.load / fine.load) == pytest.approx(2.0, abs=0.25)
+    assert p2[1].energy < 0.6 * p2[0].energy
+    assert p2[1].energy < 0.3 * fine.energy
+
+
+def test_seconds_to_a_goal_follow_the_power_law_between_points(small):
+    one = small.room[0]
+    errors = {s: one.errors._replace(energy=0.1 / np.sqrt(s)) for s in (1.0, 4.0, 16.0)}
+    points = [one._replace(mesh_s=0.25 * s, solve_s=0.75 * s, errors=e) for s, e in errors.items()]
+    found = [seconds_to(points, "energy", goal) for goal in (0.04, 0.2, 0.01)]
+    assert found == [pytest.approx(6.25), 1.0, None]
 
 
 def test_errors_fall_and_graded_meshes_have_less(small):
