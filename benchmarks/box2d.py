@@ -1,7 +1,7 @@
 """Box2D 3 beside the rigid engine: the same crowd, the same steps; its percussions judged as ours are.
 
     python3.12 -m venv out/box2d && out/box2d/bin/pip install numpy box2d-python
-    python benchmarks/box2d.py --python out/box2d/bin/python [--scene arch] [--seconds 4]
+    python benchmarks/box2d.py out/box2d/bin/python [--scene arch] [--seconds 4]
 
 Box2D gets disks that do not turn, no friction, no restitution and, before each step, the velocities
 of free flight with the drive. CPU seconds are of the steps alone (`b2World_Step`; `Motion.advance`
@@ -9,9 +9,6 @@ without the drive's field). The residual of a step is max|min(wλ, max(gap, 0)/h
 over its contacts with u = u_free − M⁻¹Cᵀλ: Box2D removes overlaps by and by, which is not counted.
 The overlap is the deepest after any step, the load the mean on all walls over the second half."""
 
-from __future__ import annotations
-
-import argparse
 import subprocess
 import tempfile
 import time
@@ -20,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from machine import describe
+from machine import describe, head, line, options
 
 from analysis.engines.programs.rigid import motion_of
 from analysis.scene.scene import Scene
@@ -59,12 +56,8 @@ def judged(u_free: Any, mass: Any, contacts: tuple[Any, ...], step: float) -> fl
 
 def overlap_of(position: Any, radius: Any, scene: Scene) -> float:
     """The deepest overlap (m) of disks at positions."""
-    there = Snapshot(
-        position=position,
-        velocity=np.zeros_like(position),
-        radius=radius,
-        mass=np.ones(len(radius)),
-    )
+    still, mass = np.zeros_like(position), np.ones(len(radius))
+    there = Snapshot(position=position, velocity=still, radius=radius, mass=mass)
     found = find_contacts(there, scene.wall_segments(), tolerance=1e-3)
     return max(0.0, -float(found.gap.min(initial=0.0)))
 
@@ -126,37 +119,30 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
                 yield Step(seconds, residual, overlap, float(found[second < 0, 5].sum()))
 
 
-def line(title: str, steps: list[Step], step: float) -> str:
+def row(title: str, steps: list[Step], step: float) -> str:
     """One row of the table."""
     seconds, residual, overlap, load = (np.array(one) for one in zip(*steps, strict=True))
+    residuals = f"{np.median(residual):.1e}", f"{residual.max():.1e}"
     late = load[len(load) // 2 :].mean() / step
-    return (
-        f"| {title} | {seconds.sum():.2g} | {np.median(residual):.1e} | {residual.max():.1e} | "
-        f"{1e3 * overlap.max():.2g} | {late / 1e3:.3g} |"
-    )
+    spent, deepest = f"{seconds.sum():.2g}", f"{1e3 * overlap.max():.2g}"
+    return line([title, spent, *residuals, deepest, f"{late / 1e3:.3g}"])
 
 
 def main() -> None:
     """Print the table, row by row."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
-    parser.add_argument("--python", type=Path, required=True, help="the one with box2d-python")
-    parser.add_argument("--scene", default="arch")
-    parser.add_argument("--seconds", type=float, default=4.0)
-    given = parser.parse_args()
+    given = options(__doc__, "python", scene="arch", seconds=4.0)
     print(describe(), end="\n\n")
-    print(
-        "| steps | CPU s | residual, median | largest | deepest overlap (mm) | load on walls (kN) |"
-    )
-    print("|---|---|---|---|---|---|", flush=True)
+    names = "steps", "CPU s", "residual, median", "largest"
+    print(head(*names, "deepest overlap (mm)", "load on walls (kN)"), flush=True)
     scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=0.005)
     scene = scene.with_contact(restitution=0.0)
     steps = round(given.seconds / 0.005)
     for title, tolerance in (("rigid, exact", 1e-8), ("rigid, to 1e-4", 1e-4)):
         made = scene.with_run(rigid_tolerance=tolerance)
-        print(line(title, list(rigid(made, steps)), 0.005), flush=True)
+        print(row(title, list(rigid(made, steps)), 0.005), flush=True)
     for substeps in SUBSTEPS:
         found = list(box2d(scene, steps, given.python, substeps))
-        print(line(f"Box2D, {substeps} substeps", found, 0.005), flush=True)
+        print(row(f"Box2D, {substeps} substeps", found, 0.005), flush=True)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ import numpy as np
 from cases import Case, Solver, accuracy, scaled
 from contest.compete import TARGET
 from contest.peers import PEERS
-from machine import describe
+from machine import describe, options, table
 
 from analysis.dumps import open_bodies, snapshot_of
 from analysis.engines.run import simulate
@@ -133,42 +133,34 @@ def summary(lines: list[dict[str, Any]]) -> str:
     the worst twentieth of the crowds that both solved."""
     names = dict.fromkeys(line["crowd"] for line in lines)
     groups = {name: [line for line in lines if line["crowd"] == name] for name in names}
-    groups["all"] = lines
-    text = [
-        "crowd | crowds | PIQP solves | way | solved | ms | PIQP, ms | times faster | worst 5 %"
-    ]
-    text.append(" | ".join(["---"] * 9))
-    for name, group in groups.items():
+    rows = []
+    for name, group in (groups | {"all": lines}).items():
         peer = np.array([line["piqp"] for line in group])
         for way in WAYS:
             mine = np.array([line[way] for line in group])
             both = np.isfinite(mine) & np.isfinite(peer)
             ratio = peer[both] / mine[both]
-            text.append(
-                f"{name} | {len(group)} | {np.isfinite(peer).sum()} | {way} | {np.isfinite(mine).sum()} | "
-                f"{1e3 * np.median(mine):.2g} | {1e3 * np.median(peer):.2g} | "
-                f"{np.median(ratio):.2g} | {np.quantile(ratio, 0.05):.2g}"
-            )
-    return "\n".join(f"| {line} |" for line in text)
+            times = 1e3 * np.median(mine), 1e3 * np.median(peer)
+            numbers = *times, np.median(ratio), np.quantile(ratio, 0.05)
+            counts = np.isfinite(peer).sum(), way, np.isfinite(mine).sum()
+            rows.append([name, len(group), *counts, *(f"{number:.2g}" for number in numbers)])
+    solves = "crowd", "crowds", "PIQP solves", "way", "solved"
+    return table([*solves, "ms", "PIQP, ms", "times faster", "worst 5 %"], rows)
 
 
 def main() -> None:
     """Measure crowd after crowd; print the summary and write every crowd."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
-    parser.add_argument("--pressed", type=int, default=40, help="pressed heaps")
-    parser.add_argument("--runs", type=int, default=2, help="LAMMPS runs of a scene and stiffness")
-    parser.add_argument("--seed", type=int, default=1000, help="the first")
-    parser.add_argument("--out", type=Path, default=Path("out/benchmark/overlapping.csv"))
-    given = parser.parse_args()
+    out = Path("out/benchmark/overlapping.csv")
+    given = options(__doc__, pressed=40, runs=2, seed=1000, out=out)
     print(describe(), end="\n\n")
     given.out.parent.mkdir(parents=True, exist_ok=True)
     lines = []
     with given.out.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, ["crowd", "disks", "contacts", *WAYS, "piqp"])
-        table.writeheader()
+        written = csv.DictWriter(file, ["crowd", "disks", "contacts", *WAYS, "piqp"])
+        written.writeheader()
         for case in cases(given):
             lines.append(measured(case))
-            table.writerow(lines[-1])
+            written.writerow(lines[-1])
             file.flush()
             print(f"{len(lines)} {lines[-1]}", file=sys.stderr, flush=True)
     print(summary(lines))
