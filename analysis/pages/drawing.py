@@ -135,6 +135,14 @@ def legend_below(figure: Figure, axes: Axes, columns: int, fontsize: int = 8) ->
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=fontsize)
 
 
+def panels(
+    width: float, height: float, rows: int = 1, columns: int = 1, **shared: Any
+) -> tuple[Figure, list[Any]]:
+    """Make a figure and its panels (Axes), row by row; width, height: inches; shared: what `subplots` takes."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).ravel())
+
+
 def lead(axes: Axes, words: str, point: Any, place: Any, colour: str, **look: Any) -> None:
     """Write words at a place (shares of the axes) and lead a thin line to their point."""
     line = {"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6}
@@ -149,12 +157,14 @@ def look(number: int, *, hollow: bool = False) -> dict[str, Any]:
     return {"color": colour, "marker": MARKERS[number], "ls": LINES[number], "mfc": face}
 
 
-def label_outer(panels: Any, x: str = "x (m)", y: str = "y (m)") -> None:
-    """Label the axes of a grid of panels (r,c) at its foot and at its left."""
-    for axes in panels[-1]:
-        axes.set_xlabel(x)
-    for axes in panels[:, 0]:
-        axes.set_ylabel(y)
+def label_outer(every: Iterable[Axes], x: str = "x (m)", y: str = "y (m)") -> None:
+    """Label a grid of panels at its foot and at its left."""
+    for axes in every:
+        place: Any = axes.get_subplotspec()
+        if place.is_last_row():
+            axes.set_xlabel(x)
+        if place.is_first_col():
+            axes.set_ylabel(y)
 
 
 def scene_picture(scene: Scene) -> Figure:

@@ -24,6 +24,7 @@ from analysis.pages.drawing import (
     SHADES,
     label_outer,
     legend_below,
+    panels,
 )
 from analysis.pages.numbers import NONE, decimals
 from analysis.pages.section import Cell, Section
@@ -449,8 +450,7 @@ def by_packing(sizes: Sequence[Size]) -> dict[Packing, list[Size]]:
 def trends(sizes: Sequence[Size]) -> Figure:
     """Against N: kinetic energy kept; distance of the pressure from (20), without and with
     friction; the part of Σ that is no pressure."""
-    figure = Figure(figsize=(10.0, 7.4), layout="constrained")
-    (kept, deviator), (smooth, rough) = figure.subplots(2, 2)
+    figure, (kept, deviator, smooth, rough) = panels(10.0, 7.4, 2, 2)
     last = sizes[-1]
     models = last.models
     _trend(kept, sizes, lambda size: size.kept)
@@ -496,9 +496,8 @@ def profiles(sizes: Sequence[Size]) -> Figure:
     """Mean pressure in bands of the distance from the exit, one panel a packing, with the continuum
     models."""
     kinds = by_packing(sizes)
-    figure = Figure(figsize=(11.0, 4.5), layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(kinds), sharey=True))
-    for axes, (packing, same) in zip(panels, kinds.items(), strict=True):
+    figure, every = panels(11.0, 4.5, 1, len(kinds), sharey=True)
+    for axes, (packing, same) in zip(every, kinds.items(), strict=True):
         shades = np.linspace(0.65, 0.0, len(same))
         for number, size in enumerate(same):
             mean = np.mean([s.stress.pressure for s in size.samples], axis=0)
@@ -516,8 +515,8 @@ def profiles(sizes: Sequence[Size]) -> Figure:
             axes.plot(*_banded(model.pressure), ls=style, lw=2, color=colour, label=words)
         axes.set(xlabel="distance from the exit (m)", title=str(packing), xlim=(0, WITHIN))
         axes.set_ylim(bottom=0)
-    panels[0].set_ylabel("coarse-grained pressure (N·s/m)")
-    legend_below(figure, panels[0], 3)
+    every[0].set_ylabel("coarse-grained pressure (N·s/m)")
+    legend_below(figure, every[0], 3)
     return figure
 
 
@@ -539,13 +538,12 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     ]
     models = (last.models.first_order, last.rough, last.best)
     shown += [(model.name, model.pressure) for model in models[: len(kinds)]]
-    figure = Figure(figsize=(9.5, 12.0), layout="constrained")
-    panels = figure.subplots(3, len(kinds), squeeze=False, sharex=True, sharey=True)
+    figure, every = panels(9.5, 12.0, 3, len(kinds), sharex=True, sharey=True)
     top = float(last.models.blocked.pressure.max())
     levels = np.linspace(0.0, np.ceil(top / 500) * 500, 13)
     x, y = np.unique(points()[:, 0]), np.unique(points()[:, 1])
     rows, columns = np.searchsorted(y, points()[:, 1]), np.searchsorted(x, points()[:, 0])
-    for axes, (words, values) in zip(panels.ravel(), shown, strict=True):
+    for axes, (words, values) in zip(every, shown, strict=True):
         grid = np.full((len(y), len(x)), np.nan)
         grid[rows, columns] = np.maximum(values, 0.0)
         drawn = axes.contourf(x, y, grid, levels=levels, cmap=SHADES, extend="max")
@@ -554,8 +552,8 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
             axes.plot([0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=BLACK, lw=2)
         axes.set_title(words.replace("k_v", "$k_v$"), fontsize=9)
         axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=GREY)
-    label_outer(panels)
-    figure.colorbar(drawn, ax=panels.ravel().tolist(), label="pressure (N·s/m)", shrink=0.5)
+    label_outer(every)
+    figure.colorbar(drawn, ax=every, label="pressure (N·s/m)", shrink=0.5)
     return figure
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.compare.statistics import exponent
-from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK
+from analysis.pages.drawing import BLACK, BLUE, GREEN, ORANGE, PINK, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
@@ -76,8 +76,7 @@ def solved(density: float, answer: CollisionAnswer) -> Solved:
 
 def curves(free: list[Solved], adapted: dict[float, float]) -> Figure:
     """Draw pressures in one unit, as plain numbers, and speeds, against the density."""
-    figure = Figure(figsize=(13.0, 4.8), layout="constrained")
-    forces, numbers, speeds = figure.subplots(1, 3)
+    figure, (forces, numbers, speeds) = panels(13.0, 4.8, 1, 3)
     density, largest, mean, measured, printed = map(np.array, list(zip(*free, strict=True))[:5])
     fine = np.linspace(density[0], density[-1], 200)
     hollow = {"mfc": "none", "color": BLUE}

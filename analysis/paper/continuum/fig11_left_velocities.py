@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import label_outer
+from analysis.pages.drawing import label_outer, panels
 from analysis.pages.fields import draw_arrows, draw_map, rounded
 from analysis.pages.section import Section, Verdict
 from analysis.pages.words import Words
@@ -137,12 +137,13 @@ def echo(even: CollisionAnswer, drawn: CollisionAnswer) -> tuple[float, float]:
 
 def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
     """Draw |u⁺| with arrows, and p, of each run."""
-    figure = Figure(figsize=(10.5, 4.6 * len(named)), layout="constrained")
-    rows = figure.subplots(len(named), 2, sharex=True, sharey=True, squeeze=False)
+    shape = 10.5, 4.6 * len(named), len(named), 2
+    figure, every = panels(*shape, sharex=True, sharey=True)
     mesh = map_of().mesh
     fastest = rounded(max(float(np.quantile(np.hypot(*f.right.T), 0.99)) for _, f in named))
     most = rounded(max(float(np.quantile(f.pressure, 0.995)) for _, f in named))
-    for (speed, press), letters, (name, fields) in zip(rows, ("ab", "cd"), named, strict=True):
+    rows = zip(every[::2], every[1::2], ("ab", "cd"), named, strict=True)
+    for speed, press, letters, (name, fields) in rows:
         title = f"({letters[0]}) right velocity, {name} left velocity"
         drawn = draw_map(speed, ROOM, mesh, np.hypot(*fields.right.T), fastest, title)
         figure.colorbar(drawn, ax=speed, label="|u⁺| (m/s)", shrink=0.9)
@@ -152,7 +153,7 @@ def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
         figure.colorbar(drawn, ax=press, label="pressure (N·s/m)", shrink=0.9)
         for axes in (speed, press):
             axes.set(xlim=(-10.3, 0.6), ylim=(-5.3, 5.3))
-    label_outer(rows)
+    label_outer(every)
     return figure
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK, draw_vectors
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, PINK, draw_vectors, panels
 from analysis.pages.fields import draw_field, draw_room, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -117,8 +117,7 @@ def norms(side: float) -> tuple[Norms, CollisionAnswer]:
 def border(room: Room, run: Run, shown: MeshTri1) -> Figure:
     """Draw the room's mesh and kinds of border; p at the vertices of `shown`, μ over a body, r_ext
     on the free border."""
-    figure = Figure(figsize=(11.0, 5.4), layout="constrained")
-    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    figure, (left, right) = panels(11.0, 5.4, 1, 2, sharex=True, sharey=True)
     mesh, wall, push = run.answer.space.mesh, run.answer.space.wall, inward(room)
     left.triplot(*mesh.p, mesh.t.T, color=GREY, lw=0.4)
     for words, place, colour in (

@@ -13,7 +13,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, label_outer, legend_below
+from analysis.pages.drawing import (
+    BLACK,
+    COLOURS,
+    GREY,
+    LINES,
+    MARKERS,
+    label_outer,
+    legend_below,
+    panels,
+)
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -437,9 +446,8 @@ def steps(size: float) -> list[StepDependence]:
 
 def error_curves(curves: Sequence[Curve]) -> Figure:
     """Draw errors against k_v for both cases, with the paper's 10⁻² and its k_v ≥ 4."""
-    figure = Figure(figsize=(10.0, 4.8), layout="constrained")
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, case in zip(panels, Case, strict=True):
+    figure, every = panels(10.0, 4.8, 1, 2, sharey=True)
+    for axes, case in zip(every, Case, strict=True):
         for number, curve in enumerate(curves):
             style: dict[str, Any] = {"marker": MARKERS[number], "ls": LINES[number % len(LINES)]}
             style |= {"color": (*COLOURS, BLACK)[number], "mfc": "none" if number > 2 else None}
@@ -452,17 +460,16 @@ def error_curves(curves: Sequence[Curve]) -> Figure:
         axes.set(xscale="log", yscale="log", title=NAMES[case])
         axes.set(xlabel="volume dissipation $k_v$ (per person)")
         axes.grid(alpha=0.3)
-    panels[0].set_ylabel("difference from the crowd turbulence (–)")
-    legend_below(figure, panels[0], 2)
+    every[0].set_ylabel("difference from the crowd turbulence (–)")
+    legend_below(figure, every[0], 2)
     return figure
 
 
 def force_maps(pairs: dict[Case, Pair]) -> Figure:
     """Draw |F| of the crowd turbulence, of (11), and their difference, over a body, on one scale
     per row."""
-    figure = Figure(figsize=(10.5, 7.0), layout="constrained")
-    rows = figure.subplots(2, 3, sharex=True, sharey=True)
-    for row, (case, pair) in zip(rows, pairs.items(), strict=True):
+    figure, every = panels(10.5, 7.0, 2, 3, sharex=True, sharey=True)
+    for row, (case, pair) in zip((every[:3], every[3:]), pairs.items(), strict=True):
         theirs, ours = pair.forces.theirs_on_bodies, pair.ours_on_bodies
         top = rounded(float(np.quantile(np.concatenate([theirs, ours]), 0.99)))
         names = ("crowd turbulence", "proposed, (11)", "difference")
@@ -470,8 +477,8 @@ def force_maps(pairs: dict[Case, Pair]) -> Figure:
         for axes, name, values in zip(row, names, fields, strict=True):
             title = f"{NAMES[case][:3]} {name}"
             drawn = draw_map(axes, pair.forces.room, pair.forces.map.mesh, values, top, title)
-        figure.colorbar(drawn, ax=row.tolist(), label="|F| (N·s/m²)", shrink=0.8)
-    label_outer(rows)
+        figure.colorbar(drawn, ax=row, label="|F| (N·s/m²)", shrink=0.8)
+    label_outer(every)
     return figure
 
 

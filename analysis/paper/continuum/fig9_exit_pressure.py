@@ -8,7 +8,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import curve_fit
 
-from analysis.pages.drawing import BLACK, BLUE, GREEN, GREY, ORANGE, label_outer, legend_below
+from analysis.pages.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    label_outer,
+    legend_below,
+    panels,
+)
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.numbers import decimals
 from analysis.pages.section import Cell, Section, Verdict
@@ -167,8 +176,7 @@ def raw_maxima(size: float) -> RawMaxima:
 
 def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
     """Draw (a) the proposed pressure, (b) (20) twice, (c) |p − ρp of (20)| over the largest p."""
-    figure = Figure(figsize=(10.5, 8.6), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    figure, every = panels(10.5, 8.6, 2, 2, sharex=True, sharey=True)
     top = rounded(float(np.quantile(np.concatenate([proposed, other]), 0.995)))
     own, unit = rounded(float(printed.max())), "pressure (N·s/m)"
     error, of = np.abs(proposed - other) / proposed.max(), "|p − ρp₍₂₀₎| / largest p (–)"
@@ -178,17 +186,16 @@ def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
         ("(b) first order, as printed (its own scale)", printed, own, unit),
         ("(c) relative error", error, 1.2, of),
     )
-    for axes, (name, values, most, words) in zip(panels.ravel(), shown, strict=True):
+    for axes, (name, values, most, words) in zip(every, shown, strict=True):
         drawn = draw_map(axes, ROOM, map_of().mesh, values, most, name)
         figure.colorbar(drawn, ax=axes, label=words, shrink=0.9)
-    label_outer(panels)
+    label_outer(every)
     return figure
 
 
 def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats) -> Figure:
     """Draw pressures against the distance from the middle of the exit, plain and logarithmic."""
-    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
-    plain, logarithmic = figure.subplots(1, 2)
+    figure, (plain, logarithmic) = panels(10.5, 4.6, 1, 2)
     r = radius()
     order = np.argsort(r)
     for axes in (plain, logarithmic):
@@ -209,8 +216,7 @@ def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats
 
 def raw_maximum(raw: RawMaxima) -> Figure:
     """Draw the largest pressure, in any triangle and over a body, against the side."""
-    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
-    axes = figure.add_subplot()
+    figure, (axes,) = panels(8.0, 4.4)
     for rows, kind, marker in ((raw.uniform, "uniform", "o"), (raw.graded, "graded", "s")):
         side, _, largest, body = map(np.array, zip(*rows, strict=True))
         axes.plot(side, largest, marker, ls=":", color=ORANGE, label=f"in any triangle, {kind}")

@@ -14,7 +14,7 @@ from matplotlib.ticker import NullFormatter
 from matplotlib.tri import Triangulation
 from skfem import Mesh
 
-from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK
+from analysis.pages.drawing import BLUE, GREEN, GREY, ORANGE, PINK, panels
 from analysis.pages.numbers import decimals, percent
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
@@ -263,17 +263,16 @@ def evaluated(answer: CollisionAnswer, points: Floats) -> tuple[Floats, Floats]:
 def picture(study: Study) -> Figure:
     """Three errors in the room and that of the energy in the half-annulus, each against CPU
     seconds."""
-    figure = Figure(figsize=(9, 7), layout="constrained")
-    panels = figure.subplots(2, 2).ravel()
-    for axes, (name, title) in zip(panels, QUANTITIES.items(), strict=False):
+    figure, every = panels(9, 7, 2, 2)
+    for axes, (name, title) in zip(every, QUANTITIES.items(), strict=False):
         _curves(axes, study.room, name)
         limit = getattr(study.uncertainty, name)
         axes.axhspan(axes.get_ylim()[0], limit, color=GREY, alpha=0.5, lw=0, zorder=0)
         axes.set_title(title, fontsize=10)
-    _curves(panels[3], study.annulus, "energy")
-    panels[3].set_title("Half-annulus: velocity sum, energy norm", fontsize=10)
+    _curves(every[3], study.annulus, "energy")
+    every[3].set_title("Half-annulus: velocity sum, energy norm", fontsize=10)
     handles = {
-        label: h for p in panels for h, label in zip(*p.get_legend_handles_labels(), strict=True)
+        label: h for p in every for h, label in zip(*p.get_legend_handles_labels(), strict=True)
     }
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=6, fontsize=8)
     return figure

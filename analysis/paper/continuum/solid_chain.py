@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import COLOURS, LINES, MARKERS
+from analysis.pages.drawing import COLOURS, LINES, MARKERS, panels
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
@@ -228,8 +228,7 @@ def chains(mesh: float) -> Chains:
 
 def velocities(found: Chains) -> Figure:
     """Draw u⁺ along the chains by elements and in closed form, and r_int for several densities."""
-    figure = Figure(figsize=(10.5, 4.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(10.5, 4.4, 1, 2)
     for number, one in enumerate(found.trials):
         colour, some = COLOURS[number], slice(number * 5, None, 20)
         left.plot(one.x, one.chain.right_velocity(one.x), LINES[number], color=colour, lw=1.2)

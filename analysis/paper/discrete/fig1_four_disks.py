@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import bisect
 
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE
+from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, panels
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Claim, Section, Verdict
 from analysis.pages.words import Words
@@ -285,8 +285,7 @@ HATCHES = ("", "///", "...", "xxx")
 
 def after_impact(impacts: list[Impact]) -> Figure:
     """Draw bars of u⁺/U of each disk, a group for each law."""
-    figure = Figure(figsize=(8.0, 0.45 * len(impacts) + 1.4), layout="constrained")
-    axes = figure.add_subplot()
+    figure, (axes,) = panels(8.0, 0.45 * len(impacts) + 1.4)
     disks = len(impacts[0].mass)
     height = 0.8 / disks
     rows = np.arange(len(impacts), dtype=float)
@@ -307,8 +306,7 @@ def after_impact(impacts: list[Impact]) -> Figure:
 
 def against_dissipation(disks: FourDisks) -> Figure:
     """Draw u⁺/U against k/m, with both readings of the printed k, and the restitution obtained."""
-    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(10.0, 4.2, 1, 2)
     _velocities(left, disks)
     e, _, pair, four, _, newton, _ = np.array(disks.restitutions).T
     line = np.linspace(0, 1, 201)

@@ -33,6 +33,7 @@ from analysis.pages.drawing import (
     draw_vectors,
     draw_walls,
     look,
+    panels,
 )
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
@@ -503,8 +504,7 @@ DIFFERENCE = "rms(∫f dt − p) / rms(∫f dt) (–)"
 
 def draw_network(corridor: Corridor) -> Figure:
     """Draw who pushes above; percussions, width ∝ |p|, local dashed; right velocities below."""
-    figure = Figure(figsize=(8.5, 8.6), layout="constrained")
-    before, middle, after = figure.subplots(3, 1, sharex=True)
+    figure, (before, middle, after) = panels(8.5, 8.6, 3, 1, sharex=True)
     snapshot, answer, size = corridor.scene.snapshot, corridor.found.answer, corridor.size
     for axes in (before, middle, after):
         _draw_corridor(axes, corridor)
@@ -527,17 +527,16 @@ def draw_network(corridor: Corridor) -> Figure:
 
 def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
     """Draw where everybody is at the end, a panel for each model; outlines: where they began."""
-    figure = Figure(figsize=(8.5, 2.7 * len(finals)), layout="constrained")
-    panels = figure.subplots(len(finals), 1, sharex=True, squeeze=False)[:, 0]
+    figure, every = panels(8.5, 2.7 * len(finals), len(finals), sharex=True)
     before = circles(scene.snapshot)
-    for axes, one in zip(panels, finals, strict=True):
+    for axes, one in zip(every, finals, strict=True):
         _draw_people(axes, scene, replace(scene.snapshot, position=one.position), one.resting)
         outline = PatchCollection(before, facecolor="none", edgecolor=BLUE, lw=0.6, ls=":")
         axes.add_collection(outline)
         low, high = one.position[:, 0].min() - 0.6, one.position[:, 0].max() + 0.6
         axes.set(xlim=(low, high), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
         axes.set_title(one.model, fontsize=10)
-    panels[-1].set_xlabel("x (m)")
+    every[-1].set_xlabel("x (m)")
     return figure
 
 
@@ -566,8 +565,7 @@ def _arrows(axes: Axes, position: Floats, velocity: Floats, metres_per_speed: fl
 def draw_decay(corridor: Corridor) -> Figure:
     """Draw the momentum along x that goes through each gap between columns (percussions, the closed
     form of columns that move as one, soft contacts), and the largest percussion in it."""
-    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(9.5, 4.0, 1, 2)
     gaps = corridor.gaps
     left.plot(gaps.distance, gaps.flux, MARKERS[0], color=BLACK, label="percussions")
     words = "(5), (6) for whole columns"
@@ -593,8 +591,7 @@ def draw_decay(corridor: Corridor) -> Figure:
 def draw_wave(corridor: Corridor) -> Figure:
     """Draw the first arrival in each column against the distance, and the front's speed against the
     stiffness, with the long-wave speed of the springs."""
-    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(10.0, 4.4, 1, 2)
     stiffnesses = sorted({push.stiffness for push in corridor.waves})
     _arrivals(left, [p for p in corridor.waves if p.engine == corridor.waves[0].engine])
     kinds = sorted({(push.engine, push.restitution) for push in corridor.waves})
@@ -633,8 +630,7 @@ def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
 def draw_impulses(corridor: Corridor) -> Figure:
     """Draw ∫f dt against p contact by contact for the least and the most damping, and their
     difference against k and ζ."""
-    figure = Figure(figsize=(11.0, 3.9), layout="constrained")
-    cloud, by_stiffness, by_damping = figure.subplots(1, 3)
+    figure, (cloud, by_stiffness, by_damping) = panels(11.0, 3.9, 1, 3)
     _cloud(cloud, (corridor.damped[0], corridor.damped[-1]))
     for number, engine in enumerate(sorted({push.engine for push in corridor.inelastic})):
         mine = [push for push in corridor.inelastic if push.engine == engine]

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, legend_below, look
-from analysis.pages.section import Cell, Section, Table, Verdict
+from analysis.pages.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, legend_below, look, panels
+from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
+from analysis.paper.discrete.engine_runs import told
 from analysis.paper.discrete.line_of_disks import aligned
 from analysis.support.parallel import Progress
 from nscd import Percussions, Walls, find_contacts, solve
@@ -96,9 +96,8 @@ class Trial:
     @property
     def name(self) -> str:
         """The chain and the solver in words."""
-        return (
-            f"chain of {len(self.chain.mass)}, {', '.join(self.chain.words)}, {self.answer.solver}"
-        )
+        kind = ", ".join(self.chain.words)
+        return f"chain of {len(self.chain.mass)}, {kind}, {self.answer.solver}"
 
     def row(self) -> list[Cell]:
         """Disks, how held, masses, largest λ, errors of λ and u⁺, CPU seconds, solver, status."""
@@ -120,65 +119,24 @@ def chain_of(n: int, wall: bool, equal: bool) -> Chain:
     return Chain(mass=mass, left=left, wall=wall)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Chains:
-    """All chains solved: by the solver that the product chooses, shorter ones by another too.
-
-    shown: the chains of the picture, free and against a wall, each with equal and unequal masses"""
-
-    trials: list[Trial]
-    others: list[Trial]
-    shown: list[Trial]
-
-    @classmethod
-    def of(cls, progress: Progress | None = None) -> Chains:
-        """Solve chains of 2 to 10,000 disks."""
-        for solver in ("auto", "interior_point"):
-            # loads the compiled code, which is not what is timed
-            chain_of(LENGTHS[1], True, False).answer(solver)
-        trials, others = [], []
-        cases = [(n, *kind) for n in LENGTHS for kind in KINDS]
-        for number, case in enumerate(cases, start=1):
-            chain = chain_of(*case)
-            trials.append(Trial.of(chain))
-            if case[0] <= OTHER_SOLVER_UP_TO:
-                others.append(Trial.of(chain, "interior_point"))
-            if progress:
-                progress("chains", number / len(cases))
-        shown = [Trial.of(chain_of(SHOWN, *kind)) for kind in KINDS]
-        return cls(trials=trials, others=others, shown=shown)
-
-    @cached_property
-    def at_one_speed(self) -> tuple[float, float]:
-        """The largest λ (N·s) and spread of u⁺ (m/s) of the shown free chain of unequal masses if
-        all have the same left velocity."""
-        mass = self.shown[1].chain.mass
-        answer, _ = Chain(mass=mass, left=np.full(len(mass), SPEED), wall=False).answer()
-        return float(answer.reaction.max()), float(np.ptp(answer.right_velocity[:, 0]))
-
-    @cached_property
-    def change(self) -> float:
-        """How far unequal masses change λ of the shown free chain, over its largest λ."""
-        equal, unequal = (trial.answer.reaction for trial in self.shown[:2])
-        return float(np.abs(unequal - equal).max() / equal.max())
-
-    @cached_property
-    def printed_miss(self) -> float:
-        """How far (5) is from λ of the shown unequal chain against a wall, over its largest λ."""
-        reaction = self.shown[3].answer.reaction
-        printed, _ = self.shown[3].chain.as_printed()
-        return float(np.abs(printed - reaction[:-1]).max() / reaction.max())
-
-    @cached_property
-    def free_error(self) -> float:
-        """The largest error of λ of the free chains, over the largest λ of each."""
-        return max(trial.reaction_error for trial in self.trials if not trial.chain.wall)
+def solved(progress: Progress | None) -> tuple[list[Trial], list[Trial]]:
+    """Solve chains of 2 to 10,000 disks by the solver that the product chooses, shorter ones by
+    another too."""
+    for solver in ("auto", "interior_point"):
+        # loads the compiled code, which is not what is timed
+        chain_of(LENGTHS[1], True, False).answer(solver)
+    trials, others = [], []
+    for case in told([(n, *kind) for n in LENGTHS for kind in KINDS], "chains", progress):
+        chain = chain_of(*case)
+        trials.append(Trial.of(chain))
+        if case[0] <= OTHER_SOLVER_UP_TO:
+            others.append(Trial.of(chain, "interior_point"))
+    return trials, others
 
 
 def percussions_along(shown: Sequence[Trial]) -> Figure:
     """Draw λ along chains, solver and closed form: free left, against a wall right."""
-    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
-    free, wall = figure.subplots(1, 2)
+    figure, (free, wall) = panels(9.5, 4.0, 1, 2)
     for axes in (free, wall):
         mine = [trial for trial in shown if trial.chain.wall == (axes is wall)]
         _along(axes, mine)
@@ -208,8 +166,7 @@ def _along(axes: Axes, trials: Sequence[Trial]) -> None:
 
 def accuracy(trials: Sequence[Trial]) -> Figure:
     """Draw the error of λ and the CPU seconds against the length, a line for each kind of chain."""
-    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(9.5, 4.0, 1, 2)
     smallest = np.finfo(float).eps / 4
     kinds = dict.fromkeys(trial.chain.words for trial in trials)
     for number, kind in enumerate(kinds):
@@ -230,27 +187,36 @@ def accuracy(trials: Sequence[Trial]) -> Figure:
 
 def build(progress: Progress | None = None) -> Section:
     """Build figure 3: λ along chains against the closed forms, up to 10,000 disks."""
-    chains = Chains.of(progress)
+    trials, others = solved(progress)
+    # the chains of the picture, free and against a wall, each with equal and unequal masses
+    shown = [Trial.of(chain_of(SHOWN, *kind)) for kind in KINDS]
+    equal, unequal, _, walled = (trial.answer.reaction for trial in shown)
+    change = float(np.abs(unequal - equal).max() / equal.max())
+    printed, _ = shown[3].chain.as_printed()
+    missed = float(np.abs(printed - walled[:-1]).max() / walled.max())
+    free_error = max(trial.reaction_error for trial in trials if not trial.chain.wall)
+    # the free chain of unequal masses if all have the same left velocity
+    same, _ = replace(shown[1].chain, left=np.full(SHOWN, SPEED)).answer()
+    at_one_speed = float(same.reaction.max()), float(np.ptp(same.right_velocity[:, 0]))
+    chains = {"trials": trials, "others": others, "shown": shown, "change": change}
+    chains |= {"printed_miss": missed, "free_error": free_error, "at_one_speed": at_one_speed}
     words = Words(__name__, chains=chains)
+    chosen, magnified = (
+        words.table("table", [trial.row() for trial in some], what=what)
+        for what, some in (
+            ("The solver that the product chooses", trials),
+            ("The interior point, whose residual long chains magnify,", others),
+        )
+    )
     return words.section(
         "3",
-        pictures={
-            "fig_3_chains": percussions_along(chains.shown),
-            "fig_3_accuracy": accuracy(chains.trials),
-        },
-        tables=[
-            _table(words, "The solver that the product chooses", chains.trials),
-            _table(words, "The interior point, whose residual long chains magnify,", chains.others),
-        ],
+        pictures={"fig_3_chains": percussions_along(shown), "fig_3_accuracy": accuracy(trials)},
+        tables=[chosen, magnified],
         claims={
-            "constrained": Verdict.of(chains.printed_miss < 1e-6),
-            "free": Verdict.of(chains.free_error < 1e-10),
-            "at_one_speed": Verdict.of(max(chains.at_one_speed) < 1e-9),
-            "masses": Verdict.of(chains.change > 0.01),
+            "constrained": Verdict.of(missed < 1e-6),
+            "free": Verdict.of(free_error < 1e-10),
+            "at_one_speed": Verdict.of(max(at_one_speed) < 1e-9),
+            "masses": Verdict.of(change > 0.01),
         },
-        warnings=unsolved((t.name, t.answer) for t in chains.trials + chains.others),
+        warnings=unsolved((t.name, t.answer) for t in trials + others),
     )
-
-
-def _table(words: Words, what: str, trials: Sequence[Trial]) -> Table:
-    return words.table("table", [trial.row() for trial in trials], what=what)

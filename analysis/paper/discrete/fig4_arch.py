@@ -16,7 +16,7 @@ from analysis.compare.statistics import exponent, relative_difference, statistic
 from analysis.compare.study import Study
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, legend_below
+from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, legend_below, panels
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
@@ -283,8 +283,7 @@ SIZED = (
 
 def dissipation(trials: Sequence[Trial]) -> Figure:
     """Draw percussions and reactions against the dissipation k: along and across, along only."""
-    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
+    figure, axes = panels(10.5, 4.2, 1, 2, sharey=True)
     ticks = [0, 1, 10, 100, 1e3, 1e4]
     for axis, across in zip(axes, (True, False), strict=True):
         _forces(axis, [trial for trial in trials if trial.across == across])
@@ -360,8 +359,7 @@ def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
 
 def sizes(samples: Sequence[Sample]) -> Figure:
     """Draw how mean, maximum and the place of the maximum change with the number of people."""
-    figure = Figure(figsize=(9.5, 3.8), layout="constrained")
-    forces, places = figure.subplots(1, 2)
+    figure, (forces, places) = panels(9.5, 3.8, 1, 2)
     _error_bars(forces, samples, "largest_N", "s--", ORANGE, "largest sum of magnitudes")
     _error_bars(forces, samples, "mean_N", "o-", BLUE, "mean sum of magnitudes")
     _error_bars(forces, samples, "largest_resultant_N", "D:", BLACK, "largest vector sum")

@@ -28,6 +28,7 @@ from analysis.pages.drawing import (
     draw_forces,
     draw_walls,
     legend_below,
+    panels,
 )
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
@@ -219,8 +220,7 @@ def draw_laws(limit: float) -> Figure:
     """Draw the force of one pair against its gap, by law; limit: N, f_max."""
     gap = np.concatenate([np.linspace(-0.02, 0.0, 21), np.linspace(1e-6, 0.5, 200)])
     forces = pair_forces(gap, RADIUS_M, limit)
-    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
-    axes = figure.add_subplot()
+    figure, (axes,) = panels(8.0, 4.4)
     label = "percussions: any force at touch, none beyond"
     axes.axvline(0.0, color=BLACK, lw=4, alpha=0.25, label=label)
     touch = int((gap <= 0).sum())
@@ -281,8 +281,7 @@ def _draw_misjudged(axes: Axes, equal: ChainForces, unequal: ChainForces) -> Non
 def draw_arches(equal: ArchForces, unequal: ArchForces) -> Figure:
     """Draw the distribution of the force, the force against the distance from the door, and social
     force and first-order model against percussions."""
-    figure = Figure(figsize=(10.5, 8.6), layout="constrained")
-    (by_force, by_distance), (social, first_order) = figure.subplots(2, 2)
+    figure, (by_force, by_distance, social, first_order) = panels(10.5, 8.6, 2, 2)
     styles = {
         PERCUSSIONS: (BLACK, "-", "o", 2.4),
         equal.engine: (GREY, "-", "P", 2.4),
@@ -336,10 +335,9 @@ def draw_evacuations(found: Sequence[Evacuation]) -> Figure:
     contacts that overlap."""
     walls, _ = room()
     first = {one.speed: one for one in reversed(found)}
-    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
-    panels = figure.subplots(1, len(first), sharey=True, squeeze=False)[0]
+    figure, every = panels(10.5, 4.6, 1, len(first), sharey=True)
     norm = Normalize(0.0, 1e3 * max(one.deepest.max() for one in found))
-    for axes, (speed, one) in zip(panels, sorted(first.items()), strict=True):
+    for axes, (speed, one) in zip(every, sorted(first.items()), strict=True):
         pairs, crowd = one.looks[-1].pairs, one.crowd
         draw_disks(axes, crowd)
         draw_walls(axes, zip(walls.start, walls.end, strict=True))
@@ -347,8 +345,8 @@ def draw_evacuations(found: Sequence[Evacuation]) -> Figure:
         deepest = 1e3 * one.deepest[-1]
         axes.set_title(f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
         axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
-    panels[0].set_ylabel("y (m)")
-    add_scale(figure, list(panels), norm, "overlap of a contact (mm)")
+    every[0].set_ylabel("y (m)")
+    add_scale(figure, every, norm, "overlap of a contact (mm)")
     return figure
 
 

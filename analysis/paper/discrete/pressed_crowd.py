@@ -30,6 +30,7 @@ from analysis.pages.drawing import (
     draw_forces,
     draw_vectors,
     draw_walls,
+    panels,
 )
 from analysis.pages.names import engine_label
 from analysis.pages.section import Cell, Picture, Section, Table
@@ -166,17 +167,16 @@ def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
 def snapshot(arch: Arch) -> Figure:
     """Draw configuration, right velocities, and force on each person: vector sum and sum of
     magnitudes."""
-    figure = Figure(figsize=(10.5, 11.0), layout="constrained")
-    axes = figure.subplots(2, 2).ravel()
+    figure, axes = panels(10.5, 11.0, 2, 2)
     position, velocity = arch.snapshot.position, arch.answer.right_velocity
     forces, speed = arch.normal_forces(), np.hypot(*velocity.T)
-    panels = (
+    fields = (
         ("(a) configuration and contact forces", None, "n·p/τ of a contact (N)"),
         ("(b) right velocity u⁺", speed, "speed (m/s)"),
         ("(c) force on each person: vector sum", arch.resultants(), "|Σ p|/τ (N)"),
         ("(c′) force on each person: sum of magnitudes", arch.carried(), "Σ |n·p|/τ (N)"),
     )
-    for axis, (title, values, label) in zip(axes, panels, strict=True):
+    for axis, (title, values, label) in zip(axes, fields, strict=True):
         shown = forces if values is None else values[arch.inside()]
         norm = Normalize(0.0, float(np.quantile(shown, 0.99)))
         _draw_people(axis, arch, values, norm)
@@ -207,9 +207,8 @@ def _draw_people(axes: Axes, arch: Arch, values: Floats | None, norm: Normalize)
 
 def engines(comparisons: Sequence[Comparison]) -> Figure:
     """Draw the sum of magnitudes at each person: percussions against each engine."""
-    figure = Figure(figsize=(4.6 * len(comparisons), 5.0), layout="constrained")
-    for number, comparison in enumerate(comparisons):
-        axes = figure.add_subplot(1, len(comparisons), number + 1)
+    figure, every = panels(4.6 * len(comparisons), 5.0, 1, len(comparisons))
+    for axes, comparison in zip(every, comparisons, strict=True):
         penalty, rigid = (values / 1e3 for values in comparison.disk_sums())
         near = Arch.of(comparison.scene, comparison.snapshot).distance() <= NEIGHBOURHOOD_M
         top = 1.05 * float(max(penalty.max(), rigid.max()))
