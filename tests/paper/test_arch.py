@@ -162,14 +162,11 @@ def test_percussions_as_contact_forces(monkeypatch, fixed, every, verdict):
             "disk_vector_relative_difference": fixed,
         }
 
-    class Run:
-        balance = SimpleNamespace(unbalanced=1e-5)
-
-        def __init__(self, contact):
-            self.contact = contact
+    def run(contact):
+        return SimpleNamespace(balance=SimpleNamespace(unbalanced=1e-5), contact=contact)
 
     monkeypatch.setattr(fig4_arch, "statistics", lambda run: statistics(run.contact))
-    claim = fig4_arch.contact_forces(WORDS, "made up", {1e7: [Run(every)], 1e6: [Run(0.5)] * 2})
+    claim = fig4_arch.contact_forces(WORDS, "made up", {1e7: [run(every)], 1e6: [run(0.5)] * 2})
     assert claim.verdict == verdict
     assert "the 4 of 18 contacts" in claim.reason
 
@@ -200,15 +197,14 @@ def test_uniformity():
     part."""
     arch = queue(40)
     distance = arch.distance()
+    near = replace(arch.snapshot, position=arch.snapshot.position * 0.3)
+    rings = replace(arch, snapshot=near)
     for values, verdict in (
         (np.full(40, 2.0), Verdict.FAILS),
         (np.random.default_rng(0).uniform(1, 2, 40), Verdict.FAILS),
         (4.0 - 3.0 * distance / distance.max(), Verdict.HOLDS),
         (1.0 - 0.2 * distance / distance.max(), Verdict.PARTLY),
     ):
-        rings = replace(
-            arch, snapshot=replace(arch.snapshot, position=arch.snapshot.position * 0.3)
-        )
         assert Uniformity.of(rings, values).verdict == verdict
 
 

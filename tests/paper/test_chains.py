@@ -11,22 +11,11 @@ import pytest
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
 from analysis.paper.discrete import fig2_corridor, fig3_chains, fig6_rivals
+from analysis.paper.discrete import rival_forces as forces
 from analysis.paper.discrete.fig1_four_disks import influence, line_restitution, opening_threshold
 from analysis.paper.discrete.fig2_corridor import gaps_of, local_contacts, long_wave_speed
 from analysis.paper.discrete.fig3_chains import Chain, Trial, chain_of
 from analysis.paper.discrete.line_of_disks import aligned, newton_impact
-from analysis.paper.discrete.rival_forces import (
-    EVACUATED_KG,
-    GONE_M,
-    REACH_M,
-    STEP_S,
-    TIME_S,
-    advance,
-    evacuate,
-    gap_that_carries,
-    placed,
-    room,
-)
 from analysis.scene.scene import read_scene
 from nscd import Walls, find_contacts, solve
 from nscd.rivals import SocialForceLaw, social_force
@@ -62,14 +51,11 @@ def test_the_closed_forms_solve_the_delassus_equation(n, wall, equal):
 def test_a_chain_that_opens_is_seen_to_miss_the_closed_form():
     """The comparison can fail: (5) pulls where the left velocities grow along the chain in one
     place."""
-    left = np.array([2.0, 0.5, 1.5, 0.0])
-    assert Trial.of(Chain(mass=np.full(4, 75.0), left=left, wall=False)).reaction_error <= 1e-10
-    assert (
-        Trial.of(
-            Chain(mass=np.full(4, 75.0), left=np.array([2.0, 0, 3, 0]), wall=False)
-        ).reaction_error
-        > 0.1
+    closing, opening = (
+        Trial.of(Chain(mass=np.full(4, 75.0), left=np.array(left), wall=False)).reaction_error
+        for left in ([2.0, 0.5, 1.5, 0.0], [2.0, 0, 3, 0])
     )
+    assert closing <= 1e-10 < 0.1 < opening
 
 
 def test_the_section_on_chains_says_what_held(section):
@@ -162,56 +148,41 @@ WORDS = Words("analysis.paper.discrete.fig6_rivals")
 def test_a_step_is_that_of_the_models_forces():
     """m Δu/Δt = m (u_d − u)/τ + Σ of the forces that `social_force` gives, overlaps, friction and
     walls included; who is far beyond the exit pushes nobody."""
-    walls, drive = room()
+    walls, drive = forces.room()
     drive = drive.model_copy(update={"speed_m_per_s": 1.5})
-    random = np.random.default_rng(0)
-    crowd = placed(40, 1)
-    crowd = replace(
-        crowd,
-        position=crowd.position * 0.35 - [0.02, 0.0],
-        velocity=random.normal(0, 1, (40, 2)),
-    )
-    assert find_contacts(crowd, tolerance=0.0).gap.min() < -0.05
-    gone = np.vstack([crowd.position, [GONE_M + 0.1, 0.0]])
-    crowd = disks_at(
-        gone,
-        np.vstack([crowd.velocity, [1.5, 0.0]]),
-        np.append(crowd.radius, 0.3),
-        np.append(crowd.mass, EVACUATED_KG),
-    )
-    moved = advance(crowd, walls, drive, 1)
-    inside = replace(
-        crowd,
-        position=gone[:-1],
-        velocity=crowd.velocity[:-1],
-        radius=crowd.radius[:-1],
-        mass=crowd.mass[:-1],
-        ids=crowd.ids[:-1],
-        spin=crowd.spin[:-1],
-    )
-    forces = social_force(inside, find_contacts(inside, walls, tolerance=REACH_M)).resultant()
-    wish = (drive.desired_velocity(inside.position) - inside.velocity) / TIME_S
-    velocity = inside.velocity + STEP_S * (wish + forces / EVACUATED_KG)
+    random, mass = np.random.default_rng(0), forces.EVACUATED_KG
+    crowd = forces.placed(40, 1)
+    moving = random.normal(0, 1, (40, 2))
+    inside = replace(crowd, position=crowd.position * 0.35 - [0.02, 0.0], velocity=moving)
+    assert find_contacts(inside, tolerance=0.0).gap.min() < -0.05
+    gone = [forces.GONE_M + 0.1, 0.0], [1.5, 0.0]
+    place, speeds = np.vstack([inside.position, gone[0]]), np.vstack([moving, gone[1]])
+    crowd = disks_at(place, speeds, np.append(inside.radius, 0.3), mass)
+    moved = forces.advance(crowd, walls, drive, 1)
+    near = find_contacts(inside, walls, tolerance=forces.REACH_M)
+    wish = (drive.desired_velocity(inside.position) - moving) / forces.TIME_S
+    velocity = moving + forces.STEP_S * (wish + social_force(inside, near).resultant() / mass)
     np.testing.assert_allclose(moved.velocity[:-1], velocity, atol=1e-10)
-    np.testing.assert_allclose(moved.position[:-1], gone[:-1] + STEP_S * velocity, atol=1e-10)
+    there = inside.position + forces.STEP_S * velocity
+    np.testing.assert_allclose(moved.position[:-1], there, atol=1e-10)
     np.testing.assert_allclose(moved.velocity[-1], [1.5, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("speed", [1.0, 14.0])
 def test_one_person_before_a_closed_door_stands_where_the_forces_balance(speed):
     """A exp(−g/B) + ϱ max(−g, 0) = m u_d/τ: a gap of 0.2 m at 1 m/s, an overlap at 14 m/s."""
-    _, drive = room()
+    _, drive = forces.room()
     drive = drive.model_copy(update={"speed_m_per_s": speed})
     closed = Walls(start=np.array([[0.0, -9.0]]), end=np.array([[0.0, 9.0]]))
-    person = disks_at([[-1.0, 0.0]], radius=0.3, mass=[EVACUATED_KG])
-    there = advance(person, closed, drive, 25_000)
-    gap = gap_that_carries(EVACUATED_KG * speed / TIME_S, SocialForceLaw())
+    person = disks_at([[-1.0, 0.0]], radius=0.3, mass=forces.EVACUATED_KG)
+    there = forces.advance(person, closed, drive, 25_000)
+    gap = forces.gap_that_carries(forces.EVACUATED_KG * speed / forces.TIME_S, SocialForceLaw())
     assert there.position[0, 0] == pytest.approx(-0.3 - gap, abs=1e-6)
     assert np.hypot(*there.velocity[0]) < 1e-6
 
 
 def test_people_leave_and_are_looked_at():
-    found = evacuate(2.0, 1, people=12, until=20.0)
+    found = forces.evacuate(2.0, 1, people=12, until=20.0)
     assert found.left == 12
     assert len(found.looks) == 41
     assert found.forces.size == 0

@@ -89,13 +89,6 @@ def _read(address, folder, numbers, claims):
             assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
-    made = percussions("paper", "continuum", "--figure", 6)
-    assert made.returncode == 1
-    assert "figure: 6; this part of the paper has 7, 3.2.1, 8" in made.stderr
-    assert not (tmp_path / "paper").exists()
-
-
 @pytest.mark.parametrize(
     ("module", "number", "unsettled"),
     [

@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from analysis.pages.section import Verdict
+from analysis.paper.continuum import solid_chain
 from analysis.paper.continuum.mesh_precision import (
     ROOM,
     TABLE,
@@ -15,14 +16,7 @@ from analysis.paper.continuum.mesh_precision import (
     seconds_to,
     study,
 )
-from analysis.paper.continuum.solid_chain import (
-    FROM_WALL_M,
-    LENGTH,
-    SPEED,
-    chains,
-    varied,
-    verdicts,
-)
+from analysis.paper.continuum.solid_chain import FROM_WALL_M, LENGTH, SPEED, varied
 from nscd.continuum.collision import collide
 from nscd.continuum.mesh import mesh_of
 from nscd.continuum.space import Space
@@ -79,10 +73,8 @@ def test_errors_fall_and_graded_meshes_have_less(small):
     for coarse, fine in by_family.values():
         assert fine.errors.energy < coarse.errors.energy
     for order in ("P1", "P2"):
-        uniform, graded = (
-            by_family[f"{order} uniform"][-1].errors,
-            by_family[f"{order} graded"][-1].errors,
-        )
+        kinds = "uniform", "graded"
+        uniform, graded = (by_family[f"{order} {kind}"][-1].errors for kind in kinds)
         assert graded.energy < 0.6 * uniform.energy
         assert graded.pressure < 0.2 * uniform.pressure
     assert small.uncertainty.energy < by_family["P2 graded"][-1].errors.energy
@@ -95,9 +87,8 @@ def test_section_says_what_its_table_holds():
     assert all(len(row) == len(section.tables[0].head) for row in section.tables[0].rows)
     verdict = next(words for words in section.words if "pressure over a body:" in words)
     best = [row[7] for row in section.tables[0].rows if row[1] == "P1 uniform"]
-    assert (
-        f"P1 uniform does not get there (best {min(best, key=lambda s: float(s[:-2]))})" in verdict
-    )
+    least = min(best, key=lambda s: float(s[:-2]))
+    assert f"P1 uniform does not get there (best {least})" in verdict
     assert "cheapest: P2 graded" in verdict
     figure = section.pictures[0].figure
     assert [len(axes.lines) for axes in figure.axes] == [4, 4, 4, 2]
@@ -106,7 +97,7 @@ def test_section_says_what_its_table_holds():
 
 @pytest.fixture(scope="module")
 def found():
-    return chains(0.2)
+    return solid_chain.chains(0.2)
 
 
 @pytest.mark.parametrize("ends", [(10.5, 3.5), (7.0, 7.0), (3.5, 10.5)])
@@ -139,7 +130,7 @@ def test_rigid_disks_press_with_the_momentum_of_all_behind(found):
 
 def test_verdicts_on_the_chain(found):
     """What the paper says of free chains and of densities, judged by the numbers above."""
-    judged = verdicts(found)
+    judged = solid_chain.verdicts(found)
     assert judged["constant"] is Verdict.HOLDS
     assert judged["free"] is Verdict.FAILS
     # denser at the wall presses more, but not as rigid disks do

@@ -21,9 +21,8 @@ PAGE_SECTIONS = "section[data-figure]"
 @pytest.fixture
 def built(percussions, tmp_path):
     """The figures that need the shortest engine runs."""
-    made = percussions(
-        "paper", "discrete", "--figure", 3, "--figure", 1, "--runs", "runs", timeout=600
-    )
+    chosen = "--figure", 3, "--figure", 1, "--runs", "runs"
+    made = percussions("paper", "discrete", *chosen, timeout=600)
     assert made.returncode == 0, made.stderr
     return made, tmp_path / "paper"
 
@@ -37,19 +36,16 @@ def test_page_in_a_browser_and_the_files_beside_it(built, percussions, tmp_path)
     assert {claim["verdict"] for claim in claims} == {"holds", "holds in part", "does not hold"}
     pictures = ["fig_1_dissipation", "fig_1_velocities", "fig_3_accuracy", "fig_3_chains"]
     assert sorted(path.stem for path in (folder / "figures").glob("*.png")) == pictures
-    assert all(
-        (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF") for name in pictures
-    )
+    for name in pictures:
+        assert (folder / f"figures/{name}.pdf").read_bytes().startswith(b"%PDF")
     assert not list(folder.rglob("*.part"))
     if BROWSER is not None:
         _read(made.stdout.strip().splitlines()[-1], folder, numbers, claims)
     # a second build runs no engine again
-    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")}
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")}
     again = percussions("paper", "discrete", "--figure", 1, "--runs", "runs", timeout=600)
     assert again.returncode == 0, again.stderr
-    assert {
-        path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("run.json")
-    } == before
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("run.json")} == before
     second = json.loads((folder / "numbers.json").read_text())["1"]
     assert second["engine_runs"]["made"] == 0
     assert second["engine_runs"]["reused"] == len(before)
@@ -87,9 +83,10 @@ def _read(address, folder, numbers, claims):
 
 
 def test_a_figure_that_the_section_does_not_have(percussions, tmp_path):
-    made = percussions("paper", "discrete", "--figure", 7)
-    assert made.returncode == 1
-    assert "figure: 7" in made.stderr
+    for part, figure, known in (("discrete", 7, "1, 2, 3"), ("continuum", 6, "7, 3.2.1, 8")):
+        made = percussions("paper", part, "--figure", figure)
+        assert made.returncode == 1
+        assert f"figure: {figure}; this part of the paper has {known}" in made.stderr
     assert not (tmp_path / "paper").exists()
     assert percussions("paper", "whole").returncode == 2
 
@@ -135,12 +132,8 @@ def test_errata_are_read_whole(tmp_path):
         "- **Why**: two\n  lines\n- **Test**: none\n\n## Section 3\n\n### (9)\n- **Printed**: a\n"
     )
     (entry,) = errata("Section 2", page)
-    assert (entry.where, entry.printed, entry.correct, entry.why) == (
-        "(7)",
-        "u⁺ = *u*",
-        "`u`",
-        "two lines",
-    )
+    parts = entry.where, entry.printed, entry.correct, entry.why
+    assert parts == ("(7)", "u⁺ = *u*", "`u`", "two lines")
     with pytest.raises(ValueError, match=r"\(9\).*Correct"):
         errata("Section 3", page)
     with pytest.raises(ValueError, match="Section 4"):
