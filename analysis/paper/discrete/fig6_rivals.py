@@ -378,7 +378,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     warnings = [*equal.warnings, *unequal.warnings]
     limit = drive.push(MASS_KG)
     jump = jump_at_touch(limit)
-    named = {"forces": rival_forces, "radius": RADIUS_M}
+    named = {name: value for name, value in vars(rival_forces).items() if name.isupper()}
+    named |= {"radius": RADIUS_M}
     words = Words(__name__, drive=drive, limit=limit, jump=jump, **named)
     arches = _arches(scenes, runs, tell, warnings)
     pictures = [
