@@ -1,52 +1,34 @@
 """The atlas: all cases, tried in parallel."""
 
-import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from analysis.engines.record import EngineError
-from analysis.stability.case import Boundary, Case, Cell, Cells, Map, Outcome, Row
+from analysis.stability.case import CASES, Boundary, Case, Cell, Cells, Map, Outcome, Row
 from analysis.stability.cases import penalty, percussions, stepping
 from analysis.support.parallel import Progress, Task, do_all, workers
 
-CASES = (
-    penalty.time_step,
-    penalty.damping,
-    penalty.stiffness,
-    penalty.mass_ratio_engines,
-    percussions.mass_ratio_solvers,
-    percussions.long_chains,
-    percussions.redundant,
-    percussions.contact_order,
-    penalty.initial_overlap,
-    penalty.skin,
-    penalty.tunnelling,
-    percussions.restitution,
-    percussions.opening_contacts,
-    penalty.drift,
-    penalty.narrow_door,
-    penalty.small_speeds,
-    penalty.restart,
-    stepping.long_step,
-    stepping.missed_contacts,
-    stepping.left_overlap,
-    stepping.unsolved_step,
-    stepping.several_answers,
-)
+# The order in which they are shown; the modules that declare them.
+ORDER = (
+    "time_step", "damping", "stiffness", "mass_ratio_engines", "mass_ratio_solvers", "long_chains",
+    "redundant", "contact_order", "initial_overlap", "skin", "tunnelling", "restitution",
+    "opening_contacts", "drift", "narrow_door", "small_speeds", "restart", "long_step",
+    "missed_contacts", "left_overlap", "unsolved_step", "several_answers",
+)  # fmt: skip
+DECLARED_IN = (penalty, percussions, stepping)
 # How many attempts a quick and a full atlas spend on halving the bracket of a boundary.
 QUICK_HALVINGS, HALVINGS = 3, 7
 
 
 def choose(names: Sequence[str] | None, quick: bool) -> list[Case]:
-    """Make the cases of these names, or all, in the atlas' order. Raises ValueError for an unknown
+    """Give the cases of these names, or all, in the atlas' order. Raises ValueError for an unknown
     name."""
-    every = [declared.case(quick) for declared in CASES]
-    known = [case.name for case in every]
     for name in names or ():
-        if name not in known:
-            raise ValueError(f"case: unknown {name!r}; there are: {', '.join(known)}")
-    return [case for case in every if not names or case.name in names]
+        if name not in ORDER:
+            raise ValueError(f"case: unknown {name!r}; there are: {', '.join(ORDER)}")
+    chosen = [CASES[name] for name in ORDER if not names or name in names]
+    return [case.quick() for case in chosen] if quick else chosen
 
 
 def build(
@@ -75,21 +57,23 @@ def build(
             Task(call=boundary, arguments=(case, row, cells[case.name], base, halvings), work=1.0)
             for case, row in rows
         ]
-        found = iter(do_all(edges, pool, "boundaries of the atlas", progress))
+        found = do_all(edges, pool, "boundaries of the atlas", progress)
+    known = [(case, edge) for (case, _), edge in zip(rows, found, strict=True) if edge is not None]
     return [
         Map(
             case=case,
             cells=cells[case.name],
-            boundaries=tuple(edge for _ in case.rows.values if (edge := next(found)) is not None),
+            boundaries=tuple(edge for of, edge in known if of is case),
         )
         for case in cases
     ]
 
 
-def attempt(case: Case, column: float | str, row: Row, base: Path) -> Cell:
+def attempt(case: Case, column: float, row: Row, base: Path) -> Cell:
     """Make one cell; where its engine is missing, one that says so."""
+    words = "".join(c if c.isalnum() or c in ".-+=" else "_" for c in str(row))
     try:
-        return case.attempt(column, row, _folder(base, case, column, row))
+        return case.attempt(column, row, base / case.name / words / f"{column:.9g}")
     except EngineError as error:
         nothing = (math.nan,) * len(case.quantities)
         return Cell(outcome=Outcome.REFUSED, reason=str(error), said="missing", numbers=nothing)
@@ -99,40 +83,24 @@ def boundary(case: Case, row: Row, cells: Cells, base: Path, halvings: int) -> B
     """Find where the outcome of a row changes: the first two neighbouring columns between which it
     becomes, or stops being, one of `fails_as`, halved down where there is a theory to compare with.
 
-    None where the columns are words or the outcome does not change."""
-    along = [column for column in case.columns.values if not isinstance(column, str)]
-    for low, high in itertools.pairwise(along):
-        failing = [cells[column, row].outcome in case.fails_as for column in (low, high)]
-        if failing[0] == failing[1]:
-            continue
-        theory = case.theory(row) if case.theory else math.nan
-        ends = float(low), float(high)
-        if math.isfinite(theory) and min(ends) > 0:
-            ends = _narrowed(case, row, ends, failing[1], base, halvings)
-        return Boundary(row=row, low=min(ends), high=max(ends), theory=theory)
-    return None
-
-
-def _narrowed(
-    case: Case, row: Row, ends: tuple[float, float], failing_high: bool, base: Path, halvings: int
-) -> tuple[float, float]:
-    """The bracket after attempts at the geometric middle of what is left of it."""
-    low, high = ends
+    None where the outcome does not change."""
+    along = case.columns.values
+    fails = [cells[column, row].outcome in case.fails_as for column in along]
+    changes = (at for at in range(1, len(along)) if fails[at - 1] != fails[at])
+    if (at := next(changes, None)) is None:
+        return None
+    theory = case.theory(row) if case.theory else math.nan
+    low, high = map(float, along[at - 1 : at + 1])
+    if not math.isfinite(theory) or min(low, high) <= 0:
+        halvings = 0
     for _ in range(halvings):
         middle = (low * high) ** 0.5
         if case.columns.whole:
             middle = float(round(middle))
             if middle in (low, high):
                 break
-        if case.fails_at(middle, row, _folder(base, case, middle, row)) == failing_high:
+        if (attempt(case, middle, row, base).outcome in case.fails_as) == fails[at]:
             high = middle
         else:
             low = middle
-    return low, high
-
-
-def _folder(base: Path, case: Case, column: float | str, row: Row) -> Path:
-    """Where an attempt keeps its runs."""
-    place = column if isinstance(column, str) else f"{column:.9g}"
-    words = "".join(c if c.isalnum() or c in ".-+=" else "_" for c in str(row))
-    return base / case.name / words / place
+    return Boundary(row=row, low=min(low, high), high=max(low, high), theory=theory)

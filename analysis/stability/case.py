@@ -1,23 +1,12 @@
 """What the atlas is made of: a case, its cells (one attempt each) and its boundaries, measured and
 from theory."""
 
-from __future__ import annotations
-
-import functools
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-# A word, a number, or a dataclass whose `str` is its label.
-Row = Any
-# A label with its unit, the values, and those of a quick atlas if they are fewer.
-Span = tuple[str, tuple[Row, ...]] | tuple[str, tuple[Row, ...], tuple[Row, ...]]
-# The cell of each column and row.
-Cells = dict[tuple[float | str, Row], "Cell"]
-Attempt = Callable[[Any, Any, Path], "Cell"]
-Theory = Callable[[Any], float]
 # What is measured of a run of an engine.
 ENGINE_QUANTITIES = (
     "largest energy / energy at the start",
@@ -39,20 +28,24 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class By:
-    """A row that is an engine with one parameter: "lammps, Δt = 0.01"."""
+class Of:
+    """A row of several values: its label, and what the attempt takes of it."""
 
-    engine: str
-    symbol: str
-    value: float
+    label: str
+    values: tuple[Any, ...]
 
     def __str__(self) -> str:
-        return f"{self.engine}, {self.symbol} = {self.value:g}"
+        return self.label
 
-    @classmethod
-    def each(cls, engine: str, symbol: str, *values: float) -> tuple[By, ...]:
-        """Make a row of each value."""
-        return tuple(cls(engine, symbol, value) for value in values)
+
+Row = float | str | Of
+Attempt = Callable[[Any, Any, Path], "Cell"]
+Theory = Callable[[Any], float]
+
+
+def each(engine: str, symbol: str, *values: float) -> tuple[Of, ...]:
+    """Make a row of an engine with each value of one parameter: "lammps, Δt = 0.01"."""
+    return tuple(Of(f"{engine}, {symbol} = {value:g}", (engine, value)) for value in values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +53,7 @@ class Axis:
     """One parameter of a map."""
 
     label: str  # with the unit
-    values: tuple[Row, ...]  # in order
+    values: tuple[Any, ...]  # in order
     whole: bool = False  # whether they are whole numbers
 
 
@@ -85,6 +78,10 @@ class Cell:
         return self.outcome is not Outcome.STABLE and self.said in ("0", "solved")
 
 
+# The cell of each column and row.
+Cells = dict[tuple[float, Row], Cell]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
     """A way to fail, over one or two parameters, with its words in cases/words.md.
@@ -99,53 +96,43 @@ class Case:
     fails_as: tuple[Outcome, ...]  # the outcomes whose boundary is looked for along the columns
     quantities: tuple[str, ...] = ENGINE_QUANTITIES
     theory: Theory | None = None  # row → where along the columns that boundary is
-    values: dict[str, float] = field(default_factory=dict)  # what its words have slots for
+    values: Mapping[str, float] = field(default_factory=dict)  # what its words have slots for
+    # columns and rows of a quick atlas, where they are others
+    few_columns: tuple[float, ...] = ()
+    few_rows: tuple[Row, ...] = ()
 
-    def fails_at(self, column: float, row: Row, folder: Path) -> bool:
-        """Try a column of a row: whether it ends as one of `fails_as`."""
-        return self.attempt(column, row, folder).outcome in self.fails_as
+    def quick(self) -> "Case":
+        """Give the case with the columns and rows of a quick atlas."""
+        columns = replace(self.columns, values=self.few_columns or self.columns.values)
+        rows = replace(self.rows, values=self.few_rows or self.rows.values)
+        return replace(self, columns=columns, rows=rows)
 
 
-class Declared:
-    """A case as its module declares it; another process finds it by its name."""
-
-    def __init__(
-        self, attempt: Attempt, made: Callable[[Declared, bool], Case], theory: Theory | None
-    ) -> None:
-        self.attempt, self.name, self._made, self.theory = attempt, attempt.__name__, made, theory
-        functools.update_wrapper(self, attempt)
-
-    def __call__(self, column: Any, row: Row, folder: Path) -> Cell:
-        return self.attempt(column, row, folder)
-
-    def __reduce__(self) -> str:
-        return self.name
-
-    def case(self, quick: bool) -> Case:
-        """Make the case, of a full atlas or a quick one."""
-        return self._made(self, quick)
+# Every case that was declared, by its name.
+CASES: dict[str, Case] = {}
 
 
 def case(
-    columns: Span, rows: Span, fails_as: tuple[Outcome, ...], *, whole: bool = False, **fields: Any
-) -> Callable[[Attempt], Declared]:
-    """Decorate the attempt of a case, whose name becomes the case's; the fields as in `Case`.
+    columns: tuple[Any, ...],
+    rows: tuple[Any, ...],
+    fails_as: tuple[Outcome, ...],
+    *,
+    whole: bool = False,
+    **fields: Any,
+) -> Callable[[Attempt], Attempt]:
+    """Declare the decorated attempt as a case of its name, kept in CASES.
 
-    whole: whether the columns are whole numbers"""
+    columns, rows: a label with its unit, then the values; whole: whether the columns are whole
+    numbers; the other fields as in `Case`"""
 
-    def made(attempt: Declared, quick: bool) -> Case:
-        (column, *some), (row, *others) = columns, rows
-        axis = Axis(column, some[-1 if quick else 0], whole=whole)
-        down = Axis(row, others[-1 if quick else 0])
-        given: dict[str, Any] = {
-            "name": attempt.name,
-            "columns": axis,
-            "rows": down,
-            "fails_as": fails_as,
-        }
-        return Case(attempt=attempt, **given, **fields)
+    def declare(attempt: Attempt) -> Attempt:
+        name = attempt.__name__
+        across, down = Axis(columns[0], columns[1:], whole=whole), Axis(rows[0], rows[1:])
+        made = {"columns": across, "rows": down, "fails_as": fails_as, **fields}
+        CASES[name] = Case(name=name, attempt=attempt, **made)
+        return attempt
 
-    return lambda attempt: Declared(attempt, made, fields.get("theory"))
+    return declare
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,7 +163,7 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Map:
-    """A case with all its cells, row by row, and its boundaries."""
+    """A case with all its cells, by column and row, and its boundaries."""
 
     case: Case
     cells: Cells

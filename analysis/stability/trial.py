@@ -3,10 +3,8 @@
 import hashlib
 import json
 import shutil
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,16 +27,9 @@ LAST_WORDS = 400
 FILE = "trial.json"
 DECKS, GUARDED = "input", "guarded"
 ENGINES = tuple(known.NAME for known in KNOWN)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Edit:
-    """A change to a copy of the engine's own input: in `file`, `old` (there exactly once) becomes
-    `new`."""
-
-    file: str
-    old: str
-    new: str
+# A change to a copy of the engine's own input: in this file, a text (there exactly once) becomes
+# another.
+Edit = tuple[str, str, str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,15 +45,22 @@ class Trial:
     seconds: float  # s, wall
     reused: bool  # whether it was taken from an earlier build
 
+    @property
+    def error(self) -> str:
+        """The last line in which the engine speaks of an error, "" where it does not."""
+        lines = [line.strip() for line in self.last_words.splitlines() if "error" in line.lower()]
+        return lines[-1] if lines else ""
 
-def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = ()) -> Trial:
+
+def try_engine(scene: Scene, engine: str, folder: Path, *edits: Edit) -> Trial:
     """Run the scene's deck or script with the engine's own command, or take the trial in the folder
     if nothing changed.
 
     Raises EngineError where the engine is missing, ValueError where an edit does not fit."""
     chosen = engine_of(engine)
     chosen.check(scene)
-    depends = [scene.digest(), installed(engine), chosen.deck_digest(), *map(asdict, edits)]
+    changes = [{"file": file, "old": old, "new": new} for file, old, new in edits]
+    depends = [scene.digest(), installed(engine), chosen.deck_digest(), *changes]
     digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()
     if found := kept(folder / FILE, digest):
         return Trial(**{**found, "folder": folder, "reused": True})
@@ -70,12 +68,12 @@ def try_engine(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = 
         shutil.rmtree(folder)
     scene.model_copy(update={"name": "scene", "other_frames": None}).write(folder)
     chosen.write_input(scene, folder / DECKS)
-    for edit in edits:
-        file = folder / DECKS / edit.file
+    for name, old, new in edits:
+        file = folder / DECKS / name
         text = file.read_text(encoding="utf-8") if file.is_file() else ""
-        if text.count(edit.old) != 1:
-            raise ValueError(f"edit: {edit.file} does not hold {edit.old!r} exactly once")
-        write_text(file, text.replace(edit.old, edit.new))
+        if text.count(old) != 1:
+            raise ValueError(f"edit: {name} does not hold {old!r} exactly once")
+        write_text(file, text.replace(old, new))
     penalty = penalty_of(scene)
     command = chosen.command(folder, penalty.time_step, decks=DECKS, guard=False)
     ended = run_command(command, folder, longest_s=LONGEST_S)
@@ -126,25 +124,21 @@ COLUMNS = ("id", "x", "y", "vx", "vy", "omegaz")
 class Frames:
     """Frames of a trial that can be read (f of them).
 
-    kinetic, elastic: (f,) J, ½mu² and Σ½k·overlap² of the linear law, from the positions."""
+    energy, kinetic, overlap: (f,) J, ½mu² + Σ½k·overlap² of the linear law, from the positions;
+    the first of the two alone; the largest overlap over the smaller radius."""
 
     trial: Trial  # the run
     time: Floats  # (f,) s
-    position: Floats  # (f,n,2) m, m/s
-    velocity: Floats  # (f,n,2) m, m/s
+    position: Floats  # (f,n,2) m
+    velocity: Floats  # (f,n,2) m/s
     spin: Floats  # (f,n) rad/s
+    energy: Floats
     kinetic: Floats
-    elastic: Floats
-    overlap: Floats  # (f,) the largest over the smaller radius
+    overlap: Floats
     drift: float  # the largest change of Σmu over the largest Σm|u|; NaN where walls or a drive act
     disks: int  # how many the last frame has
     lost: bool  # whether disks are gone from the dump, or nowhere
     trouble: str  # why later frames are not here, "" if all are
-
-    @property
-    def energy(self) -> Floats:
-        """Kinetic and elastic energy (f,) J."""
-        return np.asarray(self.kinetic + self.elastic)
 
     @property
     def gain(self) -> float:
@@ -154,51 +148,44 @@ class Frames:
         return float(np.nanmax(self.energy) / self.energy[0])
 
 
-class _Frame(NamedTuple):
-    time: float
-    table: Floats
-    kinetic: float
-    elastic: float
-    overlap: float
-
-
-def run_frames(scene: Scene, engine: str, folder: Path, edits: Sequence[Edit] = ()) -> Frames:
+def run_frames(scene: Scene, engine: str, folder: Path, *edits: Edit) -> Frames:
     """Run a scene as `try_engine` does, and read what bodies.dump holds, as far as it can be read
     and is finite."""
-    trial = try_engine(scene, engine, folder, edits)
-    n = len(scene.snapshot)
-    found: list[_Frame] = []
-    disks, lost, trouble = n, False, ""
+    trial = try_engine(scene, engine, folder, *edits)
+    n = disks = len(scene.snapshot)
+    times, tables, lost, trouble = [], [], False, ""
     try:
         index = index_dump(trial.folder / "bodies.dump")
         columns = [index.columns.index(name) for name in COLUMNS]
-        for frame, (step, count) in enumerate(zip(index.steps, index.counts, strict=True)):
-            time, disks = step * trial.time_step_s, count
-            if count != n:
-                lost, trouble = True, f"{n - count} of {n} disks are gone at t = {time:.3g} s"
+        for frame, (step, disks) in enumerate(zip(index.steps, index.counts, strict=True)):
+            time = step * trial.time_step_s
+            if disks != n:
+                lost, trouble = True, f"{n - disks} of {n} disks are gone at t = {time:.3g} s"
                 break
             table = index.table(frame)[:, columns]
             if not np.isfinite(table).all():
                 disks = int(np.isfinite(table).all(1).sum())
                 lost, trouble = True, f"not a finite number at t = {time:.3g} s"
                 break
-            table = table[np.argsort(table[:, 0], kind="stable")]
-            found.append(_Frame(time, table, *_measure(scene, table[:, 1:3], table[:, 3:5])))
+            times.append(time)
+            tables.append(table[np.argsort(table[:, 0], kind="stable")])
         if not trouble and index.steps[-1] < trial.steps:
             trouble = f"ended at step {index.steps[-1]} of {trial.steps}"
     except DumpError as error:
         trouble = str(error).replace(str(trial.folder), "").lstrip("/")
-    tables = np.array([frame.table for frame in found]).reshape(-1, n, len(COLUMNS))
-    velocity = tables[:, :, 3:5]
+    every = np.array(tables).reshape(-1, n, len(COLUMNS))
+    position, velocity = every[:, :, 1:3], every[:, :, 3:5]
+    kinetic = 0.5 * (scene.snapshot.mass @ (velocity**2).sum(2).T)
+    pressed = np.array([_pressed(scene, one) for one in position]).reshape(-1, 2)
     return Frames(
         trial=trial,
-        time=np.array([frame.time for frame in found]),
-        position=tables[:, :, 1:3],
+        time=np.array(times),
+        position=position,
         velocity=velocity,
-        spin=tables[:, :, 5],
-        kinetic=np.array([frame.kinetic for frame in found]),
-        elastic=np.array([frame.elastic for frame in found]),
-        overlap=np.array([frame.overlap for frame in found]),
+        spin=every[:, :, 5],
+        energy=kinetic + pressed[:, 0],
+        kinetic=kinetic,
+        overlap=pressed[:, 1],
         drift=float("nan") if scene.walls or scene.drive else _drift(scene.snapshot.mass, velocity),
         disks=disks,
         lost=lost,
@@ -215,21 +202,20 @@ def _drift(mass: Floats, velocity: Floats) -> float:
     return change / float(size) if size else 0.0
 
 
-def _measure(scene: Scene, position: Floats, velocity: Floats) -> tuple[float, float, float]:
-    """Kinetic and elastic energy (J), largest overlap over the smaller radius."""
-    start = scene.snapshot
-    kinetic = 0.5 * float(start.mass @ (velocity**2).sum(1))
-    snapshot = Snapshot(position=position, velocity=velocity, radius=start.radius, mass=start.mass)
+def _pressed(scene: Scene, position: Floats) -> tuple[float, float]:
+    """Elastic energy (J), largest overlap over the smaller radius; NaN and 2 where two centres, or
+    a centre and a wall, coincide."""
+    radius = scene.snapshot.radius
+    still = np.zeros_like(position)
+    snapshot = Snapshot(position=position, velocity=still, radius=radius, mass=scene.snapshot.mass)
     try:
         contacts = find_contacts(snapshot, scene.wall_segments(), tolerance=0.0)
     except ValueError:
-        # two centres, or a centre and a wall, coincide
-        return kinetic, float("nan"), 2.0
+        return float("nan"), 2.0
     elastic = 0.5 * scene.contact.stiffness_N_per_m * float((contacts.gap**2).sum())
-    smaller = start.radius[contacts.first].copy()
-    pairs = ~contacts.is_wall
-    smaller[pairs] = np.minimum(smaller[pairs], start.radius[contacts.second[pairs]])
-    return kinetic, elastic, float((-contacts.gap / smaller).max(initial=0.0))
+    other = np.where(contacts.is_wall, contacts.first, contacts.second)
+    smaller = np.minimum(radius[contacts.first], radius[other])
+    return elastic, float((-contacts.gap / smaller).max(initial=0.0))
 
 
 # More energy than the start had, as a share of it, that rounding and a sound time step do not make.
@@ -242,80 +228,82 @@ TOLERANCE = 1e-8
 # An answer with a residual of TOLERANCE may be further from the truth than that; this far is wrong.
 WRONG = 1e-5
 SOLVER_QUANTITIES = ("error of u⁺ / |u⁻|", "residual", "iterations")
+# Whether it ended so, how, and why.
+Ill = tuple[bool, Outcome, str]
 
 
-def engine_cell(frames: Frames, outcome: Outcome, reason: str) -> Cell:
-    """Make a cell with the ENGINE_QUANTITIES. Disks that are lost and a run that ended early
-    override the outcome."""
-    trial = frames.trial
-    if why := _lost(frames):
-        outcome, reason = Outcome.LOST, why
-    elif frames.trouble and frames.gain > 1 + GAIN:
-        outcome = Outcome.ENERGY_GAIN
-        reason = f"{frames.trouble}, with {frames.gain:.3g} times the energy"
-    elif frames.trouble:
-        outcome, reason = Outcome.REFUSED, f"{frames.trouble}: {_last_error(trial)}"
-    elif outcome is Outcome.STABLE and frames.drift > DRIFT:
-        outcome, reason = Outcome.INACCURATE, f"momentum changed by {frames.drift:.2g} of Σm|u|"
+def cell(said: str, numbers: tuple[float, ...], well: str, *ills: Ill) -> Cell:
+    """Make a cell that ended as the first of the ills that holds; stable, for the reason `well`,
+    where none does. said, numbers: as in `Cell`."""
+    found = ((outcome, why) for holds, outcome, why in ills if holds)
+    outcome, reason = next(found, (Outcome.STABLE, well))
+    return Cell(outcome=outcome, reason=reason, said=said, numbers=numbers)
+
+
+def engine_cell(frames: Frames, well: str, *ills: Ill, numbers: tuple[float, ...] = ()) -> Cell:
+    """Make a cell of a run: as `cell`, with the ENGINE_QUANTITIES where no numbers are given.
+
+    Disks that are lost and a run that ended early override its ills; a momentum that changes counts
+    where there is none."""
+    trial, gain, trouble = frames.trial, frames.gain, frames.trouble
     overlap = float(frames.overlap.max()) if len(frames.overlap) else float("nan")
-    return Cell(
-        outcome=outcome,
-        reason=reason,
-        said=trial.status,
-        numbers=(frames.gain, overlap, float(frames.disks), frames.drift),
-        guard="" if outcome is Outcome.STABLE else guard_says(trial),
-        reused=trial.reused,
+    named = trial.error if "ost atoms" in trial.last_words else ""
+    found = cell(
+        trial.status,
+        numbers or (gain, overlap, float(frames.disks), frames.drift),
+        well,
+        (frames.lost, Outcome.LOST, trouble),
+        (bool(named), Outcome.LOST, named),
+        (
+            bool(trouble) and gain > 1 + GAIN,
+            Outcome.ENERGY_GAIN,
+            f"{trouble}, with {gain:.3g} times the energy",
+        ),
+        (bool(trouble), Outcome.REFUSED, f"{trouble}: {trial.error}"),
+        *ills,
+        (
+            frames.drift > DRIFT,
+            Outcome.INACCURATE,
+            f"momentum changed by {frames.drift:.2g} of Σm|u|",
+        ),
     )
+    guard = "" if found.outcome is Outcome.STABLE else guard_says(trial)
+    return replace(found, guard=guard, reused=trial.reused)
 
 
 def undriven_cell(frames: Frames) -> Cell:
     """Make a cell of a crowd that nothing drives: stable as long as its energy does not grow by
     more than GAIN."""
-    if not frames.gain > 1 + GAIN:
-        reason = f"energy at most {frames.gain:.4g} of the start's"
-        return engine_cell(frames, Outcome.STABLE, reason)
-    when = frames.time[int(np.argmax(frames.energy > (1 + GAIN) * frames.energy[0]))]
     gained = f"{frames.gain:.3g} times the energy of the start"
-    reason = f"{gained}; beyond {1 + GAIN:g} from t = {when:.3g} s"
-    return engine_cell(frames, Outcome.ENERGY_GAIN, reason)
+    when = frames.time[frames.energy > (1 + GAIN) * frames.energy[:1]]
+    gains = f"{gained}; beyond {1 + GAIN:g} from t = {when[0]:.3g} s" if len(when) else ""
+    well = f"energy at most {frames.gain:.4g} of the start's"
+    return engine_cell(frames, well, (frames.gain > 1 + GAIN, Outcome.ENERGY_GAIN, gains))
 
 
-def rigid_cell(outcome: Outcome, reason: str, said: str) -> Cell:
+def rigid_cell(said: str, well: str, *ills: Ill) -> Cell:
     """Make a cell of what runs no engine (the product's own checks, percussions): it has none of
     the ENGINE_QUANTITIES."""
-    nothing = (float("nan"),) * len(ENGINE_QUANTITIES)
-    return Cell(outcome=outcome, reason=reason, said=said, numbers=nothing)
+    return cell(said, (float("nan"),) * len(ENGINE_QUANTITIES), well, *ills)
 
 
 def refused_cell(why: Exception) -> Cell:
     """Make a cell of something that the product turned down before anything ran."""
-    return rigid_cell(Outcome.REFUSED, str(why), "refused")
+    return rigid_cell("refused", "", (True, Outcome.REFUSED, str(why)))
 
 
-def solver_cell(answer: Percussions, reference: Floats, scale: float) -> Cell:
-    """Make a cell with the SOLVER_QUANTITIES: not converged where the residual says so, inaccurate
-    where u⁺ differs from the reference (n,2) m/s by more than WRONG of `scale`, the largest |u⁻|
-    (m/s)."""
+def solver_cell(
+    answer: Percussions, reference: Floats, scale: float, *ills: Ill, more: tuple[float, ...] = ()
+) -> Cell:
+    """Make a cell with the SOLVER_QUANTITIES and more: not converged where the residual says so,
+    inaccurate where u⁺ differs from the reference (n,2) m/s by more than WRONG of `scale`, the
+    largest |u⁻| (m/s), then as the ills say."""
     error = float(np.abs(answer.right_velocity - reference).max()) / (scale or 1.0)
-    if answer.status is not Status.SOLVED:
-        outcome, reason = Outcome.NOT_CONVERGED, answer.reason
-    elif not error <= WRONG:
-        outcome, reason = Outcome.INACCURATE, f"u⁺ is wrong by {error:.2g}"
-    else:
-        outcome, reason = Outcome.STABLE, f"u⁺ is right to {error:.2g}"
-    numbers = error, answer.residual, float(answer.iterations)
-    return Cell(outcome=outcome, reason=reason, said=str(answer.status), numbers=numbers)
-
-
-def _lost(frames: Frames) -> str:
-    """Why disks count as lost: gone from the dump, nowhere, or lost by the engine's own words; ""
-    where none is."""
-    if frames.lost:
-        return frames.trouble
-    return _last_error(frames.trial) if "ost atoms" in frames.trial.last_words else ""
-
-
-def _last_error(trial: Trial) -> str:
-    """The last line in which the engine speaks of an error, "" where it does not."""
-    lines = [line.strip() for line in trial.last_words.splitlines() if "error" in line.lower()]
-    return lines[-1] if lines else ""
+    return cell(
+        str(answer.status),
+        (error, answer.residual, float(answer.iterations), *more),
+        f"u⁺ is right to {error:.2g}",
+        (answer.status is not Status.SOLVED, Outcome.NOT_CONVERGED, answer.reason),
+        (not error <= WRONG, Outcome.INACCURATE, f"u⁺ is wrong by {error:.2g}"),
+        *ills,
+    )

@@ -9,38 +9,18 @@ import pytest
 
 from analysis.percussions.dense_reference import dense_percussions
 from analysis.stability.atlas import attempt, boundary, choose
-from analysis.stability.case import Axis, Boundary, By, Case, Cell, Map, Outcome
-from analysis.stability.cases.penalty import (
-    PERCUSSIONS,
-    PRODUCT,
-    initial_overlap,
-    narrow_door,
-    small_speeds,
-)
+from analysis.stability.case import Axis, Boundary, Case, Cell, Map, Outcome
+from analysis.stability.cases.penalty import PERCUSSIONS, PRODUCT
 from analysis.stability.cases.percussions import (
-    Choice,
     chain,
-    contact_order,
     contraction,
     exact_energy,
     exact_line,
-    long_chains,
-    mass_ratio_solvers,
-    opening_contacts,
     pressed_corner,
-    redundant,
-    restitution,
-)
-from analysis.stability.cases.stepping import (
-    Tolerance,
-    left_overlap,
-    long_step,
-    missed_contacts,
-    several_answers,
-    unsolved_step,
 )
 from analysis.stability.crowds import PERIOD_S, critical_time_step, pressed_line, pressed_rhombus
 from analysis.stability.page import LOOKS, draw_map, words_of
+from tests.stability.cells import theory, tried
 
 
 @pytest.mark.parametrize("n", [1, 2, 10])
@@ -81,45 +61,43 @@ def test_contraction_of_gauss_seidel_is_the_spectral_radius_of_its_iteration():
     assert 1 - contraction(n) == pytest.approx(1 - radius, rel=0.02)
 
 
-EDGE = long_chains.theory("gauss_seidel")
+EDGE = theory("long_chains", "gauss_seidel")
 # case, column, row, what is found
 TRIED = [
-    (long_chains, round(0.97 * EDGE), "gauss_seidel", Outcome.STABLE),
-    (long_chains, round(1.03 * EDGE), "gauss_seidel", Outcome.NOT_CONVERGED),
-    (long_chains, round(1.03 * EDGE), "auto", Outcome.STABLE),
-    (mass_ratio_solvers, 1e6, "gauss_seidel", Outcome.NOT_CONVERGED),
-    (mass_ratio_solvers, 1e6, "interior_point", Outcome.STABLE),
+    ("long_chains", round(0.97 * EDGE), "gauss_seidel", Outcome.STABLE),
+    ("long_chains", round(1.03 * EDGE), "gauss_seidel", Outcome.NOT_CONVERGED),
+    ("long_chains", round(1.03 * EDGE), "auto", Outcome.STABLE),
+    ("mass_ratio_solvers", 1e6, "gauss_seidel", Outcome.NOT_CONVERGED),
+    ("mass_ratio_solvers", 1e6, "interior_point", Outcome.STABLE),
     # the order of contacts decides reactions of which any is taken, and no others
-    (contact_order, 4.0, Choice("gauss_seidel", False), Outcome.INACCURATE),
-    (contact_order, 4.0, Choice("auto"), Outcome.STABLE),
+    ("contact_order", 4.0, "gauss_seidel, any λ", Outcome.INACCURATE),
+    ("contact_order", 4.0, "auto", Outcome.STABLE),
     # a restitution near one loses its digits
-    (restitution, 1e-4, "auto", Outcome.STABLE),
-    (restitution, 1e-15, "auto", Outcome.NOT_CONVERGED),
+    ("restitution", 1e-4, "auto", Outcome.STABLE),
+    ("restitution", 1e-15, "auto", Outcome.NOT_CONVERGED),
     # percussions have no smallest speed
-    *((small_speeds, speed, "auto", Outcome.STABLE) for speed in (1e-14, 1e-100, 0.0)),
+    *(("small_speeds", speed, "auto", Outcome.STABLE) for speed in (1e-14, 1e-100, 0.0)),
     # an overlap is refused by a run and left by percussions
-    (initial_overlap, 0.03, PRODUCT, Outcome.REFUSED),
-    (initial_overlap, 0.03, PERCUSSIONS, Outcome.STABLE),
-    (initial_overlap, 2.0, PERCUSSIONS, Outcome.REFUSED),
-    (opening_contacts, 0.4, 1.0, Outcome.STABLE),
+    ("initial_overlap", 0.03, PRODUCT, Outcome.REFUSED),
+    ("initial_overlap", 0.03, PERCUSSIONS, Outcome.STABLE),
+    ("initial_overlap", 2.0, PERCUSSIONS, Outcome.REFUSED),
+    ("opening_contacts", 0.4, 1.0, Outcome.STABLE),
     # friction has several answers only above μ = cot(D/2)
-    (several_answers, 0.9, 90.0, Outcome.STABLE),
-    (several_answers, 2.0, 150.0, Outcome.INACCURATE),
-    (unsolved_step, 1.0, Tolerance(1e-6), Outcome.STABLE),
-    (left_overlap, 1e-2, 1.0, Outcome.INACCURATE),
+    ("several_answers", 0.9, 90.0, Outcome.STABLE),
+    ("several_answers", 2.0, 150.0, Outcome.INACCURATE),
+    ("unsolved_step", 1.0, "1e-06, accelerated gradient", Outcome.STABLE),
+    ("left_overlap", 1e-2, 1.0, Outcome.INACCURATE),
 ]
 
 
 @pytest.mark.parametrize(("case", "column", "row", "outcome"), TRIED)
 def test_what_a_cell_finds(case, column, row, outcome, tmp_path):
-    assert case.attempt(column, row, tmp_path).outcome is outcome
+    assert tried(case, column, row, tmp_path).outcome is outcome
 
 
 def test_any_reactions_of_a_redundant_packing_are_one_of_many(tmp_path):
-    free, chosen = (
-        redundant.attempt(4.0, row, tmp_path)
-        for row in (Choice("gauss_seidel", False), Choice("auto"))
-    )
+    rows = ("gauss_seidel, any λ", "auto")
+    free, chosen = (tried("redundant", 4.0, row, tmp_path) for row in rows)
     assert free.outcome is Outcome.INACCURATE
     assert free.silent
     assert chosen.outcome is Outcome.STABLE
@@ -146,19 +124,19 @@ def test_exact_line_has_the_two_disk_restitution_and_the_printed_four_disk_case(
 
 
 def test_k_on_opening_contacts_adds_energy_and_the_answer_warns(tmp_path):
-    cell = opening_contacts.attempt(0.4, 20.0, tmp_path)
+    cell = tried("opening_contacts", 0.4, 20.0, tmp_path)
     assert (cell.outcome, cell.numbers[-1]) == (Outcome.ENERGY_GAIN, 1)
     assert exact_energy(0.4, 20.0)[1] > 0 > exact_energy(0.4, 1.0)[1]
 
 
 def test_a_rigid_disk_is_held_by_every_door_narrower_than_itself(tmp_path):
-    cells = [narrow_door.attempt(width, PERCUSSIONS, tmp_path) for width in (0.5, 0.97, 1.1)]
+    cells = [tried("narrow_door", width, PERCUSSIONS, tmp_path) for width in (0.5, 0.97, 1.1)]
     assert [cell.reason for cell in cells] == ["is held", "is held", "walks through"]
 
 
 def test_door_theory_is_the_largest_force_of_two_springs():
-    load = 0.3
-    half = narrow_door.theory(By("lammps", "F/(k·r)", load))
+    load = 0.2
+    half = theory("narrow_door", f"lammps, F/(k·r) = {load}")
     x = np.linspace(0, np.sqrt(1 - half**2), 200_001)
     distance = np.hypot(half, x)
     assert (2 * (1 - distance) * x / distance).max() == pytest.approx(load, rel=1e-8)
@@ -244,22 +222,22 @@ def test_names_of_cases_are_known_or_refused():
 
 def test_a_disk_that_passes_is_held_back_from_the_step_that_theory_names(tmp_path):
     for clearance in (0.001, 0.01):
-        edge = long_step.case(True).theory(clearance)
-        below = long_step.attempt(0.98 * edge, clearance, tmp_path)
-        above = long_step.attempt(1.02 * edge, clearance, tmp_path)
+        edge = theory("long_step", clearance)
+        below = tried("long_step", 0.98 * edge, clearance, tmp_path)
+        above = tried("long_step", 1.02 * edge, clearance, tmp_path)
         assert (below.outcome, above.outcome) == (Outcome.STABLE, Outcome.INACCURATE)
         assert above.silent
 
 
 def test_what_a_step_does_not_look_for_overlaps(tmp_path):
-    edge = missed_contacts.case(True).theory(0.005)
-    assert missed_contacts.attempt(1.01 * edge, 0.005, tmp_path).outcome is Outcome.STABLE
-    missed = missed_contacts.attempt(0.99 * edge, 0.005, tmp_path)
+    edge = theory("missed_contacts", 0.005)
+    assert tried("missed_contacts", 1.01 * edge, 0.005, tmp_path).outcome is Outcome.STABLE
+    missed = tried("missed_contacts", 0.99 * edge, 0.005, tmp_path)
     assert missed.outcome is Outcome.INACCURATE
     assert missed.numbers[1] == 1
 
 
 def test_a_step_without_an_answer_is_named(tmp_path):
-    stopped = unsolved_step.attempt(1e8, Tolerance(1e-6), tmp_path)
+    stopped = tried("unsolved_step", 1e8, "1e-06, accelerated gradient", tmp_path)
     assert stopped.outcome is Outcome.NOT_CONVERGED
     assert "residual" in stopped.reason
