@@ -19,7 +19,9 @@ from machine import describe, head, line, options
 from analysis.compare.comparison import Comparison, compare_run
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
-from nscd.indeterminacy.cones import Cones
+from nscd.indeterminacy.admissible import Admissible
+from nscd.indeterminacy.determinacy import determinacy_of
+from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 
 # A contact slides if this share of its friction is mobilised.
 SLIDES = 0.999
@@ -43,11 +45,17 @@ def row(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
     across = (match.penalty * tangent).sum(1)
     pressed = match.in_penalty & (normal > 1e-3 * normal.mean())
     mobilised = np.abs(across[pressed]) / (mu * normal[pressed])
-    cones = Cones.of(rigid.snapshot, rigid.contacts, rigid.answer)
+    held = Admissible.with_friction(rigid.contacts, rigid.answer)
+    intervals = Intervals(held)
+
+    def ends_of(row: int, tangential: bool = False) -> tuple[float, float]:
+        span = intervals.of(weights_of_contacts(rigid.contacts, row), tangential=tangential)
+        return span.lower, span.upper
+
     window = rigid.window or 1.0
     rows = range(len(rigid.contacts))
-    ends = np.array([cones.interval(row) for row in rows]) / window
-    sides = np.array([cones.interval(row, tangential=True) for row in rows]) / window
+    ends = np.array([ends_of(row) for row in rows]) / window
+    sides = np.array([ends_of(row, tangential=True) for row in rows]) / window
     here = both[match.in_rigid]  # of the rigid contacts, in their order of ids
     order = np.argsort(found_keys(found), kind="stable")
     one = outside(normal[both], ends[order][here])
@@ -55,11 +63,11 @@ def row(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
     mean = float(normal[pressed].mean())
     assert rigid.answer.friction is not None
     state = rigid.answer.friction.state
-    known = cones.determinacy()
+    known = determinacy_of(held)
     cells = [
         engine, f"{stiffness:g}", len(both), int((~both).sum()), f"{mobilised.mean():.2f}",
         f"{(mobilised >= SLIDES).mean():.2f}", f"{(state >= 2).mean():.2f}",
-        f"{(known.normal & known.tangential).mean():.2f}",
+        f"{known.determined.mean():.2f}",
         f"{one.max(initial=0.0) / mean:.1e}", f"{two.max(initial=0.0) / mean:.1e}",
     ]  # fmt: skip
     return line(cells)

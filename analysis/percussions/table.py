@@ -17,8 +17,7 @@ from analysis.support.files import whole_file
 from nscd import _core
 from nscd.arrays import Floats, Indices
 from nscd.indeterminacy.admissible import Admissible, ProgramError
-from nscd.indeterminacy.cones import Cones
-from nscd.indeterminacy.determinacy import admissible_determinacy
+from nscd.indeterminacy.determinacy import determinacy_of
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from nscd.percussions import Status
 from nscd.show import Touching, arrays, as_frame
@@ -86,40 +85,30 @@ def openness_of(found: Solved, ranges: bool) -> Open:
     nothing = Open(determined=[None] * k, lower=[None] * k, upper=[None] * k)
     if found.answer.status != Status.SOLVED or not k:
         return nothing
-    if found.answer.friction is not None:
-        try:
-            return _with_friction(found, ranges)
-        except (ProgramError, ValueError):
-            return nothing
+    rough = found.answer.friction is not None
     try:
-        determined = admissible_determinacy(found.contacts, found.answer).determined
+        held = (Admissible.with_friction if rough else Admissible.of)(found.contacts, found.answer)
+        determined = determinacy_of(held).determined
         lower: list[float | None] = found.answer.reaction.tolist()
         upper = list(lower)
-        if ranges and not determined.all():
-            intervals = Intervals(Admissible.of(found.contacts, found.answer))
-            for row in np.flatnonzero(~determined).tolist():
-                span = intervals.of(weights_of_contacts(found.contacts, row))
+        sides: dict[str, list[float | None]] = {"friction_lower": [], "friction_upper": []}
+        if ranges and (rough or not determined.all()):
+            intervals = Intervals(held)
+            for row in range(k) if rough else np.flatnonzero(~determined).tolist():
+                weights = weights_of_contacts(found.contacts, row)
+                span = intervals.of(weights)
                 lower[row], upper[row] = _finite(span.lower), _finite(span.upper)
+                if rough:
+                    span = intervals.of(weights, tangential=True)
+                    sides["friction_lower"].append(_finite(span.lower))
+                    sides["friction_upper"].append(_finite(span.upper))
     except (ProgramError, ValueError):
         return nothing
-    return Open(determined=determined.astype(int).tolist(), lower=lower, upper=upper)
-
-
-def _with_friction(found: Solved, ranges: bool) -> Open:
-    cones = Cones.of(found.snapshot, found.contacts, found.answer)
-    normal_known, friction_known = cones.determined()
-    determined = (normal_known & friction_known).astype(int).tolist()
-    if not ranges:
-        return Open(determined=determined, lower=[], upper=[])
-    rows = range(len(found.contacts))
-    normal = [cones.interval(row) for row in rows]
-    across = [cones.interval(row, tangential=True) for row in rows]
     return Open(
-        determined=determined,
-        lower=[_finite(low) for low, _ in normal],
-        upper=[_finite(high) for _, high in normal],
-        friction_lower=[_finite(low) for low, _ in across],
-        friction_upper=[_finite(high) for _, high in across],
+        determined=determined.astype(int).tolist(),
+        lower=lower,
+        upper=upper,
+        **(sides if rough else {}),
     )
 
 

@@ -4,11 +4,12 @@ something in it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linprog
-from scipy.sparse import csc_array, hstack
+from scipy.sparse import csc_array, csr_array, hstack
 
 from nscd.arrays import Flags, Floats, Indices
 from nscd.contacts import Contacts
@@ -36,80 +37,168 @@ class Optimum(NamedTuple):
     multiplier: Floats
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Admissible:
-    """Hold the set {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact opens} of an answer λ, u⁺, λ being
-    in it.
+    """Hold the set {x ≥ 0, E x = E x₀} of percussions that go with the u⁺ of an answer, x₀ being its
+    own.
+
+    Without friction the unknowns are the reactions λ of contacts that do not open. With friction one
+    that slides has λ, with τ = ±μλ against the sliding; one that sticks has two, the edges of its
+    cone: λ = x₁ + x₂, τ = μ(x₁ − x₂).
 
     contacts: k of them
     disks: how many there are
-    reaction: (k,) N·s, λ with 0 at contacts that open
-    closed: (k,) whether −v⁺ ≤ tolerance
-    core: (c,) indices of the closed contacts that balance alone leaves open, all others being known
-    factor, core_factor: of C on the closed contacts and on the core
-    balance: (2n,c), Cᵀ on the core
+    contact: (u,) whose unknown it is
+    along: (u,) ±μ, so that λ = Σ x and τ = Σ along · x; 0 without friction
+    point: (u,) N·s, x₀
+    matrix: (u,2n), Eᵀ; with friction (u,3n), spins by inertia over lever
     scale: N·s, the largest reaction
 
-    The right velocity u⁺ is the same for all of them, whatever the (dissipative) law: only λ is
-    open."""
+    The right velocity u⁺ is the same for all of them, whatever the (dissipative) law: only λ and τ
+    are open."""
 
     contacts: Contacts
     disks: int
-    reaction: Floats
-    closed: Flags
-    core: Indices
-    factor: OrthogonalFactor
-    core_factor: OrthogonalFactor
-    balance: csc_array
+    contact: Indices
+    along: Floats
+    point: Floats
+    matrix: csr_array
     scale: float
 
     @classmethod
     def of(cls, contacts: Contacts, answer: Percussions, opening: float = OPENING) -> Admissible:
-        """Make the set of the given answer.
+        """Make the set of an answer without friction.
 
         opening: dimensionless; a contact opens if −v⁺ exceeds the `opening_speed`
 
         Raises ValueError if contacts and answer do not belong together, the answer has failed or
         has friction, or reactions pull (those of maintained contacts have no such set)."""
         if answer.friction is not None:
-            other = "its intervals are those of nscd.indeterminacy.cones"
-            raise ValueError(f"answer: it has friction; {other}")
-        reaction = answer.reaction
+            raise ValueError("answer: it has friction; its set is Admissible.with_friction")
+        largest = _largest(contacts, answer)
+        closed = np.flatnonzero(_closed(contacts, answer, opening_speed(answer, opening)))
         n = len(answer.right_velocity)
-        if reaction.shape != (len(contacts),):
-            there = f"{len(reaction)} reactions where there are {len(contacts)} contacts"
-            raise ValueError(f"answer: {there}")
-        contacts.check_disks(n)
-        if answer.status == "failed":
-            raise ValueError(f"answer: failed ({answer.reason}); it has no intervals")
-        largest = float(reaction.max(initial=0.0))
-        if reaction.min(initial=0.0) < -NOTHING * largest:
-            worst = int(np.argmin(reaction))
-            pulls = f"the reaction of contact {worst} pulls ({reaction[worst]:g} N·s)"
-            raise ValueError(f"answer: {pulls}; intervals are those of percussions that push")
-        slow = opening_speed(answer, opening)
-        closed = contacts.approach_velocity(answer.right_velocity) >= -slow
-        known = np.where(closed, np.maximum(reaction, 0.0), 0.0)
-        places = np.flatnonzero(closed)
-        factor = factorise(contacts.select(places), n)
-        core = places[undetermined_rows(factor)]
-        chosen = contacts.select(core)
         return cls(
             contacts=contacts,
             disks=n,
-            reaction=known,
-            closed=closed,
-            core=core,
-            factor=factor,
-            core_factor=factorise(chosen, n),
-            balance=csc_array(chosen.normal_matrix(n).T),
+            contact=closed,
+            along=np.zeros(len(closed)),
+            point=np.maximum(answer.reaction[closed], 0.0),
+            matrix=contacts.select(closed).normal_matrix(n),
             scale=largest or 1.0,
         )
 
-    def carrying(self) -> Flags:
-        """Find the contacts (k,) whose reaction is more than 0 in some admissible percussion. Raises
-        ProgramError if a linear program has no usable answer."""
-        return carrying(self.reaction / self.scale, self.core, self.balance)
+    @classmethod
+    def with_friction(cls, contacts: Contacts, answer: Percussions) -> Admissible:
+        """Make the set of an answer with friction and without dissipation k. Raises ValueError for
+        others and for a failed answer."""
+        part, reaction = answer.friction, answer.reaction
+        if part is None:
+            raise ValueError("answer: one with friction is needed")
+        largest = _largest(contacts, answer)
+        if np.abs((answer.impulse * contacts.normal).sum(1) - reaction).max(
+            initial=0.0
+        ) > NOTHING * (largest or 1.0):
+            raise ValueError("answer: intervals with friction are for laws without dissipation k")
+        small, mu = opening_speed(answer), part.coefficient
+        closed, slides = _closed(contacts, answer, small), _sliding(contacts, answer)
+        both = closed & (np.abs(slides) <= small) & (mu > 0)
+        one, two = np.flatnonzero(closed & ~both), np.flatnonzero(both)
+        share = part.tangential[two] / mu[two]
+        halves = 0.5 * (reaction[two] + share), 0.5 * (reaction[two] - share)
+        contact = np.concatenate([one, two, two])
+        along = np.concatenate([np.sign(slides[one]) * mu[one], mu[two], -mu[two]])
+        n = len(answer.right_velocity)
+        return cls(
+            contacts=contacts,
+            disks=n,
+            contact=contact,
+            along=along,
+            point=np.maximum(np.concatenate([reaction[one], *halves]), 0.0),
+            matrix=_edges(contacts.select(contact), along, n),
+            scale=largest or 1.0,
+        )
+
+    @property
+    def closed(self) -> Flags:
+        """Tell (k,) which contacts do not open."""
+        return np.isin(np.arange(len(self.contacts)), self.contact)
+
+    @property
+    def reaction(self) -> Floats:
+        """Sum λ (k,) N·s, with 0 at contacts that open."""
+        return np.asarray(
+            np.bincount(self.contact, self.point, len(self.contacts)), dtype=np.float64
+        )
+
+    @cached_property
+    def factor(self) -> OrthogonalFactor:
+        """Factor of Eᵀ."""
+        return self.factor_of(np.arange(len(self.contact)))
+
+    @cached_property
+    def core(self) -> Indices:
+        """Find (c,) the unknowns that balance alone leaves open, all others being known."""
+        return np.flatnonzero(undetermined_rows(self.factor))
+
+    @cached_property
+    def balance(self) -> csc_array:
+        """Select (2n,c) or (3n,c), E on the core."""
+        return csc_array(self.matrix[self.core].T)
+
+    def factor_of(self, unknowns: Indices) -> OrthogonalFactor:
+        """Factorise the rows of Eᵀ that belong to some unknowns."""
+        some = self.contacts.select(self.contact[unknowns])
+        return factorise(some, self.disks, csr_array(self.matrix[unknowns]))
+
+    def carrying(self) -> Indices:
+        """Find the unknowns that are more than 0 in some admissible percussion. Raises ProgramError
+        if a linear program has no usable answer."""
+        return np.flatnonzero(carrying(self.point / self.scale, self.core, self.balance))
+
+
+def _largest(contacts: Contacts, answer: Percussions) -> float:
+    """The largest reaction of an answer that has a set."""
+    reaction = answer.reaction
+    if reaction.shape != (len(contacts),):
+        there = f"{len(reaction)} reactions where there are {len(contacts)} contacts"
+        raise ValueError(f"answer: {there}")
+    contacts.check_disks(len(answer.right_velocity))
+    if answer.status == "failed":
+        raise ValueError(f"answer: failed ({answer.reason}); it has no intervals")
+    largest = float(reaction.max(initial=0.0))
+    if reaction.min(initial=0.0) < -NOTHING * largest:
+        worst = int(np.argmin(reaction))
+        pulls = f"the reaction of contact {worst} pulls ({reaction[worst]:g} N·s)"
+        raise ValueError(f"answer: {pulls}; intervals are those of percussions that push")
+    return largest
+
+
+def _closed(contacts: Contacts, answer: Percussions, slow: float) -> Flags:
+    return np.asarray(contacts.approach_velocity(answer.right_velocity) >= -slow)
+
+
+def _sliding(contacts: Contacts, answer: Percussions) -> Floats:
+    """T u⁺ (k,) m/s."""
+    tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+    rim = answer.snapshot.radius * answer.right_spin
+    other = np.where(contacts.is_wall, 0, contacts.second)
+    turning = rim[contacts.first] + np.where(contacts.is_wall, 0.0, rim[other])
+    between = contacts.deformation_velocity(answer.right_velocity)
+    return np.asarray((tangent * between).sum(1) + turning)
+
+
+def _edges(contacts: Contacts, along: Floats, n: int) -> csr_array:
+    """Eᵀ (u,3n): the impulse n + along · t of each unknown on its disks, spins over radius."""
+    tangent = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+    push = contacts.normal + along[:, None] * tangent
+    pair = np.flatnonzero(~contacts.is_wall)
+    first, second = 3 * contacts.first, 3 * contacts.second[pair]
+    columns = [first, first + 1, first + 2, second, second + 1, second + 2]
+    data = [push[:, 0], push[:, 1], along, -push[pair, 0], -push[pair, 1], along[pair]]
+    rows = [np.arange(len(along))] * 3 + [pair] * 3
+    places = np.concatenate(rows), np.concatenate(columns)
+    return csr_array((np.concatenate(data), places), shape=(len(along), 3 * n))
 
 
 def opening_speed(answer: Percussions, opening: float = OPENING) -> float:

@@ -5,24 +5,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nscd.arrays import Flags
+from nscd.arrays import Flags, Floats
 from nscd.contacts import Contacts
 from nscd.indeterminacy.admissible import Admissible
-from nscd.indeterminacy.orthogonal import factorise, undetermined_rows
+from nscd.indeterminacy.orthogonal import ZERO_ROW, factorise, self_stresses, undetermined_rows
 from nscd.percussions import Percussions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Determinacy:
-    """Hold what is known of reactions.
+    """Hold what is known of percussions.
 
-    rank: of C (contacts × velocities)
-    redundant: contacts − rank, the dimension of the set of reactions that agree with the balance
-    determined: (k,) whether a contact's reaction is the same in all of them"""
+    rank: of the balance on the unknowns: of C, without friction
+    redundant: unknowns − rank, the dimension of the set of percussions that agree with the balance
+    normal, tangential: (k,) whether λ, and τ, of a contact are the same in all of them"""
 
     rank: int
     redundant: int
-    determined: Flags
+    normal: Flags
+    tangential: Flags
+
+    @property
+    def determined(self) -> Flags:
+        """Tell (k,) whether a contact's whole percussion is the same in all of them."""
+        return self.normal & self.tangential
 
     def __repr__(self) -> str:
         return (
@@ -43,23 +49,38 @@ def determinacy(contacts: Contacts, n: int) -> Determinacy:
     return Determinacy(
         rank=factor.rank,
         redundant=len(contacts) - factor.rank,
-        determined=~undetermined_rows(factor),
+        normal=~undetermined_rows(factor),
+        tangential=np.ones(len(contacts), dtype=bool),
     )
 
 
 def admissible_determinacy(contacts: Contacts, answer: Percussions) -> Determinacy:
-    """Tell what balance and λ ≥ 0 together say of the reactions of an answer.
+    """Tell what balance and λ ≥ 0 together say of the reactions of an answer without friction: see
+    `determinacy_of`. Raises ValueError as `Admissible.of` does."""
+    return determinacy_of(Admissible.of(contacts, answer))
 
-    They leave the polytope {λ' ≥ 0, Cᵀλ' = Cᵀλ, λ' = 0 where the contact opens}. `determined`
-    (k,) is whether the contact's interval [λ_min, λ_max] is a point. This is more than
+
+def determinacy_of(admissible: Admissible) -> Determinacy:
+    """Tell what an admissible set says of its percussions.
+
+    `normal` (k,) is whether the contact's interval [λ_min, λ_max] is a point. This is more than
     `determinacy` finds: contacts that open carry nothing, and some self-stresses would make a
     contact pull that carries nothing in any admissible percussion. `redundant` is the dimension
-    of the polytope, `rank` the number of contacts that can carry something, less that dimension.
-    Raises ValueError as `Admissible.of` does."""
-    admissible = Admissible.of(contacts, answer)
-    carrying = admissible.carrying()
-    determined = np.ones(len(contacts), dtype=bool)
-    chosen = np.flatnonzero(carrying)
-    factor = factorise(contacts.select(chosen), len(answer.right_velocity))
-    determined[chosen] = ~undetermined_rows(factor)
-    return Determinacy(rank=factor.rank, redundant=len(chosen) - factor.rank, determined=determined)
+    of the set, `rank` the number of unknowns that can carry something, less that dimension.
+    Raises ProgramError if a linear program has no usable answer."""
+    chosen = admissible.carrying()
+    contact = admissible.contact[chosen]
+    factor = admissible.factor_of(chosen)
+    loose = self_stresses(factor)
+
+    def known(stress: Floats) -> Flags:
+        sums = np.zeros((len(admissible.contacts), stress.shape[1]))
+        np.add.at(sums, contact, stress)
+        return np.asarray(np.abs(sums).max(1) <= ZERO_ROW)
+
+    return Determinacy(
+        rank=factor.rank,
+        redundant=len(chosen) - factor.rank,
+        normal=known(loose),
+        tangential=known(admissible.along[chosen, None] * loose),
+    )

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, csr_array, hstack
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csc_array, hstack
 
+from nscd import _core
 from nscd.arrays import Flags, Floats, Indices, read_only
 from nscd.contacts import Contacts
 from nscd.indeterminacy.admissible import Admissible, ProgramError, maximise
@@ -42,7 +42,7 @@ class Interval:
     lower, upper: N·s (if the weights have no unit), certificates of weak duality: nothing
         admissible lies beyond them
     gap: N·s, how far at most they are from values that an admissible percussion attains
-    lower_velocity, upper_velocity: (n,2), the certificates; zero where the end is infinite
+    lower_velocity, upper_velocity: (n,2), with friction (n,3), the certificates; zero where the end is infinite
 
     They also say how the ends move with the impulses on the disks: every λ' ≥ 0 on the closed
     contacts whose impulses Cᵀλ' differ from the answer's by Δ (n,2) N·s has
@@ -113,19 +113,20 @@ class Intervals:
 
     def __init__(self, admissible: Admissible) -> None:
         self.admissible = admissible
-        chosen = admissible.contacts.select(admissible.core)
-        n = admissible.disks
-        pair = ~chosen.is_wall
-        ends = chosen.first[pair], chosen.second[pair]
-        graph = csr_array((np.ones(len(ends[0])), ends), shape=(n, n))
-        _, island = connected_components(graph, directed=False)
-        self._part_of: Indices = np.asarray(island[chosen.first], dtype=np.int64)
+        chosen = admissible.contacts.select(admissible.contact[admissible.core])
+        second = np.where(chosen.is_wall, -1, chosen.second)
+        ends = (chosen.first.astype(np.int32), second.astype(np.int32))
+        self._part_of = _core.components(admissible.disks, *ends)[chosen.first]
+        self._core_factor = admissible.factor_of(admissible.core)
         self._parts: dict[int, _Part] = {}
 
-    def of(self, weights: ArrayLike) -> Interval:
-        """Find the interval of Σ w_c λ_c for weights (k,). Raises as `interval` does."""
+    def of(self, weights: ArrayLike, *, tangential: bool = False) -> Interval:
+        """Find the interval of Σ w_c λ_c, or of Σ w_c τ_c, for weights (k,). Raises as `interval`
+        does."""
         held = self.admissible
-        weights = read_only(weights, (len(held.contacts),), "weights")
+        weights = read_only(weights, (len(held.contacts),), "weights")[held.contact]
+        if tangential:
+            weights = held.along * weights
         upper, gap_above, above = self._largest(weights)
         lower, gap_below, below = self._largest(-weights)
         gap, size = max(gap_above, gap_below), float(np.abs(weights).max(initial=0.0))
@@ -143,38 +144,36 @@ class Intervals:
         )
 
     def _largest(self, weights: Floats) -> tuple[float, float, Floats]:
-        """The upper end of Σ w λ, its gap, and the velocity (n,2) that proves it."""
+        """The upper end of Σ w x for weights (u,) of the unknowns, its gap, and the velocities that
+        prove it, (n,2) or with spins (n,3)."""
         held = self.admissible
-        on_core = weights[held.core]
-        velocity = np.zeros(2 * held.disks)
-        attained = held.reaction.copy()
+        on_core, start = weights[held.core], held.point[held.core]
+        velocity = np.zeros(held.matrix.shape[1])
+        attained = start.copy()
         total = 0.0
         for number in np.unique(self._part_of[on_core != 0]).tolist():
             part = self._part(number)
             wanted = on_core[part.columns]
             if wanted[part.wedged].any() and self._grows(part, wanted):
-                return float("inf"), 0.0, np.zeros((held.disks, 2))
+                return float("inf"), 0.0, np.zeros_like(velocity).reshape(held.disks, -1)
             found = maximise(wanted, part.balance, part.impulse)
             velocity[part.rows] = found.multiplier
-            attained[held.core[part.columns]] = found.point * held.scale
+            attained[part.columns] = found.point * held.scale
             total += part.total * held.scale
-        # on the core Σ w λ ≤ velocity·Cᵀλ + excess Σ λ; the other reactions are known
+        # on the core Σ w x ≤ velocity·E x + excess Σ x; the other unknowns are known
         pressing = held.balance.T @ velocity
-        start = held.reaction[held.core]
         excess = float((on_core - pressing).max(initial=0.0))
-        known = float(weights @ held.reaction)
+        known = float(weights @ held.point)
         bound = known + float((pressing - on_core) @ start) + excess * total
-        moved = held.core_factor.self_stress(attained[held.core] - start)  # balanced to rounding
+        moved = self._core_factor.self_stress(attained - start)  # balanced to rounding
         gap = max(bound - known - float(on_core @ moved), 0.0)
         gap += max(-float((start + moved).min(initial=0.0)), 0.0)
-        # known reactions follow the impulses too: the velocity that closes them, and no contact of
-        # the core
-        matrix = held.contacts.select(held.closed).normal_matrix(held.disks)
-        missing = weights.copy()
-        missing[held.closed] -= matrix @ velocity
+        # what is known follows the impulses too: the velocity that closes it, and no unknown of the
+        # core
+        missing = weights - held.matrix @ velocity
         missing[held.core] = 0.0
-        velocity += held.factor.least_squares(missing[held.closed])
-        return bound, gap, velocity.reshape(-1, 2)
+        velocity += held.factor.least_squares(missing)
+        return bound, gap, velocity.reshape(held.disks, -1)
 
     def _part(self, number: int) -> _Part:
         if number not in self._parts:
@@ -183,7 +182,7 @@ class Intervals:
             balance = csc_array(held.balance[:, columns])
             rows = np.unique(balance.indices).astype(np.int64)
             balance = csc_array(balance.tocsr()[rows])
-            impulse = balance @ held.reaction[held.core[columns]] / held.scale
+            impulse = balance @ held.point[held.core[columns]] / held.scale
             wedged = np.zeros(len(columns), dtype=bool)
             try:
                 most = maximise(np.ones(len(columns)), balance, impulse)
@@ -196,7 +195,7 @@ class Intervals:
             least = float(pressing[~wedged].min(initial=1.0))  # 1 but for rounding
             total = float(most.multiplier @ impulse) / least
             if wedged.any():
-                total += WEDGE_MULTIPLE * float(held.reaction.sum()) / held.scale
+                total += WEDGE_MULTIPLE * float(held.point.sum()) / held.scale
             self._parts[number] = _Part(columns, rows, balance, impulse, wedged, total)
         return self._parts[number]
 
@@ -205,7 +204,7 @@ class Intervals:
         found = maximise(weights, part.balance, np.zeros(len(part.rows)), upper=1.0)
         stress = np.zeros(len(self.admissible.core))
         stress[part.columns] = found.point
-        stress = self.admissible.core_factor.self_stress(stress)[part.columns]
+        stress = self._core_factor.self_stress(stress)[part.columns]
         return bool(weights @ stress > PROVEN * np.abs(weights).max() and stress.min() > -PROVEN)
 
 

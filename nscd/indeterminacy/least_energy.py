@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, diags_array, eye_array
+from scipy.sparse import csc_array, csr_array, diags_array, eye_array
 from scipy.sparse.linalg import splu
 
 from nscd.arrays import Floats, read_only
@@ -55,19 +55,19 @@ def least_energy(
     if not (every > 0).all():
         least = int(np.argmin(every))
         raise ValueError(f"stiffness: {every[least]:g} N/m at contact {least}")
-    closed = np.flatnonzero(held.closed)
-    reaction = np.zeros(k)
-    if not held.reaction.any():
+    closed, reaction = held.contact, np.zeros(k)
+    if not held.point.any():
         return reaction
     stiff = every[closed] / every[closed].max()
     chosen = contacts.select(closed)
-    matrix = chosen.normal_matrix(held.disks)
-    impulse = matrix.T @ held.reaction[closed] / held.scale
+    matrix = held.matrix
+    impulse = matrix.T @ held.point / held.scale
     displacement, steps = _equilibrium(csc_array(matrix), stiff, impulse)
 
     touching = np.flatnonzero(matrix @ displacement > 0)
     root = np.sqrt(stiff[touching])
-    factor = factorise(chosen.select(touching), held.disks, root)
+    weighted = csr_array(diags_array(root) @ matrix[touching])
+    factor = factorise(chosen.select(touching), held.disks, weighted)
     some = np.zeros(len(closed))
     some[touching] = np.maximum(root * factor.least_norm(impulse), 0.0)
     missing = some[touching] / root - root * (matrix @ displacement)[touching]

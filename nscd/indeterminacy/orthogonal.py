@@ -49,11 +49,10 @@ class _Front:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OrthogonalFactor:
-    """Hold S C = Q R for k contacts with weights S = diag(s): a multifrontal QR on nested
-    dissection of the contact graph.
+    """Hold C = Q R for k contacts: a multifrontal QR on nested dissection of the contact graph.
 
-    rank: of S C
-    null: (k,) the rows of QᵀS C that vanish, k − rank of them: Q's columns there span the
+    rank: of C
+    null: (k,) the rows of QᵀC that vanish, k − rank of them: Q's columns there span the
         self-stresses"""
 
     rank: int
@@ -63,7 +62,7 @@ class OrthogonalFactor:
 
     def self_stress(self, reaction: Floats) -> Floats:
         """Project reactions (k,) or (k,v) orthogonally onto those that load no disk, the null space
-        of (S C)ᵀ, by reflections only and so exactly to rounding."""
+        of Cᵀ, by reflections only and so exactly to rounding."""
         values = np.array(reaction if reaction.ndim == 2 else reaction[:, None], dtype=np.float64)
         for front in self.fronts:
             front.turn(values, transpose=True)
@@ -73,7 +72,7 @@ class OrthogonalFactor:
         return values.reshape(reaction.shape)
 
     def least_norm(self, momentum: Floats) -> Floats:
-        """Find μ (k,) of least norm with (S C)ᵀ μ = momentum (2n,), which is in the range."""
+        """Find μ (k,) of least norm with Cᵀ μ = momentum (w·n,), which is in the range."""
         values = np.zeros((len(self.null), 1))
         left = momentum.copy()
         for front in self.fronts:
@@ -85,7 +84,7 @@ class OrthogonalFactor:
         return np.asarray(values[:, 0])
 
     def least_squares(self, rows: Floats) -> Floats:
-        """Find u (2n,) with |S C u − rows| least, 0 in the columns that have no pivot."""
+        """Find u (w·n,) with |C u − rows| least, 0 in the columns that have no pivot."""
         values = rows.reshape(-1, 1).astype(np.float64)
         for front in self.fronts:
             front.turn(values, transpose=True)
@@ -96,11 +95,12 @@ class OrthogonalFactor:
         return velocity
 
 
-def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> OrthogonalFactor:
-    """Factorise diag(weight) C for n disks; weight (k,), positive, is 1 where left out."""
+def factorise(contacts: Contacts, n: int, matrix: csr_array | None = None) -> OrthogonalFactor:
+    """Factorise C (k,2n) of contacts between n disks, or another matrix (k,w·n) whose row i has entries
+    at the disks of contact i alone, w columns each."""
     k = len(contacts)
-    weight = np.ones(k) if weight is None else weight
-    matrix = contacts.normal_matrix(n)
+    matrix = contacts.normal_matrix(n) if matrix is None else matrix
+    width = matrix.shape[1] // max(n, 1)
     nodes = _nested_dissection(contacts, n)
     node_of = np.full(n, len(nodes))
     for number, disks in enumerate(nodes):
@@ -110,13 +110,13 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
     home[pair] = np.minimum(home[pair], node_of[contacts.second[pair]])
     by_home = np.argsort(home, kind="stable")
     begin = np.searchsorted(home[by_home], np.arange(len(nodes) + 1))
-    tolerance = RANK_TOLERANCE * float(weight.max(initial=0.0))
+    tolerance = RANK_TOLERANCE * float(np.sqrt(matrix.power(2).sum(1).max())) if k else 0.0
 
     # slots, columns, entries
     waiting = defaultdict[int, list[tuple[Indices, Indices, Floats]]](list)
     fronts: list[_Front] = []
     null = np.ones(k, dtype=bool)
-    place = np.zeros(2 * n, dtype=np.intp)
+    place = np.zeros(matrix.shape[1], dtype=np.intp)
     for number, disks in enumerate(nodes):
         mine = by_home[begin[number] : begin[number + 1]]
         own = matrix[mine]
@@ -124,14 +124,14 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
         slots = np.concatenate([mine, *(part[0] for part in parts)])
         if not len(slots):
             continue
-        ending = np.repeat(2 * disks, 2) + np.tile([0, 1], len(disks))
+        ending = np.repeat(width * disks, width) + np.tile(np.arange(width), len(disks))
         seen = np.unique(np.concatenate([own.indices, *(part[1] for part in parts)]))
-        later = seen[node_of[seen // 2] > number]
+        later = seen[node_of[seen // width] > number]
         place[ending] = np.arange(len(ending))
         place[later] = len(ending) + np.arange(len(later))
         dense = np.zeros((len(slots), len(ending) + len(later)), order="F")
         row = np.repeat(np.arange(len(mine)), np.diff(own.indptr))
-        dense[row, place[own.indices]] = own.data * weight[mine][row]
+        dense[row, place[own.indices]] = own.data
         at = len(mine)
         for part in parts:
             dense[at : at + len(part[0]), place[part[1]]] = part[2]
@@ -141,19 +141,22 @@ def factorise(contacts: Contacts, n: int, weight: Floats | None = None) -> Ortho
         fronts.append(front)
         if len(passed):
             up = front.slots[front.rank : front.rank + len(passed)]
-            waiting[int(node_of[later // 2].min())].append((up, later, passed))
-    return OrthogonalFactor(int((~null).sum()), null, tuple(fronts), 2 * n)
+            waiting[int(node_of[later // width].min())].append((up, later, passed))
+    return OrthogonalFactor(int((~null).sum()), null, tuple(fronts), matrix.shape[1])
+
+
+def self_stresses(factor: OrthogonalFactor) -> Floats:
+    """Draw eight random self-stresses (k,8). Where all eight vanish, so do all (the chance that they
+    do so at a contact which an orthonormal basis of the null space loads by 10⁻³ is below
+    10⁻³⁰)."""
+    if not factor.null.any():
+        return np.zeros((len(factor.null), PROBES))
+    return factor.self_stress(np.random.default_rng(0).normal(size=(len(factor.null), PROBES)))
 
 
 def undetermined_rows(factor: OrthogonalFactor) -> Flags:
-    """Find the contacts (k,) that some self-stress loads.
-
-    Eight random self-stresses tell them: where all eight vanish, so do all (the chance that they do
-    so at a contact which an orthonormal basis of the null space loads by 10⁻³ is below 10⁻³⁰)."""
-    if factor.null.any():
-        probes = np.random.default_rng(0).normal(size=(len(factor.null), PROBES))
-        return np.asarray(np.abs(factor.self_stress(probes)).max(1) > ZERO_ROW)
-    return np.zeros(len(factor.null), dtype=bool)
+    """Find the contacts (k,) that some self-stress loads."""
+    return np.asarray(np.abs(self_stresses(factor)).max(1) > ZERO_ROW)
 
 
 def _eliminate(

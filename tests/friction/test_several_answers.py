@@ -7,7 +7,8 @@ import pytest
 
 from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
 from nscd.indeterminacy.admissible import Admissible
-from nscd.indeterminacy.cones import Cones
+from nscd.indeterminacy.determinacy import determinacy_of
+from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers
 
@@ -100,24 +101,29 @@ def disk_in_a_wedge(alpha):
     return snapshot, contacts
 
 
+def ends_of(held, row, **which):
+    found = Intervals(held).of(weights_of_contacts(held.contacts, row), **which)
+    return found.lower, found.upper
+
+
 @pytest.mark.parametrize(("degrees", "mu"), [(40.0, 0.3), (60.0, 0.2), (60.0, 1.0)])
 def test_the_walls_of_a_wedge_press_harder_where_friction_holds_against_them(degrees, mu):
     alpha = np.radians(degrees)
     snapshot, contacts = disk_in_a_wedge(alpha)
     answer = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
-    cones = Cones.of(snapshot, contacts, answer)
+    held = Admissible.with_friction(contacts, answer)
     # λ cos α − T sin α = ½ m u with |T| ≤ μλ
     ends = [37.5 / (np.cos(alpha) + way * mu * np.sin(alpha)) for way in (1.0, -1.0)]
     locked = mu >= 1 / np.tan(alpha)
     largest = np.inf if locked else ends[1]
     for row in (0, 1):
-        assert cones.interval(row) == pytest.approx((ends[0], largest), rel=1e-7)
+        assert ends_of(held, row) == pytest.approx((ends[0], largest), rel=1e-7)
     if not locked:
-        one, other = (cones.interval(row, tangential=True) for row in (0, 1))
+        one, other = (ends_of(held, row, tangential=True) for row in (0, 1))
         assert sorted(np.abs(one)) == pytest.approx(sorted(mu * np.array(ends)), rel=1e-7)
         assert np.sign(one[0]) == -np.sign(one[1])
         assert other == pytest.approx((-one[1], -one[0]), rel=1e-7)
-    found = cones.determinacy()
+    found = determinacy_of(held)
     assert (found.rank, found.redundant) == (3, 1)
     assert not found.normal.any()
     assert not found.tangential.any()
@@ -127,12 +133,12 @@ def test_a_disk_that_slides_is_determined():
     snapshot, contacts = disk_in_a_wedge(np.radians(40.0))
     one = contacts.select([0])
     answer = solve(snapshot, one, law=ContactLaw(friction=0.05), tolerance=1e-12)
-    cones = Cones.of(snapshot, one, answer)
-    found = cones.determinacy()
+    held = Admissible.with_friction(one, answer)
+    found = determinacy_of(held)
     assert (found.rank, found.redundant) == (1, 0)
     assert found.normal.all()
     assert found.tangential.all()
-    assert cones.interval(0) == (answer.reaction[0], answer.reaction[0])
+    assert ends_of(held, 0) == (answer.reaction[0], answer.reaction[0])
 
 
 def test_the_dimension_is_that_of_the_dense_null_space_of_a_pile_that_sticks():
@@ -145,12 +151,12 @@ def test_the_dimension_is_that_of_the_dense_null_space_of_a_pile_that_sticks():
     assert np.abs(answer.right_velocity).max() < 1e-12  # all stick
     dense = Dense(snapshot, contacts, snapshot.velocity)
     rank = np.linalg.matrix_rank(np.vstack([dense.N, dense.T]))
-    cones = Cones.of(snapshot, contacts, answer)
-    found = cones.determinacy()
+    held = Admissible.with_friction(contacts, answer)
+    found = determinacy_of(held)
     assert found.rank == rank
     assert found.redundant == 2 * len(contacts) - rank > 0
     for row in (0, len(contacts) - 1):
-        lower, upper = cones.interval(row)
+        lower, upper = ends_of(held, row)
         assert lower - 1e-9 <= answer.reaction[row] <= upper + 1e-9
 
 
@@ -161,6 +167,6 @@ def test_what_the_intervals_are_not_for_is_refused():
     soft = solve(snapshot, contacts, law=ContactLaw(friction=0.1, restitution=0.5))
     for answer in (smooth, soft):
         with pytest.raises(ValueError, match=r"^answer:"):
-            Cones.of(snapshot, contacts, answer)
+            Admissible.with_friction(contacts, answer)
     with pytest.raises(ValueError, match=r"^answer: it has friction"):
         Admissible.of(contacts, rough)
