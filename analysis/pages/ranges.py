@@ -14,7 +14,7 @@ APART, LETTER = 0.2, 0.022
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bar:
-    """Hold a mean with its range, and a wider range behind it.
+    """Hold a mean (NaN: none) with its range, and a wider range behind it.
 
     label: nothing where a chart has one bar
     text: the range in words
@@ -48,7 +48,7 @@ class Chart:
         """The end of the axis: a round number above all bars, and above a mark that is near."""
         if self.most is not None:
             return self.most
-        ends = [max(bar.mean, bar.high, *(bar.widest or ())) for bar in self.bars]
+        ends = [end for bar in self.bars for end in (bar.mean, bar.high, *(bar.widest or ()))]
         highest = max((end for end in ends if math.isfinite(end)), default=0.0)
         highest = max([highest, *(mark for mark in self.marks if mark <= 1.5 * highest)]) or 1.0
         scale = 10.0 ** math.floor(math.log10(highest))

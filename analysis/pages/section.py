@@ -8,6 +8,8 @@ from enum import StrEnum
 
 from matplotlib.figure import Figure
 
+from analysis.pages.ranges import Chart
+
 Cell = str | float | int
 
 
@@ -83,6 +85,7 @@ class Section:
 
     number: what it is called in a link
     introduction: paragraphs before everything else
+    charts: bars beside the pictures, of a first screen
     words: what came out
     differs: what differs from the printed text
     files: names of files beside the page
@@ -92,6 +95,7 @@ class Section:
     title: str
     introduction: Sequence[str] = ()
     words: Sequence[str] = ()
+    charts: Sequence[Chart] = ()
     pictures: Sequence[Picture | Drawn] = ()
     tables: Sequence[Table] = ()
     differs: Sequence[str] = ()

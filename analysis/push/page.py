@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.pages.drawing import BLACK, COLOURS, GREY, GRID, LINES, SKY, VERMILION
+from analysis.pages.drawing import BLACK, COLOURS, GREY, GRID, LINES, NARROW_IN, SKY, VERMILION
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import NONE, decimals, interval, number, percent, significant
+from analysis.pages.ranges import Chart, chart
 from analysis.pages.section import Section, Table
 from analysis.pages.words import Words
 from analysis.push.hindcast import (
@@ -74,44 +75,89 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
     """Write `index.html`, its pictures, `scores.csv` and `onsets.csv`; return the paths, the page
     last."""
     words, trial, arms = Words(__package__), found.trial, found.inputs.arms
-    pictures = [words.picture("heads", _heads(found))]
-    if np.ptp(arms) > 0:
-        pictures.insert(0, words.picture("posture", _posture(found)))
-    section = Section(
-        number="models",
+    about = {
+        "people": len(trial.people),
+        "models": len(found.models),
+        "wall": trial.wall is not None,
+        "depths": interval((trial.depth.min(), trial.depth.max())),
+        "sd": trial.depth_sd,
+        "arms": interval([round(float(end), 2) for end in (arms.min(), arms.max())], 2),
+        "taus": interval(TAU_S),
+        "cases": len(found.inputs.tau),
+        "draws": DRAWS,
+    }
+    first = Section(
+        number="result",
         title=words.text("title"),
-        words=verdicts(found),
-        pictures=pictures,
-        tables=[
-            words.table("table_scores", summary(found)),
-            _models(words, found),
-            _people(words, found),
-        ],
-        files=["scores.csv", "onsets.csv"],
+        introduction=[words.text("lead", **about)],
+        words=[words.text("verdict", **_values(found))],
+        charts=_charts(found),
+        pictures=[words.picture("heads", _heads(found), _heads(found, narrow=True))],
+        warnings=trial.notes,
     )
+    postures = np.ptp(arms) > 0
+    folds = [
+        Section(
+            number="models",
+            title=words.text("title_models"),
+            words=verdicts(found),
+            pictures=[words.picture("posture", _posture(found), _posture(found, narrow=True))]
+            if postures
+            else [],
+        ),
+        Section(
+            number="numbers",
+            title=words.text("title_numbers"),
+            tables=[
+                words.table("table_scores", summary(found)),
+                _models(words, found),
+                _people(words, found),
+            ],
+            files=["scores.csv", "onsets.csv"],
+        ),
+        Section(
+            number="assumptions",
+            title=words.text("title_assumptions"),
+            introduction=words.items("assumptions", **about),
+        ),
+    ]
     page = render(
         "push.html",
         command=command,
-        contents=[(section.number, section.title)],
-        trial=trial,
-        introduction=words.text(
-            "introduction",
-            people=len(trial.people),
-            wall=trial.wall is not None,
-            depths=interval((trial.depth.min(), trial.depth.max())),
-            sd=trial.depth_sd,
-            arms=interval([round(float(end), 2) for end in (arms.min(), arms.max())], 2),
-            taus=interval(TAU_S),
-            cases=len(found.inputs.tau),
-            draws=DRAWS,
-        ),
-        sections=[section],
-        images=write_pictures([section], folder / "figures"),
+        contents=[(one.number, one.title) for one in (first, *folds)],
+        name=trial.name,
+        first=first,
+        folds=folds,
+        images=write_pictures([first, *folds], folder / "figures"),
     )
     write_rows(folder / "scores.csv", CASES, _cases(found))
     write_rows(folder / "onsets.csv", ["model", "case", *trial.people], _nearest(found))
     write_text(folder / "index.html", page)
     return [folder / name for name in ("scores.csv", "onsets.csv", "index.html")]
+
+
+def _charts(found: Hindcast) -> list[Chart]:
+    """Errors of onsets of models and baselines; the largest force of penalty models that are not
+    excluded."""
+    errors, forces = {}, {}
+    for name, one in (found.models | found.base).items():
+        model = found.models.get(name)
+        chosen = one.scores[ONSET][slice(None) if model is None else model.possible]
+        if len(chosen) and name != "nobody":
+            low, middle, high = np.quantile(chosen, [0.05, 0.5, 0.95])
+            errors[_short(name)] = float(middle), float(low), float(high)
+    for name in found.together():
+        if name != RIGID:
+            low, high = found.likely(name)[1]
+            forces[_short(name)] = np.nan, 1e-3 * low, 1e-3 * high
+    made = [chart("error of the onsets", "s", errors)]
+    return [*made, chart("largest force of the first contact", "kN", forces)] if forces else made
+
+
+def _short(name: str) -> str:
+    """Name a model beside a bar: 20 kN/m."""
+    known = BASELINES.get(name, name)
+    return known if known != name or name == RIGID else f"{significant(float(name) / 1e3)} kN/m"
 
 
 def _values(found: Hindcast) -> dict[str, object]:
@@ -243,15 +289,15 @@ def _looks(found: Hindcast) -> Iterator[tuple[str, dict[str, Any]]]:
     """The models and how they are drawn."""
     for place, name in enumerate(found.models):
         colour = (*COLOURS, SKY, VERMILION)[place]
-        yield name, {"color": colour, "ls": LINES[place % 4], "label": title_of(name)}
+        yield name, {"color": colour, "ls": LINES[place % 4], "label": _short(name)}
 
 
-def _posture(found: Hindcast) -> Figure:
+def _posture(found: Hindcast, *, narrow: bool = False) -> Figure:
     """Errors of onsets against posture: medians over the other inputs."""
     arms = found.inputs.arms
     edges = np.linspace(arms.min(), arms.max(), BINS + 1)
     place = np.clip(np.searchsorted(edges, arms) - 1, 0, BINS - 1)
-    figure = Figure(figsize=(8.0, 4.5), layout="constrained")
+    figure = Figure(figsize=(NARROW_IN if narrow else 8.0, 4.5), layout="constrained")
     axes = figure.subplots()
 
     def draw(errors: Floats, chosen: Flags, **look: Any) -> None:
@@ -270,17 +316,18 @@ def _posture(found: Hindcast) -> Figure:
     )
     axes.set_ylim(bottom=0)
     axes.grid(color=GRID)
-    axes.legend(fontsize=8, ncols=2)
+    figure.legend(fontsize=8, ncols=2 if narrow else 4, loc="outside lower center")
     return figure
 
 
-def _heads(found: Hindcast) -> Figure:
+def _heads(found: Hindcast, *, narrow: bool = False) -> Figure:
     """Heads against time, each model's nearest case."""
     trial = found.trial
-    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+    figure = Figure(figsize=(NARROW_IN, 3.2) if narrow else (6.4, 4.8), layout="constrained")
     axes = figure.subplots()
     time = trial.time - trial.start_s
-    axes.plot(time, trial.along, color=BLACK, lw=3, alpha=0.5)
+    measured, *_ = axes.plot(time, trial.along, color=BLACK, lw=3, alpha=0.5)
+    measured.set_label("measured")
     for name, look in _looks(found):
         lines = axes.plot(time, found.heads(name)[:, 1:], lw=1, **look)
         for line in lines[1:]:
@@ -289,5 +336,6 @@ def _heads(found: Hindcast) -> Figure:
         axes.axhline(trial.wall, color=BLACK, lw=2)
     axes.set(xlabel="time after the push (s)", ylabel="along the row (m)")
     axes.grid(color=GRID)
-    axes.legend(fontsize=8, loc="upper left")
+    columns = 3 if narrow else 4
+    figure.legend(fontsize=7 if narrow else 8, ncols=columns, loc="outside lower center")
     return figure

@@ -1,6 +1,7 @@
 """A page opened in a real browser from a file:// address."""
 
 import contextlib
+import re
 import shutil
 
 from playwright.sync_api import sync_playwright
@@ -8,11 +9,56 @@ from playwright.sync_api import sync_playwright
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
-PHONE = 600
+PHONE, HEIGHT = 600, 844
+# What a first screen may say.
+FIRST_WORDS = 120
 QUIET = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update",
 ]  # fmt: skip
+
+
+def words(text):
+    return len(re.findall(r"[^ \t\n]*\w[^ \t\n]*", text))
+
+
+def answers_first(address):
+    """On a screen and on a telephone the page begins with a picture and few words, without
+    scrolling; and everything works without a mouse."""
+    if BROWSER is None:
+        return
+    for width in (1300, 400):
+        with opened(address, width) as page:
+            glance = page.locator(".first .glance").first
+            assert glance.evaluate("one => one.getBoundingClientRect().bottom") <= HEIGHT
+            assert glance.locator("img, canvas").first.is_visible()
+            works_by_keyboard(page)
+            # the numbers of an axis are a picture
+            page.evaluate("document.querySelectorAll('.axis').forEach(one => one.remove())")
+            said = page.locator("h1, .first .lead, .first .glance").all_inner_texts()
+            assert words(" ".join(said)) <= FIRST_WORDS
+
+
+def works_by_keyboard(page):
+    """Tab comes to whatever can be used, seen where it is, and Enter unfolds."""
+    page.evaluate(
+        "window.met = new Set(); addEventListener('focusin', event => met.add(event.target))"
+    )
+    focus = """() => { const one = document.activeElement, style = getComputedStyle(one);
+        return [one.tagName, one.tagName === "SUMMARY" && !one.parentNode.open,
+                style.outlineStyle !== "none"]; }"""
+    for _ in range(1000):
+        page.keyboard.press("Tab")
+        kind, closed, seen = page.evaluate(focus)
+        if kind == "BODY":
+            break
+        assert seen, kind
+        if closed:
+            page.keyboard.press("Enter")
+            assert not page.evaluate(focus)[1]
+    missed = """[...document.querySelectorAll("a[href], button, input, select, summary, [tabindex]")]
+        .filter(one => one.checkVisibility() && !met.has(one)).map(one => one.outerHTML)"""
+    assert page.evaluate(missed) == []
 
 
 def rows_of(page, section, caption):
@@ -58,7 +104,7 @@ def opened(address, width):
     complaints, asked = [], []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
-        page = browser.new_page(viewport={"width": width, "height": 844})
+        page = browser.new_page(viewport={"width": width, "height": HEIGHT})
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("request", lambda request: asked.append(request.url))

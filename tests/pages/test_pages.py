@@ -17,18 +17,12 @@ from tests.pages.browser import BROWSER, QUIET
 ROOT = Path(__file__).resolve().parents[2]
 
 
-class Trial:
-    """What the page of a pushed row shows of its trial."""
-
-    name, notes = "row", ()
-
-
 def page_of(section, images=()):
     return render(
         "push.html",
-        trial=Trial(),
-        introduction="",
-        sections=[section],
+        name="row",
+        first=Section(number="first", title="none"),
+        folds=[section],
         images=dict(images),
         command="percussions <report>",
     )
@@ -82,7 +76,7 @@ def test_data_of_others_call_nobody(tmp_path):
             browser = playwright.chromium.launch(executable_path=BROWSER, args=QUIET)
             shown = browser.new_page()
             shown.goto((tmp_path / "page.html").as_uri())
-            assert evil in shown.locator("#scene h2").text_content()
+            assert evil in shown.locator("#scene summary").text_content()
             calls = f"""new Promise(end => {{
                 let count = 0;
                 setTimeout(() => end(count), 5000);

@@ -17,11 +17,7 @@ from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from tests.crowds import OWN_LIMIT
 from tests.forked import as_program, in_fork
-from tests.pages.browser import BROWSER, opened, rows_of
-
-
-def words(text):
-    return len(re.findall(r"[^ \t\n]*\w[^ \t\n]*", text))
+from tests.pages.browser import BROWSER, opened, rows_of, words
 
 
 @pytest.fixture(scope="module")

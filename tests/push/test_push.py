@@ -28,6 +28,7 @@ from analysis.push.page import summary, verdicts, write_hindcast
 from analysis.push.trial import TrialError, read_trial
 from analysis.support.files import or_shipped, shipped
 from analysis.support.reading import UnreadableError
+from tests.pages.browser import answers_first
 from tests.push.oracles import by_lammps, case_of, made, row_of, stepped
 
 EXCERPT = shipped("scenes") / "push_excerpt.csv"
@@ -226,6 +227,7 @@ def test_the_shipped_trial(tmp_path):
     assert "not validated" in verdicts(found)[-1]
     *files, page = write_hindcast(found, tmp_path, "percussions push")
     assert "not validated" in page.read_text()
+    answers_first(page.as_uri())
     rows = list(csv.DictReader(files[0].read_text().splitlines()))
     assert len(rows) == 6 * len(found.inputs.tau)
     assert len(summary(found)) == 6
