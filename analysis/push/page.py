@@ -1,6 +1,6 @@
 """The page of a hindcast, and its numbers as CSV."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -95,32 +95,7 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
         pictures=[words.picture("heads", _heads(found), _heads(found, narrow=True))],
         warnings=trial.notes,
     )
-    postures = np.ptp(arms) > 0
-    folds = [
-        Section(
-            number="models",
-            title=words.text("title_models"),
-            words=verdicts(found),
-            pictures=[words.picture("posture", _posture(found), _posture(found, narrow=True))]
-            if postures
-            else [],
-        ),
-        Section(
-            number="numbers",
-            title=words.text("title_numbers"),
-            tables=[
-                words.table("table_scores", summary(found)),
-                _models(words, found),
-                _people(words, found),
-            ],
-            files=["scores.csv", "onsets.csv"],
-        ),
-        Section(
-            number="assumptions",
-            title=words.text("title_assumptions"),
-            introduction=words.items("assumptions", **about),
-        ),
-    ]
+    folds = _folds(words, found, about)
     page = render(
         "push.html",
         command=command,
@@ -134,6 +109,33 @@ def write_hindcast(found: Hindcast, folder: Path, command: str) -> list[Path]:
     write_rows(folder / "onsets.csv", ["model", "case", *trial.people], _nearest(found))
     write_text(folder / "index.html", page)
     return [folder / name for name in ("scores.csv", "onsets.csv", "index.html")]
+
+
+def _folds(words: Words, found: Hindcast, about: Mapping[str, object]) -> list[Section]:
+    """How sure it is, the numbers, and what was assumed; about: what the assumptions say."""
+    pictures = []
+    if np.ptp(found.inputs.arms) > 0:
+        pictures = [words.picture("posture", _posture(found), _posture(found, narrow=True))]
+    scores, models = words.table("table_scores", summary(found)), _models(words, found)
+    return [
+        Section(
+            number="models",
+            title=words.text("title_models"),
+            words=verdicts(found),
+            pictures=pictures,
+        ),
+        Section(
+            number="numbers",
+            title=words.text("title_numbers"),
+            tables=[scores, models, _people(words, found)],
+            files=["scores.csv", "onsets.csv"],
+        ),
+        Section(
+            number="assumptions",
+            title=words.text("title_assumptions"),
+            introduction=words.items("assumptions", **about),
+        ),
+    ]
 
 
 def _charts(found: Hindcast) -> list[Chart]:

@@ -32,9 +32,8 @@ def test_the_report_shows_it_in_red_and_goes_on(tmp_path):
         "stopped by its guard: overlap",
         page,
     )
-    assert (
-        len(json.loads((tmp_path / "report/numbers.json").read_text())["four_disks"]["runs"]) == 1
-    )
+    numbers = json.loads((tmp_path / "report/numbers.json").read_text())
+    assert len(numbers["four_disks"]["runs"]) == 1
 
 
 def test_the_report_goes_on_without_a_scene_whose_runs_all_stop(percussions, tmp_path):

@@ -18,14 +18,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def page_of(section, images=()):
-    return render(
-        "push.html",
-        name="row",
-        first=Section(number="first", title="none"),
-        folds=[section],
-        images=dict(images),
-        command="percussions <report>",
-    )
+    first = Section(number="first", title="none")
+    about = {"name": "row", "first": first, "folds": [section], "command": "percussions <report>"}
+    return render("push.html", images=dict(images), **about)
 
 
 def test_a_file_named_like_a_script_is_a_file():
@@ -143,14 +138,11 @@ def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
         ],
     )
     images = write_pictures([section], tmp_path)
-    shapes = {
-        name: [
-            tuple(int.from_bytes(base64.b64decode(png)[k : k + 4]) // 150 for k in (16, 20))
-            for png in every
-        ]
-        for name, every in images.items()
-    }
-    assert shapes == {"panels": [(4, 1), (1, 4)], "one": [(2, 2)]}
+
+    def shape(png):
+        return [int.from_bytes(base64.b64decode(png)[k : k + 4]) // 150 for k in (16, 20)]
+
+    assert [shape(png) for name in images for png in images[name]] == [[4, 1], [1, 4], [2, 2]]
     page = page_of(section, images)
     (source,) = re.findall(r'<source media="([^"]*)" srcset="data:image/png;base64,([^"]*)">', page)
     assert source == ("screen and (max-width: 40rem)", images["panels"][1])

@@ -21,11 +21,9 @@ def run(engine, stiffness, difference):
     }
 
 
-def trends(*runs, moved=0.0):
-    engines = {run["engine"] for run in runs}
-    return _trends(
-        Words("analysis.report.contacts", kind="force"), runs, dict.fromkeys(engines, moved)
-    )
+def trends(*runs, moved=0.0, anew=()):
+    far = {run["engine"]: moved for run in runs}
+    return _trends(Words("analysis.report.contacts", kind="force"), runs, far, frozenset(anew))
 
 
 def test_engines_that_agree_share_a_sentence():
@@ -49,8 +47,7 @@ def test_two_stiffnesses_or_other_positions_allow_no_conclusion():
 
 def test_runs_begun_anew_from_one_configuration_allow_a_conclusion():
     runs = [run("LAMMPS", k, 1e5 / k) for k in (1e6, 1e7, 1e8, 1e9)]
-    words = Words("analysis.report.contacts", kind="force")
-    (said,) = _trends(words, runs, {"lammps": 0.031}, frozenset({"lammps"}))
+    (said,) = trends(*runs, moved=0.031, anew=["lammps"])
     assert "settled up to 0.031 m elsewhere" in said
     assert said.count("**approach each other**") == 3
     assert "same positions" not in said
