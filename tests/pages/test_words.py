@@ -96,11 +96,6 @@ def test_a_slot_without_value_or_format_is_refused(words, block, values, message
         words().text(block, **values)
 
 
-def test_a_claim_needs_its_three_parts(words):
-    with pytest.raises(ValueError, match="claim needs the items where, statement and reason"):
-        words("## claim\n- where: Fig. 0\n- statement: x\n").claim("claim", Verdict.FAILS)
-
-
 def test_a_section_has_its_title_and_words(words):
     read = words("## title\nFour disks\n\n## words\n- {{ count }} of them.\n")
     section = read.section("1", pictures=[], tables=[], count=4)
@@ -116,9 +111,11 @@ def test_a_statement_is_judged_by_its_parts():
     assert Verdict.of(False) is Verdict.FAILS
 
 
-def test_a_name_stands_once(words):
+def test_a_name_stands_once_and_a_claim_has_three_parts(words):
     with pytest.raises(ValueError, match="two blocks are called a"):
         words("## a\n\n## b\n\n## a\n")
+    with pytest.raises(ValueError, match="claim needs the items where, statement and reason"):
+        words("## claim\n- where: Fig. 0\n- statement: x\n").claim("claim", Verdict.FAILS)
 
 
 @pytest.mark.parametrize(
