@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from analysis.exchange.fclib import read_problem as read_problem
     from analysis.exchange.fclib import write_answer as write_answer
     from analysis.exchange.fclib import write_problem as write_problem
-    from analysis.exposure.exposure import known_limits as known_limits
-    from analysis.exposure.exposure import read_exposure as read_exposure
+    from analysis.exposure.limits import known_limits as known_limits
+    from analysis.exposure.loads import read_exposure as read_exposure
     from analysis.percussions import PercussionAnalysis as PercussionAnalysis
     from analysis.percussions import Setting as Setting
     from analysis.percussions import percussions_of as percussions_of
@@ -108,7 +108,8 @@ _NAMES = {
     "analysis.engines": ("EngineError",),
     "analysis.engines.run": ("simulate",),
     "analysis.exchange.fclib": ("read_problem", "write_answer", "write_problem"),
-    "analysis.exposure.exposure": ("read_exposure", "known_limits"),
+    "analysis.exposure.limits": ("known_limits",),
+    "analysis.exposure.loads": ("read_exposure",),
     "analysis.percussions": ("PercussionAnalysis", "Setting", "percussions_of"),
     "analysis.compare": ("Comparison", "compare_run"),
 }

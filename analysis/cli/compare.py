@@ -77,8 +77,9 @@ def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> boo
 
 
 def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
+    from analysis.exposure.loads import MEASURES, SHORTEST_S
     from analysis.motion.pairwise import compare_windows, write_windows
-    from analysis.motion.study import MEASURES, SHORTEST_S, model_title, more_words
+    from analysis.motion.study import model_title, more_words
     from analysis.pages.numbers import decimals, significant
 
     compared = compare_windows(first, other, window or SHORTEST_S, last)
@@ -87,11 +88,11 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
         model_title(scene, record.engine)
         for scene, record in zip(compared.scenes, compared.records, strict=True)
     ]
-    span, windows = compared.windows[0], len(compared.windows)
+    starts, ends = compared.windows["start_s"], compared.windows["end_s"]
     title = (
         f"{compared.scenes[0].name}: impulses over windows of "
-        f"{significant(span.end - span.start)} s, {windows} from {span.start:.4g} "
-        f"to {compared.windows[-1].end:.4g} s"
+        f"{significant(ends[0] - starts[0])} s, {len(starts)} from {starts[0]:.4g} "
+        f"to {ends[-1]:.4g} s"
     )
     rows = []
     for key, found in compared.paired().items():
@@ -112,20 +113,20 @@ def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]
     """The agreement in some windows, evenly chosen."""
     from analysis.pages.numbers import decimals, percent
 
-    windows = compared.windows
-    every = -(-len(windows) // MOST_ROWS)
-    rows = []
-    for one in windows[every - 1 :: every]:
-        said = one.agreement()
-        kept = ("contact", "person", "wall", "sum")
-        names = [name for kind in kept for name in said if name.startswith(kind)]
-        cells = [
-            percent(said[name]) if name.endswith("difference") else decimals(said[name], 3)
-            for name in names
-            if not name.startswith("contacts")
-        ]
-        alone = f"{said['contacts_only_first']:.0f}, {said['contacts_only_second']:.0f}"
-        rows.append([f"{one.end:.4g}", f"{said['contacts_both']:.0f}", alone, *cells])
+    every = -(-len(compared.windows["end_s"]) // MOST_ROWS)
+    shown = {name: values[every - 1 :: every] for name, values in compared.windows.items()}
+    first, second = shown["contacts_only_first"], shown["contacts_only_second"]
+    columns = [
+        [f"{end:.4g}" for end in shown["end_s"]],
+        [f"{count:.0f}" for count in shown["contacts_both"]],
+        [f"{one:.0f}, {other:.0f}" for one, other in zip(first, second, strict=True)],
+        [percent(share) for share in shown["contact_relative_difference"]],
+        [decimals(share, 3) for share in shown["contact_correlation"]],
+        [percent(share) for share in shown["person_relative_difference"]],
+        [percent(share) for share in shown["wall_difference"]],
+        [percent(share) for share in shown["sum_difference"]],
+    ]
+    rows = [list(row) for row in zip(*columns, strict=True)]
     head = ["to (s)", "contacts of both", "of one only", "per contact", "correlation", "per person"]
     return [*head, "load on walls", "sum of all"], rows
 

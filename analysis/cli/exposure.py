@@ -23,20 +23,15 @@ def exposure(
     window: Window over which forces are means, in s.
 
     Example: percussions exposure out/arch/rigid_moreau_jean --limits mine.toml"""
-    from analysis.exposure.exposure import (
-        HEAD,
-        exposure_rows,
-        known_limits,
-        read_exposure,
-        write_exposure,
-    )
+    from analysis.exposure.limits import known_limits
+    from analysis.exposure.loads import HEAD, exposure_rows, read_exposure, write_exposure
 
     known = known_limits(limits or [])
     found = read_exposure(run, window)
     written = write_exposure(found, known, run)
     title = (
-        f"{found.scene.title}: forces are impulses over windows of {found.window_s:g} s; "
-        f"the run lasts {found.windows[-1].time:g} s"
+        f"{found.scene.title}: forces are impulses over windows of {found.duration[0]:g} s; "
+        f"the run lasts {found.time[-1]:g} s"
     )
     show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
     for path in written:

@@ -58,7 +58,7 @@ def report(
     from analysis.compare.study import study
     from analysis.engines import ENGINES
     from analysis.engines.run import run_ahead
-    from analysis.exposure.exposure import limits_of_people
+    from analysis.exposure.limits import limits_of_people
     from analysis.motion.study import study_motion
     from analysis.report.page import Reported, write_report
     from analysis.report.runs import film_of, motion_of, runs_of, snapshot_runs

@@ -16,11 +16,11 @@ from analysis.dumps import (
     snapshot_of,
 )
 from analysis.dumps.contacts import integrate_contacts
-from analysis.engines.record import RunRecord
+from analysis.engines.record import RunRecord, read_finished
 from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, percussions_of
 from analysis.percussions.table import openness_of
 from analysis.scene.anthropometry import apart
-from analysis.scene.scene import Scene, SceneError, read_scene
+from analysis.scene.scene import Scene, SceneError
 from analysis.support.files import write_rows
 from nscd import ContactLaw, Contacts, Percussions, Snapshot
 from nscd.arrays import Flags, Floats, Indices
@@ -305,9 +305,7 @@ def open_run(folder: Path) -> OpenRun:
 
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
     SceneError for the scene."""
-    record = RunRecord.read(folder)
-    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
-    record.check_finished(folder, scene)
+    scene, record = read_finished(folder)
     universe = open_bodies(folder / "bodies.dump", record.time_step_s)
     index = index_contacts(folder / "contacts.dump")
     if index.steps != universe.trajectory.steps:

@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from analysis.scene.scene import Run, Scene, first_problem
+from analysis.scene.scene import Run, Scene, first_problem, read_scene
 from analysis.scene.schema import Count, FileName, Number, Positive
 from analysis.support.files import write_json
 from analysis.support.reading import UnreadableError, read_text
@@ -189,6 +189,15 @@ class RunRecord:
                 + f": {record.reason}"
             )
         return record
+
+
+def read_finished(folder: Path) -> tuple[Scene, RunRecord]:
+    """Read the scene, with the name that the run has, and the record of a finished run. Raises
+    EngineError and SceneError for a folder that does not hold one."""
+    record = RunRecord.read(folder)
+    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
+    record.check_finished(folder, scene)
+    return scene, record
 
 
 def _digest_of(path: Path) -> str:

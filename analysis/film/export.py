@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from analysis.compare.comparison import check_contacts, open_run, rigid_law_of
 from analysis.dumps import DumpError, contacts_at
 from analysis.dumps.contacts import CONTACT_COLUMNS
-from analysis.exposure.exposure import loads_of
+from analysis.exposure.loads import loads_of
 from analysis.film.frame import ENGINE, Frame, Frames, Reel, frame_of, window_of
 from analysis.pages.names import engine_name
 from analysis.percussions import PercussionAnalysis, Setting, SnapshotPercussions, percussions_of
@@ -65,19 +65,13 @@ def _unit(frame: Frame, model: str) -> str:
     return "N" if frame.unit(model) == FORCE else "Ns"
 
 
-def _shown(reel: Reel) -> list[Frame]:
-    return [frame for frame in reel.frames if frame.found is not None]
-
-
 def people_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
     """Name the columns (n,) of the people of a frame: what they are, and what they bear in each
     model."""
-    assert frame.found is not None
-    assert frame.match is not None
-    now = frame.found.snapshot
+    now = frame.now
     columns: dict[str, ArrayLike] = {"radius": now.radius, "mass": now.mass}
     for model in reel.models:
-        borne = loads_of(reel.scene, window_of(frame.match, now, model)).person
+        borne = loads_of(reel.scene, window_of(frame.match, now, model))
         for key in BORNE:
             columns[f"{_model(reel, model)}_{key}_{_unit(frame, model)}"] = borne[key]
     return columns
@@ -90,7 +84,6 @@ def _model(reel: Reel, model: str) -> str:
 def contact_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
     """Name the columns (k,) of the contacts of a frame: normal part (positive where it pushes) and
     tangential part of what each model says, and what the mechanics leaves open."""
-    assert frame.match is not None
     match, normal = frame.match, frame.match.contacts.normal
     columns: dict[str, ArrayLike] = {"contacts": np.ones(len(match.ids), dtype=np.int64)}
     for model in reel.models:
@@ -101,8 +94,8 @@ def contact_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
     return columns | {
         "is_wall": match.is_wall.astype(np.int64),
         "determined": frame.determined,
-        "lower": frame.lower,
-        "upper": frame.upper,
+        "lower": frame.bounds[0],
+        "upper": frame.bounds[1],
     }
 
 
@@ -110,9 +103,8 @@ def _write_ovito(reel: Reel, folder: Path) -> list[Path]:
     """The dumps of a reel, a frame of each per frame of the film."""
     bodies = folder / "bodies.dump"
     with whole_file(bodies) as file:
-        for frame in _shown(reel):
-            assert frame.found is not None
-            now = frame.found.snapshot
+        for frame in reel.shown:
+            now = frame.now
             n = len(now)
             columns: dict[str, ArrayLike] = {"id": now.ids, "type": np.ones(n, dtype=np.int64)}
             columns |= dict(zip("xyz", (*now.position.T, np.zeros(n)), strict=True))
@@ -122,7 +114,7 @@ def _write_ovito(reel: Reel, folder: Path) -> list[Path]:
     for model in reel.models:
         path = folder / f"{_model(reel, model)}_contacts.dump"
         with whole_file(path) as file:
-            for frame in _shown(reel):
+            for frame in reel.shown:
                 _append(file, "ENTRIES", frame, _entries(frame, model))
         written.append(path)
     return written
@@ -134,7 +126,6 @@ def _append(file: IO[Any], kind: str, frame: Frame, columns: Mapping[str, ArrayL
 
 def _entries(frame: Frame, model: str) -> dict[str, ArrayLike]:
     """The contacts of a model, with the columns of an engine's contact dump."""
-    assert frame.match is not None
     match, has = frame.match, frame.has(model)
     vector = match.penalty if model == ENGINE else match.rigid
     overlap = np.maximum(0.0, -match.contacts.gap)
@@ -145,7 +136,7 @@ def _entries(frame: Frame, model: str) -> dict[str, ArrayLike]:
 def _write_vtk(reel: Reel, folder: Path) -> list[Path]:
     """The series of a reel; its index is written last."""
     names = []
-    for frame in _shown(reel):
+    for frame in reel.shown:
         names.append((frame.time, f"frame_{frame.number:06d}.vtp"))
         write_text(folder / names[-1][1], _poly_data(reel, frame))
     root, collection = _vtk("Collection", "Collection")
@@ -157,9 +148,7 @@ def _write_vtk(reel: Reel, folder: Path) -> list[Path]:
 
 def _poly_data(reel: Reel, frame: Frame) -> str:
     """A frame as VTK PolyData: points, then lines between them."""
-    assert frame.found is not None
-    assert frame.match is not None
-    now, match = frame.found.snapshot, frame.match
+    now, match = frame.now, frame.match
     kept = np.any([frame.size(model) > 0 for model in reel.models], axis=0)
     wall = match.is_wall[kept]
     n, touching = len(now), match.contacts.point[kept][wall]
@@ -292,7 +281,7 @@ def _reel(
         arguments = (run.scene, number, found, contacts)
         tasks.append(Task(call=frame_of, arguments=arguments, work=1.0))
     made = do_all(tasks, executor, f"film of {folder}", progress)
-    if not any(len(frame.lower) for frame in made):
+    if not any(len(frame.determined) for frame in made):
         raise DumpError(f"{folder}: no contact in any of its frames; there is nothing to see")
     name = engine_name(run.record.engine)
     return Reel(title=name, engine=run.record.engine, scene=run.scene, frames=made)

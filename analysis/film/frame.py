@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,8 +12,8 @@ import numpy as np
 from analysis.compare.comparison import Match, keys_of, match_contacts
 from analysis.dumps import EngineContacts
 from analysis.dumps.windows import Window
-from analysis.exposure.exposure import exposure_values
-from analysis.motion.study import MEASURES, Measure, near_door, values_of
+from analysis.exposure.limits import Quantity
+from analysis.exposure.loads import MEASURES, loads_of, near_door, people_above, values_of
 from analysis.percussions.setting import FORCE
 from analysis.percussions.snapshot import SnapshotPercussions
 from analysis.percussions.table import openness_of
@@ -69,120 +69,90 @@ class Frames:
         return range(start, end + 1, step)
 
 
-# Of more open contacts than this only walls and pressure have ends: each contact and each person
+# Of more open contacts than this only walls and pressure have bounds: each contact and each person
 # is a linear program of its own, a fifth of a second in a jam of 300 people.
 MOST_OPEN = 100
-NONE = (float("nan"), float("nan"))
+Bounds = tuple[float, float]
+NONE: Bounds = (float("nan"), float("nan"))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Openness:
-    """Hold what the mechanics leaves open in a frame.
+def openness_at(
+    scene: Scene, found: SnapshotPercussions, values: Mapping[str, float]
+) -> tuple[Indices, Floats, dict[str, Bounds]]:
+    """Find what the mechanics leaves open in a frame: of each rigid contact whether it is determined
+    (k,), as 1, 0, or −1 where that is not known, and its bounds (2,k) N (N·s), NaN where there is
+    none or none was computed; and the bounds of the headline numbers `values`.
 
-    lower, upper: (k,) N (N·s), NaN where there is no end or none was computed"""
-
-    determined: list[int]  # (k,) 1, 0, or −1 where that is not known
-    lower: Floats
-    upper: Floats
-    values: Mapping[str, tuple[float, float]]  # low and high of each headline number
-
-
-def openness_at(scene: Scene, found: SnapshotPercussions, values: Mapping[str, float]) -> Openness:
-    """Find the ends of the contacts and of the headline numbers `values` of a frame.
-
-    Of the largest contact force and the largest load of a person the high end is attained; the low
-    end is a bound. With friction, or where the frame is not solved, no ends are computed."""
+    Of the largest contact force and the largest load of a person the high bound is attained. With
+    friction, or where the frame is not solved, no bounds are computed."""
     k, window = len(found.contacts), found.window or 1.0
     known = openness_of(found, False)
-    determined = [-1 if one is None else one for one in known.determined]
-    open_count, nothing = determined.count(0), np.full(k, np.nan)
-    if k == 0 and found.answer.status == "solved":
-        return Openness(determined=[], lower=nothing, upper=nothing, values=_exact(values))
-    if found.answer.friction is not None or -1 in determined or not k:
-        none = dict.fromkeys(values, NONE)
-        return Openness(determined=determined, lower=nothing, upper=nothing, values=none)
-    if not open_count:
-        size = np.hypot(*found.pressing.T)
-        return Openness(determined=determined, lower=size, upper=size, values=_exact(values))
-    if open_count <= MOST_OPEN:
+    determined = np.array([-1 if one is None else one for one in known.determined], dtype=np.int64)
+    is_open, nothing = determined == 0, np.full((2, k), np.nan)
+    exact = {key: (value, value) for key, value in values.items()}
+    if not k and found.answer.status == "solved":
+        return determined, nothing, exact
+    if found.answer.friction is not None or (determined < 0).any() or not k:
+        return determined, nothing, dict.fromkeys(values, NONE)
+    if not is_open.any():
+        return determined, np.tile(np.hypot(*found.pressing.T), (2, 1)), exact
+    many = is_open.sum() > MOST_OPEN
+    if not many:
         known = openness_of(found, True)
-    lower, upper = (
-        np.array([np.nan if end is None else end for end in ends], dtype=np.float64) / window
-        for ends in (known.lower, known.upper)
-    )
-    is_open = np.array(determined) == 0
-    if open_count > MOST_OPEN:
-        lower[is_open] = upper[is_open] = np.nan
+    bounds = np.array([known.lower, known.upper], dtype=np.float64) / window
+    if many:
+        bounds[:, is_open] = np.nan
     try:
-        ranges = _Ranges(scene, found, lower, upper, is_open)
-        ends = {key: ranges.of(key) for key in values}
+        return determined, bounds, _headline_bounds(scene, found, bounds, is_open, values)
     except ProgramError:
-        ends = dict.fromkeys(values, NONE)
-    return Openness(determined=determined, lower=lower, upper=upper, values=ends)
+        return determined, bounds, dict.fromkeys(values, NONE)
 
 
-def _exact(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    return {key: (value, value) for key, value in values.items()}
+def _headline_bounds(
+    scene: Scene, found: SnapshotPercussions, bounds: Floats, is_open: Flags, keys: Iterable[str]
+) -> dict[str, Bounds]:
+    """The bounds of the headline numbers of a frame, of whose contacts some are open."""
+    contacts, now, window = found.contacts, found.snapshot, found.window or 1.0
+    intervals = Intervals(Admissible.of(contacts, found.answer))
 
+    def linear(weights: Floats) -> Bounds:
+        span = intervals.of(weights)
+        return span.lower / window, span.upper / window
 
-class _Ranges:
-    """The ends of the headline numbers of one frame."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        found: SnapshotPercussions,
-        lower: Floats,
-        upper: Floats,
-        is_open: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    ) -> None:
-        self.scene, self.found, self.is_open = scene, found, is_open
-        self.lower, self.upper = lower, upper
-        self.intervals = Intervals(Admissible.of(found.contacts, found.answer))
-
-    def of(self, key: str) -> tuple[float, float]:
-        """Low and high of a number."""
-        if key == "walls":
-            return self._linear(self.found.contacts.is_wall.astype(np.float64))
-        if key == "pressure_door":
-            return self._linear(self._at_door())
-        if np.isnan(self.lower).any():
-            return NONE
-        if key == "contact_largest":
-            return float(self.lower.max()), float(self.upper.max())
-        return self._person()
-
-    def _linear(self, weights: Floats) -> tuple[float, float]:
-        found, window = self.intervals.of(weights), self.found.window or 1.0
-        return found.lower / window, found.upper / window
-
-    def _at_door(self) -> Floats:
-        """Weights (k,) of contacts in the mean pressure on people near the door (1/m)."""
-        contacts, now = self.found.contacts, self.found.snapshot
-        near = near_door(self.scene, now)
+    def at_door() -> Bounds:
+        """Of the mean pressure on people near the door, in which contacts weigh in 1/m."""
+        near = near_door(scene, now)
         share = near / (2 * np.pi * now.radius * max(1, int(near.sum())))
         pairs = ~contacts.is_wall
         weights: Floats = share[contacts.first].copy()
         weights[pairs] += share[contacts.second[pairs]]
-        return weights
+        return linear(weights)
 
-    def _person(self) -> tuple[float, float]:
-        """The largest load of a person: only who may carry most is asked."""
-        contacts, n = self.found.contacts, len(self.found.snapshot)
-        low, high = (contacts.sum_at_disks(ends, n) for ends in (self.lower, self.upper))
-        touched = contacts.sum_at_disks(self.is_open.astype(np.float64), n) > 0
+    def person() -> Bounds:
+        """Of the largest load of a person: only who may carry most is asked."""
+        low, high = (contacts.sum_at_disks(ends, len(now)) for ends in bounds)
+        touched = contacts.sum_at_disks(is_open.astype(np.float64), len(now)) > 0
         ends = (float(low[~touched].max(initial=0.0)), float(high[~touched].max(initial=0.0)))
         for disk in np.argsort(-high):
-            if not touched[disk] or high[disk] <= min(ends):
-                continue
-            span = self._linear(weights_of_disk(contacts, int(disk)))
-            ends = max(ends[0], span[0]), max(ends[1], span[1])
+            if touched[disk] and high[disk] > min(ends):
+                span = linear(weights_of_disk(contacts, int(disk)))
+                ends = max(ends[0], span[0]), max(ends[1], span[1])
         return ends
+
+    found_by: dict[str, Callable[[], Bounds]] = {
+        "walls": lambda: linear(contacts.is_wall.astype(np.float64)),
+        "pressure_door": at_door,
+        "contact_largest": lambda: (float(bounds[0].max()), float(bounds[1].max())),
+        "person_largest": person,
+    }
+    sums = ("walls", "pressure_door")
+    known = not np.isnan(bounds[0]).any()
+    return {key: found_by[key]() if known or key in sums else NONE for key in keys}
 
 
 # What a film follows; of an impact, which has no door, only those of SHOCK.
 SHOCK = ("contact_largest", "person_largest", "walls")
-HEADLINES: Mapping[str, Measure] = {key: MEASURES[key] for key in (*SHOCK, "pressure_door")}
+HEADLINES: Mapping[str, Quantity] = {key: MEASURES[key] for key in (*SHOCK, "pressure_door")}
 # Of a filmed crowd also how many people, in per cent, were moved by more than this share of a
 # radius to be disks.
 FAR = 0.5
@@ -199,45 +169,40 @@ NOBODY = EngineContacts(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ends:
-    """Hold a number between the least and the largest that the mechanics allows.
-
-    low, high: NaN where there is no end, or none was computed"""
-
-    value: float
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, value: float, ends: tuple[float, float] | None) -> Ends:
-        """Make the ends of a number; of one that is not open it is both."""
-        low, high = (end if np.isfinite(end) else np.nan for end in ends or (value, value))
-        return cls(value=value, low=low, high=high)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
     """Hold one instant of a film.
 
     found: the percussions; None where people could not be moved apart
-    match: the contacts of both models, forces in N (of an impact percussions in N·s)
+    matched: the contacts of both models, forces in N (of an impact percussions in N·s)
     determined: (k,) of the percussions: 1, 0, or −1 where that is not known
-    lower, upper: (k,) the ends of the percussions, NaN where there is none or none was computed
-    values: of each model, HEADLINES, how many people are above each limit, and MOVED_FAR"""
+    bounds: (2,k) of the percussions, NaN where there is none or none was computed
+    values: of each model, HEADLINES, how many people are above each limit, and MOVED_FAR: (3,) the
+        value, and the least and the largest that the mechanics allows, NaN where that is not known"""
 
     number: int  # of the frame in its file
     time: float  # s
     found: SnapshotPercussions | None = None
-    match: Match | None = None
+    matched: Match | None = None
     determined: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    lower: Floats = field(default_factory=lambda: np.zeros(0))
-    upper: Floats = field(default_factory=lambda: np.zeros(0))
-    values: Mapping[str, Mapping[str, Ends]] = field(default_factory=dict)
+    bounds: Floats = field(default_factory=lambda: np.zeros((2, 0)))
+    values: Mapping[str, Mapping[str, Floats]] = field(default_factory=dict)
     status: str = Status.SOLVED  # of the percussions, with the reason where they are not solved
     reason: str = ""
     heads: Floats | None = None  # (n,2) m, where people were filmed; None of a run
     account: Reconciliation | None = None  # what was done to them
+
+    @property
+    def now(self) -> Snapshot:
+        """The people of a frame that has some."""
+        assert self.found is not None
+        return self.found.snapshot
+
+    @property
+    def match(self) -> Match:
+        """The contacts of a frame that has people."""
+        assert self.matched is not None
+        return self.matched
 
     def unit(self, model: str) -> str:
         """Name the unit of what contacts carry in a model."""
@@ -245,12 +210,10 @@ class Frame:
 
     def has(self, model: str) -> Flags:
         """Tell which contacts (k,) a model has."""
-        assert self.match is not None
         return self.match.in_penalty if model == ENGINE else self.match.in_rigid
 
     def size(self, model: str) -> Floats:
         """Give the magnitudes (k,) of what contacts carry in a model, in its unit."""
-        assert self.match is not None
         vector = self.match.penalty if model == ENGINE else self.match.rigid
         return np.asarray(np.hypot(*vector.T))
 
@@ -276,11 +239,27 @@ class Reel:
         return [ENGINE, RIGID] if self.engine else [RIGID]
 
     @property
+    def shown(self) -> list[Frame]:
+        """List the frames that have people."""
+        return [frame for frame in self.frames if frame.found is not None]
+
+    @property
     def unsolved(self) -> list[Frame]:
         """List the frames whose percussions are not solved."""
         if RIGID not in self.models:
             return []
         return [frame for frame in self.frames if frame.status != Status.SOLVED]
+
+    def track(self, model: str, key: str) -> Floats:
+        """Follow a number of a model over the frames, (f,3) as in `Frame.values`; NaN where the
+        percussions are not solved and where a frame does not have it."""
+        nothing, unsolved = np.full(3, np.nan), self.unsolved if model == RIGID else []
+        return np.array(
+            [
+                nothing if one in unsolved else one.values.get(model, {}).get(key, nothing)
+                for one in self.frames
+            ]
+        )
 
 
 def window_of(match: Match, now: Snapshot, model: str) -> Window:
@@ -293,16 +272,15 @@ def window_of(match: Match, now: Snapshot, model: str) -> Window:
     return Window(start=now.time - 1.0, end=now.time, now=now, keys=keys, impulse=vector[has])
 
 
-def values_at(
+def _measured(
     scene: Scene, match: Match, found: SnapshotPercussions, model: str
 ) -> dict[str, float]:
     """Measure a model at an instant: HEADLINES, and of forces who is above each limit."""
     window = window_of(match, found.snapshot, model)
-    values = values_of(scene, window)
+    loads = loads_of(scene, window)
+    values = values_of(scene, window, loads)
     named = {key: values[key] for key in HEADLINES if key in values}
-    if model == RIGID and found.unit != FORCE:
-        return named
-    return named | exposure_values(scene, window)
+    return named if model == RIGID and found.unit != FORCE else named | people_above(loads)
 
 
 def frame_of(
@@ -315,35 +293,36 @@ def frame_of(
     account: Reconciliation | None = None,
 ) -> Frame:
     """Make a frame of percussions and, of a run, of the contacts that its engine wrote."""
-    k = len(found.contacts)
-    match = match_contacts(found, engine or NOBODY, np.zeros(k, dtype=bool))
-    measured = {RIGID: values_at(scene, match, found, RIGID)}
-    if engine is not None:
-        measured[ENGINE] = values_at(scene, match, found, ENGINE)
+    match = match_contacts(found, engine or NOBODY, np.zeros(len(found.contacts), dtype=bool))
+    models = [RIGID] if engine is None else [RIGID, ENGINE]
+    measured = {model: _measured(scene, match, found, model) for model in models}
+    rigid = measured[RIGID]
     if heads is not None:
         far = np.hypot(*(found.snapshot.position - heads).T) > FAR * found.snapshot.radius
-        measured[RIGID][MOVED_FAR] = 100.0 * float(far.mean())
-    known = openness_at(
-        scene, found, {key: measured[RIGID][key] for key in HEADLINES if key in measured[RIGID]}
-    )
+        rigid[MOVED_FAR] = 100.0 * float(far.mean())
+    headlines = {key: rigid[key] for key in HEADLINES if key in rigid}
+    *of_contacts, of_values = openness_at(scene, found, headlines)
     rows, k = np.searchsorted(match.keys, keys_of(found)), len(match.ids)
-    determined, lower, upper = np.full(k, -1), np.full(k, np.nan), np.full(k, np.nan)
-    determined[rows], lower[rows], upper[rows] = known.determined, known.lower, known.upper
+    determined, bounds = np.full(k, -1), np.full((2, k), np.nan)
+    determined[rows], bounds[:, rows] = of_contacts
+    values = {
+        model: {
+            key: np.array([value, *(of_values if model == RIGID else {}).get(key, (value, value))])
+            for key, value in every.items()
+        }
+        for model, every in measured.items()
+    }
+    for every in values.values():
+        for one in every.values():
+            one[~np.isfinite(one)] = np.nan
     return Frame(
         number=number,
         time=found.snapshot.time,
         found=found,
-        match=match,
+        matched=match,
         determined=determined,
-        lower=lower,
-        upper=upper,
-        values={
-            model: {
-                key: Ends.of(value, known.values.get(key) if model == RIGID else None)
-                for key, value in values.items()
-            }
-            for model, values in measured.items()
-        },
+        bounds=bounds,
+        values=values,
         status=str(found.answer.status),
         reason=found.answer.reason,
         heads=heads,

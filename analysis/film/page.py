@@ -16,7 +16,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from analysis.exposure.exposure import (
+from analysis.exposure.limits import (
     QUANTITIES,
     above_key,
     known_limits,
@@ -51,6 +51,8 @@ from analysis.pages.drawing import (
     draw_disks,
     draw_walls,
     frame,
+    legend_below,
+    shade,
     size_of,
 )
 from analysis.pages.html import render, write_pictures
@@ -74,13 +76,16 @@ def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
     """Draw each headline number over time, those of two units apart: of runs every model, of a
     filmed crowd the middle radius within the band of all; crosses where percussions are not solved;
     narrow: for a telephone."""
-    panels = {
-        (key, unit_of(reel, model, key)): None
+    panels = [
+        (key, unit)
         for key in HEADLINES
-        for reel in reels
-        for model in reel.models
-        if any(key in one.values.get(model, {}) for one in reel.frames)
-    }
+        for unit in dict.fromkeys(
+            unit_of(reel, model, key)
+            for reel in reels
+            for model in reel.models
+            if any(key in one.values.get(model, {}) for one in reel.frames)
+        )
+    ]
     size = (NARROW_IN if narrow else 8.0, 2.2 * len(panels) + 1.0)
     figure = Figure(figsize=size, layout="constrained")
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
@@ -99,59 +104,46 @@ def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
         for bad in ([one.time for one in reel.unsolved] for reel in reels if reel.unsolved):
             axes.plot(bad, np.zeros(len(bad)), "x", color=VERMILION, clip_on=False, zorder=5)
     every[-1].set_xlabel("time (s)")
-    named = {name: line for axes in every for line, name in
-             zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
-    figure.legend(named.values(), named.keys(), fontsize=8, ncols=1 if narrow else 2,
-                  loc="outside upper center")  # fmt: skip
+    legend_below(figure, every, 1 if narrow else 2, place="outside upper center")
     return figure
 
 
 def _draw_radii(axes: Axes, reels: Sequence[Reel], key: str) -> None:
     """The middle radius; what the mechanics leaves open; the band of all radii."""
-    spans = [_series(reel, RIGID, key) for reel in reels]
-    time, middle, low, high = spans[len(spans) // 2]
-    shared = sorted({t for span in spans for t in span[0]})
-    lowest, highest = (
-        [pick(span[k][list(span[0]).index(t)] for span in spans if t in span[0]) for t in shared]
-        for k, pick in ((2, min), (3, max))
-    )
-    radii = [reel.radius for reel in reels if reel.radius]
+    every, reel = np.stack([one.track(RIGID, key) for one in reels]), reels[len(reels) // 2]
+    time = np.array([frame.time for frame in reel.frames])
+    (low, high), known = band(every), ~np.isnan(every[..., 0])
+    shared, mine = known.any(0), known[len(reels) // 2]
+    radii = [one.radius for one in reels if one.radius]
     if len(reels) > 1:
+        lowest, highest = np.nanmin(low[:, shared], axis=0), np.nanmax(high[:, shared], axis=0)
         label = f"radii {min(radii):g} to {max(radii):g} m"
-        axes.fill_between(shared, lowest, highest, color=BLUE, alpha=FAINTER, lw=0, label=label)
+        shade(axes, time[shared], lowest, highest, BLUE, FAINTER, label=label)
+    middle, low, high = (one[len(reels) // 2, mine] for one in (every[..., 0], low, high))
     if np.any(high > low):
-        axes.fill_between(time, low, high, color=BLUE, alpha=FAINT, lw=0,
-                          label="all admissible forces")  # fmt: skip
-    reel = reels[len(reels) // 2]
-    axes.plot(time, middle, color=BLUE, lw=1.2, label=reel.title)
-    jumped = {n for n, share in jumps(reel)[key].items() if abs(share) > JUMP}
-    at = [frame.time for frame in reel.frames if frame.number in jumped]
+        shade(axes, time[mine], low, high, BLUE, FAINT, label="all admissible forces")
+    axes.plot(time[mine], middle, color=BLUE, lw=1.2, label=reel.title)
+    jumped = np.abs(jumps(reel)[key][mine]) > JUMP
     label = f"jumps since the frame before, {reel.title}"
-    axes.plot(at, middle[np.isin(time, at)], "o", mfc="none", ms=4, color=VERMILION, label=label)
+    axes.plot(
+        time[mine][jumped], middle[jumped], "o", mfc="none", ms=4, color=VERMILION, label=label
+    )
 
 
 def _draw_models(axes: Axes, reels: Sequence[Reel], key: str, unit: str) -> None:
     """Every model of every run that has the unit, percussions dashed."""
     for reel, colour in zip(reels, cycle(COLOURS), strict=False):
+        time = np.array([frame.time for frame in reel.frames])
         for model, line in zip(reel.models, LINES, strict=False):
             if unit_of(reel, model, key) != unit:
                 continue
-            time, value, low, high = _series(reel, model, key)
+            track = reel.track(model, key)
+            known = ~np.isnan(track[:, 0])
             label = reel.title if model == ENGINE else f"percussions, at the places of {reel.title}"
-            axes.plot(time, value, color=colour, ls=line, lw=1.2, label=label)
+            axes.plot(time[known], track[known, 0], color=colour, ls=line, lw=1.2, label=label)
+            low, high = band(track[known])
             if np.any(high > low):
-                axes.fill_between(time, low, high, color=colour, alpha=FAINT, lw=0)
-
-
-def _series(reel: Reel, model: str, key: str) -> tuple[np.ndarray, ...]:
-    """Times and values with their ends, of the frames that have the number."""
-    unsolved = reel.unsolved if model == RIGID else []
-    rows = [
-        (one.time, one.values[model][key].value, *band(one.values[model][key]))
-        for one in reel.frames
-        if one not in unsolved and key in one.values.get(model, {})
-    ]
-    return tuple(np.array(rows, dtype=np.float64).reshape(-1, 4).T)
+                shade(axes, time[known], low, high, colour, FAINT)
 
 
 def _draw_limits(axes: Axes, key: str) -> None:
@@ -172,8 +164,7 @@ def draw_still(
     reel: Reel, shown: Frame, files: tuple[Path, ...] = (), *, narrow: bool = False
 ) -> Figure:
     """Draw one frame in the first model; files: of users' limits; narrow: for a telephone."""
-    assert shown.found is not None
-    now = shown.found.snapshot
+    now = shown.now
     size = size_of(_in_view(reel, now), float(now.radius.max()), 1, narrow=narrow)
     figure = Figure(figsize=size, layout="constrained")
     still_on(figure.subplots(), reel, shown, files)
@@ -183,9 +174,7 @@ def draw_still(
 def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> None:
     """Draw one frame on axes: people in the colours of the limits (files: of users) that their
     largest force is above, and a black line for each contact, wider for more force."""
-    assert shown.found is not None
-    assert shown.match is not None
-    now, contacts, size = shown.found.snapshot, shown.match.contacts, shown.size(reel.models[0])
+    now, contacts, size = shown.now, shown.match.contacts, shown.size(reel.models[0])
     most, pairs, unit = np.zeros(len(now)), ~contacts.is_wall, shown.unit(reel.models[0])
     np.maximum.at(most, contacts.first, size)
     np.maximum.at(most, contacts.second[pairs], size[pairs])
@@ -242,12 +231,11 @@ def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
 
 def _reel(reel: Reel) -> dict[str, Any]:
     """Everybody who is ever there, the walls, and the frames."""
-    shown = [frame for frame in reel.frames if frame.found is not None]
+    shown = reel.shown
     people = {
         int(one): float(r)
         for frame in shown
-        if frame.found is not None
-        for one, r in zip(frame.found.snapshot.ids, frame.found.snapshot.radius, strict=True)
+        for one, r in zip(frame.now.ids, frame.now.radius, strict=True)
     }
     ids = sorted(people)
     step = _step(max((_largest(reel, frame) for frame in shown), default=0.0))
@@ -277,9 +265,9 @@ def _frame(
     head: dict[str, Any] = {"n": frame.number, "t": round(frame.time, 6), "s": frame.status}
     if frame.reason:
         head["why"] = frame.reason
-    if frame.found is None or frame.match is None:
+    if frame.found is None:
         return head
-    now, match = frame.found.snapshot, frame.match
+    now, match = frame.now, frame.match
     places = np.round(now.position / PLACE_M).astype(np.int64).tolist()
     moved = []
     for one, (x, y) in zip(now.ids.tolist(), places, strict=True):
@@ -297,17 +285,14 @@ def _frame(
         "f": [np.where(frame.has(model), np.round(frame.size(model) / step), -1)
               .astype(np.int64).tolist() for model in reel.models],
         "d": frame.determined.tolist(),
-        "lo": _ends(frame.lower, step),
-        "hi": _ends(frame.upper, step),
-    } | ({"h": _heads(frame)} if frame.heads is not None else {})  # fmt: skip
+        "lo": _ends(frame.bounds[0], step),
+        "hi": _ends(frame.bounds[1], step),
+    } | ({"h": _heads(frame.heads, now)} if frame.heads is not None else {})  # fmt: skip
 
 
-def _heads(frame: Frame) -> list[int]:
+def _heads(heads: Floats, now: Snapshot) -> list[int]:
     """Where the heads were, seen from the disks."""
-    assert frame.found is not None
-    assert frame.heads is not None
-    away = np.round((frame.heads - frame.found.snapshot.position) / PLACE_M)
-    return [int(step) for step in away.ravel()]
+    return [int(step) for step in np.round((heads - now.position) / PLACE_M).ravel()]
 
 
 def _steps_of(rising: Any) -> list[int]:
@@ -402,13 +387,9 @@ def _what(
 ) -> list[str]:
     """What was filmed, and what presses it."""
     middle = reels[len(reels) // 2]
-    shown = [frame for frame in middle.frames if frame.found is not None]
-    counts = [len(frame.found.snapshot) for frame in shown if frame.found is not None]
+    counts = [len(frame.now) for frame in middle.shown]
     if middle.radius is None:
-        people = [
-            max(len(frame.found.snapshot) for frame in reel.frames if frame.found is not None)
-            for reel in reels
-        ]
+        people = [max(len(frame.now) for frame in reel.shown) for reel in reels]
         names = [reel.engine for reel in reels]
         about: dict[str, object] = {
             "people": people[0],
@@ -420,7 +401,7 @@ def _what(
         }
         said = [words.text("run", **shared, **about)]
     else:
-        done = [frame.account for frame in shown if frame.account is not None]
+        done = [frame.account for frame in middle.shown if frame.account is not None]
         said = [
             words.text(
                 "heads",
@@ -445,8 +426,7 @@ def _what(
 def _push(reel: Reel) -> tuple[float, float]:
     """The least and the largest push (N) of those who are filmed."""
     assert reel.scene.drive is not None
-    every = [frame.found.snapshot.mass for frame in reel.frames if frame.found is not None]
-    push = reel.scene.drive.push(np.concatenate(every))
+    push = reel.scene.drive.push(np.concatenate([frame.now.mass for frame in reel.shown]))
     return float(push.min()), float(push.max())
 
 
@@ -467,16 +447,16 @@ def _doubts(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -
     """What limits the numbers of a filmed crowd: how far people were moved, and jumps."""
     far = {
         significant(reel.radius): float(
-            np.mean([f.values[RIGID][MOVED_FAR].value for f in reel.frames if f.found is not None])
+            np.mean([frame.values[RIGID][MOVED_FAR][0] for frame in reel.shown])
         )
         for reel in reels
     }
     middle = reels[len(reels) // 2]
     counts = {
-        measure.title: sum(abs(share) > JUMP for share in jumps(middle)[key].values())
+        measure.title: int((np.abs(jumps(middle)[key]) > JUMP).sum())
         for key, measure in HEADLINES.items()
     }
-    steps = max(len(each) for each in jumps(middle).values())
+    steps = max(int((~np.isnan(each)).sum()) for each in jumps(middle).values())
     return [words.text("doubts", **shared, far=far, counts=counts, steps=steps)]
 
 
@@ -582,18 +562,14 @@ def _pictures(
 ) -> tuple[Picture, Picture]:
     """The frame that carries most, of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
-
-    def largest(frame: Frame) -> float:
-        return -1.0 if frame.found is None else float(frame.size(middle.models[0]).max(initial=0.0))
-
-    frame = max(middle.frames, key=largest)
-    about = {"title": middle.title, "number": frame.number, "time": frame.time}
+    most = max(middle.shown, key=lambda frame: frame.size(middle.models[0]).max(initial=0.0))
+    about = {"title": middle.title, "number": most.number, "time": most.time}
     drawn = draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
-    small = draw_still(middle, frame, narrow=True)
+    small = draw_still(middle, most, narrow=True), draw_series(reels, narrow=True)
     return (
-        words.picture("still", draw_still(middle, frame), small, **about),
-        words.picture("series", drawn, draw_series(reels, narrow=True), **shared, limits=limits),
+        words.picture("still", draw_still(middle, most), small[0], **about),
+        words.picture("series", drawn, small[1], **shared, limits=limits),
     )
 
 

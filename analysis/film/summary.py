@@ -2,16 +2,17 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
-from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Ends, Reel
+from analysis.film.frame import ENGINE, HEADLINES, MOVED_FAR, RIGID, Reel
 from analysis.motion.inference import LEVEL, correlation_windows
 from analysis.pages.numbers import NONE, two
 from analysis.percussions.setting import FORCE
 from analysis.support.files import whole_file, write_rows
+from nscd.arrays import Floats
 
 # Columns before those of the headline numbers.
 HEAD = ("reel", "model", "radius_m", "frame", "time_s", "people", "status", "moved_mean_m",
@@ -41,29 +42,28 @@ class Headline:
 
 def headline(reels: Sequence[Reel], model: str, key: str) -> Headline | None:
     """Sum up a number of reels that make one band; None where no frame of the middle one has it."""
-    middle = _values(reels[len(reels) // 2], model, key)
-    if not middle:
+    every = np.stack([reel.track(model, key) for reel in reels])  # (reels, frames, 3)
+    known = ~np.isnan(every[..., 0])
+    values = every[len(reels) // 2][known[len(reels) // 2], 0]
+    if not len(values):
         return None
-    lows: dict[int, float] = {}
-    highs: dict[int, float] = {}
-    unbounded = set()
-    for reel in reels:
-        for number, ends in _values(reel, model, key).items():
-            low, high = band(ends)
-            lows[number] = min(low, lows.get(number, low))
-            highs[number] = max(high, highs.get(number, high))
-            if np.isnan([ends.low, ends.high]).any():
-                unbounded.add(number)
-    answers = np.array([ends.value for ends in middle.values()])
+    (low, high), there = band(every), known.any(0)
     tail = 0.5 - LEVEL / 2
     return Headline(
-        median=float(np.median(answers)),
-        low=float(np.quantile(list(lows.values()), tail)),
-        high=float(np.quantile(list(highs.values()), 1 - tail)),
-        frames=len(answers),
-        independent=len(answers) / correlation_windows([answers]),
-        unbounded=len(unbounded),
+        median=float(np.median(values)),
+        low=float(np.quantile(np.nanmin(low[:, there], axis=0), tail)),
+        high=float(np.quantile(np.nanmax(high[:, there], axis=0), 1 - tail)),
+        frames=len(values),
+        independent=len(values) / correlation_windows([values]),
+        unbounded=int((known & np.isnan(every).any(2)).any(0).sum()),
     )
+
+
+def band(track: Floats) -> tuple[Floats, Floats]:
+    """Give the bounds of numbers (…,3); the number itself where one is not known."""
+    value = track[..., :1]
+    bounds = np.where(np.isnan(track), value, track)
+    return bounds.min(-1), bounds.max(-1)
 
 
 def bands(reels: Sequence[Reel]) -> dict[str, Band]:
@@ -107,68 +107,47 @@ def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:
     return list(columns), rows
 
 
-def jumps(reel: Reel) -> dict[str, dict[int, float]]:
+def jumps(reel: Reel) -> dict[str, Floats]:
     """Give the change of each headline number of the percussions since the frame of the film
-    before, as a share of its mean over the frames; of solved frames that follow each other."""
-    found = {}
-    numbers = [frame.number for frame in reel.frames]
-    for key in HEADLINES:
-        values = {number: one.value for number, one in _values(reel, RIGID, key).items()}
-        mean = float(np.mean(list(values.values()) or [0.0])) or 1.0
-        found[key] = {
-            now: (values[now] - values[before]) / mean
-            for before, now in pairwise(numbers)
-            if before in values and now in values
-        }
-    return found
+    before, as a share of its mean over the frames, (f,); NaN but of solved frames that follow each
+    other."""
+    tracks = {key: reel.track(RIGID, key)[:, 0] for key in HEADLINES}
+    return {key: np.diff(values, prepend=np.nan) / _mean(values) for key, values in tracks.items()}
+
+
+def _mean(values: Floats) -> float:
+    """The mean of the known ones; 1 where it is zero or none is known."""
+    known = values[~np.isnan(values)]
+    return (float(known.mean()) if len(known) else 0.0) or 1.0
 
 
 def jumping(reel: Reel) -> list[int]:
     """List the frames in which one of the headline numbers jumps."""
-    every = (each.items() for each in jumps(reel).values())
-    return sorted({number for one in every for number, share in one if abs(share) > JUMP})
+    large = np.any([np.abs(every) > JUMP for every in jumps(reel).values()], axis=0)
+    return sorted(frame.number for frame, one in zip(reel.frames, large, strict=True) if one)
 
 
 def left_open(reels: Sequence[Reel]) -> tuple[int, float, int]:
     """Tell what equilibrium leaves open in the headline numbers of the percussions: in how many
     frames of all reels, by what largest share of the mean of a number, and in how many frames the
     bounds are not known."""
-    frames: set[tuple[str, int]] = set()
-    unknown: set[tuple[str, int]] = set()
-    most = 0.0
+    opened, unknown, most = 0, 0, 0.0
     for reel in (reel for reel in reels if RIGID in reel.models):
-        for key in HEADLINES:
-            values = _values(reel, RIGID, key)
-            mean = float(np.mean([ends.value for ends in values.values()] or [0.0])) or 1.0
-            for number, ends in values.items():
-                if np.isnan([ends.low, ends.high]).any():
-                    unknown.add((reel.title, number))
-                elif ends.high - ends.low > NO_WIDTH * mean:
-                    frames.add((reel.title, number))
-                    most = max(most, (ends.high - ends.low) / mean)
-    return len(frames), most, len(unknown)
+        every = np.stack([reel.track(RIGID, key) for key in HEADLINES])  # (numbers, frames, 3)
+        known = ~np.isnan(every[..., 0])
+        mean = np.array([[_mean(values)] for values in every[..., 0]])
+        width = np.nan_to_num((every[..., 2] - every[..., 1]) / mean)
+        width[width <= NO_WIDTH] = 0.0
+        opened += int(width.any(0).sum())
+        most = max(most, float(width.max()))
+        unknown += int((known & np.isnan(every).any(2)).any(0).sum())
+    return opened, most, unknown
 
 
 def unit_of(reel: Reel, model: str, key: str) -> str:
     """Name the unit of a headline number, which of an impact is that of the percussions."""
     own = next((one.unit(model) for one in reel.frames if one.found is not None), FORCE)
     return HEADLINES[key].unit if own == FORCE else own
-
-
-def band(ends: Ends) -> tuple[float, float]:
-    """Give the ends of a number; the number itself where one is not known."""
-    low, high = (ends.value if np.isnan(end) else end for end in (ends.low, ends.high))
-    return min(low, ends.value), max(high, ends.value)
-
-
-def _values(reel: Reel, model: str, key: str) -> dict[int, Ends]:
-    """A number in every solved frame that has it."""
-    unsolved = {frame.number for frame in reel.unsolved} if model == RIGID else set()
-    return {
-        frame.number: frame.values[model][key]
-        for frame in reel.frames
-        if frame.number not in unsolved and key in frame.values.get(model, {})
-    }
 
 
 def column(key: str, unit: str, end: str = "") -> str:
@@ -187,8 +166,8 @@ def table(reels: Sequence[Reel]) -> tuple[list[str], list[list[object]]]:
 
 def _rows(reel: Reel) -> Iterator[Mapping[str, object]]:
     changes = {} if reel.radius is None else jumps(reel)
-    jumped = set() if reel.radius is None else set(jumping(reel))
-    for frame, model in product(reel.frames, reel.models):
+    jumped = [] if reel.radius is None else jumping(reel)
+    for (place, frame), model in product(enumerate(reel.frames), reel.models):
         done, values = frame.account, frame.values.get(model, {})
         row: dict[str, object] = {
             "reel": reel.title,
@@ -196,24 +175,21 @@ def _rows(reel: Reel) -> Iterator[Mapping[str, object]]:
             "radius_m": reel.radius,
             "frame": frame.number,
             "time_s": frame.time,
-            "people": 0 if frame.found is None else len(frame.found.snapshot),
+            "people": 0 if frame.found is None else len(frame.now),
             "status": frame.status if model == RIGID else None,
             "moved_mean_m": done.moved_mean_m if done else None,
             "moved_largest_m": done.moved_largest_m if done else None,
-            MOVED_FAR: values[MOVED_FAR].value if MOVED_FAR in values else None,
+            MOVED_FAR: float(values[MOVED_FAR][0]) if MOVED_FAR in values else None,
             "jump": None if reel.radius is None else int(frame.number in jumped),
         }
+        numbers = {}
         for key in HEADLINES:
             if key in changes:
-                row[f"{key}_jump"] = changes[key].get(frame.number)
-            ends = values.get(key)
-            if ends is None:
-                continue
-            unit = frame.unit(model)
-            for end, value in (("", ends.value), ("low", ends.low), ("high", ends.high)):
+                numbers[f"{key}_jump"] = changes[key][place]
+            for end, value in zip(("", "low", "high"), values.get(key, ()), strict=False):
                 if model == RIGID or not end:
-                    row[column(key, unit, end)] = None if np.isnan(value) else value
-        yield row
+                    numbers[column(key, frame.unit(model), end)] = value
+        yield row | {name: None if np.isnan(one) else float(one) for name, one in numbers.items()}
 
 
 def write_table(reels: Sequence[Reel], folder: Path, *, parquet: bool = False) -> list[Path]:

@@ -1,22 +1,23 @@
 """Two runs of one crowd compared window by window: impulses contact by contact, loads, and files of
 both."""
 
-from collections.abc import Iterator, Sequence
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
-from analysis.engines.record import RunRecord
+from analysis.engines.record import RunRecord, read_finished
+from analysis.exposure.loads import MEASURES, SHORTEST_S, loads_of, passed, values_of
 from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
-from analysis.motion.study import MEASURES, SHORTEST_S, passed, values_of
-from analysis.scene.scene import Scene, read_scene
-from analysis.support.files import write_json, write_rows
+from analysis.scene.scene import Scene
+from analysis.support.files import write_columns, write_json
 from nscd.arrays import Floats, Indices
 
 # Of the crowds: the field of a snapshot, and how it is called.
@@ -54,39 +55,38 @@ def check_same_crowd(first: tuple[Path, Scene], second: tuple[Path, Scene]) -> N
 
 # Frames of two runs this near, over the shortest window, are at the same instant.
 SAME = 1e-3
+RUNS = ("first", "second")
+UNITS = {"N": "N", "N/m": "N_per_m", "m/s": "m_per_s", "1/m²": "per_m2", "1/s": "per_s"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Both:
-    """Hold one window of both runs.
+class WindowComparison:
+    """Set two runs of one crowd side by side, window by window.
 
-    values: of the first and the second run, measure by measure"""
+    scenes, records: of the first and the second run
+    windows: (t,) by the columns of windows.csv: the ends of the windows (s), the measures of both
+        runs, and their agreement
+    contacts: (k,) by the columns of window_contacts.csv: each contact that either has in a window,
+        with its impulse (N·s) in both, 0 where it has not the contact"""
 
-    start: float  # s
-    end: float  # s
-    keys: Indices  # (k,3) of every contact that either has, as a window has them
-    impulses: Floats  # (2,k,2) N·s, first and second run; 0 where it has not the contact
-    has: np.ndarray[tuple[int, int], np.dtype[np.bool_]]  # (2,k)
-    values: tuple[dict[str, float], dict[str, float]]
-    loads: Floats  # Σ of impulses at each person over the time, (2,n) N
+    scenes: tuple[Scene, Scene]
+    records: tuple[RunRecord, RunRecord]
+    windows: Mapping[str, Floats]
+    contacts: Mapping[str, Floats | Indices]
 
-    def agreement(self) -> dict[str, float]:
-        """Say how far the second run is from the first: rms differences over rms per contact that
-        both have and per person, relative differences of sums."""
-        both = self.has.all(0)
-        size = np.hypot(self.impulses[..., 0], self.impulses[..., 1])
-        wall = self.keys[:, 2] == 1
-        first, second = self.impulses[:, both].reshape(2, -1)
-        return {
-            "contacts_both": float(both.sum()),
-            "contacts_only_first": float((self.has[0] & ~both).sum()),
-            "contacts_only_second": float((self.has[1] & ~both).sum()),
-            "contact_relative_difference": relative_difference(first, second),
-            "contact_correlation": correlation(size[0, both], size[1, both]),
-            "person_relative_difference": relative_difference(*self.loads),
-            "wall_difference": _above(*size[:, wall].sum(1)),
-            "sum_difference": _above(*size.sum(1)),
-        }
+    def values(self, key: str) -> list[Floats]:
+        """Give a measure of the first and of the second run, each (t,), in its unit."""
+        return [self.windows[column(run, key)] for run in RUNS]
+
+    def paired(self) -> dict[str, Paired]:
+        """Compare the means over all windows, measure by measure, window with window."""
+        known = [key for key in MEASURES if column("first", key) in self.windows]
+        return {key: _paired(*self.values(key)) for key in known}
+
+
+def column(run: str, key: str) -> str:
+    """Name the column of a measure of the first or the second run."""
+    return f"{run}_{key}_{UNITS.get(MEASURES[key].unit, '')}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,25 +104,6 @@ class Paired:
     independent: float  # how many windows count as such, by the correlation time of the differences
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class WindowComparison:
-    """Set two runs of one crowd side by side.
-
-    scenes, records: of the first and the second run"""
-
-    scenes: tuple[Scene, Scene]
-    records: tuple[RunRecord, RunRecord]
-    windows: Sequence[Both]  # in order of time
-
-    def paired(self) -> dict[str, Paired]:
-        """Compare the means over all windows, measure by measure, window with window."""
-        return {
-            key: _paired(*(np.array([w.values[run][key] for w in self.windows]) for run in (0, 1)))
-            for key in MEASURES
-            if key in self.windows[0].values[0]
-        }
-
-
 def compare_windows(
     first: Path, second: Path, shortest_s: float = SHORTEST_S, last_s: float | None = None
 ) -> WindowComparison:
@@ -138,31 +119,27 @@ def compare_windows(
             f"window: {shortest_s:g} s; below {SHORTEST_S:g} s forces depend on the time step more "
             "than on the crowd"
         )
-    (scene, record), (other, other_record) = (_finished(folder) for folder in (first, second))
+    (scene, record), (other, other_record) = (read_finished(folder) for folder in (first, second))
     check_same_crowd((first, scene), (second, other))
     runs = [
         RunWindows(folder, one.time_step_s)
         for folder, one in ((first, record), (second, other_record))
     ]
-    frames = _common(runs[0].times, runs[1].times, shortest_s)
-    windows = [_both(scene, runs, begin, end) for begin, end in pairwise(frames)]
-    if not windows:
+    frames = list(pairwise(_common(runs[0].times, runs[1].times, shortest_s)))
+    if not frames:
         raise DumpError(
             f"{second}: no two frames at instants of {first} that are {shortest_s:g} s apart"
         )
-    begins = windows[-1].end - (last_s or np.inf) - SAME * shortest_s
+    begins = runs[0].times[frames[-1][1][0]] - (last_s or np.inf) - SAME * shortest_s
+    chosen = [ends for ends in frames if runs[0].times[ends[0][0]] >= begins]
+    made = [_window(scene, runs, begin, end) for begin, end in chosen]
+    windows, contacts = zip(*made, strict=True)
     return WindowComparison(
         scenes=(scene, other),
         records=(record, other_record),
-        windows=[window for window in windows if window.start >= begins],
+        windows={key: np.array([row[key] for row in windows]) for key in windows[0]},
+        contacts={key: np.concatenate([rows[key] for rows in contacts]) for key in contacts[0]},
     )
-
-
-def _finished(folder: Path) -> tuple[Scene, RunRecord]:
-    record = RunRecord.read(folder)
-    scene = read_scene(folder / "scene.toml").model_copy(update={"name": record.scene})
-    record.check_finished(folder, scene)
-    return scene, record
 
 
 def _common(first: Floats, second: Floats, shortest_s: float) -> list[tuple[int, int]]:
@@ -177,36 +154,69 @@ def _common(first: Floats, second: Floats, shortest_s: float) -> list[tuple[int,
     return chosen
 
 
-def _both(
+def _window(
     scene: Scene, runs: Sequence[RunWindows], begin: tuple[int, int], end: tuple[int, int]
-) -> Both:
-    """The window of both runs between two frames of each."""
+) -> tuple[dict[str, float], dict[str, Floats | Indices]]:
+    """The window of both runs between two frames of each: its row of windows.csv, and the columns
+    (k,) of its rows of window_contacts.csv."""
     windows = [run.window(a, b) for run, a, b in zip(runs, begin, end, strict=True)]
     keys = np.unique(np.concatenate([window.keys for window in windows]), axis=0)
-    impulses, has = np.zeros((2, len(keys), 2)), np.zeros((2, len(keys)), dtype=bool)
-    values = []
+    impulses, has = np.zeros((2, len(keys), 2)), np.zeros((2, len(keys)), dtype=np.int64)
+    loads, values = [], []
     for number, (run, window) in enumerate(zip(runs, windows, strict=True)):
         every = np.concatenate([keys, window.keys])
         place = np.unique(every, axis=0, return_inverse=True)[1].ravel()[len(keys) :]
-        impulses[number, place], has[number, place] = window.impulse, True
-        measured = values_of(scene, window)
+        impulses[number, place], has[number, place] = window.impulse, 1
+        borne = loads_of(scene, window)
+        measured = values_of(scene, window, borne)
         if scene.drive is not None:
             out = passed(scene, window.now) - passed(scene, run.at(begin[number]))
             measured["flow"] = out / window.duration
+        loads.append(borne["contact_sum"])
         values.append(measured)
-    return Both(
-        start=windows[0].start,
-        end=windows[0].end,
-        keys=keys,
-        impulses=impulses,
-        has=has,
-        values=(values[0], values[1]),
-        loads=np.stack([window.at_people(window.force) for window in windows]),
-    )
+    ends = {"start_s": windows[0].start, "end_s": windows[0].end}
+    row = {
+        column(name, key): measured[key]
+        for key in values[0]
+        for name, measured in zip(RUNS, values, strict=True)
+    }
+    contacts = {key: np.full(len(keys), end) for key, end in ends.items()}
+    contacts |= dict(zip(("first", "second", "is_wall"), keys.T, strict=True))
+    contacts |= {"in_first_run": has[0], "in_second_run": has[1]}
+    for name, impulse in zip(RUNS, impulses, strict=True):
+        contacts |= {f"{name}_run_x_Ns": impulse[:, 0], f"{name}_run_y_Ns": impulse[:, 1]}
+    return ends | row | _agreement(impulses, has, keys, loads), contacts
+
+
+def _agreement(
+    impulses: Floats, has: Indices, keys: Indices, loads: Sequence[Floats]
+) -> dict[str, float]:
+    """How far the second run is from the first: rms differences over rms per contact that both have
+    and per person, relative differences of sums.
+
+    impulses, has: (2,k,2) N·s and (2,k) 0 or 1, of the first and the second run
+    keys: (k,3), as a window has them; loads: (n,) N of people, of both"""
+    both, wall = has.all(0), keys[:, 2] == 1
+    size = np.hypot(impulses[..., 0], impulses[..., 1])
+    first, second = impulses[:, both].reshape(2, -1)
+    return {
+        "contacts_both": float(both.sum()),
+        "contacts_only_first": float((has[0] - both).sum()),
+        "contacts_only_second": float((has[1] - both).sum()),
+        "contact_relative_difference": relative_difference(first, second),
+        "contact_correlation": correlation(size[0, both], size[1, both]),
+        "person_relative_difference": relative_difference(*loads),
+        "wall_difference": _above(*size[:, wall].sum(1)),
+        "sum_difference": _above(*size.sum(1)),
+    }
+
+
+def _above(first: float, second: float) -> float:
+    return second / first - 1 if first else float("nan")
 
 
 def _paired(first: Floats, second: Floats) -> Paired:
-    """The means of both (w,), and how their difference goes on from window to window."""
+    """The means of both (t,), and how their difference goes on from window to window."""
     difference = second - first
     difference[np.abs(difference) <= ROUNDING * np.maximum(first, second)] = 0.0
     mean, apart = float(first.mean()), difference - difference.mean()
@@ -222,47 +232,13 @@ def _paired(first: Floats, second: Floats) -> Paired:
     )
 
 
-def _above(first: float, second: float) -> float:
-    return second / first - 1 if first else float("nan")
-
-
-CONTACTS_HEAD = [
-    "start_s", "end_s", "first", "second", "is_wall", "in_first_run", "in_second_run",
-    "first_run_x_Ns", "first_run_y_Ns", "second_run_x_Ns", "second_run_y_Ns",
-]  # fmt: skip
-UNITS = {"N": "N", "N/m": "N_per_m", "m/s": "m_per_s", "1/m²": "per_m2", "1/s": "per_s"}
-
-
 def write_windows(folder: Path, compared: WindowComparison, runs: tuple[Path, Path]) -> list[Path]:
     """Write a comparison into a folder, and return the files: measures and agreement window by
     window, impulses contact by contact, and all of it over the windows; runs: the two folders."""
     paths = [folder / name for name in ("windows.csv", "window_contacts.csv", "windows.json")]
-    measures = list(compared.windows[0].values[0])
-    columns = [
-        f"{run}_{key}_{UNITS[MEASURES[key].unit]}"
-        for key in measures
-        for run in ("first", "second")
-    ]
-    agreement = list(compared.windows[0].agreement())
-    rows: list[list[object]] = []
-    for window in compared.windows:
-        values = [run[key] for key in measures for run in window.values]
-        rows.append([window.start, window.end, *values, *window.agreement().values()])
-    write_rows(paths[0], ["start_s", "end_s", *columns, *agreement], rows)
-    write_rows(paths[1], CONTACTS_HEAD, _contacts(compared))
-    write_json(paths[2], _content(compared, runs))
-    return paths
-
-
-def _contacts(compared: WindowComparison) -> Iterator[list[object]]:
-    for window in compared.windows:
-        for row, key in enumerate(window.keys.tolist()):
-            has = window.has[:, row].astype(int).tolist()
-            yield [window.start, window.end, *key, *has, *window.impulses[:, row].ravel().tolist()]
-
-
-def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, Any]:
-    windows = compared.windows
+    write_columns(paths[0], compared.windows)
+    write_columns(paths[1], compared.contacts)
+    starts, ends = compared.windows["start_s"], compared.windows["end_s"]
     measures = {
         key: {
             "unit": MEASURES[key].unit,
@@ -275,6 +251,14 @@ def _content(compared: WindowComparison, runs: tuple[Path, Path]) -> dict[str, A
         }
         for key, found in compared.paired().items()
     }
-    span = {"from_s": windows[0].start, "to_s": windows[-1].end, "measures": measures}
-    counted = {"window_s": windows[0].end - windows[0].start, "windows": len(windows)}
-    return {"first": str(runs[0]), "second": str(runs[1]), **counted, **span}
+    content = {
+        "first": str(runs[0]),
+        "second": str(runs[1]),
+        "window_s": float(ends[0] - starts[0]),
+        "windows": len(starts),
+        "from_s": float(starts[0]),
+        "to_s": float(ends[-1]),
+        "measures": measures,
+    }
+    write_json(paths[2], content)
+    return paths

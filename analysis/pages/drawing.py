@@ -5,7 +5,7 @@ repeat what they say. Shades of a quantity run from light (little) to dark (much
 """
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -129,10 +129,29 @@ def frame(axes: Axes, points: Floats, margin: float) -> None:
     axes.tick_params(labelsize=8)
 
 
-def legend_below(figure: Figure, axes: Axes, columns: int, fontsize: int = 8) -> None:
-    """Name the lines of one of the axes below all of them."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=fontsize)
+def legend_below(
+    figure: Figure,
+    axes: Axes | Iterable[Axes],
+    columns: int,
+    fontsize: int = 8,
+    *,
+    place: Literal["outside lower center", "outside upper center"] = "outside lower center",
+) -> None:
+    """Name the lines of one or of several axes, each name once, below all axes."""
+    every = [axes] if isinstance(axes, Axes) else axes
+    named = {
+        name: line
+        for one in every
+        for line, name in zip(*one.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(named.values(), named.keys(), loc=place, ncols=columns, fontsize=fontsize)
+
+
+def shade(
+    axes: Axes, x: Floats, low: Floats, high: Floats, colour: str, alpha: float, **look: Any
+) -> None:
+    """Shade the band between two curves; look: what `fill_between` takes."""
+    axes.fill_between(x, low, high, color=colour, alpha=alpha, lw=0, **look)
 
 
 def panels(

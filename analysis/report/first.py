@@ -6,14 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
-from analysis.exposure import exposure
+from analysis.exposure.limits import (
+    Limit,
+    Quantity,
+    above_key,
+    limits_of_bodies,
+    limits_of_people,
+    limits_of_walls,
+)
 from analysis.film.page import force_notes
 from analysis.motion.study import (
     FACTORS,
-    Ensemble,
-    Measure,
+    Model,
     MotionStudy,
     difference_words,
+    differences_of,
     least_words,
 )
 from analysis.pages.numbers import significant
@@ -28,20 +35,20 @@ REPLICATES = "replicates"
 SHORT = {"contact_largest": "largest force", "wall_line_load": "wall load", "flow": "flow"}
 
 
-def named_limit(study: MotionStudy) -> exposure.Limit:
+def named_limit(study: MotionStudy) -> Limit:
     """Give the limit that the first screen counts people above."""
-    return next(one for one in exposure.limits_of_people(study.limits) if one.name == NAMED)
+    return next(one for one in limits_of_people(study.limits) if one.name == NAMED)
 
 
-def four(study: MotionStudy) -> Mapping[str, Measure]:
+def four(study: MotionStudy) -> Mapping[str, Quantity]:
     """Name the four numbers of a first screen by their series."""
     limit = named_limit(study)
     above = f"people above {significant(limit.number, 4)} N at once"
     return {
-        "contact_largest": Measure(title="largest contact force", unit="N"),
-        "wall_line_load": Measure(title="load on the worst metre of wall", unit="kN/m"),
-        exposure.above_key(limit): Measure(title=above, unit=f"of {len(study.scene.snapshot)}"),
-        "flow": Measure(title="people through the door", unit="per s"),
+        "contact_largest": Quantity(title="largest contact force", unit="N"),
+        "wall_line_load": Quantity(title="load on the worst metre of wall", unit="kN/m"),
+        above_key(limit): Quantity(title=above, unit=f"of {len(study.scene.snapshot)}"),
+        "flow": Quantity(title="people through the door", unit="per s"),
     }
 
 
@@ -60,10 +67,10 @@ class Range:
 
 def range_of(study: MotionStudy, key: str) -> Range:
     """Find the range of a quantity, and what widens it."""
-    first = study.ensembles[0]
-    ends = [end for one in study.ensembles for end in _ends(one, key)]
+    first = study.models[0]
+    ends = [end for one in study.models for end in _ends(one, key)]
     means = {
-        factor: [one.interval(key).mean for one in study.ensembles if one.factor in ("", factor)]
+        factor: [one.interval(key).mean for one in study.models if one.factor in ("", factor)]
         for factor in FACTORS
     }
     sample = first.sample(key)
@@ -73,7 +80,7 @@ def range_of(study: MotionStudy, key: str) -> Range:
     return Range(low=min(ends), high=max(ends), factors={one: spans[one] for one in widest})
 
 
-def _ends(one: Ensemble, key: str) -> tuple[float, float]:
+def _ends(one: Model, key: str) -> tuple[float, float]:
     """The range of a model; its mean where it has one replicate."""
     found = one.interval(key)
     low, high = (end if isfinite(end) else found.mean for end in (found.low, found.high))
@@ -82,8 +89,7 @@ def _ends(one: Ensemble, key: str) -> tuple[float, float]:
 
 def marks_of(study: MotionStudy, key: str) -> list[float]:
     """List the limits that are drawn beside a quantity."""
-    bodies, walls = exposure.limits_of_bodies, exposure.limits_of_walls
-    known = {"contact_largest": bodies, "wall_line_load": walls}
+    known = {"contact_largest": limits_of_bodies, "wall_line_load": limits_of_walls}
     return [one.number for one in known[key](study.limits)] if key in known else []
 
 
@@ -92,7 +98,7 @@ def charts(study: MotionStudy, *, every: bool = False) -> list[Chart]:
     made = []
     for key, measure in four(study).items():
         whole = range_of(study, key)
-        shown = study.ensembles if every else study.ensembles[:1]
+        shown = study.models if every else study.models[:1]
         made.append(
             chart(
                 measure.title,
@@ -123,7 +129,7 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
     factors = range_of(study, "contact_largest").factors
     units = [one.unit for one in drawn if one.shown]
     return [
-        Words(__name__).text("bars", first=study.ensembles[0].label, units=units),
+        Words(__name__).text("bars", first=study.models[0].label, units=units),
         *force_notes(factors, "run", study.scene.run.duration_s, study.limits),
     ]
 
@@ -131,9 +137,9 @@ def notes(study: MotionStudy, drawn: Sequence[Chart]) -> list[str]:
 def verdicts(study: MotionStudy) -> list[str]:
     """Say in one line each how every model differs from the first one in the four numbers."""
     words, said = Words(__name__), []
-    first, titles = study.ensembles[0], four(study)
-    for one in study.ensembles[1:]:
-        found = {key: each for key, each in one.differences(first).items() if key in SHORT}
+    first, titles = study.models[0], four(study)
+    for one in study.models[1:]:
+        found = {key: each for key, each in differences_of(one, first).items() if key in SHORT}
         if not found:
             continue
         differ, alike = [], []
@@ -159,7 +165,7 @@ def numbers(study: MotionStudy) -> dict[str, object]:
             "factors": {name: list(ends) for name, ends in whole.factors.items()},
             "models": {
                 one.title: [(each := one.interval(key)).mean, each.low, each.high]
-                for one in study.ensembles
+                for one in study.models
             },
         }
     return found

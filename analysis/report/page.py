@@ -9,12 +9,18 @@ from pathlib import Path
 from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
 from analysis.engines.softness import VALID, softest
-from analysis.exposure import exposure
+from analysis.exposure.limits import (
+    QUANTITIES,
+    above_key,
+    limits_of_people,
+    limits_of_walls,
+)
+from analysis.exposure.loads import MEASURES
 from analysis.film.frame import Reel
 from analysis.film.page import draw_still, packed
-from analysis.motion.study import MEASURES, MotionStudy, count_cell, interval_cell
+from analysis.motion.study import MotionStudy, differences_of, interval_cell
 from analysis.pages.html import render, write_pictures
-from analysis.pages.numbers import NONE, significant
+from analysis.pages.numbers import NONE, significant, whole
 from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
@@ -129,7 +135,7 @@ def _reconciled(scene: Scene) -> dict[str, object]:
 
 
 def _ran(motion: MotionStudy | None) -> bool:
-    return motion is not None and bool(motion.ensembles)
+    return motion is not None and bool(motion.models)
 
 
 def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> Screen:
@@ -139,7 +145,7 @@ def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> Scree
     folds += [_assumptions(words, scene, motion), contacts]
     still = None
     if one.reel:
-        shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
+        shown = one.reel.shown[-1]
         caption = words.text("still", time=shown.time)
         drawn = draw_still(one.reel, shown, limits)
         still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)
@@ -167,7 +173,7 @@ def _without(words: Words, one: Reported, contacts: Section) -> list[str]:
 
 def _numbers(words: Words, motion: MotionStudy) -> Section:
     """Every quantity that is not drawn, of the models that differ in their bodies only."""
-    shown = [one for one in motion.ensembles if one.factor in ("", "bodies")]
+    shown = [one for one in motion.models if one.factor in ("", "bodies")]
     rows: list[list[Cell]] = [
         [f"{measure.title} ({measure.unit})", *(interval_cell(one.interval(key)) for one in shown)]
         for key, measure in MEASURES.items()
@@ -179,7 +185,7 @@ def _numbers(words: Words, motion: MotionStudy) -> Section:
         rows,
         models=[one.label for one in shown],
         last=first.last_s,
-        window=first.series[0].window_s,
+        window=float(first.series[0].duration[0]),
     )
     number = f"{motion.scene.name}-numbers"
     return Section(number=number, title=words.text("numbers-title"), tables=[table])
@@ -194,12 +200,12 @@ def assumptions(scene: Scene, motion: MotionStudy | None) -> list[str]:
     if drive:
         said.append(words.text("push", drive=drive, each=scene.push_range))
     if motion:
-        bodies = [one.label for one in motion.ensembles if one.factor in ("", "bodies")]
+        bodies = [one.label for one in motion.models if one.factor in ("", "bodies")]
         soft = f"soft, {significant(softest(scene) / 1000)} kN/m" in bodies
         said.append(words.text("springs", bodies=bodies, soft=soft, valid=VALID))
         varied = how_varied(scene, motion.crowds)
-        fewer = min(len(one.series) for one in motion.ensembles)
-        has = len(motion.ensembles[0].series)  # of those asked for, without the failed
+        fewer = min(len(one.series) for one in motion.models)
+        has = len(motion.models[0].series)  # of those asked for, without the failed
         said.append(words.text("replicates", crowds=has, varied=varied, fewer=fewer))
     return [*said, words.text("cannot")] if drive else said
 
@@ -217,17 +223,20 @@ def _assumptions(words: Words, scene: Scene, motion: MotionStudy | None) -> Sect
 def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -> Table:
     """Give the limits of people and walls with their sources, and how many people are above each in
     each scene, by its first model."""
-    words, people, above = Words(__name__), exposure.limits_of_people(files), exposure.above_key
-    first = [one.ensembles[0] for one in motions]
+    words, people = Words(__name__), limits_of_people(files)
+    first = [one.models[0] for one in motions]
     rows: list[list[Cell]] = [
         [
             f"{significant(limit.number, 4)} {limit.unit}",
-            exposure.QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
+            QUANTITIES[limit.quantity].title.removesuffix(" of a person"),
             f"{limit.what}{limit.lasting}; {limit.population}",
-            *(count_cell(one.interval(above(limit))) if limit in people else NONE for one in first),
+            *(
+                interval_cell(one.interval(above_key(limit)), whole) if limit in people else NONE
+                for one in first
+            ),
             limit.cited,
         ]
-        for limit in (*people, *exposure.limits_of_walls(files))
+        for limit in (*people, *limits_of_walls(files))
     ]
     scenes = [f"{one.scene.name}, of {len(one.scene.snapshot)}" for one in motions]
     return words.table("limits", rows, scenes=scenes)
@@ -236,13 +245,13 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
 def motion_numbers(study: MotionStudy | None) -> dict[str, object]:
     """Give all numbers of a study, for numbers.json."""
     assert study is not None
-    first = study.ensembles[0]
-    people = {exposure.above_key(one): "people" for one in exposure.limits_of_people(study.limits)}
+    first = study.models[0]
+    people = {above_key(one): "people" for one in limits_of_people(study.limits)}
     units = {key: measure.unit for key, measure in MEASURES.items()}
     units |= {"wall_line_load": "kN/m"} | people
     models: dict[str, object] = {}
-    for one in study.ensembles:
-        compared = {} if one is first else one.differences(first)
+    for one in study.models:
+        compared = {} if one is first else differences_of(one, first)
         found: dict[str, object] = {"varies": one.factor or None}
         for key, unit in units.items():
             interval = one.interval(key)

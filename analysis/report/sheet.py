@@ -11,7 +11,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.exposure.exposure import limits_of_bodies
+from analysis.exposure.limits import limits_of_bodies
 from analysis.film.page import still_on
 from analysis.motion.study import MotionStudy
 from analysis.pages.drawing import ALARM, BLUE, GREY, PALE_BAR
@@ -33,7 +33,7 @@ def write_sheets(reported: Sequence[Reported], folder: Path, command: str) -> li
     """Write a sheet for each scene that moved; return the paths."""
     paths = []
     for one in with_distinct_names(reported):
-        if one.motion is None or not one.motion.ensembles:
+        if one.motion is None or not one.motion.models:
             continue
         paths.append(folder / f"{one.study.scene.name}-sheet.pdf")
         with whole_file(paths[-1], "wb") as file:
@@ -50,8 +50,7 @@ def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     figure.text(0.06, 0.938, _plain(lead(scene)), fontsize=10, va="top")
     if one.reel:
         axes = figure.add_axes((0.06, 0.6, 0.42, 0.31))
-        shown = next(frame for frame in reversed(one.reel.frames) if frame.found is not None)
-        still_on(axes, one.reel, shown, motion.limits)
+        still_on(axes, one.reel, one.reel.shown[-1], motion.limits)
         axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
     every = charts(motion)
     for number, chart in enumerate(every):

@@ -8,7 +8,7 @@ import math
 import os
 import stat
 import sysconfig
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -61,6 +61,12 @@ def write_rows(path: Path, head: Sequence[str], rows: Iterable[Iterable[object]]
         table = csv.writer(file, lineterminator="\n")
         table.writerow(head)
         table.writerows(rows)
+
+
+def write_columns(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write arrays (k,) by their names as the columns of a CSV file, whole or not at all."""
+    cells = (column.tolist() for column in columns.values())
+    write_rows(path, list(columns), zip(*cells, strict=True))
 
 
 def _finite(value: Any) -> Any:

@@ -24,8 +24,10 @@ from analysis.dumps.windows import RunWindows
 from analysis.engines import ENGINES, PENALTY, EngineError, engine
 from analysis.engines.record import RunRecord, divided
 from analysis.engines.run import EngineRun, run_ahead, run_folder
+from analysis.exposure.limits import Quantity
+from analysis.exposure.loads import RunLoads, read_exposure
 from analysis.motion.inference import LEVEL
-from analysis.motion.study import Measure, Series, in_each, read_series
+from analysis.motion.study import in_each
 from analysis.pages.drawing import COLOURS, GRID, MARKERS, lead
 from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, number, signed, significant
@@ -166,18 +168,18 @@ ARREST_S = (0.5, 1.0)
 # Contacts that pass on less than this share of the largest impulse of an impact hardly touch.
 LEAST_SHARE = 1e-2
 NAN = float("nan")
-DRIVEN: Mapping[str, Measure] = {
-    "walls_arrest": Measure(title="load on all walls, 0.5–1 s", unit="kN"),
-    "walls": Measure(title="load on all walls", unit="kN"),
-    "walls_95": Measure(title="95 % over time of that load", unit="kN"),
-    "contact_mean": Measure(title="mean contact force", unit="N"),
-    "contact_95": Measure(title="95 % contact force", unit="N"),
-    "flow": Measure(title="people through the door per second", unit="1/s"),
+DRIVEN: Mapping[str, Quantity] = {
+    "walls_arrest": Quantity(title="load on all walls, 0.5–1 s", unit="kN"),
+    "walls": Quantity(title="load on all walls", unit="kN"),
+    "walls_95": Quantity(title="95 % over time of that load", unit="kN"),
+    "contact_mean": Quantity(title="mean contact force", unit="N"),
+    "contact_95": Quantity(title="95 % contact force", unit="N"),
+    "flow": Quantity(title="people through the door per second", unit="1/s"),
 }
-IMPACT: Mapping[str, Measure] = {
-    "walls": Measure(title="impulse on all walls", unit="N·s"),
-    "contact_sum": Measure(title="sum of all contact impulses", unit="N·s"),
-    "contact_95": Measure(title="95 % contact impulse", unit="N·s"),
+IMPACT: Mapping[str, Quantity] = {
+    "walls": Quantity(title="impulse on all walls", unit="N·s"),
+    "contact_sum": Quantity(title="sum of all contact impulses", unit="N·s"),
+    "contact_95": Quantity(title="95 % contact impulse", unit="N·s"),
 }
 
 
@@ -259,7 +261,7 @@ class Precision:
         return self.every[0]
 
     @property
-    def statistics(self) -> dict[str, Measure]:
+    def statistics(self) -> dict[str, Quantity]:
         """Give the statistics that are not zero in the reference, by name."""
         known = IMPACT if self.scene.drive is None else DRIVEN
         values = self.reference.values
@@ -328,7 +330,7 @@ def statistics_of(run: EngineRun, record: RunRecord) -> dict[str, float]:
     """Compute the statistics of a run. Raises DumpError."""
     if run.scene.drive is None:
         return _of_impact(RunWindows(run.folder, record.time_step_s))
-    return _of_driven(read_series(run.folder, record.time_step_s))
+    return _of_driven(read_exposure(run.folder))
 
 
 def _of_impact(windows: RunWindows) -> dict[str, float]:
@@ -343,9 +345,9 @@ def _of_impact(windows: RunWindows) -> dict[str, float]:
     }
 
 
-def _of_driven(series: Series) -> dict[str, float]:
+def _of_driven(series: RunLoads) -> dict[str, float]:
     """Means over the windows of the second half, and of the arrest."""
-    begins, values = series.time - series.window_s + 1e-9, series.values
+    begins, values = series.time - series.duration + 1e-9, series.values
     late = begins >= 0.5 * series.time[-1]
     arrest = (begins >= ARREST_S[0]) & (series.time <= ARREST_S[1] + 1e-9)
     found = {

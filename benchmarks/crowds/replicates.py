@@ -16,8 +16,9 @@ import numpy as np
 from machine import head, line, options
 
 from analysis.engines.run import EngineRun
+from analysis.exposure.loads import RunLoads, read_exposure
 from analysis.motion.inference import Sample, differences
-from analysis.motion.study import COMPARED, Ensemble, Series, read_series
+from analysis.motion.study import COMPARED, Model
 from analysis.scene.shipped_scenes import make
 from nscd.arrays import Indices
 
@@ -29,24 +30,25 @@ MORE = 1.1
 WINDOWS = [key for key in COMPARED if key != "flow" and not key.startswith("arch")]
 
 
-def series_of(folder: Path, crowds: int, friction: float) -> list[Series]:
+def series_of(folder: Path, crowds: int, friction: float) -> list[RunLoads]:
     """Run the crowds that are not there, and read all."""
     found = []
     for seed in range(1, crowds + 1):
         scene = make("arch", PEOPLE, seed).with_contact(friction=friction)
         scene = scene.with_run(duration_s=DURATION_S, frames=20, impulses=True)
         run = EngineRun(scene=scene, engine="rigid", folder=folder / f"{friction:g}_{seed}")
-        found.append(read_series(run.folder, run.record().time_step_s))
+        run.record()
+        found.append(read_exposure(run.folder))
     return found
 
 
-def ensemble(series: list[Series], chosen: Indices) -> Ensemble:
+def ensemble(series: list[RunLoads], chosen: Indices) -> Model:
     """The model of some of the crowds."""
     some = [series[index] for index in chosen]
-    return Ensemble(title="rigid", engine="rigid", series=some, last_s=LAST_S)
+    return Model(title="rigid", series=some, last_s=LAST_S)
 
 
-def samples(of: Ensemble, more: float = 1.0) -> dict[str, Sample]:
+def samples(of: Model, more: float = 1.0) -> dict[str, Sample]:
     """All quantities of a model, its forces that much larger."""
     found = {key: of.sample(key) for key in COMPARED if key != "arch_lifetime"}
     for key in WINDOWS:
@@ -55,7 +57,7 @@ def samples(of: Ensemble, more: float = 1.0) -> dict[str, Sample]:
     return found
 
 
-def measured(series: list[Series], count: int, draws: int) -> list[str]:
+def measured(series: list[RunLoads], count: int, draws: int) -> list[str]:
     """One row: how many replicates, what ranges hold, what verdicts say."""
     random = np.random.default_rng(count)
     held: dict[str, list[float]] = {key: [] for key in (*WINDOWS, "flow")}

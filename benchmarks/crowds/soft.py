@@ -26,7 +26,7 @@ from analysis.dumps.windows import RunWindows
 from analysis.engines import EngineError
 from analysis.engines.run import EngineRun
 from analysis.engines.softness import VALID, WITH_CARE
-from analysis.motion.study import passed, pressing, values_of
+from analysis.exposure.loads import loads_of, passed, pressing, values_of
 from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene
@@ -132,12 +132,12 @@ def measured(run: EngineRun, begin: float) -> dict[str, float]:
     for window in RunWindows(run.folder, record.time_step_s).between_frames():
         gone = passed(run.scene, window.now)
         if window.start >= begin - 1e-9:
-            values, inside = values_of(run.scene, window), len(window.now) - gone
-            loads = window.at_people(window.force)
+            loads, inside = loads_of(run.scene, window), len(window.now) - gone
+            values = values_of(run.scene, window, loads)
             rows.append(
                 {
                     "wall_load_N": values["walls"] / inside,
-                    "person_mean_N": float(loads.sum()) / inside,
+                    "person_mean_N": float(loads["contact_sum"].sum()) / inside,
                     "contact_95_N": float(np.quantile(pressing(window), 0.95)),
                     "person_largest_N": values["person_largest"],
                     "flow_per_s": (gone - before) / window.duration,

@@ -48,12 +48,13 @@ def test_no_column_is_named_that_nobody_writes():
     )
     written |= columns_of_film()
     pages = ["stability/page.py", "paper/page.py", "compare/comparison.py", "dumps/contacts.py"]
-    pages += ["support/frames.py", "exposure/exposure.py", "motion/pairwise.py"]
+    pages += ["support/frames.py", "exposure/limits.py", "exposure/loads.py", "motion/pairwise.py"]
     pages += ["push/page.py", "push/hindcast.py"]
     pages += ["exchange/fclib.py", "../benchmarks/problems/score.py"]
     written = written.union(*(words_in(f"analysis/{path}") for path in pages))
     for unit in ("N", "Ns"):
-        written |= {f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"}
+        models = ("penalty", "rigid", "first_run", "second_run")
+        written |= {f"{model}_{axis}_{unit}" for model in models for axis in "xy"}
     assert columns() - written == set()
 
 

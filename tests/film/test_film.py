@@ -13,7 +13,7 @@ import pytest
 from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export, film_heads, film_runs
-from analysis.film.frame import RIGID, Ends, Frames
+from analysis.film.frame import RIGID, Frames
 from analysis.film.page import _headlines, _shared, _what, draw_still, packed, write_film
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.pages.numbers import significant
@@ -46,7 +46,7 @@ def test_the_first_frame_is_that_of_an_import(reels):
     frame = reels[1].frames[0]
     assert frame.status == "solved"
     np.testing.assert_array_equal(frame.found.snapshot.position, scene.snapshot.position)
-    assert frame.values[RIGID]["contact_largest"].value == pytest.approx(found.largest)
+    assert frame.values[RIGID]["contact_largest"][0] == pytest.approx(found.largest)
 
 
 def test_nobody_overlaps_and_everybody_balances_in_every_frame(reels):
@@ -140,7 +140,7 @@ def test_the_table_has_a_row_for_each_radius_and_frame(reels, tmp_path):
 
 def with_walls(frame, ends):
     """The frame with another wall load."""
-    values = {RIGID: {**frame.values[RIGID], "walls": Ends(value=1.0, low=ends[0], high=ends[1])}}
+    values = {RIGID: {**frame.values[RIGID], "walls": np.array([1.0, *ends])}}
     return replace(frame, values=values)
 
 

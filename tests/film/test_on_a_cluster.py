@@ -102,4 +102,4 @@ def test_a_film_keeps_all_frames_and_radii(rows):
         assert [frame.number for frame in reel.unsolved] == [4]
         assert "frame 4" in reel.frames[4].reason
     (first, *_) = reels[1].frames
-    assert first.values[RIGID]["contact_largest"].value > 0
+    assert first.values[RIGID]["contact_largest"][0] > 0

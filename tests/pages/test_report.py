@@ -125,11 +125,11 @@ def test_what_nobody_knows_is_varied_one_thing_at_a_time(reported):
     assert not study.failures
     for key in four(study):
         found = range_of(study, key)
-        for one in study.ensembles:
+        for one in study.models:
             interval = one.interval(key)
             assert found.low <= interval.low <= interval.mean <= interval.high <= found.high
         least, most = found.factors["push"]
-        means = sorted(study.ensembles[k].interval(key).mean for k in (0, 4))
+        means = sorted(study.models[k].interval(key).mean for k in (0, 4))
         assert [least, most] == means
     table = limits_table([study], (own,))
     assert [row[-1] for row in table.rows if "my own" in row[2]] == ["my report, 2026"]

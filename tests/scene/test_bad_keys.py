@@ -9,7 +9,7 @@ import tomllib
 import pytest
 import tomli_w
 
-from analysis.exposure.exposure import LimitError, known_limits
+from analysis.exposure.limits import LimitError, known_limits
 from analysis.scene.scene import SceneError, read_scene
 from analysis.support.files import shipped
 

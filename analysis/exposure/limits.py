@@ -1,0 +1,204 @@
+"""Published limits of what people, walls and crowds bear, and those of users."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
+
+from analysis.pages.numbers import significant
+from analysis.support.reading import UnreadableError, read_text
+
+# No force, time or length of a crowd is beyond.
+Number = Annotated[float, Strict(), Field(gt=0, le=1e9, allow_inf_nan=False)]
+Words = Annotated[str, Field(min_length=1, pattern=r"^[^\x00-\x1f]*[^\x00-\x1f\s][^\x00-\x1f]*$")]
+
+
+class LimitError(ValueError):
+    """A file of limits that cannot be used; the message names the file, the limit and the key."""
+
+
+class Quantity(NamedTuple):
+    """Name a quantity that has one number for each person or wall, for the crowd, or for a run."""
+
+    title: str
+    unit: str
+    of: Literal["person", "wall", "crowd", "run"] = "run"
+    column: str = ""  # its name in a CSV file
+
+
+# What a limit is compared with; no two of different units are ever added, compared or drawn on one
+# axis.
+QUANTITIES: Mapping[str, Quantity] = {
+    "contact_largest": Quantity(
+        "largest contact force of a person", "N", "person", "contact_largest_N"
+    ),
+    "contact_sum": Quantity("sum of a person's contact forces", "N", "person", "contact_sum_N"),
+    "resultant": Quantity("resultant of a person's contact forces", "N", "person", "resultant_N"),
+    "pressure": Quantity(
+        "sum of a person's contact forces per metre of outline",
+        "N/m",
+        "person",
+        "pressure_N_per_m",
+    ),
+    "wall_load": Quantity("load on a wall", "N", "wall", "load_N"),
+    "wall_line_load": Quantity(
+        "largest load on any metre of a wall", "kN/m", "wall", "line_load_kN_per_m"
+    ),
+    "density": Quantity("density within 2 m of the door", "1/m²", "crowd", "density_per_m2"),
+    "crowd_pressure": Quantity(
+        "density times the variance of velocity within 2 m of the door",
+        "1/s²",
+        "crowd",
+        "crowd_pressure_per_s2",
+    ),
+}
+
+
+class Limit(BaseModel):
+    """One line of a file of limits.
+
+    name: a word of letters, digits and underscores
+    duration_s, duration_most_s: s, how long it must last; at once where left out
+    read: first-hand, excerpt or second-hand; quoted_by names who quotes it in the last case"""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z]\w*$")]
+    number: Number  # in `unit`, which must be that of the quantity
+    unit: Words
+    quantity: Words  # a key of QUANTITIES
+    what: Words  # what happens there
+    population: Words  # whom it is about
+    source: Words
+    read: Literal["first-hand", "excerpt", "second-hand"]
+    quoted_by: Words | None = None
+    duration_s: Number | None = None
+    duration_most_s: Number | None = None
+    depth_m: Number | None = None  # m, of the crowd before a barrier
+
+    @model_validator(mode="after")
+    def _fits(self) -> Limit:
+        if self.quantity not in QUANTITIES:
+            raise ValueError(f"quantity {self.quantity!r}; there are: {', '.join(QUANTITIES)}")
+        unit = QUANTITIES[self.quantity].unit
+        if self.unit != unit:
+            raise ValueError(f"unit {self.unit!r}; {self.quantity} is in {unit}")
+        if (self.quoted_by is None) == (self.read == "second-hand"):
+            raise ValueError("quoted_by is needed where read = 'second-hand', and only there")
+        if self.duration_most_s is not None and not self.duration_s:
+            raise ValueError("duration_most_s without duration_s")
+        if (self.duration_most_s or self.duration_s or 0.0) < (self.duration_s or 0.0):
+            raise ValueError("duration_most_s is less than duration_s")
+        return self
+
+    @property
+    def cited(self) -> str:
+        """Give the source with how it was read: `X, quoted by Y`, `X, read in an excerpt`."""
+        if self.quoted_by:
+            return f"{self.source}, quoted by {self.quoted_by}"
+        return self.source + (", read in an excerpt" if self.read == "excerpt" else "")
+
+    @property
+    def lasting(self) -> str:
+        """Say for how long it must last: ` in 15 s`, ` in 4–6 minutes`, or nothing."""
+        if self.duration_s is None:
+            return ""
+        if self.duration_most_s is None:
+            return f" in {significant(self.duration_s)} s"
+        ends = (significant(time / 60) for time in (self.duration_s, self.duration_most_s))
+        return f" in {'–'.join(ends)} minutes"
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    limit: Annotated[tuple[Limit, ...], Field(min_length=1)]
+
+
+def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
+    """List the product's limits and those of further files; of two of one name, which have one
+    quantity, the later counts.
+
+    Raises LimitError naming the file, the limit and the key."""
+    shipped = resources.files(__package__).joinpath("limits.toml").read_text(encoding="utf-8")
+    every = {one.name: one for one in _read_limits(shipped, "limits.toml")}
+    for path in files:
+        try:
+            text = read_text(path)
+        except UnreadableError as error:
+            raise LimitError(str(error)) from None
+        for one in _read_limits(text, str(path)):
+            same = every.setdefault(one.name, one).quantity
+            if one.quantity != same:
+                raise LimitError(f"{path}: limit {one.name!r} replaces one of the quantity {same}")
+            every[one.name] = one
+    return list(every.values())
+
+
+def _read_limits(text: str, origin: str) -> list[Limit]:
+    """The limits of a file, whose names must differ."""
+    try:
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise LimitError(f"{origin}: {error}") from None
+    try:
+        found = list(_File.model_validate(content).limit)
+    except ValidationError as error:
+        raise LimitError(f"{origin}: {_first_problem(error, content)}") from None
+    names = [one.name for one in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise LimitError(f"{origin}: two limits are called {twice}")
+    return found
+
+
+def _first_problem(error: ValidationError, content: Mapping[str, object]) -> str:
+    """The first thing that is wrong, with the name of the limit where it has one."""
+    first = error.errors()[0]
+    place = list(first["loc"])
+    rows = content.get("limit")
+    if len(place) > 1 and isinstance(place[1], int) and isinstance(rows, list):
+        row = rows[place[1]]
+        name = row.get("name") if isinstance(row, dict) else None
+        place[1] = repr(name) if name else f"number {place[1] + 1}"
+    said = {"extra_forbidden": "unknown key", "missing": "is missing"}
+    words = said.get(first["type"], first["msg"].removeprefix("Value error, "))
+    return f"{' '.join(map(str, place))}: {words}" if place else words
+
+
+@lru_cache(maxsize=8)
+def limits_of_people(files: tuple[Path, ...] = ()) -> tuple[Limit, ...]:
+    """List the product's limits of a person and those of further files, the smallest first, those
+    of a force before others. Raises LimitError."""
+    of_people = [one for one in known_limits(files) if QUANTITIES[one.quantity].of == "person"]
+    return tuple(sorted(of_people, key=lambda one: (one.quantity, one.number)))
+
+
+# Limits of a contact force that no body sets: of a flow; and a second one for the same bar.
+NOT_OF_BODIES = ("flow_may_be_unstable", "flow_unstable", "chest_bar_pushing_back")
+
+
+def limits_of_bodies(files: tuple[Path, ...] = ()) -> list[Limit]:
+    """List the limits of a contact force that a body bears, smallest first."""
+    return [
+        one
+        for one in limits_of_people(files)
+        if one.quantity == "contact_largest" and one.name not in NOT_OF_BODIES
+    ]
+
+
+def limits_of_walls(files: tuple[Path, ...] = ()) -> list[Limit]:
+    """Give the least and the largest limit of the load on a metre of wall."""
+    walls = [one for one in known_limits(files) if one.quantity == "wall_line_load"]
+    return [end(walls, key=lambda one: one.number) for end in (min, max)]
+
+
+def above_key(limit: Limit) -> str:
+    """Name the number of people above a limit among the values of a run."""
+    return f"above_{limit.name}"

@@ -1,0 +1,307 @@
+"""The loads of a run: what people, walls and the crowd bear, window by window, and for how long they
+are above limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.dumps import DumpError
+from analysis.dumps.windows import RunWindows, Window, joined
+from analysis.engines.record import read_finished
+from analysis.exposure.arches import LEAST_N, Arch, arches_of, share_of
+from analysis.exposure.limits import QUANTITIES, Limit, Quantity, above_key, limits_of_people
+from analysis.pages.numbers import NONE, significant, with_unit
+from analysis.scene.scene import Scene
+from analysis.support.files import write_columns, write_rows
+from nscd import Snapshot
+from nscd.arrays import Flags, Floats
+
+# The shortest window (s) that is worth comparing: below it a quantile of forces depends on the
+# step.
+SHORTEST_S = 0.1
+# Near the door (m); the stretch of a wall (m) on which a line load is taken.
+NEAR_M, STRETCH_M = 2.0, 1.0
+# What a run says in one number per window, and the mean lifetime of its arches.
+MEASURES: Mapping[str, Quantity] = {
+    "contact_largest": Quantity("largest contact force", "N"),
+    "contact_95": Quantity("95 % quantile of contact forces", "N"),
+    "contact_mean": Quantity("mean contact force", "N"),
+    "person_largest": Quantity("sum on the most loaded person", "N"),
+    "walls": Quantity("load on all walls", "N"),
+    "pressure_door": Quantity("pressure on people within 2 m of the door", "N/m"),
+    "speed_door": Quantity("speed within 2 m of the door", "m/s"),
+    "density_door": Quantity("density within 2 m of the door", "1/m²"),
+    "flow": Quantity("people through the door per second", "1/s"),
+    "arch_share": Quantity("share of time with an arch before the door", "–"),
+    "arch_lifetime": Quantity("mean lifetime of an arch", "s"),
+}
+
+
+def loads_of(scene: Scene, window: Window) -> dict[str, Floats]:
+    """Compute QUANTITIES in a window: (n,) of people, those who have passed the door included, (w,)
+    of walls, (1,) of the crowd, (0,) where there is no door. Forces are the magnitudes of the mean
+    force vectors of contacts, |∫f dt|/T."""
+    now, force, pairs = window.now, window.force, ~window.is_wall
+    # of a wall the second means nothing
+    first, second = np.searchsorted(now.ids, window.keys[:, :2]).T
+    largest, given, total = np.zeros(len(now)), np.zeros((len(now), 2)), window.at_people(force)
+    np.maximum.at(largest, first, force)
+    np.maximum.at(largest, second[pairs], force[pairs])
+    np.add.at(given, first, -window.impulse)
+    np.add.at(given, second[pairs], window.impulse[pairs])
+    return {
+        "contact_largest": largest,
+        "contact_sum": total,
+        "resultant": np.hypot(*given.T) / window.duration,
+        "pressure": total / (2 * np.pi * now.radius),
+        **_walls(scene, window),
+        **_crowd(scene, window),
+    }
+
+
+def _walls(scene: Scene, window: Window) -> dict[str, Floats]:
+    """Load (N) of each wall and largest line load (kN/m): of all stretches of 1 m, or the whole of
+    a shorter wall, the one that bears most."""
+    load, line = np.zeros(len(scene.walls)), np.zeros(len(scene.walls))
+    first, force = np.searchsorted(window.now.ids, window.keys[:, 0]), window.force
+    for number, wall in enumerate(scene.walls):
+        on = window.is_wall & (window.keys[:, 1] == number + 1)
+        if not on.any():
+            continue
+        load[number] = force[on].sum()
+        start = np.array(wall.start_m)
+        way = np.array(wall.end_m) - start
+        length = float(np.hypot(*way))
+        along = np.clip((window.now.position[first[on]] - start) @ way / length, 0.0, length)
+        line[number] = 1e-3 * _most_within(along, force[on], min(STRETCH_M, length))
+    return {"wall_load": load, "wall_line_load": line}
+
+
+def _most_within(place: Floats, force: Floats, stretch: float) -> float:
+    """The largest sum of forces at places (m) within a stretch (m), over its length."""
+    order = np.argsort(place)
+    sums = np.concatenate([[0.0], np.cumsum(force[order])])
+    ends = np.searchsorted(place[order], place[order] + stretch, side="right")
+    return float((sums[ends] - sums[:-1]).max()) / stretch
+
+
+def _crowd(scene: Scene, window: Window) -> dict[str, Floats]:
+    """Density (1/m²) of the half disk of 2 m before the door (the one with most people before it),
+    and density times the variance of the velocities of those in it (1/s²)."""
+    if scene.drive is None:
+        return {"density": np.zeros(0), "crowd_pressure": np.zeros(0)}
+    now = window.now
+    before = []
+    for exit_ in scene.drive.doors:
+        close = np.hypot(*(now.position - np.mean(exit_.door, axis=0)).T) <= NEAR_M
+        before.append(close & ~exit_.beyond(now.position))
+    near = max(before, key=np.count_nonzero)
+    density = float(near.sum()) / (0.5 * np.pi * NEAR_M**2)
+    spread = float(now.velocity[near].var(0).sum()) if near.any() else 0.0
+    return {"density": np.array([density]), "crowd_pressure": np.array([density * spread])}
+
+
+def people_above(loads: Mapping[str, Floats], files: tuple[Path, ...] = ()) -> dict[str, float]:
+    """Count who is above each limit of people in a window; files: of users' limits."""
+    limits = limits_of_people(files)
+    return {above_key(one): float((loads[one.quantity] > one.number).sum()) for one in limits}
+
+
+def pressing(window: Window) -> Floats:
+    """Give the contact forces of a window above 10 N."""
+    return window.force[window.force > LEAST_N]
+
+
+def passed(scene: Scene, now: Snapshot) -> float:
+    """Count who is beyond the line of the door."""
+    return float(_gone(scene, now).sum())
+
+
+def values_of(scene: Scene, window: Window, loads: Mapping[str, Floats]) -> dict[str, float]:
+    """Measure a window, of which `loads_of` gave the loads; of a driven crowd pressure, speed and
+    density at the door, too."""
+    now, pressed = window.now, pressing(window)
+    values = {
+        "contact_largest": float(loads["contact_largest"].max(initial=0.0)),
+        "contact_95": float(np.quantile(pressed, 0.95)) if len(pressed) else 0.0,
+        "contact_mean": float(pressed.mean()) if len(pressed) else 0.0,
+        "person_largest": float(loads["contact_sum"].max(initial=0.0)),
+        "walls": float(window.force[window.is_wall].sum()),
+    }
+    if scene.drive is None:
+        return values
+    near = near_door(scene, now)
+    return values | {
+        "pressure_door": float(loads["pressure"][near].mean()) if near.any() else 0.0,
+        "speed_door": float(np.hypot(*now.velocity[near].T).mean()) if near.any() else 0.0,
+        "density_door": float(near.sum()) / (0.5 * np.pi * NEAR_M**2),
+    }
+
+
+def near_door(scene: Scene, now: Snapshot) -> Flags:
+    """Tell who (n,) is within 2 m of the own door and has not passed it."""
+    assert scene.drive is not None
+    near = ~_gone(scene, now)
+    for exit_, mine in scene.drive.exits(now.ids):
+        middle = np.mean(exit_.door, axis=0)
+        near[mine] &= np.hypot(*(now.position[mine] - middle).T) <= NEAR_M
+    return near
+
+
+def _gone(scene: Scene, snapshot: Snapshot) -> Flags:
+    """Who has passed the line of the own door."""
+    assert scene.drive is not None
+    return scene.drive.gone(snapshot.position, snapshot.ids)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunLoads:
+    """Hold a run as one labelled dataset, window by window.
+
+    duration: (t,) s, of the windows; forces are impulses over it
+    loads: by QUANTITIES, (t,n) of people, (t,w) of walls, (t,1) of the crowd or (t,0) without a door
+    values: (t,) by MEASURES (but arch_lifetime), `wall_line_load` (kN/m, the largest of all walls)
+        and `above_key` (people above each limit)"""
+
+    scene: Scene  # with the name that the run has
+    ids: Sequence[int]  # (n,) of its people
+    time: Floats  # (t,) s, the ends of the windows
+    duration: Floats
+    loads: Mapping[str, Floats]
+    values: Mapping[str, Floats]
+    arches: Sequence[Arch] = ()  # before the door, in order of time
+
+    def last(self, duration_s: float) -> Flags:
+        """Choose the windows (t,) that begin in the last `duration_s` of the run."""
+        return np.asarray(self.time - self.duration >= self.time[-1] - duration_s - 1e-9)
+
+    def lifetimes(self, duration_s: float) -> list[float]:
+        """List the lifetimes (s) of the arches that stood in the last `duration_s` of the run."""
+        begins = float(self.time[-1]) - duration_s + 1e-9
+        return [arch.lifetime for arch in self.arches if arch.end > begins]
+
+    def time_above(self, limit: Limit) -> tuple[Floats, Floats]:
+        """Sum for each person or wall, or the crowd, the time above a limit (s), and find its
+        longest stretch without a break (s)."""
+        above = self.loads[limit.quantity] > limit.number
+        longest = running = np.zeros(above.shape[1])
+        for now, duration in zip(above, self.duration, strict=True):
+            running = np.where(now, running + duration, 0.0)
+            longest = np.maximum(longest, running)
+        return self.duration @ above, longest
+
+    def names(self, of: str) -> list[Any]:
+        """Name its people or walls, or the crowd, which has no name."""
+        every: dict[str, list[Any]] = {
+            "person": list(self.ids),
+            "wall": [wall.name for wall in self.scene.walls],
+            "crowd": [""],
+        }
+        return every[of]
+
+
+def read_exposure(
+    folder: Path, window_s: float = SHORTEST_S, limits: tuple[Path, ...] = ()
+) -> RunLoads:
+    """Read the loads of a finished run from the impulses of every step. A window is as many frames
+    as make `window_s` or more; limits: files of further ones.
+
+    Raises EngineError and DumpError for a folder that does not hold one finished run with impulses,
+    or one that is shorter than a window."""
+    scene, record = read_finished(folder)
+    run = RunWindows(folder, record.time_step_s)
+    frames = list(run.between_frames())
+    together = max(1, math.ceil(window_s / frames[0].duration - 1e-9))
+    windows = [joined(frames[n - together : n]) for n in range(together, len(run.times), together)]
+    if not windows:
+        raise DumpError(f"{folder}: the run of {run.times[-1]:g} s is shorter than {window_s:g} s")
+    every = [loads_of(scene, window) for window in windows]
+    rows = [
+        values_of(scene, window, loads)
+        | {"wall_line_load": float(loads["wall_line_load"].max(initial=0.0))}
+        | people_above(loads, limits)
+        for window, loads in zip(windows, every, strict=True)
+    ]
+    values = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    duration, arches = np.array([window.duration for window in windows]), arches_of(scene, frames)
+    if scene.drive is not None:
+        gone = [passed(scene, window.now) for window in windows]
+        values["flow"] = np.diff([passed(scene, scene.snapshot), *gone]) / duration
+        values["arch_share"] = np.array([share_of(window, arches) for window in windows])
+    return RunLoads(
+        scene=scene,
+        ids=frames[0].now.ids.tolist(),
+        time=np.array([window.end for window in windows]),
+        duration=duration,
+        loads={key: np.stack([loads[key] for loads in every]) for key in QUANTITIES},
+        values=values,
+        arches=arches,
+    )
+
+
+HEAD = ["limit", "value", "quantity", "ever above", "longest time above", "largest", "source"]
+LIMITS_HEAD = [
+    "limit", "number", "unit", "quantity", "of", "id", "time_above_s", "longest_s", "lasting_s",
+    "population", "source", "read",
+]  # fmt: skip
+
+
+def write_exposure(run: RunLoads, limits: Sequence[Limit], folder: Path) -> list[Path]:
+    """Write exposure_people.csv, exposure_walls.csv, exposure_crowd.csv (a row per window and
+    person, wall or crowd) and exposure_limits.csv (a row per limit and person, wall or crowd);
+    return them.
+
+    Columns: docs/columns.md."""
+    paths = [folder / f"exposure_{one}.csv" for one in ("people", "walls", "crowd", "limits")]
+    kinds = {"person": "id", "wall": "wall", "crowd": ""}
+    for path, (of, name) in zip(paths, kinds.items(), strict=False):
+        mine = {one.column: run.loads[key] for key, one in QUANTITIES.items() if one.of == of}
+        windows, count = next(iter(mine.values())).shape
+        head = {"time_s": run.time.repeat(count), "window_s": run.duration.repeat(count)}
+        named = {name: np.array(run.names(of) * windows)} if name else {}
+        write_columns(path, head | named | {key: every.ravel() for key, every in mine.items()})
+    write_rows(paths[-1], LIMITS_HEAD, _times_above(run, limits))
+    return paths
+
+
+def _times_above(run: RunLoads, limits: Sequence[Limit]) -> Iterator[list[object]]:
+    for limit in limits:
+        of = QUANTITIES[limit.quantity].of
+        said = [limit.duration_s or "", limit.population, limit.cited, limit.read]
+        for name, total, longest in zip(run.names(of), *run.time_above(limit), strict=False):
+            head = [limit.name, limit.number, limit.unit, limit.quantity, of, name]
+            yield [*head, float(total), float(longest), *said]
+
+
+def exposure_rows(run: RunLoads, limits: Sequence[Limit]) -> list[list[str]]:
+    """Give a row per limit, HEAD above it: who is above it at any time, the longest stretch of
+    anybody and, where the limit has a duration, that beside it."""
+    rows = []
+    for limit in limits:
+        quantity = QUANTITIES[limit.quantity]
+        total, longest = run.time_above(limit)
+        above, most = int((total > 0).sum()), float(longest.max(initial=0.0))
+        names = {"person": "people", "wall": "walls"}
+        who = f"{above} of {len(total)} {names.get(quantity.of, '')}"
+        if quantity.of == "crowd":
+            who = ("the crowd" if above else "no") if len(total) else NONE
+        lasts = f" of {significant(limit.duration_s)} s" if limit.duration_s else " s"
+        values = run.loads[limit.quantity]
+        rows.append(
+            [
+                limit.name,
+                with_unit(significant(limit.number, 4), limit.unit),
+                quantity.title,
+                who,
+                significant(most, 2) + lasts,
+                with_unit(significant(values.max() if values.size else None, 2), limit.unit),
+                limit.cited,
+            ]
+        )
+    return rows
