@@ -120,7 +120,7 @@ def test_rigid_disks_in_the_corridor_keep_the_momentum_of_the_push(monkeypatch):
     monkeypatch.setattr(fig2_corridor, "TIME_S", 0.1)
     scene = read_scene("corridor")
     found = fig2_corridor.rigid_final(scene)
-    gained = scene.snapshot.mass @ (found.position - found.start)[:, 0]
+    gained = scene.snapshot.mass @ (found.position - scene.snapshot.position)[:, 0]
     assert gained == pytest.approx(450.0 * 0.1, rel=1e-6)
     moved = replace(scene.snapshot, position=found.position)
     contacts = find_contacts(moved, scene.wall_segments(), tolerance=1e-6)

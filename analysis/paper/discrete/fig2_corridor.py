@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -36,7 +37,7 @@ from analysis.pages.drawing import (
     panels,
 )
 from analysis.pages.names import ENGINE_NAMES
-from analysis.pages.section import Cell, Claim, Section, Table, Verdict
+from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
@@ -52,8 +53,7 @@ from nscd.stepping import Motion
 SAME_M = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Gaps:
+class Gaps(NamedTuple):
     """The m gaps between neighbouring columns."""
 
     distance: Floats  # (m,) m from the first column
@@ -62,15 +62,15 @@ class Gaps:
     columns: Floats  # (m,) N·s, the flux that (5), (6) give for columns that move as one
     largest: Floats  # (m,) N·s, the largest percussion
 
-    @property
-    def linearity(self) -> float:
-        """Correlation of the flux with the distance."""
-        return correlation(self.distance, self.flux)
+
+def at_rest(scene: Scene) -> Flags:
+    """Tell who is at rest before the push, (n,)."""
+    return np.asarray(np.hypot(*scene.snapshot.velocity.T) == 0)
 
 
 def local_contacts(scene: Scene, contacts: Contacts) -> Flags:
     """Tell in which contacts (k,) a pushing disk takes part."""
-    pushing = np.hypot(*scene.snapshot.velocity.T) > 0
+    pushing = ~at_rest(scene)
     second = np.where(contacts.is_wall, contacts.first, contacts.second)
     return np.asarray(pushing[contacts.first] | pushing[second])
 
@@ -150,58 +150,26 @@ REACHED = 0.01
 FRONT_FROM = 5
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Push:
+class Push(NamedTuple):
     """One engine's run of a push."""
 
+    engine: str
+    stiffness: float  # N/m, k of its contacts
+    restitution: float  # e asked of them
+    damping: float  # ζ, their damping ratio
     comparison: Comparison  # its impulses against the percussions
-    arrival: Floats  # (n,) s at each disk; 0 for those that push, NaN where it never arrives
+    numbers: dict[str, float | int]  # the same in numbers
+    difference: float  # rms(∫f dt − p) / rms(∫f dt)
+    first_arrivals: tuple[Floats, Floats]  # each column's x (m), and the earliest arrival there (s)
+    speed: float  # m/s, of the front
 
-    @property
-    def engine(self) -> str:
-        """The engine's name."""
-        return self.comparison.record.engine
 
-    @property
-    def stiffness(self) -> float:
-        """k of its contacts (N/m)."""
-        return self.comparison.scene.contact.stiffness_N_per_m
-
-    @property
-    def restitution(self) -> float:
-        """e asked of its contacts."""
-        return self.comparison.scene.contact.restitution
-
-    @property
-    def damping(self) -> float:
-        """Damping ratio ζ of its contacts."""
-        return self.comparison.record.damping_ratio
-
-    @cached_property
-    def numbers(self) -> dict[str, float | int]:
-        """Its impulses against the percussions, in numbers."""
-        return statistics(self.comparison)
-
-    @property
-    def difference(self) -> float:
-        """rms(∫f dt − p) / rms(∫f dt)."""
-        return float(self.numbers["contact_relative_difference"])
-
-    @property
-    def first_arrivals(self) -> tuple[Floats, Floats]:
-        """Each column's x (m) and the earliest arrival in it (s)."""
-        return first_arrivals(self.comparison.snapshot.position[:, 0], self.arrival)
-
-    @property
-    def speed(self) -> float:
-        """Speed of the front (m/s): slope of distance against the first arrival in each column; NaN
-        for fewer than 3."""
-        x, first = self.first_arrivals
-        known = np.isfinite(first)
-        known[:FRONT_FROM] = False
-        if known.sum() < 3:
-            return float("nan")
-        return float(1 / np.polyfit(x[known], first[known], 1)[0])
+def front_speed(x: Floats, first: Floats) -> float:
+    """Take the slope (m/s) of distance (m) against the first arrival (s) in each column; NaN for
+    fewer than 3."""
+    known = np.isfinite(first)
+    known[:FRONT_FROM] = False
+    return float(1 / np.polyfit(x[known], first[known], 1)[0]) if known.sum() >= 3 else np.nan
 
 
 def push_scene(
@@ -211,9 +179,8 @@ def push_scene(
     √(m/k)."""
     variant = scene.model_copy(update={"name": f"{scene.name}_e{restitution:g}"})
     variant = variant.with_contact(stiffness_N_per_m=stiffness, restitution=restitution)
-    return variant.with_run(
-        duration_s=periods * impact_time(variant), frames=frames, time_step_s=None
-    )
+    seconds = periods * impact_time(variant)
+    return variant.with_run(duration_s=seconds, frames=frames, time_step_s=None)
 
 
 def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
@@ -227,8 +194,21 @@ def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
         speeds.append(np.hypot(frame.data["vx"], frame.data["vy"]))
     pushing = float(np.hypot(*scene.snapshot.velocity.T).max())
     arrival = crossing_times(np.array(times), np.array(speeds), REACHED * pushing)
+    first = first_arrivals(scene.snapshot.position[:, 0], arrival)
     # the paper's percussions are inelastic, whatever the soft contacts are
-    return Push(comparison=compare_run(run.folder, law=ContactLaw()), arrival=arrival)
+    comparison = compare_run(run.folder, law=ContactLaw())
+    found, contact = statistics(comparison), scene.contact
+    return Push(
+        engine=run.engine,
+        stiffness=contact.stiffness_N_per_m,
+        restitution=contact.restitution,
+        damping=record.damping_ratio,
+        comparison=comparison,
+        numbers=found,
+        difference=found["contact_relative_difference"],
+        first_arrivals=first,
+        speed=front_speed(*first),
+    )
 
 
 def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
@@ -255,19 +235,13 @@ STIFFNESS, RESTITUTION = 1e6, 0.01  # N/m and –, of the soft disks
 MOVED_M = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Final:
-    """Positions (n,2) m at the end, and who was at rest before the push (n,)."""
+class Final(NamedTuple):
+    """Where everybody is a second after the push, (n,2) m, and how far each of those who were at
+    rest before is displaced (m)."""
 
     model: str
-    start: Floats
     position: Floats
-    resting: Flags
-
-    @property
-    def displaced(self) -> Floats:
-        """How far each of those who were at rest is displaced (m)."""
-        return np.asarray(np.hypot(*(self.position - self.start)[self.resting].T))
+    displaced: Floats
 
     @property
     def moved(self) -> int:
@@ -275,30 +249,23 @@ class Final:
         return int((self.displaced > MOVED_M).sum())
 
 
+def final_of(model: str, scene: Scene, position: Floats) -> Final:
+    """Measure how far those who were at rest are displaced."""
+    away = (position - scene.snapshot.position)[at_rest(scene)]
+    return Final(model, position, np.hypot(*away.T))
+
+
 def rigid_final(scene: Scene) -> Final:
     """Step the push with rigid, inelastic disks."""
     motion = Motion(scene.snapshot, scene.wall_segments(), step=STEP_S)
     for _ in range(round(TIME_S / STEP_S)):
         motion.advance()
-    return _final("rigid disks, k = 0", scene, motion.position)
+    return final_of("rigid disks, k = 0", scene, motion.position)
 
 
-def final_run(scene: Scene, engine: str, runs: Path) -> EngineRun:
-    """Name the run of the push with soft, strongly damped disks."""
-    variant = scene.model_copy(update={"name": f"{scene.name}_final"})
-    variant = variant.with_contact(stiffness_N_per_m=STIFFNESS, restitution=RESTITUTION)
-    variant = variant.with_run(duration_s=TIME_S, frames=1, time_step_s=None)
-    return EngineRun.of(variant, engine, runs)
-
-
-def soft_final(run: EngineRun, progress: Progress | None) -> Final:
+def soft_final(run: EngineRun) -> Final:
     """Read where an engine's run ends. Raises EngineError, DumpError."""
-    return _final(ENGINE_NAMES[run.engine], run.scene, end_of(run, progress).position)
-
-
-def _final(model: str, scene: Scene, position: Floats) -> Final:
-    resting = np.hypot(*scene.snapshot.velocity.T) == 0
-    return Final(model=model, start=scene.snapshot.position, position=position, resting=resting)
+    return final_of(ENGINE_NAMES[run.engine], run.scene, end_of(run).position)
 
 
 INELASTIC, ELASTIC = 0.05, 1.0
@@ -331,117 +298,29 @@ def push_runs(runs: Path) -> list[EngineRun]:
 
 
 def final_runs(runs: Path) -> list[EngineRun]:
-    """List the longer run of each engine, to the final positions."""
+    """List the longer run of each engine, with strongly damped disks, to the final positions."""
     scene = read_scene("corridor")
-    return [final_run(scene, engine, runs) for engine in ENGINE_NAMES if engine != "rigid"]
+    variant = scene.model_copy(update={"name": f"{scene.name}_final"})
+    variant = variant.with_contact(stiffness_N_per_m=STIFFNESS, restitution=RESTITUTION)
+    variant = variant.with_run(duration_s=TIME_S, frames=1, time_step_s=None)
+    return [EngineRun.of(variant, name, runs) for name in ENGINE_NAMES if name != "rigid"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Front:
-    """The front of the push in one engine at one restitution, at two stiffnesses or more."""
-
-    engine: str
-    restitution: float
-    pushes: list[Push]
-    power: float  # a of speed ∝ kᵃ
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Corridor:
-    """All that figure 2 shows: n disks, k contacts."""
+class Corridor(NamedTuple):
+    """What the pictures of figure 2 show: n disks, k contacts."""
 
     scene: Scene
     found: SnapshotPercussions  # the percussions
+    local: Flags  # (k,), whether a pushing disk takes part in a contact
+    size: Floats  # (k,) N·s, |p| of each contact
+    carries: Flags  # (k,), whether a contact carries a percussion
+    gaps: Gaps  # how the push goes from column to column
     pushes: list[Push]  # the push by each engine, stiffness and damping
     finals: list[Final]  # where everybody is a second later, by rigid disks first
-    warnings: list[str]
 
-    @classmethod
-    def of(cls, runs: Path, progress: Progress | None) -> Corridor:
-        """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
-        scene = read_scene("corridor")
-        found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
-        warnings = unsolved([("percussions", found.answer)])
-        pushes = each(push_runs(runs), partial(run_push, progress=progress), warnings)
-        soft = each(final_runs(runs), partial(soft_final, progress=progress), warnings)
-        finals = [rigid_final(scene), *soft]
-        return cls(scene=scene, found=found, pushes=pushes, finals=finals, warnings=warnings)
-
-    @cached_property
-    def local(self) -> Flags:
-        """Whether a pushing disk takes part in a contact, (k,)."""
-        return local_contacts(self.scene, self.found.contacts)
-
-    @cached_property
-    def size(self) -> Floats:
-        """|p| of each contact, (k,) N·s."""
-        return np.asarray(np.hypot(*self.found.answer.impulse.T))
-
-    @cached_property
-    def carries(self) -> Flags:
-        """Whether a contact carries a percussion, (k,)."""
-        return np.asarray(self.size > CARRIES * self.size.max())
-
-    @property
-    def near(self) -> int:
-        """How many contacts of a pushing disk carry a percussion."""
-        return int((self.carries & self.local).sum())
-
-    @property
-    def far(self) -> int:
-        """How many contacts without a pushing disk carry a percussion."""
-        return int((self.carries & ~self.local).sum())
-
-    @property
-    def far_share(self) -> float:
-        """Share of the sum of magnitudes that contacts without a pushing disk have."""
-        return float(self.size[~self.local].sum() / self.size.sum())
-
-    @cached_property
-    def gaps(self) -> Gaps:
-        """How the push goes from column to column."""
-        return gaps_of(self.scene, self.found.contacts, self.found.answer)
-
-    @property
-    def distance(self) -> Floats:
-        """From the pushing column, (n,) m."""
-        x = self.scene.snapshot.position[:, 0]
-        return np.asarray(x - x.min())
-
-    @property
-    def reach(self) -> float:
-        """Distance (m) of the furthest disk with a percussion."""
-        return float(self.distance[self.found.contacts.first[self.carries]].max())
-
-    @property
-    def resting(self) -> Flags:
-        """Who is at rest before, (n,)."""
-        return np.asarray(np.hypot(*self.scene.snapshot.velocity.T) == 0)
-
-    @property
-    def pushing(self) -> int:
-        """How many push."""
-        return int((~self.resting).sum())
-
-    @property
-    def moved(self) -> Flags:
-        """Who is at rest before and moves after, (n,)."""
-        return np.asarray(self.resting & (np.hypot(*self.found.answer.right_velocity.T) > 1e-6))
-
-    @property
-    def inelastic(self) -> list[Push]:
-        """The pushes of one restitution at rising stiffness."""
-        return [push for push in self.pushes if push.restitution == INELASTIC]
-
-    @property
-    def waves(self) -> list[Push]:
-        """The pushes whose front is followed."""
-        return [push for push in self.pushes if push.restitution in (INELASTIC, ELASTIC)]
-
-    @property
-    def stiffened(self) -> list[Push]:
-        """Those of the first engine."""
-        return [push for push in self.inelastic if push.engine == self.inelastic[0].engine]
+    def pushed(self, *restitutions: float) -> list[Push]:
+        """The pushes of these restitutions, at rising stiffness."""
+        return [push for push in self.pushes if push.restitution in restitutions]
 
     @property
     def damped(self) -> list[Push]:
@@ -451,41 +330,83 @@ class Corridor:
         damped = (push for push in chosen if push.restitution < ELASTIC)
         return sorted(damped, key=lambda push: -push.restitution)
 
-    @property
-    def damping_is_the_limit(self) -> bool:
-        """Whether damping brings ∫f dt to the percussions and stiffness does not."""
-        if len(self.stiffened) < 2 or len(self.damped) < 2:
-            return False
-        return self.damped[-1].difference < 0.5 * self.inelastic[-1].difference
-
-    @cached_property
-    def fronts(self) -> list[Front]:
-        """The fronts, inelastic ones first, of each engine."""
-        found = []
-        for restitution in (INELASTIC, ELASTIC):
-            for engine in dict.fromkeys(push.engine for push in self.waves):
-                mine = [p for p in self.waves if (p.engine, p.restitution) == (engine, restitution)]
-                speeds = np.array([p.speed for p in mine])
-                power = exponent(np.array([p.stiffness for p in mine]), speeds)
-                if np.isfinite(power):
-                    found.append(Front(ENGINE_NAMES[engine], restitution, mine, power))
-        return found
-
-    @cached_property
-    def apart(self) -> float | None:
-        """By how much of themselves the engines' speeds differ at most; None for one engine."""
-        pairs = [(a, b) for a in self.waves for b in self.waves if a.engine < b.engine]
-        apart = (
-            abs(a.speed / b.speed - 1)
-            for a, b in pairs
-            if (a.stiffness, a.restitution) == (b.stiffness, b.restitution)
-        )
-        return max(apart, default=None)
-
     def long_wave(self, stiffness: float) -> float:
         """Speed (m/s) of long waves in springs of that stiffness (N/m)."""
         scene = self.scene.with_contact(stiffness_N_per_m=stiffness)
         return long_wave_speed(scene, self.found.contacts)
+
+
+def corridor_of(runs: Path, warnings: list[str], progress: Progress | None) -> Corridor:
+    """Compute figure 2; `runs` keeps the engine runs, and one that fails is a warning."""
+    scene = read_scene("corridor")
+    found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
+    warnings += unsolved([("percussions", found.answer)])
+    size = np.hypot(*found.answer.impulse.T)
+    return Corridor(
+        scene=scene,
+        found=found,
+        local=local_contacts(scene, found.contacts),
+        size=size,
+        carries=size > CARRIES * size.max(),
+        gaps=gaps_of(scene, found.contacts, found.answer),
+        pushes=each(push_runs(runs), partial(run_push, progress=progress), warnings),
+        finals=[rigid_final(scene), *each(final_runs(runs), soft_final, warnings)],
+    )
+
+
+def rigid_numbers(corridor: Corridor) -> dict[str, Any]:
+    """Say who carries the push, and how far it goes."""
+    scene, found, local, size, carries, gaps, *_ = corridor
+    resting, x = at_rest(scene), scene.snapshot.position[:, 0]
+    distance = x - x.min()
+    return {
+        "size": size,
+        "found": found,
+        "finals": corridor.finals,
+        "resting": resting,
+        "pushing": int((~resting).sum()),
+        "near": int((carries & local).sum()),
+        "far": int((carries & ~local).sum()),
+        "far_share": float(size[~local].sum() / size.sum()),
+        "distance": distance,
+        "reach": float(distance[found.contacts.first[carries]].max()),
+        # who is at rest before and moves after
+        "moved": resting & (np.hypot(*found.answer.right_velocity.T) > 1e-6),
+        "linearity": correlation(gaps.distance, gaps.flux),
+    }
+
+
+def soft_numbers(corridor: Corridor) -> dict[str, Any]:
+    """Say how fast the front of soft contacts is, and what their impulses come to.
+
+    fronts: of each engine, inelastic ones first, with a of speed ∝ kᵃ; apart: by how much of
+    themselves the engines' speeds differ at most, None for one engine."""
+    waves, inelastic = corridor.pushed(INELASTIC, ELASTIC), corridor.pushed(INELASTIC)
+    damped, fronts = corridor.damped, []
+    for restitution, engine in product(
+        (INELASTIC, ELASTIC), dict.fromkeys(p.engine for p in waves)
+    ):
+        mine = [p for p in waves if (p.engine, p.restitution) == (engine, restitution)]
+        power = exponent(
+            *(np.array([getattr(p, of) for p in mine]) for of in ("stiffness", "speed"))
+        )
+        if np.isfinite(power):
+            names = {"engine": ENGINE_NAMES[engine], "restitution": restitution}
+            fronts.append(names | {"pushes": mine, "power": power})
+    apart = (
+        abs(a.speed / b.speed - 1)
+        for a, b in product(waves, waves)
+        if a.engine < b.engine and a[1:3] == b[1:3]
+    )
+    stiffened = [push for push in inelastic if push.engine == inelastic[0].engine]
+    return {
+        "fronts": fronts,
+        "apart": max(apart, default=None),
+        "stiffened": stiffened,
+        "damped": damped,
+        "damping_is_the_limit": min(len(stiffened), len(damped)) > 1
+        and damped[-1].difference < 0.5 * inelastic[-1].difference,
+    }
 
 
 def soft_flux(push: Push) -> Floats:
@@ -530,7 +451,7 @@ def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
     figure, every = panels(8.5, 2.7 * len(finals), len(finals), sharex=True)
     before = circles(scene.snapshot)
     for axes, one in zip(every, finals, strict=True):
-        _draw_people(axes, scene, replace(scene.snapshot, position=one.position), one.resting)
+        _draw_people(axes, scene, replace(scene.snapshot, position=one.position))
         outline = PatchCollection(before, facecolor="none", edgecolor=BLUE, lw=0.6, ls=":")
         axes.add_collection(outline)
         low, high = one.position[:, 0].min() - 0.6, one.position[:, 0].max() + 0.6
@@ -542,14 +463,15 @@ def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
 
 def _draw_corridor(axes: Axes, corridor: Corridor) -> None:
     snapshot = corridor.scene.snapshot
-    _draw_people(axes, corridor.scene, snapshot, corridor.resting)
+    _draw_people(axes, corridor.scene, snapshot)
     end = snapshot.position[:, 0].max() + 0.6
     axes.set(xlim=(-0.6, end), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
 
 
-def _draw_people(axes: Axes, scene: Scene, now: Snapshot, resting: Flags) -> None:
+def _draw_people(axes: Axes, scene: Scene, now: Snapshot) -> None:
     """Those who rested and those who pushed, and the walls."""
     style: dict[str, Any] = {"edgecolor": DARK_GREY, "linewidth": 0.5}
+    resting = at_rest(scene)
     for chosen, colour, hatch in ((resting, RESTING, ""), (~resting, PUSHING, "////")):
         disks = PatchCollection(circles(now, chosen), facecolor=colour, hatch=hatch, **style)
         axes.add_collection(disks)
@@ -592,11 +514,12 @@ def draw_wave(corridor: Corridor) -> Figure:
     """Draw the first arrival in each column against the distance, and the front's speed against the
     stiffness, with the long-wave speed of the springs."""
     figure, (left, right) = panels(10.0, 4.4, 1, 2)
-    stiffnesses = sorted({push.stiffness for push in corridor.waves})
-    _arrivals(left, [p for p in corridor.waves if p.engine == corridor.waves[0].engine])
-    kinds = sorted({(push.engine, push.restitution) for push in corridor.waves})
+    waves = corridor.pushed(INELASTIC, ELASTIC)
+    stiffnesses = sorted({push.stiffness for push in waves})
+    _arrivals(left, [p for p in waves if p.engine == waves[0].engine])
+    kinds = sorted({(push.engine, push.restitution) for push in waves})
     for number, (engine, restitution) in enumerate(kinds):
-        chosen = [p for p in corridor.waves if (p.engine, p.restitution) == (engine, restitution)]
+        chosen = [p for p in waves if (p.engine, p.restitution) == (engine, restitution)]
         style = {"ms": 10 - 2 * number, "mfc": "none", "color": COLOURS[number]}
         label, marker = f"{ENGINE_NAMES[engine]}, e = {restitution:g}", MARKERS[number]
         x, y = [p.stiffness for p in chosen], [p.speed for p in chosen]
@@ -631,16 +554,16 @@ def draw_impulses(corridor: Corridor) -> Figure:
     """Draw ∫f dt against p contact by contact for the least and the most damping, and their
     difference against k and ζ."""
     figure, (cloud, by_stiffness, by_damping) = panels(11.0, 3.9, 1, 3)
-    _cloud(cloud, (corridor.damped[0], corridor.damped[-1]))
-    for number, engine in enumerate(sorted({push.engine for push in corridor.inelastic})):
-        mine = [push for push in corridor.inelastic if push.engine == engine]
+    inelastic, damped = corridor.pushed(INELASTIC), corridor.damped
+    _cloud(cloud, (damped[0], damped[-1]))
+    for number, engine in enumerate(sorted({push.engine for push in inelastic})):
+        mine = [push for push in inelastic if push.engine == engine]
         style = look(number, hollow=True) | {"ms": 9 - 4 * number}
         label = f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}"
         x, y = [push.stiffness for push in mine], [push.difference for push in mine]
         by_stiffness.plot(x, y, label=label, **style)
-    top = max(push.difference for push in corridor.inelastic)
+    top = max(push.difference for push in inelastic)
     by_stiffness.set(xscale="log", xlabel="stiffness k (N/m)", ylim=(0, 1.15 * top))
-    damped = corridor.damped
     label = f"{ENGINE_NAMES[damped[0].engine]}, k = {numbers.number(damped[0].stiffness)} N/m"
     values = [[push.damping for push in damped], [push.difference for push in damped]]
     by_damping.plot(*values, MARKERS[0], ls="-", color=BLUE, label=label)
@@ -675,48 +598,39 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     contacts make of it.
 
     runs: where engine runs are kept and reused. An engine that is missing becomes a warning."""
-    corridor = Corridor.of(runs, progress)
-    words = Words(__name__, corridor=corridor, gaps=corridor.gaps, names=ENGINE_NAMES)
-    pictures = [
-        words.picture("fig_2_network", draw_network(corridor)),
-        words.picture("fig_2_final", draw_finals(corridor.finals, corridor.scene)),
-        words.picture("fig_2_decay", draw_decay(corridor)),
-    ]
-    if corridor.waves:
-        pictures.append(words.picture("fig_2_wave", draw_wave(corridor)))
-    if corridor.inelastic and corridor.damped:
-        pictures.append(words.picture("fig_2_impulses", draw_impulses(corridor)))
-    return words.section(
-        "2",
-        pictures=pictures,
-        tables=_tables(words, corridor),
-        claims=_claims(words, corridor),
-        warnings=corridor.warnings,
-    )
-
-
-def _claims(words: Words, corridor: Corridor) -> list[Claim]:
-    to_the_end = corridor.reach >= corridor.distance.max() - 1e-9
-    rigid = corridor.finals[0]
-    displaced = Verdict.of(rigid.moved == len(rigid.displaced), rigid.moved > 0)
+    warnings: list[str] = []
+    corridor = corridor_of(runs, warnings, progress)
+    rigid, soft = rigid_numbers(corridor), soft_numbers(corridor)
+    gaps = corridor.gaps._asdict() | {"linearity": rigid["linearity"]}
+    words = Words(__name__, corridor=rigid | soft, gaps=gaps, names=ENGINE_NAMES)
+    pictures = {
+        "fig_2_network": draw_network(corridor),
+        "fig_2_final": draw_finals(corridor.finals, corridor.scene),
+        "fig_2_decay": draw_decay(corridor),
+    }
+    if corridor.pushed(INELASTIC, ELASTIC):
+        pictures["fig_2_wave"] = draw_wave(corridor)
+    if corridor.pushed(INELASTIC) and corridor.damped:
+        pictures["fig_2_impulses"] = draw_impulses(corridor)
+    to_the_end = rigid["reach"] >= rigid["distance"].max() - 1e-9
+    final = corridor.finals[0]
     claims = [
-        words.claim("non_local", Verdict.of(corridor.far > 0 and to_the_end)),
-        words.claim("displacement", displaced),
+        words.claim("non_local", Verdict.of(rigid["far"] > 0 and to_the_end)),
+        words.claim(
+            "displacement", Verdict.of(final.moved == len(final.displaced), final.moved > 0)
+        ),
     ]
-    powers = [front.power for front in corridor.fronts]
-    if powers:
+    if powers := [front["power"] for front in soft["fronts"]]:
         # the interaction at a distance is there without a wave: what is right of it is the wave
-        wave_grows = min(powers) > 0.1
-        verdict = Verdict.PARTLY if wave_grows else Verdict.HOLDS
+        verdict = Verdict.PARTLY if min(powers) > 0.1 else Verdict.HOLDS
         claims.append(words.claim("shock_wave", verdict, powers=powers))
-    return claims
+    tables = _tables(corridor)
+    return words.section("2", pictures=pictures, tables=tables, claims=claims, warnings=warnings)
 
 
-def _tables(words: Words, corridor: Corridor) -> list[Table]:
-    gaps = corridor.gaps
-    columns = (gaps.distance, gaps.flux, gaps.gained, gaps.columns, gaps.largest)
+def _tables(corridor: Corridor) -> dict[str, list[list[Cell]]]:
     speeds: list[list[Cell]] = []
-    for one in corridor.waves:
+    for one in corridor.pushed(INELASTIC, ELASTIC):
         closed, last = corridor.long_wave(one.stiffness), float(one.first_arrivals[1][-1])
         name, ratio = ENGINE_NAMES[one.engine], one.speed / closed - 1
         speeds.append([name, one.restitution, one.stiffness, last, one.speed, closed, ratio])
@@ -732,12 +646,9 @@ def _tables(words: Words, corridor: Corridor) -> list[Table]:
         moved = [float(f(model.displaced)) for f in (np.mean, np.median, np.max)]
         away = ((model.position - corridor.finals[0].position) ** 2).sum(1).mean()
         finals.append([model.model, model.moved, *moved, float(np.sqrt(away))])
-    return [
-        words.table("table_gaps", [[float(v) for v in row] for row in zip(*columns, strict=True)]),
-        words.table("table_front", speeds),
-        words.table("table_impulses", shares),
-        words.table("table_final", finals),
-    ]
+    gaps: list[list[Cell]] = np.column_stack(corridor.gaps).tolist()
+    shown = {"table_gaps": gaps, "table_front": speeds}
+    return shown | {"table_impulses": shares, "table_final": finals}
 
 
 def _between_engines(one: Push, pushes: list[Push]) -> Cell:
