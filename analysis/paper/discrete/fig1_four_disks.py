@@ -1,11 +1,8 @@
 """Figure 1: four aligned disks, by the percussions, Newton's law of impact and soft contacts."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +13,7 @@ from scipy.optimize import bisect
 from analysis.engines.run import EngineRun
 from analysis.pages.drawing import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, panels
 from analysis.pages.names import ENGINE_NAMES
-from analysis.pages.section import Cell, Claim, Section, Verdict
+from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete.engine_runs import each, end_of
@@ -40,8 +37,7 @@ CLOSING = (2.0, 1.2, 0.5, 0.0)
 OPENING = (2.0, 0.0, 1.0, -1.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Impact:
+class Impact(NamedTuple):
     """One law's answer for a line."""
 
     law: str
@@ -49,11 +45,6 @@ class Impact:
     before: Floats  # (n,) m/s
     after: Floats  # (n,) m/s
     answer: Percussions | None = None  # the percussions of a law that has any
-
-    @property
-    def first_impulse(self) -> float:
-        """p between the first two disks (N·s), from the momentum of the first."""
-        return float(self.mass[0] * (self.before[0] - self.after[0]))
 
     @property
     def energies(self) -> tuple[float, float]:
@@ -69,12 +60,16 @@ class Impact:
         return (after - inelastic) / (before - inelastic)
 
     def row(self) -> list[Cell]:
-        """Law, mass, u⁺ of each disk, p¹², λ¹², energies, status."""
-        answer = self.answer
+        """Law, mass, u⁺ of each disk, p¹² (from the momentum of the first), λ¹², energies, status."""
+        answer, mass = self.answer, float(self.mass[0])
+        impulse = mass * float(self.before[0] - self.after[0])
         reaction: Cell = "–" if answer is None else float(answer.reaction[0])
-        status = "–" if answer is None else ", ".join([str(answer.status), *answer.warnings])
-        speeds, impulse = map(float, self.after), self.first_impulse
-        return [self.law, float(self.mass[0]), *speeds, impulse, reaction, *self.energies, status]
+        speeds, status = map(float, self.after), "–" if answer is None else _status(answer)
+        return [self.law, mass, *speeds, impulse, reaction, *self.energies, status]
+
+
+def _status(answer: Percussions) -> str:
+    return ", ".join([str(answer.status), *answer.warnings])
 
 
 def percussions(mass: ArrayLike, left: ArrayLike, law: ContactLaw) -> Percussions:
@@ -175,109 +170,65 @@ def impacts_of(
     return impacts + each(cradle_runs(disks, runs), soft, warnings)
 
 
-@dataclass(frozen=True, eq=False)
-class FourDisks:
-    """All that figure 1 shows.
+def against_ratio(disks: int, ratios: Floats) -> Floats:
+    """Find u⁺/U (s,n) of equal disks hit by their first one, for each k/m (s,)."""
+    mass, left = np.full(disks, MASS), first_only(disks, 1.0)
+    laws = (ContactLaw(dissipation=ratio * MASS) for ratio in ratios)
+    return np.array([percussions(mass, left, law).right_velocity[:, 0] for law in laws])
 
-    fours, threes: the impact of four and of three disks by every law
-    ratios, four, pair: (s,) k/m, and u⁺/U (s,4) of four disks and (s,2) of a pair there"""
 
-    fours: list[Impact]
-    threes: list[Impact]
-    ratios: Floats
-    four: Floats
-    pair: Floats
-    warnings: list[str]
+def thresholds() -> list[tuple[int, str, float, float, float]]:
+    """Tabulate disks, masses, k at which the first contact opens by bisection and in closed form
+    m¹M/(m¹+M), M the mass of all others (kg), relative difference."""
+    rows = []
+    for mass in ([MASS] * 2, [MASS] * 3, [MASS] * 4, UNEQUAL):
+        found, rest = opening_threshold(mass), sum(mass[1:])
+        closed = mass[0] * rest / (mass[0] + rest)
+        words = ", ".join(f"{m:g}" for m in mass)
+        rows.append((len(mass), words, found, closed, abs(found / closed - 1)))
+    return rows
 
-    @classmethod
-    def of(cls, runs: Path, progress: Progress | None) -> FourDisks:
-        """Compute it; `runs` keeps the engine runs, and one that fails is a warning."""
-        warnings: list[str] = []
-        fours, threes = (impacts_of(n, runs, warnings, progress) for n in (4, 3))
-        solved = [(f"{i.law}, m = {i.mass[0]:g} kg", i.answer) for i in fours + threes]
-        warnings += unsolved((words, answer) for words, answer in solved if answer)
-        ratios = np.geomspace(0.03, 300, 61)
-        laws = [ContactLaw(dissipation=ratio * MASS) for ratio in ratios]
-        four, pair = (
-            np.array([percussions(mass, left, law).right_velocity[:, 0] for law in laws])
-            for mass, left in ((np.full(n, MASS), first_only(n, 1.0)) for n in (4, 2))
-        )
-        return cls(fours, threes, ratios, four, pair, warnings)
 
-    @property
-    def newton(self) -> Impact:
-        """Newton's law with e = 1."""
-        return next(impact for impact in self.fours if impact.law == "Newton, e = 1")
+def restitutions() -> list[tuple[float, ...]]:
+    """Tabulate e asked, its k (kg), the restitution of a pair, of four disks, in closed form, by
+    Newton's law, and how far four disks are short of e."""
+    rows: list[tuple[float, ...]] = []
+    snapshot = aligned(np.full(4, MASS), first_only(4))
+    contacts = find_contacts(snapshot, tolerance=1e-9)
+    for e in RESTITUTIONS:
+        k = float(ContactLaw(restitution=e).coefficients(np.array([2 / MASS]))[0][0])
+        newton = newton_impact(snapshot, contacts, e)[:, 0]
+        four, obtained = line_restitution(4, e), float((newton[1] - newton[0]) / 2.0)
+        closed = four_disk_restitution(e)
+        rows.append((e, k, line_restitution(2, e), four, closed, obtained, e - four))
+    return rows
 
-    @property
-    def cradles(self) -> list[Impact]:
-        """The elastic soft contacts."""
-        return [impact for impact in self.fours if "e = 1," in impact.law]
 
-    @cached_property
-    def apart(self) -> float:
-        """The largest difference of u⁺/U between disks 2 to 4, over all k."""
-        return float(np.ptp(self.four[:, 1:], axis=1).max())
+def influences() -> tuple[Floats, Floats]:
+    """Find ∂λ¹²/∂u⁻ (4,) kg of unequal disks, all contacts closing: by the solver, and of (3)."""
+    mass = np.array(UNEQUAL)
+    closed = np.concatenate([[mass[0] * mass[1:].sum()], -mass[0] * mass[1:]]) / mass.sum()
+    return influence(mass, CLOSING), closed
 
-    @cached_property
-    def thresholds(self) -> list[tuple[int, str, float, float, float]]:
-        """Disks, masses, k at which the first contact opens by bisection and in closed form
-        m¹M/(m¹+M), M the mass of all others (kg), relative difference."""
-        rows = []
-        for mass in ([MASS] * 2, [MASS] * 3, [MASS] * 4, UNEQUAL):
-            found, rest = opening_threshold(mass), sum(mass[1:])
-            closed = mass[0] * rest / (mass[0] + rest)
-            words = ", ".join(f"{m:g}" for m in mass)
-            rows.append((len(mass), words, found, closed, abs(found / closed - 1)))
-        return rows
 
-    @cached_property
-    def restitutions(self) -> list[tuple[float, ...]]:
-        """e asked, its k (kg), the restitution of a pair, of four disks, in closed form, by
-        Newton's law, and how far four disks are short of e."""
-        rows: list[tuple[float, ...]] = []
-        snapshot = aligned(np.full(4, MASS), first_only(4))
-        contacts = find_contacts(snapshot, tolerance=1e-9)
-        for e in RESTITUTIONS:
-            k = float(ContactLaw(restitution=e).coefficients(np.array([2 / MASS]))[0][0])
-            newton = newton_impact(snapshot, contacts, e)[:, 0]
-            four, obtained = line_restitution(4, e), float((newton[1] - newton[0]) / 2.0)
-            closed = four_disk_restitution(e)
-            rows.append((e, k, line_restitution(2, e), four, closed, obtained, e - four))
-        return rows
+def formula() -> tuple[float, float]:
+    """Find λ¹² (N·s) of unequal disks, all contacts closing: (3), and the solver."""
+    mass, left = np.array(UNEQUAL), np.array(CLOSING)
+    printed = float(mass[0] * (mass[1:] @ (left[0] - left[1:])) / mass.sum())
+    return printed, float(percussions(mass, left, ContactLaw()).reaction[0])
 
-    @cached_property
-    def misses(self) -> tuple[float, float]:
-        """How far the restitution of a pair, and of four disks, is from the e asked, at most."""
-        pair, four = (max(abs(row[i] - row[0]) for row in self.restitutions) for i in (2, 3))
-        return pair, four
 
-    @cached_property
-    def influences(self) -> tuple[Floats, Floats]:
-        """∂λ¹²/∂u⁻ (4,) kg of unequal disks, all contacts closing: by the solver, and of (3)."""
-        mass = np.array(UNEQUAL)
-        closed = np.concatenate([[mass[0] * mass[1:].sum()], -mass[0] * mass[1:]]) / mass.sum()
-        return influence(mass, CLOSING), closed
-
-    @cached_property
-    def formula(self) -> tuple[float, float]:
-        """λ¹² (N·s) of unequal disks, all contacts closing: (3), and the solver."""
-        mass, left = np.array(UNEQUAL), np.array(CLOSING)
-        printed = float(mass[0] * (mass[1:] @ (left[0] - left[1:])) / mass.sum())
-        return printed, float(percussions(mass, left, ContactLaw()).reaction[0])
-
-    def opening_rows(self) -> list[tuple[Cell, ...]]:
-        """k (kg), λ²³ (N·s), energy before and after (J), energy error and status where a contact
-        opens while it is pressed."""
-        rows: list[tuple[Cell, ...]] = []
-        for k in (0.0, 10.0, 100.0, 1000.0):
-            answer = percussions(np.full(4, MASS), OPENING, ContactLaw(dissipation=k))
-            before = 0.5 * MASS * float(np.square(OPENING).sum())
-            after = 0.5 * MASS * float((answer.right_velocity**2).sum())
-            remark = ", ".join([str(answer.status), *answer.warnings])
-            reaction = float(answer.reaction[1])
-            rows.append((k, reaction, before, after, answer.energy_error, remark))
-        return rows
+def opening_rows() -> list[tuple[Cell, ...]]:
+    """Tabulate k (kg), λ²³ (N·s), energy before and after (J), energy error and status where a
+    contact opens while it is pressed."""
+    rows: list[tuple[Cell, ...]] = []
+    for k in (0.0, 10.0, 100.0, 1000.0):
+        answer = percussions(np.full(4, MASS), OPENING, ContactLaw(dissipation=k))
+        before = 0.5 * MASS * float(np.square(OPENING).sum())
+        after = 0.5 * MASS * float((answer.right_velocity**2).sum())
+        reaction = float(answer.reaction[1])
+        rows.append((k, reaction, before, after, answer.energy_error, _status(answer)))
+    return rows
 
 
 HATCHES = ("", "///", "...", "xxx")
@@ -304,17 +255,20 @@ def after_impact(impacts: list[Impact]) -> Figure:
     return figure
 
 
-def against_dissipation(disks: FourDisks) -> Figure:
-    """Draw u⁺/U against k/m, with both readings of the printed k, and the restitution obtained."""
+def against_dissipation(
+    ratios: Floats, four: Floats, pair: Floats, obtained: Sequence[Sequence[float]]
+) -> Figure:
+    """Draw u⁺/U of four disks (s,4) and of a pair (s,2) against k/m (s,), with both readings of the
+    printed k, and the restitution obtained: rows of `restitutions`."""
     figure, (left, right) = panels(10.0, 4.2, 1, 2)
-    _velocities(left, disks)
-    e, _, pair, four, _, newton, _ = np.array(disks.restitutions).T
+    _velocities(left, ratios, four, pair)
+    e, _, pairs, fours, _, newton, _ = np.array(obtained).T
     line = np.linspace(0, 1, 201)
     closed = [four_disk_restitution(float(x)) for x in line]
     right.plot(line, line, "-", color=GREY, label="e asked")
     right.plot(line, closed, "--", color=BLACK, label="(5e−1)/(5−e), or 0")
-    right.plot(e, pair, MARKERS[0], color=BLUE, label="percussions, pair")
-    right.plot(e, four, MARKERS[1], color=ORANGE, label="percussions, four disks")
+    right.plot(e, pairs, MARKERS[0], color=BLUE, label="percussions, pair")
+    right.plot(e, fours, MARKERS[1], color=ORANGE, label="percussions, four disks")
     right.plot(e, newton, "x", color=BLACK, label="Newton's law, four disks")
     right.set(xlabel="restitution e that k stands for in a pair (–)", ylabel="(u²⁺ − u¹⁺) / U (–)")
     right.legend(fontsize=8)
@@ -322,8 +276,7 @@ def against_dissipation(disks: FourDisks) -> Figure:
     return figure
 
 
-def _velocities(axes: Axes, disks: FourDisks) -> None:
-    ratio, four, pair = disks.ratios, disks.four, disks.pair
+def _velocities(axes: Axes, ratio: Floats, four: Floats, pair: Floats) -> None:
     axes.plot(ratio, four[:, 0], "-", color=BLUE, label="four disks: disk 1")
     axes.plot(ratio, four[:, 1:].mean(1), "--", color=ORANGE, label="four disks: disks 2–4")
     axes.plot(ratio, pair[:, 0], ":", color=BLUE, label="pair: disk 1")
@@ -354,39 +307,48 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     restitution becomes.
 
     runs: where engine runs are kept and reused. An engine that is missing becomes a warning."""
-    disks = FourDisks.of(runs, progress)
-    rigid, printed, light, limit = disks.fours[:4]
+    missing: list[str] = []
+    fours, threes = (impacts_of(n, runs, missing, progress) for n in (4, 3))
+    solved = [(f"{i.law}, m = {i.mass[0]:g} kg", i.answer) for i in fours + threes]
+    ratios = np.geomspace(0.03, 300, 61)
+    four, pair = (against_ratio(n, ratios) for n in (4, 2))
+    asked, (by_formula, by_solver), effect = restitutions(), formula(), influences()
+    # how far the restitution of a pair, and of four disks, is from the e asked, at most
+    misses = [max(abs(row[i] - row[0]) for row in asked) for i in (2, 3)]
+    rigid, printed, light, limit = fours[:4]
+    opens = thresholds()
+    far, error = effect[0][2:], abs(by_solver / by_formula - 1)
+    disks = {
+        "ratios": ratios,
+        "apart": float(np.ptp(four[:, 1:], axis=1).max()),
+        "newton": next(impact for impact in fours if impact.law == "Newton, e = 1"),
+        "cradles": [impact for impact in fours if "e = 1," in impact.law],
+        "thresholds": opens,
+        "misses": misses,
+        "formula": (by_formula, by_solver),
+    }
     words = Words(__name__, disks=disks, rigid=rigid, printed=printed, light=light, limit=limit)
+    restitution = Verdict.FAILS if misses[0] > 1e-6 else Verdict.of(True, misses[1] < 1e-6)
+    change = abs(printed.after - rigid.after).max()
     return words.section(
         "1",
         pictures={
-            "fig_1_velocities": after_impact(disks.fours),
-            "fig_1_dissipation": against_dissipation(disks),
+            "fig_1_velocities": after_impact(fours),
+            "fig_1_dissipation": against_dissipation(ratios, four, pair, asked),
         },
         tables={
-            "table_four": [impact.row() for impact in disks.fours],
-            "table_three": [impact.row() for impact in disks.threes],
-            "table_threshold": disks.thresholds,
-            "table_restitution": disks.restitutions,
-            "table_opening": disks.opening_rows(),
-            "table_influence": np.column_stack([range(1, 5), *disks.influences]).tolist(),
+            "table_four": [impact.row() for impact in fours],
+            "table_three": [impact.row() for impact in threes],
+            "table_threshold": opens,
+            "table_restitution": asked,
+            "table_opening": opening_rows(),
+            "table_influence": np.column_stack([range(1, 5), *effect]).tolist(),
         },
-        claims=_claims(words, disks),
-        warnings=disks.warnings,
+        claims=[
+            words.claim("non_local", Verdict.of(bool(abs(far).min() > 1e-3 * MASS)), far=far),
+            words.claim("formula_3", Verdict.of(error < 1e-9), error=error),
+            words.claim("elastic", Verdict.of(printed.returned > 0.5), change=change),
+            words.claim("restitution", restitution),
+        ],
+        warnings=missing + unsolved((words, answer) for words, answer in solved if answer),
     )
-
-
-def _claims(words: Words, disks: FourDisks) -> list[Claim]:
-    by_formula, by_solver = disks.formula
-    pair, four = disks.misses
-    far = disks.influences[0][2:]
-    error = abs(by_solver / by_formula - 1)
-    change = abs(disks.fours[1].after - disks.fours[0].after).max()
-    threshold = 1e-3 * MASS
-    restitution = Verdict.FAILS if pair > 1e-6 else Verdict.of(True, four < 1e-6)
-    return [
-        words.claim("non_local", Verdict.of(bool(abs(far).min() > threshold)), far=far),
-        words.claim("formula_3", Verdict.of(error < 1e-9), error=error),
-        words.claim("elastic", Verdict.of(disks.fours[1].returned > 0.5), change=change),
-        words.claim("restitution", restitution),
-    ]
