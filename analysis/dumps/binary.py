@@ -18,7 +18,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from analysis.dumps.frame import LARGEST_LENGTH, LARGEST_STEP, DumpError, Frame
+from analysis.dumps.frame import LARGEST_LENGTH, DumpError, Frame, Frames
 from analysis.support.reading import LARGEST_WHOLE
 
 MAGIC = b"DUMPCUSTOM"
@@ -37,13 +37,12 @@ def is_binary(start: bytes) -> bool:
     return SMALL in start[:8]
 
 
-class BinaryFrames:
-    """The frames of a binary dump; `columns` are known behind the first."""
+class BinaryFrames(Frames):
+    """The frames of a binary dump."""
 
     def __init__(self, path: Path, file: IO[bytes]) -> None:
-        self.path, self._file, self._at = path, file, 0
-        self._step = -1
-        self.columns: tuple[str, ...] = ()
+        super().__init__(path)
+        self._file, self._at, self._step = file, 0, -1
 
     def all(self) -> Iterator[Frame]:
         """Read all heads, in order. Raises DumpError naming the step."""
@@ -66,43 +65,27 @@ class BinaryFrames:
             raise DumpError(f"{self.path}: a binary dump of {what}; {HOW}")
         step, rows, triclinic, *rest = self._take(HEAD.format)
         where = f"{self.path}, step {step}"
-        boundaries, ends, width = rest[:6], rest[6:12], rest[12]
-        if not self._step < step <= LARGEST_STEP:
-            raise DumpError(
-                f"{where}: it follows step {self._step}; frames must be in order, each once"
-            )
-        if not 0 <= rows <= LARGEST_WHOLE or not np.abs(ends).max() <= LARGEST_LENGTH:
-            raise DumpError(f"{where}: damaged: {rows} rows, a box of {ends}")
+        boundaries, (x0, x1, y0, y1, *z), width = rest[:6], rest[6:12], rest[12]
+        self.check_step(str(self.path), self._step, step)
+        if (
+            not 0 <= rows <= LARGEST_WHOLE
+            or not np.abs([x0, x1, y0, y1, *z]).max() <= LARGEST_LENGTH
+        ):
+            raise DumpError(f"{where}: damaged: {rows} rows, a box of {[x0, x1, y0, y1, *z]}")
         self._step = step
-        self._refuse_box(where, triclinic, boundaries)
-        time = self._units_and_time(where)
+        pairs = zip(boundaries[::2], boundaries[1::2], strict=True)
+        self.check_box(where, triclinic, ["p" if 0 in pair else "f" for pair in pairs])
+        self.check_units(where, " ".join(self._words(where)) or "si")
+        time = self._time(where)
         names = self._words(where)
         if len(names) != width or not width:
             raise DumpError(f"{where}: damaged: {len(names)} names of {width} columns")
-        if len(set(names)) != len(names):
-            raise DumpError(f"{where}: a column occurs twice: {' '.join(names)}")
-        if self.columns and names != self.columns:
-            raise DumpError(f"{self.path}: the columns change at step {step}")
-        self.columns = names
+        self.check_columns(where, names, step)
         offset = self._at
         self._pass_numbers(where, rows * width)
-        low, high = (ends[0], ends[2]), (ends[1], ends[3])
-        return Frame(step, time, low, high, rows, 0, offset, self._at - offset)
+        return Frame(step, time, (x0, y0), (x1, y1), rows, 0, offset, self._at - offset)
 
-    def _refuse_box(self, where: str, triclinic: int, boundaries: list[int]) -> None:
-        if triclinic:
-            raise DumpError(f"{where}: a triclinic box; only boxes along x and y are read here")
-        for axis, pair in zip("xy", (boundaries[:2], boundaries[2:4]), strict=True):
-            if 0 in pair:
-                raise DumpError(
-                    f"{where}: the box is periodic in {axis}: contacts across its boundary would be "
-                    "missed; write the dump with boundary f or s in x and y"
-                )
-
-    def _units_and_time(self, where: str) -> float | None:
-        units = " ".join(self._words(where))
-        if units not in ("", "si"):
-            raise DumpError(f"{where}: units {units[:40]}; only si is read here")
+    def _time(self, where: str) -> float | None:
         (timed,) = self._take("<b")
         if not timed:
             return None

@@ -1,15 +1,153 @@
-"""The disks of many frames at once, from their text."""
+"""The disks of a dump: what its columns mean, and the bodies of many frames at once, checked."""
 
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from analysis.dumps.frame import LARGEST_LENGTH, BodyColumns
+from analysis.dumps.frame import LARGEST_LENGTH, DumpError
 from analysis.dumps.index import WORDS, DumpIndex
+from analysis.scene.lammps_data import SPHERE
 from nscd import Snapshot
-from nscd.arrays import LARGEST, Floats, Indices
+from nscd.arrays import LARGEST, Flags, Floats, Indices
 
-POSITIVE, ANY = ("radius", "mass"), ("vx", "vy", "drive_x", "drive_y")
+# Names of a place, best first, and whether they are shares of the box.
+PLACES = ((("x", "y", "z"), False), (("xu", "yu", "zu"), False), (("xs", "ys", "zs"), True),
+          (("xsu", "ysu", "zsu"), True))  # fmt: skip
+# Lengths and velocities of a dump that is in another unit, and what 1 of it is in m.
+LENGTHS = ("x", "y", "z", "radius", "diameter", "vx", "vy")
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+# Columns that say nothing alone.
+PAIRS = (("vx", "vy"), ("fx", "fy"), ("drive_x", "drive_y"))
+# What begins so are columns of a user's own computes, fixes and variables.
+COMPUTED = ("c_", "f_", "v_")
+# Heights may differ by this share of the smallest radius: rounding, not a third dimension.
+FLAT = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class BodyColumns:
+    """Find the columns that a body needs among those of a dump."""
+
+    index: DumpIndex
+    place: tuple[str, str, str]  # names of x, y, z (z: may be missing)
+    scaled: bool  # whether these are shares of the box
+    unit: float = 1.0  # of lengths and of velocities per second, in m
+
+    @classmethod
+    def of(cls, index: DumpIndex, unit: float = 1.0) -> BodyColumns:
+        """Raise DumpError naming the columns that are missing."""
+        has = set(index.columns)
+        place, scaled = next(
+            ((place, scaled) for place, scaled in PLACES if {*place[:2]} <= has), PLACES[0]
+        )
+        missing = [name for name in ("id", *place[:2]) if name not in has]
+        missing += [] if {"radius", "diameter"} & has else ["radius"]
+        missing += [] if {"mass", "density"} & has else ["mass (or density)"]
+        missing += [
+            name for pair in PAIRS if len({*pair} & has) == 1 for name in pair if name not in has
+        ]
+        if missing:
+            raise DumpError(
+                f"{index.path}: missing columns: {', '.join(missing)}; it has: "
+                f"{' '.join(index.columns)}"
+            )
+        return cls(index, place, scaled, unit)
+
+    def checked(self, numbers: range, table: Floats) -> dict[str, Floats]:
+        """Name the columns of the tables of some frames, one below the other, with x, y (m), z,
+        radius (m), mass (kg) among them; ids rise in each frame.
+
+        Raises DumpError naming the first row with an id that is none or occurs twice, a place or a
+        number that is not finite, and disks that are not in one plane."""
+        index, names = self.index, self.index.columns
+        frames = index.frames[numbers.start : numbers.stop]
+        frame_of = np.repeat(np.arange(len(frames)), [frame.rows for frame in frames])
+        ids = index.ids(numbers, table[:, names.index("id")])
+        order = np.lexsort((ids, frame_of))
+        again = np.zeros(len(ids), dtype=bool)
+        again[order[1:]] = (np.diff(ids[order]) == 0) & (np.diff(frame_of) == 0)
+        if again.any():
+            step = frames[frame_of[np.argmax(again)]].step
+            index.refuse(numbers, again, "id ", ids, f" occurs twice at step {step}")
+        data = self._quantities(numbers, table, frame_of)
+        for name in ("x", "y", "z"):
+            far = ~(np.abs(data[name]) <= LARGEST_LENGTH)
+            index.refuse(numbers, far, f"{name}: ", data[name], " m: a finite place is needed")
+        for name, column in zip(names, table.T, strict=True):
+            # columns that a user computes may have what is no number
+            if name not in WORDS and not name.startswith(COMPUTED):
+                bad = ~np.isfinite(column)
+                index.refuse(numbers, bad, f"{name}: ", column, ": a finite number is needed")
+        if len(ids) and np.ptp(data["z"]) != 0:
+            for frame in range(len(frames)):
+                self._check_plane(numbers, data, frame_of == frame)
+        return {name: column[order] for name, column in data.items()}
+
+    def _check_plane(self, numbers: range, data: dict[str, Floats], mine: Flags) -> None:
+        """Refuse disks of a frame that are not in one plane."""
+        z, smallest = data["z"][mine], float(np.abs(data["radius"][mine]).min(initial=math.inf))
+        if len(z) and not np.ptp(z) <= FLAT * smallest:
+            self.index.refuse(
+                numbers,
+                mine & (data["z"] == z.max()),
+                f"z from {z.min():g} to {z.max():g}: disks in three dimensions; only crowds in "
+                "one plane are read here",
+            )
+
+    def _quantities(self, numbers: range, table: Floats, frame_of: Indices) -> dict[str, Floats]:
+        """All columns of tables; a density is that of a sphere, as LAMMPS writes it."""
+        data = dict(zip(self.index.columns, table.T, strict=True))
+        places = [data[name] for name in self.place[:2]]
+        if self.scaled:
+            frames = self.index.frames[numbers.start : numbers.stop]
+            box = np.array([(*frame.low, *frame.high) for frame in frames])[frame_of].T
+            with np.errstate(over="ignore"):  # what is too far is refused
+                places = [
+                    low + share * (high - low)
+                    for share, low, high in zip(places, box[:2], box[2:], strict=True)
+                ]
+        data["x"], data["y"] = places
+        data["z"] = data.get(self.place[2], np.zeros(len(table)))
+        data.setdefault("radius", 0.5 * data.get("diameter", np.empty(0)))
+        if self.unit != 1.0:
+            data |= {name: self.unit * data[name] for name in LENGTHS if name in data}
+        if "mass" not in data:
+            data["mass"] = data["density"] * SPHERE * data["radius"] ** 3
+        return data
+
+
+def state_of(data: Mapping[str, Any], path: str | Path, needs_velocity: bool) -> dict[str, Any]:
+    """Name the arrays of a `Snapshot` of columns; velocities and spins are 0 and drives None where
+    there are none. Raises DumpError for missing columns."""
+    if needs_velocity and "vx" not in data:
+        raise DumpError(f"{path}: missing columns: vx, vy; the velocities at this instant count")
+    none = np.zeros(len(data["id"]))
+    return {
+        "ids": data["id"].astype(np.int64),
+        "position": np.column_stack([data["x"], data["y"]]),
+        "velocity": np.column_stack([data.get("vx", none), data.get("vy", none)]),
+        "spin": data.get("omegaz", none),
+        "radius": data["radius"],
+        "mass": data["mass"],
+        "drive": (
+            np.column_stack([data["drive_x"], data["drive_y"]]) if "drive_x" in data else None
+        ),
+    }
+
+
+def snapshot_at(state: Mapping[str, Any], time: float, where: str) -> Snapshot:
+    """Make a snapshot of arrays at a time (s), 0 where it is NaN. Raises DumpError that begins with
+    `where`."""
+    try:
+        return Snapshot(**state, time=time if math.isfinite(time) else 0.0)
+    except ValueError as error:
+        raise DumpError(f"{where}: {error}") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -21,15 +159,18 @@ class Bodies:
     times: (f,) s, NaN where they are not known
     ids: (n,) rising in each frame
     position, velocity: (n,2) m, m/s; velocities are 0 where the dump has none
+    spin: (n,) rad/s, 0 where the dump has none
     radius, mass: (n,) m, kg
     drive: (n,2) N, where the dump has it"""
 
+    path: Path
     start: Indices
     steps: tuple[int, ...]
     times: Floats
     ids: Indices
     position: Floats
     velocity: Floats
+    spin: Floats
     radius: Floats
     mass: Floats
     drive: Floats | None
@@ -38,81 +179,45 @@ class Bodies:
         return len(self.steps)
 
     def snapshot(self, number: int) -> Snapshot:
-        """Take one frame, as `snapshot_of` does but for spins."""
+        """Take one frame, as `snapshot_of` does."""
         those = slice(*self.start[number : number + 2].tolist())
-        time = float(self.times[number])
-        return Snapshot(
-            position=self.position[those],
-            velocity=self.velocity[those],
-            radius=self.radius[those],
-            mass=self.mass[those],
-            ids=self.ids[those],
-            time=time if np.isfinite(time) else 0.0,
-            drive=None if self.drive is None else self.drive[those],
+        names = ("ids", "position", "velocity", "spin", "radius", "mass")
+        state = {name: getattr(self, name)[those] for name in names}
+        state["drive"] = None if self.drive is None else self.drive[those]
+        where = f"{self.path}, step {self.steps[number]}"
+        return snapshot_at(state, float(self.times[number]), where)
+
+    @classmethod
+    def read(
+        cls,
+        columns: BodyColumns,
+        numbers: range,
+        text: bytes,
+        time_step: float,
+        needs_velocity: bool = True,
+    ) -> Bodies:
+        """Read frames that follow each other from their text, see `DumpIndex.text`.
+
+        time_step: s, of the simulation; NaN where it is not known
+        needs_velocity: whether a dump without vx, vy is refused
+
+        Raises DumpError naming the line or the step."""
+        index = columns.index
+        frames = index.frames[numbers.start : numbers.stop]
+        data = columns.checked(numbers, index.numbers(numbers, text))
+        found = cls(
+            path=index.path,
+            start=np.cumsum([0, *(frame.rows for frame in frames)]),
+            steps=tuple(frame.step for frame in frames),
+            times=np.array(
+                [time_step * frame.step if frame.time is None else frame.time for frame in frames]
+            ),
+            **state_of(data, index.path, needs_velocity),
         )
-
-
-def bodies_of(
-    columns: BodyColumns,
-    index: DumpIndex,
-    numbers: range,
-    text: bytes,
-    time_step: float,
-    needs_velocity: bool,
-) -> Bodies | None:
-    """Read frames that follow each other from their text, see `DumpIndex.text`.
-
-    time_step: s, of the simulation; NaN where it is not known
-
-    None where anything is not as usual: the reader of single frames reads it, or says what is
-    wrong."""
-    frames = index.frames[numbers.start :][: len(numbers)]
-    if columns.scaled or WORDS & set(index.columns):
-        return None
-    table = index.numbers(numbers, text)
-    if table is None or not np.isfinite(table).all():
-        return None
-    start = np.concatenate([[0], np.cumsum([frame.rows for frame in frames])])
-    ids = table[:, columns.names.index("id")]
-    if not ((ids >= 1) & (ids < 2**31) & (ids == np.floor(ids))).all():
-        return None
-    within = np.ones(len(ids), bool)
-    within[start[:-1][np.diff(start) > 0]] = False
-    if (np.diff(ids) <= 0)[within[1:]].any():
-        order = np.lexsort((ids, np.repeat(np.arange(len(frames)), np.diff(start))))
-        table, ids = table[order], ids[order]
-        if (np.diff(ids) == 0)[within[1:]].any():
-            return None
-    data = columns.quantities(table, frames[0])
-    if ("vx" not in data and needs_velocity) or not _usual(data):
-        return None
-    known = [time_step * frame.step if frame.time is None else frame.time for frame in frames]
-    pair = {
-        name: np.column_stack([data[x], data[y]])
-        for name, x, y in (
-            ("position", "x", "y"),
-            ("velocity", "vx", "vy"),
-            ("drive", "drive_x", "drive_y"),
-        )
-        if x in data
-    }
-    return Bodies(
-        start=start,
-        steps=tuple(frame.step for frame in frames),
-        times=np.array(known),
-        ids=ids.astype(np.int64),
-        position=pair["position"],
-        velocity=pair.get("velocity", np.zeros((len(ids), 2))),
-        radius=np.ascontiguousarray(data["radius"]),
-        mass=np.ascontiguousarray(data["mass"]),
-        drive=pair.get("drive"),
-    )
-
-
-def _usual(data: dict[str, Floats]) -> bool:
-    """Whether numbers are ones that can be computed with, in one plane."""
-    far = max(np.abs(data[name]).max(initial=0.0) for name in "xyz")
-    least = min(data[name].min(initial=1.0) for name in POSITIVE)
-    most = max(np.abs(data[name]).max(initial=0.0) for name in (*POSITIVE, *ANY) if name in data)
-    flat = bool(np.ptp(data["z"]) == 0.0) if len(data["z"]) else True
-    return bool(far <= LARGEST_LENGTH and least >= 1 / LARGEST and most <= LARGEST and flat)
+        sizes = np.concatenate([found.radius, found.mass])
+        moves = [array for array in (found.velocity, found.drive) if array is not None]
+        largest = max(np.abs(array).max(initial=0.0) for array in (sizes, *moves))
+        if not (sizes.min(initial=1.0) >= 1 / LARGEST and largest <= LARGEST):
+            for number in range(len(found)):  # one of them says what is wrong
+                found.snapshot(number)
+        return found

@@ -72,22 +72,20 @@ def contacts_at(index: DumpIndex, number: int) -> EngineContacts:
 
     Raises DumpError naming the line of a number that is not finite, an id that is none, a normal
     that is no unit vector, a disk that touches itself, and a contact that is listed twice."""
-    table = index.table(number)
+    table, here = index.table(number), range(number, number + 1)
     get = {name: table[:, index.columns.index(name)] for name in CONTACT_COLUMNS}
-    first, second = (index.ids(number, get[name], name) for name in ("first", "second"))
+    first, second = (index.ids(here, get[name], name) for name in ("first", "second"))
     normal = np.column_stack([get["nx"], get["ny"]])
     wall = get["is_wall"] == 1
     again = _again((wall.astype(np.int64) << 62) + (first << 31) + second)
     for bad, what in (
-        (~np.isfinite(table).all(1), "not a finite number"),
+        (np.asarray(~np.isfinite(table).all(axis=1)), "not a finite number"),
         (~wall & (get["is_wall"] != 0), "is_wall: 0 or 1 is needed"),
         (np.abs(np.hypot(*normal.T) - 1) > UNIT, "nx, ny: not a unit vector"),
         (~wall & (first >= second), "first: the smaller id of the two is needed"),
         (again, "this contact is listed twice"),
     ):
-        if bad.any():
-            line = index.frames[number].line + int(np.argmax(bad))
-            raise DumpError(f"{index.path}, line {line}: {what}")
+        index.refuse(here, bad, what)
     return EngineContacts(
         first=first,
         second=second,
@@ -150,78 +148,58 @@ def integrate_contacts(
     check: called with the number and the contacts of every frame
     acceleration: (2,) m/s², g of a body force"""
     times = np.array(index.steps) * trajectory.dt
-    sums = [_Sum(times), _Sum(times[::2])]
+    # of the rule over all frames, and over every second one
+    weights = np.zeros((len(times), 2))
+    weights[:, 0], weights[::2, 1] = _weights(times), _weights(times[::2])
     numbers: dict[Key, int] = {}
     seen: list[EngineContacts] = []
+    first_forces: list[tuple[list[int], Floats]] = []
+    sums = np.zeros((0, 2, 2))  # contact, rule, axis
     for frame in range(len(times)):
         contacts = contacts_at(index, frame)
         check(frame, contacts)
-        keys: list[Key] = list(
-            zip(
-                contacts.first.tolist(),
-                contacts.second.tolist(),
-                contacts.is_wall.tolist(),
-                strict=True,
-            )
-        )
+        keys = _keys(contacts.first, contacts.second, contacts.is_wall)
         seen.append(contacts.select(np.array([key not in numbers for key in keys], dtype=bool)))
         places = [numbers.setdefault(key, len(numbers)) for key in keys]
-        sums[0].add(frame, places, contacts.force)
-        if frame % 2 == 0:
-            sums[1].add(frame // 2, places, contacts.force)
+        sums = np.pad(sums, ((0, len(numbers) - len(sums)), (0, 0), (0, 0)))
+        sums[places] += weights[frame, :, None] * contacts.force[:, None]
+        if frame < 5:
+            first_forces.append((places, contacts.force))
+    early = np.zeros((5, len(numbers), 2))
+    for force, (places, given) in zip(early, first_forces, strict=False):
+        force[places] = given
     at_start = _touching_at_start(numbers, touching, start)
     every, end = EngineContacts.joined(seen), snapshot_of(trajectory[-1])
     gained = end.velocity - start.velocity - acceleration * (times[-1] - times[0])
-    fine, coarse = (
-        _against_change(replace(every, force=one.total(len(numbers), at_start)), start, gained)
-        for one in sums
-    )
+    found = []
+    for rule, some in enumerate((times, times[::2])):
+        total = sums[:, rule]
+        if len(some) > 2:
+            first, second, third = early[: 2 * rule + 3 : rule + 1]
+            late = at_start & ~first.any(axis=1)
+            total[late] += 0.5 * (some[1] - some[0]) * (2 * second - third)[late]
+        found.append(_against_change(replace(every, force=total), start, gained))
+    fine, coarse = found
     return replace(fine, frames_needed=_frames_needed(len(times) - 1, fine.error, coarse.error))
 
 
-class _Sum:
-    """∫f dt of numbered contacts over frames at some times (s)."""
-
-    def __init__(self, times: Floats) -> None:
-        self.intervals = np.diff(times)
-        self.weights = 0.5 * (np.pad(self.intervals, (0, 1)) + np.pad(self.intervals, (1, 0)))
-        self.sum = np.zeros((0, 2))
-        self.early: list[dict[int, Floats]] = []
-
-    def add(self, frame: int, places: list[int], force: Floats) -> None:
-        """Add a frame: the numbers of its contacts and their forces (N)."""
-        self.sum = _grown(self.sum, max(places, default=-1) + 1)
-        self.sum[places] += self.weights[frame] * force
-        if frame < 3:
-            self.early.append(dict(zip(places, force, strict=True)))
-
-    def total(self, count: int, touching: list[int]) -> Floats:
-        """The impulses (count,2) N·s, those of contacts that touch at the start corrected."""
-        total = _grown(self.sum, count)
-        if len(self.early) == 3:
-            for number in touching:
-                first, second, third = (forces.get(number, np.zeros(2)) for forces in self.early)
-                if not first.any():
-                    total[number] += 0.5 * self.intervals[0] * (2 * second - third)
-        return total
+def _weights(times: Floats) -> Floats:
+    """Of the trapezoidal rule at some times, s."""
+    intervals = np.diff(times)
+    return 0.5 * (np.pad(intervals, (0, 1)) + np.pad(intervals, (1, 0)))
 
 
-def _grown(rows: Floats, count: int) -> Floats:
-    return np.pad(rows, ((0, max(0, count - len(rows))), (0, 0)))
+def _keys(first: Indices, second: Indices, is_wall: Flags) -> list[Key]:
+    return list(zip(first.tolist(), second.tolist(), is_wall.tolist(), strict=True))
 
 
-def _touching_at_start(numbers: dict[Key, int], touching: Contacts, start: Snapshot) -> list[int]:
-    """The numbers of the contacts that touch at t = 0, of those that the engine ever had."""
-    keys = (
-        (int(start.ids[i]), j + 1 if wall else int(start.ids[j]), wall)
-        for i, j, wall in zip(
-            touching.first.tolist(),
-            touching.second.tolist(),
-            touching.is_wall.tolist(),
-            strict=True,
-        )
+def _touching_at_start(numbers: dict[Key, int], touching: Contacts, start: Snapshot) -> Flags:
+    """Which of the contacts that the engine ever had touch at t = 0."""
+    second = np.where(
+        touching.is_wall, touching.second + 1, start.ids[touching.second * ~touching.is_wall]
     )
-    return [numbers[key] for key in keys if key in numbers]
+    keys = _keys(start.ids[touching.first], second, touching.is_wall)
+    return np.isin(np.arange(len(numbers)), [numbers.get(key, -1) for key in keys])
 
 
 def _against_change(contacts: EngineContacts, start: Snapshot, gained: Floats) -> Impulses:

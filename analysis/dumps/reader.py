@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.dumps.frame import UNITS, DumpError
+from analysis.dumps.bodies import UNITS, snapshot_at, state_of
+from analysis.dumps.frame import DumpError
 from analysis.dumps.index import index_dump
 from analysis.support.reading import UnreadableError, read_text
 from nscd import Snapshot
@@ -91,23 +92,8 @@ def snapshot_of(ts: Timestep, path: str | Path = "", *, needs_velocity: bool = T
             f"{path or 'this trajectory'}: no float64 columns id, x, y, radius, mass: open the "
             "dump with analysis.dumps.open_bodies(path) and give that universe"
         )
-    if needs_velocity and "vx" not in data:
-        raise DumpError(f"{path}: missing columns: vx, vy; the velocities at this instant count")
-    none = np.zeros(len(data["id"]))
-    drive = np.column_stack([data["drive_x"], data["drive_y"]]) if "drive_x" in data else None
-    try:
-        return Snapshot(
-            position=np.column_stack([data["x"], data["y"]]),
-            velocity=np.column_stack([data.get("vx", none), data.get("vy", none)]),
-            radius=data["radius"],
-            mass=data["mass"],
-            ids=data["id"].astype(np.int64),
-            spin=data.get("omegaz", none),
-            time=float(ts.time) if math.isfinite(ts.time) else 0.0,
-            drive=drive,
-        )
-    except ValueError as error:
-        raise DumpError(f"{path}, step {data['step']}: {error}") from None
+    state = state_of(data, path, needs_velocity)
+    return snapshot_at(state, float(ts.time), f"{path}, step {data['step']}")
 
 
 def frame_at(times: Sequence[float] | Floats, wanted: float) -> int:

@@ -12,7 +12,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from analysis.dumps import Bodies, DumpError, open_bodies, snapshot_of
+from analysis.dumps import Bodies, DumpError, open_bodies
 from analysis.percussions.setting import Setting
 from analysis.percussions.snapshot import FORCE, IMPULSE, SnapshotPercussions, percussions_of
 from analysis.percussions.table import (
@@ -44,7 +44,7 @@ from analysis.support.files import whole_file, write_json
 from analysis.support.parallel import Progress
 from analysis.support.parallel import workers as processes
 from analysis.support.reading import read_text
-from nscd import ContactLaw, Snapshot, _core
+from nscd import ContactLaw, _core
 from nscd.arrays import LARGEST
 from nscd.frames import Asked, Disks, Found, solve_frames
 from nscd.percussions import Status
@@ -100,7 +100,7 @@ def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Batch | N
 
 # Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
 BLOCK, MOST = 1 << 22, 64
-# The reader of single frames is one for all threads.
+# The file that is read is one for all threads.
 _READING = threading.Lock()
 
 
@@ -146,26 +146,18 @@ class DumpToSolve:
 
         Raises DumpError naming file and step."""
         trajectory = _trajectory(self)
-        text = self.read(numbers) if text is None else text
-        moves = self.setting.moves
-        bodies = None if text is None else trajectory.bodies(numbers, text, moves)
+        if text is None:
+            with _READING:
+                text = trajectory.index.text(numbers)
+        bodies: Bodies = trajectory.bodies(numbers, text, self.setting.moves)
         found = None
-        if bodies is not None:
+        if self.in_batches:
             try:
                 found = solve_batch(bodies, self.setting, self.tolerance)
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {bodies.steps[0]}: {error}") from None
-        if bodies is None or found is None:
-            with _READING:
-                snapshots = (
-                    (
-                        int(ts.data["step"]),
-                        float(ts.time),
-                        snapshot_of(ts, self.path, needs_velocity=moves),
-                    )
-                    for ts in map(trajectory.__getitem__, numbers)
-                )
-                return list(self._one_by_one(snapshots))
+        if found is None:
+            return list(self._one_by_one(bodies, range(len(bodies))))
         solved: list[SolvedRows] = []
         answered = found.found.answered
         first = 0
@@ -176,8 +168,7 @@ class DumpToSolve:
             if answered[first]:
                 solved.append(self._together(found, first, end))
             else:
-                alone = bodies.steps[first], float(bodies.times[first]), bodies.snapshot(first)
-                solved += self._one_by_one([alone])
+                solved += self._one_by_one(bodies, range(first, first + 1))
             first = end
         return solved
 
@@ -198,14 +189,15 @@ class DumpToSolve:
             )
         return SolvedRows.of(found.columns(first, end), said, self.parquet)
 
-    def _one_by_one(self, snapshots: Iterable[tuple[int, float, Snapshot]]) -> Iterator[SolvedRows]:
-        """Solve frames, with their steps and times, one after the other."""
+    def _one_by_one(self, bodies: Bodies, numbers: range) -> Iterator[SolvedRows]:
+        """Solve some of the frames, one after the other."""
         before: SnapshotPercussions | None = None
-        for step, seconds, snapshot in snapshots:
+        for number in numbers:
+            step, seconds = bodies.steps[number], float(bodies.times[number])
             try:
                 found = percussions_of(
                     self.setting,
-                    snapshot,
+                    bodies.snapshot(number),
                     self.law,
                     tolerance=self.tolerance,
                     before=before,

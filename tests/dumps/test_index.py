@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.dumps import DumpError, index, index_dump
+from analysis.dumps import DumpError, index_dump
+from analysis.dumps import text as text_frames
 from analysis.support.reading import NUMBER
 from nscd import _core
 
-BLOCKS = [70, 1000, index.BLOCK]
+BLOCKS = [70, 1000, text_frames.BLOCK]
 LONG = f"9 {'9' * 70_000} 9\n"
 
 
@@ -45,7 +46,7 @@ def frames_of(count, seed=1):
 @pytest.mark.parametrize("block", BLOCKS)
 @pytest.mark.parametrize("pack", [bytes, gzip.compress])
 def test_where_frames_are(tmp_path, monkeypatch, block, pack):
-    monkeypatch.setattr(index, "BLOCK", block)
+    monkeypatch.setattr(text_frames, "BLOCK", block)
     text, wanted = frames_of(30)
     path = tmp_path / "some.dump"
     path.write_bytes(pack(text.encode()))
@@ -97,7 +98,7 @@ def test_more_frames_than_are_found_at_once(tmp_path, monkeypatch):
 )
 def test_what_is_wrong_with_a_later_frame(tmp_path, monkeypatch, block, old, new, message):
     """Frame 9 is the last of ten; a line of it is replaced."""
-    monkeypatch.setattr(index, "BLOCK", block)
+    monkeypatch.setattr(text_frames, "BLOCK", block)
     text = "".join(
         f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n-7 {step}\n"
         f"0 1\n0 1\nITEM: ATOMS id x y\n8 {step} 9\n{step} {step} 9\n"
