@@ -79,7 +79,7 @@ class BodyColumns:
         for name in ("x", "y", "z"):
             far = ~(np.abs(data[name]) <= LARGEST_LENGTH)
             index.refuse(numbers, far, f"{name}: ", data[name], " m: a finite place is needed")
-        for name, column in zip(names, table.T, strict=True):
+        for name, column in () if np.isfinite(table).all() else zip(names, table.T, strict=True):
             # columns that a user computes may have what is no number
             if name not in WORDS and not name.startswith(COMPUTED):
                 bad = ~np.isfinite(column)
