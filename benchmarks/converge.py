@@ -16,17 +16,18 @@ from analysis.advice import motion as advice
 from analysis.advice.motion import stored_whole_runs
 from analysis.scene.scene import read_scene
 from analysis.support.files import write_json
+from analysis.work_precision.point import content_of, write_points
 from analysis.work_precision.whole_runs import (
+    NAME,
     RIGID,
     Setting,
-    content_of,
+    WholeRunPoint,
     crowds_of,
+    heads_of,
     measure_whole_runs,
-    points_of,
     runs_of,
     whole_runs_picture,
     whole_runs_rows,
-    write_whole_runs,
 )
 
 MODELS = (
@@ -56,19 +57,17 @@ def main() -> None:
     )
     settings = [setting_of(model) for model in given.models]
     every = runs_of(settings, crowds_of(scene, given.crowds), given.out)
-    for one in [] if given.read else every:
-        for run in one.every:
-            print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
+    for _, _, run in [] if given.read else every:
+        print(run.folder, f"{run.record().cpu_seconds:.2f} s", flush=True)
     found = measure_whole_runs(scene, every, read_only=True)
-    head = ["model", "crowds", "CPU s", "with impulses (s)"]
-    head += [f"{one.title} ({one.unit})" for one in found.statistics.values()]
+    head = ["model", "crowds", "CPU s", "with impulses (s)", *heads_of(found)]
     print(describe(), table(head, whole_runs_rows(found)), sep="\n\n")
-    points = list(points_of(found))
-    write_whole_runs(given.out, points)
+    write_points(given.out, found.points, NAME, WholeRunPoint)
     if given.store:
         kept = [one for one in stored_whole_runs() if one.quantity not in given.store]
-        new = [one for one in points if one.quantity in given.store]
-        write_json(Path(advice.__file__).with_name(advice.FILE), content_of([*kept, *new]))
+        new = [one for one in found.points if one.quantity in given.store]
+        content = content_of([*kept, *new], WholeRunPoint)
+        write_json(Path(advice.__file__).with_name(advice.FILE), content)
     whole_runs_picture(found).savefig(given.out / "converge.png", dpi=120)
 
 

@@ -14,7 +14,8 @@ from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.files import write_json
 from analysis.support.reading import read_text
-from analysis.work_precision.whole_runs import RIGID, Setting, WholeRunPoint, read_whole_runs
+from analysis.work_precision.point import points_of_text
+from analysis.work_precision.whole_runs import RIGID, Setting, WholeRunPoint
 
 FILE = "whole_runs.json"
 # Asked of the command, and the statistics that answer.
@@ -66,7 +67,8 @@ class MotionAdvice:
 
 def stored_whole_runs() -> list[WholeRunPoint]:
     """Read the whole runs that the product brings along (benchmarks/converge.py)."""
-    return read_whole_runs((files("analysis.advice") / FILE).read_text(encoding="utf-8"), FILE)
+    text = (files("analysis.advice") / FILE).read_text(encoding="utf-8")
+    return points_of_text(text, FILE, WholeRunPoint)
 
 
 def advise_motion(
@@ -76,7 +78,9 @@ def advise_motion(
     runs of this very scene, read instead of the stored one.
 
     Raises ValueError for a scene with friction, and for whole runs of another scene."""
-    points = read_whole_runs(read_text(own), str(own)) if own else stored_whole_runs()
+    points = stored_whole_runs()
+    if own:
+        points = points_of_text(read_text(own), str(own), WholeRunPoint)
     if own and points and points[0].scene != scene.name:
         raise ValueError(f"{own}: whole runs of {points[0].scene}, not of {scene.name}")
     name = QUANTITIES[quantity][0]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from analysis.scene.scene import Scene
-    from analysis.work_precision.whole_runs import SettingRuns
+    from analysis.work_precision.whole_runs import Planned
 
 # Crowds of whole runs: they about double what a chart costs.
 SEEDS = 3
@@ -54,13 +54,14 @@ def chart(
     from analysis.scene.scene import read_scene
     from analysis.work_precision.chart import build_chart
     from analysis.work_precision.page import front_table, write_chart
+    from analysis.work_precision.point import write_points
     from analysis.work_precision.soft import check_chart
     from analysis.work_precision.whole_runs import (
+        NAME,
+        WholeRunPoint,
         measure_whole_runs,
-        points_of,
         whole_runs_of,
         whole_runs_section,
-        write_whole_runs,
     )
 
     chosen = read_scene(scene)
@@ -75,7 +76,7 @@ def chart(
         found = measure_whole_runs(chosen, whole, progress=bars, processes=jobs) if whole else None
     page = write_chart(made, out, command_line(), [whole_runs_section(found)] if found else ())
     if found:
-        write_whole_runs(out, list(points_of(found)))
+        write_points(out, found.points, NAME, WholeRunPoint)
     for quantity in made.measured.quantities:
         head, rows = front_table(made, quantity)
         title = f"Pareto fronts, all methods and soft contacts alone: {quantity.words}"
@@ -91,7 +92,7 @@ def chart(
 
 
 def _say_expected(
-    scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[SettingRuns]
+    scene: Scene, runs: Path, quick: bool, jobs: int | None, whole: Sequence[Planned]
 ) -> None:
     from analysis.advice.library import expected_seconds
     from analysis.engines import PENALTY
@@ -119,6 +120,6 @@ def _say_expected(
     if start is not None and names and not (folder / "start.npz").exists():
         # on one core, before anything else
         seconds += (jobs or os.cpu_count() or 1) * expected_seconds(start, names[0])
-    more = [run for one in whole for run in one.every if not run.is_finished()]
+    more = [one.run for one in whole if not one.run.is_finished()]
     seconds += sum(expected_seconds(run.scene, run.engine) for run in more)
     say_expected(seconds, f"{len(missing) + len(more)} runs of engines", jobs)

@@ -345,7 +345,8 @@ def head_comment(text: str) -> str:
 def first_problem(error: ValidationError) -> str:
     """Name the first thing that is wrong with a file, by its key; of what is missing, all."""
     problems = error.errors()
-    unknown = [problem for problem in problems if problem["type"] == "extra_forbidden"]
+    too_many = ("extra_forbidden", "unexpected_keyword_argument")
+    unknown = [problem for problem in problems if problem["type"] in too_many]
     first = (unknown or problems)[0]
     alike = [one for one in problems if one["type"] == "missing" == first["type"]] or [first]
     where = ", ".join(".".join(map(str, one["loc"])) for one in alike)

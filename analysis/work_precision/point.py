@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Self
+from typing import ClassVar, TypeVar
 
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from analysis.scene.scene import first_problem
 from analysis.support.files import write_json, write_rows
 
-FORMAT = 2
-
-
+# Columns that come first: where it was measured.
+FIRST = ("scene", "disks")
 # A dearer point of a front has to be better by this share: less is lost in the noise of CPU time.
 WORTH = 0.05
 
@@ -47,7 +49,19 @@ class Method:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Point(Method):
+class Kept:
+    """A point that is kept in a file: the edition of that file, and what it calls its points."""
+
+    EDITION: ClassVar[int]
+    WORDS: ClassVar[str]
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+
+P = TypeVar("P", bound=Kept)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point(Method, Kept):
     """One method with one setting on one scene, for one quantity.
 
     cpu_seconds: s, of the engine's process, its start included, or of the solution from the
@@ -58,6 +72,9 @@ class Point(Method):
     numerical_bar, model_bar: how well those references are known, in the same measure.
     status, reason: `ok`, `inaccurate` or `failed`, and why.
     machine, date: where and when it was measured (ISO date)."""
+
+    EDITION: ClassVar[int] = 2
+    WORDS: ClassVar[str] = "points"
 
     scene: str  # where it was measured
     disks: int  # where it was measured
@@ -97,46 +114,49 @@ class Point(Method):
         known = [error for error in (self.numerical_error, self.model_error) if error is not None]
         return sum(known) if known else None
 
-    def to_json(self) -> dict[str, Any]:
-        """Give what `json` writes: units in the names."""
-        return {name: getattr(self, name) for name in COLUMNS} | {"status": str(self.status)}
 
-    @classmethod
-    def from_json(cls, content: dict[str, Any]) -> Self:
-        """Make the point that `to_json` gave. Raises ValueError naming a key that is missing,
-        unknown or has a wrong value."""
-        for wrong in sorted({*COLUMNS} ^ content.keys()):
-            raise ValueError(f"{wrong}: {'missing' if wrong in COLUMNS else 'unknown'} in a point")
-        if (status := content["status"]) not in [*PointStatus]:
-            raise ValueError(f"status: {status!r}; there are: {', '.join(PointStatus)}")
-        return cls(**(content | {"status": PointStatus(status)}))
+def columns_of(kind: type[Kept]) -> tuple[str, ...]:
+    """Name the columns of a kind of points: where it was measured comes first."""
+    names = [field.name for field in dataclasses.fields(kind)]
+    return tuple(sorted(names, key=lambda name: name not in FIRST))
 
 
-_FIELDS = [field.name for field in dataclasses.fields(Point)]
-# where it was measured comes first
-COLUMNS = tuple(sorted(_FIELDS, key=lambda name: name not in ("scene", "disks")))
+def content_of(points: Sequence[Kept], kind: type[Kept]) -> dict[str, object]:
+    """Give what the JSON file of the points holds: units in the names."""
+    names = columns_of(kind)
+    rows = [{name: getattr(point, name) for name in names} for point in points]
+    return {"format": kind.EDITION, "points": rows}
 
 
-def write_points(folder: Path, points: Sequence[Point], name: str = "points") -> None:
+def write_points(
+    folder: Path, points: Sequence[Kept], name: str = "points", kind: type[Kept] = Point
+) -> None:
     """Write <name>.json and <name>.csv (one row per point), each whole or not at all."""
-    content = {"format": FORMAT, "points": [point.to_json() for point in points]}
-    write_json(folder / f"{name}.json", content)
-    rows = (point.to_json().values() for point in points)
-    write_rows(folder / f"{name}.csv", COLUMNS, rows)
+    names = columns_of(kind)
+    write_json(folder / f"{name}.json", content_of(points, kind))
+    rows = ([getattr(point, name) for name in names] for point in points)
+    write_rows(folder / f"{name}.csv", names, rows)
+
+
+def points_of_text(text: str, origin: str, kind: type[P]) -> list[P]:
+    """Read the points of a file's text. Raises ValueError naming the origin, and the key that is
+    missing, unknown or has a wrong value."""
+    try:
+        content = json.loads(text)
+        if content["format"] != kind.EDITION:
+            raise ValueError(f"format: {content['format']}; {kind.EDITION} is needed")
+        return TypeAdapter(list[kind]).validate_python(content["points"])  # type: ignore[valid-type]
+    except (KeyError, TypeError, ValueError) as error:
+        reason = first_problem(error) if isinstance(error, ValidationError) else error
+        raise ValueError(f"{origin}: not the {kind.WORDS} of a chart: {reason}") from None
 
 
 def read_points(path: Path) -> list[Point]:
     """Read the points of a `points.json`. Raises ValueError naming the file for one that is
     missing, broken or of another format."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if content["format"] != FORMAT:
-            raise ValueError(f"format: {content['format']}; {FORMAT} is needed")
-        return [Point.from_json(point) for point in content["points"]]
-    except FileNotFoundError:
-        raise ValueError(f"{path}: no such file; make it with: percussions chart SCENE") from None
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ValueError(f"{path}: not the points of a chart: {error}") from None
+    if not path.exists():
+        raise ValueError(f"{path}: no such file; make it with: percussions chart SCENE")
+    return points_of_text(path.read_text(encoding="utf-8"), str(path), Point)
 
 
 def pareto_front(points: Sequence[Point]) -> list[Point]:

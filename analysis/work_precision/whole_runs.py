@@ -4,19 +4,15 @@ not spoil, over replicates; as points, CSV, JSON and a section of the chart's pa
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
-from pydantic import TypeAdapter, ValidationError
 from scipy.stats import t as student
 
 from analysis.dumps import DumpError
@@ -33,12 +29,12 @@ from analysis.pages.names import engine_name
 from analysis.pages.numbers import NONE, number, signed, significant
 from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
-from analysis.scene.scene import Scene, first_problem
+from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import how_varied, variant
-from analysis.support.files import write_json, write_rows
 from analysis.support.machine import machine
 from analysis.support.parallel import Progress
-from nscd.arrays import Floats
+from analysis.work_precision.point import Kept
+from analysis.work_precision.window import today
 
 RIGID = "rigid"
 # Of the rigid engine: steps over its own, tolerances at its own step.
@@ -95,9 +91,8 @@ class Setting:
         """Name the run of a scene with this setting in the folder."""
         made = self.of(scene)
         place = out if self.longer == 1 else out / f"step_{self.longer:g}"
-        return EngineRun(
-            scene=made, engine=self.engine, folder=run_folder(place, made, self.engine)
-        )
+        folder = run_folder(place, made, self.engine)
+        return EngineRun(scene=made, engine=self.engine, folder=folder)
 
 
 def whole_run_settings(scene: Scene, engines: Sequence[str]) -> list[Setting]:
@@ -128,34 +123,29 @@ def crowds_of(scene: Scene, count: int) -> list[Scene]:
     return [variant(scene, index).with_run(**changes) for index in range(count)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SettingRuns:
-    """Hold the runs of one setting.
-
-    alone: crowd 0 without: what the engine's own work costs; None where impulses cost nothing"""
+class Planned(NamedTuple):
+    """A run of a setting: of the crowd of that number with impulses, or, without a number, of crowd
+    0 without, which is what the engine's own work costs."""
 
     setting: Setting
-    crowds: Mapping[int, EngineRun]  # by their numbers, with impulses
-    alone: EngineRun | None
-
-    @property
-    def every(self) -> list[EngineRun]:
-        """List all runs."""
-        return [*self.crowds.values(), *([self.alone] if self.alone else [])]
+    crowd: int | None
+    run: EngineRun
 
 
-def runs_of(settings: Sequence[Setting], crowds: Sequence[Scene], out: Path) -> list[SettingRuns]:
-    """Name the runs of crowds by settings: OUT/crowd_0/…, and alone OUT/…."""
+def runs_of(settings: Sequence[Setting], crowds: Sequence[Scene], out: Path) -> list[Planned]:
+    """Plan the runs of crowds by settings: OUT/crowd_0/…, and alone OUT/… (impulses cost the rigid
+    engine nothing)."""
     plain, found = crowds[0].with_run(impulses=None), []
     for one in settings:
-        runs = {i: one.run(crowd, out / f"crowd_{i}") for i, crowd in enumerate(crowds)}
-        alone = None if one.engine == RIGID else one.run(plain, out)
-        found.append(SettingRuns(setting=one, crowds=runs, alone=alone))
+        runs = (one.run(crowd, out / f"crowd_{i}") for i, crowd in enumerate(crowds))
+        found += [Planned(one, index, run) for index, run in enumerate(runs)]
+        if one.engine != RIGID:
+            found.append(Planned(one, None, one.run(plain, out)))
     return found
 
 
-def whole_runs_of(scene: Scene, count: int, out: Path) -> list[SettingRuns]:
-    """Name the runs of so many crowds by all engines that are there; none of no crowds."""
+def whole_runs_of(scene: Scene, count: int, out: Path) -> list[Planned]:
+    """Plan the runs of so many crowds by all engines that are there; none of no crowds."""
     if not count:
         return []
     engines = [known.NAME for known in ENGINES if known.find()]
@@ -167,7 +157,6 @@ def whole_runs_of(scene: Scene, count: int, out: Path) -> list[SettingRuns]:
 ARREST_S = (0.5, 1.0)
 # Contacts that pass on less than this share of the largest impulse of an impact hardly touch.
 LEAST_SHARE = 1e-2
-NAN = float("nan")
 DRIVEN: Mapping[str, Quantity] = {
     "walls_arrest": Quantity(title="load on all walls, 0.5–1 s", unit="kN"),
     "walls": Quantity(title="load on all walls", unit="kN"),
@@ -181,140 +170,121 @@ IMPACT: Mapping[str, Quantity] = {
     "contact_sum": Quantity(title="sum of all contact impulses", unit="N·s"),
     "contact_95": Quantity(title="95 % contact impulse", unit="N·s"),
 }
+NAME = "whole_runs"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bias:
-    """Hold by what share of the reference a setting is above it, on the crowds that both have.
+class WholeRunPoint(Kept):
+    """Hold one statistic of one setting.
 
-    error: standard error of the share; low, high: its 90 % interval (Student's t); NaN of fewer
-        than two crowds, and where all differ alike, which does not say how far chance reaches"""
+    method, step_s, tolerance, stiffness_N_per_m, longer: as in `Setting`
+    cpu_seconds: s, of a whole run: of crowd 0 without impulses, else as with_impulses_s
+    with_impulses_s: s, the median of the runs that sum impulses
+    mean, standard_error: over the crowds; no error of one crowd and of equal ones
+    bias, bias_low, bias_high: by what share the mean of the crowds that both have is above the
+        reference, and its 90 % interval (Student's t); none of fewer than two crowds, and where all
+        differ alike, which does not say how far chance reaches
+    machine, date: where and when it was measured (ISO date)"""
 
-    share: float
-    error: float
-    low: float
-    high: float
-    crowds: int  # how many both have
+    EDITION: ClassVar[int] = 1
+    WORDS: ClassVar[str] = "whole runs"
+
+    scene: str  # what was run
+    disks: int  # what was run
+    duration_s: float  # what was run
+    method: str
+    step_s: float | None
+    tolerance: float | None
+    stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
+    longer: float
+    crowds: int  # how many
+    cpu_seconds: float | None
+    with_impulses_s: float | None
+    quantity: str  # over the crowds, in the unit
+    unit: str  # over the crowds, in the unit
+    mean: float  # over the crowds, in the unit
+    standard_error: float | None  # over the crowds, in the unit
+    bias: float | None
+    bias_low: float | None
+    bias_high: float | None
+    reference: bool  # whether it is what the others are measured from
+    machine: str
+    date: str
 
     @property
-    def within(self) -> float:
-        """Give the end of the interval that is farther from zero: what the error is at most."""
-        return farther(self.low, self.high)
+    def error(self) -> float | None:
+        """Give what the error is at most: the end of the interval that is farther from zero."""
+        if self.bias_low is None or self.bias_high is None:
+            return None
+        return max(abs(self.bias_low), abs(self.bias_high))
+
+    @property
+    def setting(self) -> Setting:
+        """Give the setting."""
+        names = ("step_s", "tolerance", "stiffness_N_per_m", "longer")
+        return Setting(engine=self.method, **{name: getattr(self, name) for name in names})
 
 
-def farther(low: float, high: float) -> float:
-    """Give how far from zero the farther end of an interval is."""
-    return max(abs(low), abs(high))
+@dataclass(slots=True)
+class Told:
+    """What the runs of one setting said."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Measured:
-    """Hold the statistics of one setting, crowd by crowd."""
-
-    setting: Setting
-    crowds: Sequence[int]  # (c,) their numbers
-    values: Mapping[str, Floats]  # (c,) per statistic, in its unit
-    cpu_seconds: float  # s, of a whole run: of crowd 0 without impulses, else the median
-    with_impulses: float  # s, the median of the runs that sum impulses
-
-    def mean(self, name: str) -> tuple[float, float]:
-        """Give the mean of the crowds and its standard error, NaN of one crowd and of equal ones."""
-        values = self.values[name]
-        return float(values.mean()), _standard_error(values)
-
-    def bias(self, reference: Measured, name: str) -> Bias:
-        """Compare with the reference, crowd with crowd."""
-        shared = [number for number in self.crowds if number in reference.crowds]
-        mine, theirs = (
-            np.array([one.values[name][list(one.crowds).index(number)] for number in shared])
-            for one in (self, reference)
-        )
-        if self is reference or not shared or not theirs.mean():
-            share = 0.0 if self is reference else NAN
-            return Bias(share=share, error=NAN, low=NAN, high=NAN, crowds=len(shared))
-        share = float((mine - theirs).mean() / theirs.mean())
-        error = _standard_error(mine - theirs) / abs(float(theirs.mean()))
-        count = len(shared)
-        reach = error * float(student.ppf(0.5 + LEVEL / 2, count - 1))
-        low, high = share - reach, share + reach
-        return Bias(share=share, error=error, low=low, high=high, crowds=count)
-
-
-def _standard_error(values: Floats) -> float:
-    if len(values) < 2:
-        return NAN
-    return float(np.std(values, ddof=1)) / float(np.sqrt(len(values))) or NAN
+    crowds: dict[int, dict[str, float]]  # by number: each statistic
+    costs: list[float]  # CPU seconds with impulses
+    alone: float | None = None  # CPU seconds without
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Precision:
+class WholeRuns:
     """Hold what whole runs of a scene said."""
 
     scene: Scene  # crowd 0
     crowds: int  # how many were asked for
-    every: Sequence[Measured]  # the settings that have results, the reference first
+    points: Sequence[WholeRunPoint]  # setting by setting, the reference first
     failures: Sequence[str]  # runs that did not end well, and why
 
     @property
-    def reference(self) -> Measured:
-        """Give what the others are measured from."""
-        return self.every[0]
-
-    @property
-    def statistics(self) -> dict[str, Quantity]:
+    def quantities(self) -> dict[str, Quantity]:
         """Give the statistics that are not zero in the reference, by name."""
         known = IMPACT if self.scene.drive is None else DRIVEN
-        values = self.reference.values
-        return {name: known[name] for name in known if name in values and values[name].mean()}
+        return {name: known[name] for name in dict.fromkeys(one.quantity for one in self.points)}
+
+    def of(self, quantity: str) -> list[WholeRunPoint]:
+        """Give the points of a statistic, the reference first."""
+        return [one for one in self.points if one.quantity == quantity]
 
 
 def measure_whole_runs(
     scene: Scene,
-    runs: Sequence[SettingRuns],
+    runs: Sequence[Planned],
     *,
     progress: Progress | None = None,
     processes: int | None = None,
     read_only: bool = False,
-) -> Precision:
+) -> WholeRuns:
     """Run what is not finished and read all; with `read_only` what there is. Runs that fail are
     left out and named. Raises ValueError where nothing ended well."""
     if not read_only:
-        run_ahead([run for one in runs for run in one.every], progress, processes)
+        run_ahead([one.run for one in runs], progress, processes)
     failures: list[str] = []
-    found = (_measured(one, failures, read_only) for one in runs)
-    every = [one for one in found if one is not None]
-    if not every:
-        raise ValueError(f"scene {scene.name}: no whole run ended well: {'; '.join(failures)}")
-    crowds = max(len(one.crowds) for one in runs)
-    return Precision(scene=scene, crowds=crowds, every=every, failures=failures)
-
-
-def _measured(runs: SettingRuns, failures: list[str], read_only: bool) -> Measured | None:
-    rows, costs, crowds = [], [], []
-    for index, run in runs.crowds.items():
+    found = {one.setting: Told({}, []) for one in runs}
+    for setting, crowd, run in runs:
         try:
             record = _record(run, read_only)
-            rows.append(statistics_of(run, record))
+            if crowd is None:
+                found[setting].alone = record.cpu_seconds
+                continue
+            found[setting].crowds[crowd] = statistics_of(run, record)
+            found[setting].costs.append(record.cpu_seconds)
         except (EngineError, DumpError) as error:
-            if not read_only:
-                failures.append(f"{runs.setting.title}, crowd {index}: {error}")
-            continue
-        costs.append(record.cpu_seconds)
-        crowds.append(index)
-    if not rows:
-        return None
-    summed = float(np.median(costs))
-    try:
-        own = _record(runs.alone, read_only).cpu_seconds if runs.alone else summed
-    except EngineError:
-        own = float("nan")
-    return Measured(
-        setting=runs.setting,
-        crowds=crowds,
-        values={name: np.array([row[name] for row in rows]) for name in rows[0]},
-        cpu_seconds=own,
-        with_impulses=summed,
-    )
+            if crowd is not None and not read_only:
+                failures.append(f"{setting.title}, crowd {crowd}: {error}")
+    told = {setting: one for setting, one in found.items() if one.crowds}
+    if not told:
+        raise ValueError(f"scene {scene.name}: no whole run ended well: {'; '.join(failures)}")
+    asked = len({one.crowd for one in runs} - {None})
+    points = list(points_of(scene, told))
+    return WholeRuns(scene=scene, crowds=asked, points=points, failures=failures)
 
 
 def _record(run: EngineRun, read_only: bool) -> RunRecord:
@@ -324,6 +294,70 @@ def _record(run: EngineRun, read_only: bool) -> RunRecord:
     record = RunRecord.read(run.folder)
     record.check_finished(run.folder, run.scene.model_copy(update={"name": "scene"}))
     return record
+
+
+def points_of(scene: Scene, told: Mapping[Setting, Told]) -> Iterator[WholeRunPoint]:
+    """Yield a point per setting, the reference first, and statistic that is not zero in the
+    reference; what is not known is None."""
+    known, day = (IMPACT if scene.drive is None else DRIVEN), today()
+    reference = next(iter(told.values()))
+    for setting, one in told.items():
+        summed = float(np.median(one.costs))
+        alone = summed if setting.engine == RIGID else one.alone
+        for name, measure in known.items():
+            theirs = {crowd: row[name] for crowd, row in reference.crowds.items() if name in row}
+            if not any(theirs.values()):
+                continue
+            mine = {crowd: row[name] for crowd, row in one.crowds.items()}
+            mean, error = _mean(list(mine.values()))
+            of_itself = 0.0, None, None
+            bias, low, high = of_itself if one is reference else bias_of(mine, theirs)
+            named = dataclasses.asdict(setting)
+            yield WholeRunPoint(
+                scene=scene.name,
+                disks=len(scene.snapshot),
+                duration_s=scene.run.duration_s,
+                method=named.pop("engine"),
+                **named,
+                crowds=len(mine),
+                cpu_seconds=alone,
+                with_impulses_s=summed,
+                quantity=name,
+                unit=measure.unit,
+                mean=mean,
+                standard_error=error,
+                bias=bias,
+                bias_low=low,
+                bias_high=high,
+                reference=one is reference,
+                machine=machine(),
+                date=day,
+            )
+
+
+def bias_of(
+    mine: Mapping[int, float], theirs: Mapping[int, float]
+) -> tuple[float | None, float | None, float | None]:
+    """Compare the numbers of a setting with those of the reference, crowd with crowd: the bias as
+    in `WholeRunPoint`, and the ends of its interval."""
+    shared = [crowd for crowd in mine if crowd in theirs]
+    mean = sum(theirs[crowd] for crowd in shared) / max(len(shared), 1)
+    if not mean:
+        return None, None, None
+    share, error = _mean([(mine[crowd] - theirs[crowd]) / mean for crowd in shared])
+    if error is None:
+        alone = len(shared) < min(
+            len(mine), len(theirs), 2
+        )  # nothing says that others differ alike
+        return None if alone else share, None, None
+    reach = error * float(student.ppf(0.5 + LEVEL / 2, len(shared) - 1))
+    return share, share - reach, share + reach
+
+
+def _mean(values: Sequence[float]) -> tuple[float, float | None]:
+    """The mean and its standard error, none of one value and of equal ones."""
+    error = float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
+    return float(np.mean(values)), error or None
 
 
 def statistics_of(run: EngineRun, record: RunRecord) -> dict[str, float]:
@@ -361,130 +395,21 @@ def _of_driven(series: RunLoads) -> dict[str, float]:
     return found
 
 
-FORMAT, NAME = 1, "whole_runs"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WholeRunPoint:
-    """Hold one statistic of one setting.
-
-    method, step_s, tolerance, stiffness_N_per_m, longer: as in `Setting`
-    cpu_seconds, with_impulses_s: s, of a whole run, as in `Measured`
-    bias, bias_low, bias_high: by what share the mean is above the reference, and the 90 % interval
-    machine, date: where and when it was measured (ISO date)"""
-
-    scene: str  # what was run
-    disks: int  # what was run
-    duration_s: float  # what was run
-    method: str
-    step_s: float | None
-    tolerance: float | None
-    stiffness_N_per_m: float | None  # noqa: N815  (the unit is newton)
-    longer: float
-    crowds: int  # how many
-    cpu_seconds: float | None
-    with_impulses_s: float | None
-    quantity: str  # over the crowds, in the unit
-    unit: str  # over the crowds, in the unit
-    mean: float  # over the crowds, in the unit
-    standard_error: float | None  # over the crowds, in the unit
-    bias: float | None
-    bias_low: float | None
-    bias_high: float | None
-    reference: bool  # whether it is what the others are measured from
-    machine: str
-    date: str
-
-    @property
-    def error(self) -> float | None:
-        """Give what the error is at most: the end of the interval that is farther from zero."""
-        if self.bias_low is None or self.bias_high is None:
-            return None
-        return farther(self.bias_low, self.bias_high)
-
-    @property
-    def setting(self) -> Setting:
-        """Give the setting."""
-        names = ("step_s", "tolerance", "stiffness_N_per_m", "longer")
-        return Setting(engine=self.method, **{name: getattr(self, name) for name in names})
-
-
-COLUMNS = tuple(field.name for field in dataclasses.fields(WholeRunPoint))
-_READER = TypeAdapter(list[WholeRunPoint])
-
-
-def points_of(found: Precision) -> Iterator[WholeRunPoint]:
-    """Yield a point per setting and statistic; what is not known is None."""
-    scene, today = found.scene, datetime.now(UTC).date().isoformat()
-    for one in found.every:
-        for name, statistic in found.statistics.items():
-            setting, (mean, error) = dataclasses.asdict(one.setting), one.mean(name)
-            bias = one.bias(found.reference, name)
-            yield WholeRunPoint(
-                scene=scene.name,
-                disks=len(scene.snapshot),
-                duration_s=scene.run.duration_s,
-                method=setting.pop("engine"),
-                **setting,
-                crowds=len(one.crowds),
-                cpu_seconds=_none_if_nan(one.cpu_seconds),
-                with_impulses_s=_none_if_nan(one.with_impulses),
-                quantity=name,
-                unit=statistic.unit,
-                mean=mean,
-                standard_error=_none_if_nan(error),
-                bias=_none_if_nan(bias.share),
-                bias_low=_none_if_nan(bias.low),
-                bias_high=_none_if_nan(bias.high),
-                reference=one is found.reference,
-                machine=machine(),
-                date=today,
-            )
-
-
-def _none_if_nan(value: float) -> float | None:
-    return value if isfinite(value) else None
-
-
-def content_of(points: Sequence[WholeRunPoint]) -> dict[str, object]:
-    """Give what whole_runs.json holds."""
-    return {"format": FORMAT, "points": [dataclasses.asdict(point) for point in points]}
-
-
-def write_whole_runs(folder: Path, points: Sequence[WholeRunPoint]) -> None:
-    """Write whole_runs.json and whole_runs.csv (one row per point), each whole or not at all."""
-    write_json(folder / f"{NAME}.json", content_of(points))
-    rows = (dataclasses.asdict(point).values() for point in points)
-    write_rows(folder / f"{NAME}.csv", COLUMNS, rows)
-
-
-def read_whole_runs(text: str, origin: str) -> list[WholeRunPoint]:
-    """Read what whole_runs.json holds. Raises ValueError naming its origin."""
-    try:
-        content = json.loads(text)
-        if content["format"] != FORMAT:
-            raise ValueError(f"format: {content['format']}; {FORMAT} is needed")
-        return _READER.validate_python(content["points"])
-    except (KeyError, TypeError, ValueError) as error:
-        reason = first_problem(error) if isinstance(error, ValidationError) else error
-        raise ValueError(f"{origin}: not the whole runs of a chart: {reason}") from None
-
-
 PANELS = 3
 # Between words above a panel, as a share of its width.
 APART = 0.06
 
 
-def whole_runs_section(found: Precision) -> Section:
+def whole_runs_section(found: WholeRuns) -> Section:
     """Put whole runs into words, a picture and a table."""
     words, scene = Words(__name__), found.scene
     values = {
-        "reference": found.reference.setting.title,
+        "reference": found.points[0].setting.title if found.points else NONE,
         "crowds": found.crowds,
         "duration": scene.run.duration_s,
         "varied": how_varied(scene, found.crowds),
         "driven": scene.drive is not None,
-        "heads": [f"{one.title} ({one.unit})" for one in found.statistics.values()],
+        "heads": heads_of(found),
     }
     caption, figure = words.text("picture", **values), whole_runs_picture(found)
     return Section(
@@ -498,45 +423,47 @@ def whole_runs_section(found: Precision) -> Section:
     )
 
 
-def whole_runs_rows(found: Precision) -> list[list[str]]:
+def heads_of(found: WholeRuns) -> list[str]:
+    """Name the columns of statistics, with their units."""
+    return [f"{one.title} ({one.unit})" for one in found.quantities.values()]
+
+
+def whole_runs_rows(found: WholeRuns) -> list[list[str]]:
     """List a row per setting: crowds, CPU seconds, and each statistic with its error."""
-    rows = []
-    for one in found.every:
-        costs = (one.cpu_seconds, one.with_impulses)
-        cells = [one.setting.title, str(len(one.crowds)), *(significant(cost, 2) for cost in costs)]
-        rows.append(cells + [_cell(one, found, name) for name in found.statistics])
-    return rows
+    rows: dict[Setting, list[str]] = {}
+    for one in found.points:
+        costs = (significant(cost, 2) for cost in (one.cpu_seconds, one.with_impulses_s))
+        row = rows.setdefault(one.setting, [one.setting.title, str(one.crowds), *costs])
+        row.append(_cell(one, min(one.crowds, found.points[0].crowds)))
+    return list(rows.values())
 
 
-def _cell(one: Measured, found: Precision, name: str) -> str:
+def _cell(one: WholeRunPoint, shared: int) -> str:
     """The mean of a reference; of others by how much they are above it, with 90 %."""
-    if one is found.reference:
-        mean, error = one.mean(name)
-        if not isfinite(error):
-            return in_each(number(mean), len(one.crowds), "replicates")
-        return f"{significant(mean)} ± {significant(error, 2)}"
-    bias = one.bias(found.reference, name)
-    if not isfinite(bias.share):
+    if one.reference:
+        if one.standard_error is None:
+            return in_each(number(one.mean), one.crowds, "replicates")
+        return f"{significant(one.mean)} ± {significant(one.standard_error, 2)}"
+    if one.bias is None:
         return NONE
-    if not isfinite(bias.low):
-        return in_each(signed(bias.share), bias.crowds, "replicates")
-    return f"{signed(bias.share)} ({signed(bias.low)} to {signed(bias.high)})"
+    if one.bias_low is None or one.bias_high is None:
+        return in_each(signed(one.bias), shared, "replicates")
+    return f"{signed(one.bias)} ({signed(one.bias_low)} to {signed(one.bias_high)})"
 
 
-def whole_runs_picture(found: Precision) -> Figure:
+def whole_runs_picture(found: WholeRuns) -> Figure:
     """Draw the error of each statistic against CPU time, all engines on one picture."""
-    names = list(found.statistics)
-    lines = -(-len(names) // PANELS)
+    lines = -(-len(found.quantities) // PANELS)
     figure = Figure(figsize=(13.0, 1.0 + 4.0 * lines), layout="constrained")
     panels = figure.subplots(lines, PANELS, squeeze=False).ravel()
-    for axes, name in zip(panels, names, strict=False):
-        _draw(axes, found, name)
-        axes.set_title(found.statistics[name].title, pad=52)
+    for axes, (name, measure) in zip(panels, found.quantities.items(), strict=False):
+        _draw(axes, found.of(name))
+        axes.set_title(measure.title, pad=52)
         axes.set(xlabel="CPU time of a run (s)", ylabel="above the reference (%)")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
-    for axes in panels[len(names) :]:
+    for axes in panels[len(found.quantities) :]:
         axes.axis("off")
     handles, labels = panels[0].get_legend_handles_labels()
     known = dict(zip(labels, handles, strict=True))
@@ -544,44 +471,40 @@ def whole_runs_picture(found: Precision) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, found: Precision, name: str) -> None:
+def _draw(axes: Axes, points: Sequence[WholeRunPoint]) -> None:
     """One panel: an engine has a colour and a marker, which is hollow where it is coarse."""
-    engines = list(dict.fromkeys(one.setting.engine for one in found.every))
-    for one in found.every:
-        place = engines.index(one.setting.engine) % len(COLOURS)
-        bias, colour = one.bias(found.reference, name), COLOURS[place]
-        coarse, bar = one.setting.is_coarse, np.array([_reach(bias)]).T
-        look: dict[str, Any] = {"fmt": MARKERS[place], "color": colour, "capsize": 3}
-        look["mfc"] = "white" if coarse else colour
-        label = "_" if coarse else engine_name(one.setting.engine)
-        axes.errorbar([one.cpu_seconds], [100 * bias.share], yerr=bar, label=label, **look)
+    engines = list(dict.fromkeys(one.method for one in points))
+    looks = {name: (COLOURS[n % len(COLOURS)], MARKERS[n]) for n, name in enumerate(engines)}
+    for one in points:
+        (colour, marker), coarse = looks[one.method], one.setting.is_coarse
+        ends = [one.bias, one.bias_low, one.bias_high]
+        share, low, high = (np.nan if end is None else 100 * end for end in ends)
+        reach = np.nan_to_num([[share - low], [high - share]])  # no bar where nothing is known
+        axes.errorbar(
+            [_seconds(one)], [share], yerr=reach, fmt=marker, color=colour, capsize=3,
+            mfc="white" if coarse else colour, label="_" if coarse else engine_name(one.method),
+        )  # fmt: skip
     axes.axhline(0.0, color=GRID, zorder=0)
     axes.set_xscale("log")
     axes.margins(x=0.1, y=0.12)
-    _name(axes, found, name, engines)
+    named = sorted((one for one in points if not one.setting.is_coarse), key=_seconds)
+    _name(axes, named, [looks[one.method][0] for one in named])
 
 
-def _name(axes: Axes, found: Precision, name: str, engines: Sequence[str]) -> None:
+def _seconds(one: WholeRunPoint) -> float:
+    return np.nan if one.cpu_seconds is None else one.cpu_seconds
+
+
+def _name(axes: Axes, named: Sequence[WholeRunPoint], colours: Sequence[str]) -> None:
     """Write the settings above a panel, side by side in the order of their cost, each with a line
     to its point: points lie too near to each other for words."""
-    named = sorted(
-        (one for one in found.every if not one.setting.is_coarse), key=lambda one: one.cpu_seconds
-    )
     left, right = np.log(axes.get_xlim())
-    at = (np.log([one.cpu_seconds for one in named]) - left) / (right - left)
+    at = (np.log([_seconds(one) for one in named]) - left) / (right - left)
     for place in range(1, len(at)):
         at[place] = max(at[place], at[place - 1] + APART)
     for place in reversed(range(len(at))):
         at[place] = min(at[place], 1.0 - APART * (len(at) - 1 - place))
-    for one, share in zip(named, at, strict=True):
-        colour = COLOURS[engines.index(one.setting.engine) % len(COLOURS)]
-        point = (one.cpu_seconds, 100 * one.bias(found.reference, name).share)
-        turned = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 8}
+    turned: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 8}
+    for one, share, colour in zip(named, at, colours, strict=True):
+        point = (_seconds(one), np.nan if one.bias is None else 100 * one.bias)
         lead(axes, one.setting.short, point, (share, 1.03), colour, **turned)
-
-
-def _reach(bias: Bias) -> Sequence[float]:
-    """How far its bar goes down and up (%); no bar where nothing is known."""
-    if not isfinite(bias.low):
-        return 0.0, 0.0
-    return 100 * (bias.share - bias.low), 100 * (bias.high - bias.share)

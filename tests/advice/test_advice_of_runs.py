@@ -13,7 +13,8 @@ from analysis.advice.motion import advise_motion, motion_lines, stored_whole_run
 from analysis.cli.commands import app
 from analysis.engines.softness import known_bodies, softness
 from analysis.scene.shipped_scenes import make
-from analysis.work_precision.whole_runs import write_whole_runs
+from analysis.work_precision.point import write_points
+from analysis.work_precision.whole_runs import WholeRunPoint
 
 METHODS = ("rigid", "lammps", "yade")
 
@@ -56,7 +57,7 @@ def test_what_was_not_measured_is_not_promised(arch):
 def test_a_chart_of_the_very_scene_is_read_instead(arch, tmp_path):
     scene = make("arch", disks=75)
     points = [dataclasses.replace(one, scene="arch") for one in stored_whole_runs()]
-    write_whole_runs(tmp_path, points)
+    write_points(tmp_path, points, "whole_runs", WholeRunPoint)
     own = tmp_path / "whole_runs.json"
     assert advise_motion(scene, 0.5, "arrest-load", METHODS, own).choice
     with pytest.raises(ValueError, match="whole runs of arch, not of jam"):

@@ -2,7 +2,6 @@
 key of a scene file, with its unit, range and default, and no other."""
 
 import ast
-import dataclasses
 import doctest
 import re
 from fractions import Fraction
@@ -16,8 +15,8 @@ from analysis.film.frame import HEADLINES, SHOCK
 from analysis.percussions.table import COLUMNS
 from analysis.scene.scene import _SceneFile
 from analysis.scene.schema import Goal, Material, Push
-from analysis.work_precision import whole_runs
-from analysis.work_precision.point import Point
+from analysis.work_precision.point import Point, columns_of
+from analysis.work_precision.whole_runs import WholeRunPoint
 from benchmarks.problems import score
 from tests.docs.documented import ROOT, columns
 
@@ -37,15 +36,13 @@ def columns_of_film():
 
 
 def test_columns_of_solve_and_chart():
-    assert set(COLUMNS) | set(whole_runs.COLUMNS) | columns_of_film() <= columns()
+    assert set(COLUMNS) | set(columns_of(WholeRunPoint)) | columns_of_film() <= columns()
     assert set(score.COLUMNS) <= columns()
-    assert {*BARE, *(field.name for field in dataclasses.fields(Point))} <= columns()
+    assert {*BARE, *columns_of(Point)} <= columns()
 
 
 def test_no_column_is_named_that_nobody_writes():
-    written = (
-        set(COLUMNS) | set(whole_runs.COLUMNS) | {field.name for field in dataclasses.fields(Point)}
-    )
+    written = set(COLUMNS) | set(columns_of(WholeRunPoint)) | set(columns_of(Point))
     written |= columns_of_film()
     pages = ["stability/page.py", "paper/page.py", "compare/comparison.py", "dumps/contacts.py"]
     pages += ["support/frames.py", "exposure/limits.py", "exposure/loads.py", "motion/pairwise.py"]

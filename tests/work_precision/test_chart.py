@@ -17,9 +17,9 @@ from analysis.support.parallel import workers
 from analysis.work_precision import soft
 from analysis.work_precision.chart import Chart, measure
 from analysis.work_precision.page import write_chart
-from analysis.work_precision.point import PointStatus, read_points
+from analysis.work_precision.point import PointStatus, points_of_text, read_points
 from analysis.work_precision.soft import SoftSetting, run_soft, scene_of, settings_of
-from analysis.work_precision.whole_runs import read_whole_runs, whole_runs_of
+from analysis.work_precision.whole_runs import WholeRunPoint, whole_runs_of
 from analysis.work_precision.window import driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
 
@@ -142,13 +142,13 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     monkeypatch.setattr("analysis.work_precision.whole_runs.LONGER_AT", 0)
     scene.write(tmp_path)
     monkeypatch.chdir(tmp_path)
-    for runs in whole_runs_of(read_scene("four_disks.toml"), 1, Path("out")):
-        for run in runs.every:
-            run.record()  # here, which is quicker than in other processes
+    for planned in whole_runs_of(read_scene("four_disks.toml"), 1, Path("out")):
+        planned.run.record()  # here, which is quicker than in other processes
     words = ["chart", "four_disks.toml", "--quick", "--seeds", "1", "--jobs", "1"]
     made = CliRunner().invoke(app, words)
     assert made.exit_code == 0, made.output
-    points = read_whole_runs((tmp_path / "chart/whole_runs.json").read_text(), "the chart")
+    text = (tmp_path / "chart/whole_runs.json").read_text()
+    points = points_of_text(text, "the chart", WholeRunPoint)
     found = {p.quantity: p.mean for p in points}
     assert found.keys() == {"contact_sum", "contact_95"}  # there is no wall
     contacts = find_contacts(scene.snapshot, tolerance=1e-9)

@@ -1,62 +1,60 @@
 """Errors of whole runs over crowds: their statistics by hand, and real runs of a small crowd."""
 
-import numpy as np
 import pytest
 
 from analysis.scene.shipped_scenes import make
+from analysis.work_precision.point import points_of_text, write_points
 from analysis.work_precision.whole_runs import (
-    Measured,
-    Precision,
     Setting,
+    Told,
+    WholeRunPoint,
+    WholeRuns,
+    bias_of,
     crowds_of,
     measure_whole_runs,
     points_of,
-    read_whole_runs,
     runs_of,
     statistics_of,
     whole_run_settings,
     whole_runs_rows,
     whole_runs_section,
-    write_whole_runs,
 )
 
 SOFT = Setting(engine="lammps", stiffness_N_per_m=1e6)
 RIGID = Setting(engine="rigid", step_s=0.005)
 
 
-def of_walls(setting, crowds, loads):
-    return Measured(
-        setting=setting,
-        crowds=crowds,
-        values={"walls": np.array(loads, dtype=float)},
-        cpu_seconds=1.0,
-        with_impulses=2.0,
-    )
+def points_with(**walls):
+    """The points of settings whose crowds have these loads on walls."""
+    settings = {"rigid": RIGID, "soft": SOFT}
+    told = {
+        settings[name]: Told({i: {"walls": load} for i, load in enumerate(loads)}, [2.0], 1.0)
+        for name, loads in walls.items()
+    }
+    return list(points_of(make("corridor"), told))
 
 
 def test_an_error_is_that_of_the_crowds_that_both_have():
-    reference = of_walls(RIGID, [0, 1, 2, 3], [100.0, 110.0, 90.0, 500.0])
+    reference = {0: 100.0, 1: 110.0, 2: 90.0, 3: 500.0}
     # crowd by crowd 1, 2 and 3 above: 2 in the mean of 100, standard error 1/√3, t of two degrees
     # of freedom 2.920
-    found = of_walls(SOFT, [2, 1, 0], [91.0, 112.0, 103.0]).bias(reference, "walls")
-    assert found.share == pytest.approx(0.02)
-    assert found.error == pytest.approx(0.01 / np.sqrt(3))
-    assert [found.low, found.high] == pytest.approx([0.02 - 0.016859, 0.02 + 0.016859], abs=1e-6)
-    assert found.within == found.high
-    assert reference.bias(reference, "walls").share == 0
-    alone = of_walls(SOFT, [3], [600.0]).bias(reference, "walls")
-    assert alone.share == pytest.approx(0.2)
-    assert np.isnan(alone.low)  # one crowd has no interval
+    found = bias_of({2: 91.0, 1: 112.0, 0: 103.0}, reference)
+    assert found == pytest.approx((0.02, 0.02 - 0.016859, 0.02 + 0.016859), abs=1e-6)
+    share, *ends = bias_of({3: 600.0}, reference)
+    assert share == pytest.approx(0.2)
+    assert ends == [None, None]  # one crowd has no interval
+    assert bias_of({3: 600.0, 4: 1.0}, reference)[0] is None
+    point = points_with(rigid=[100.0, 110.0, 90.0], soft=[103.0, 112.0, 91.0])[1]
+    assert point.error == point.bias_high
 
 
 def test_crowds_that_all_differ_alike_have_no_interval():
-    reference = of_walls(RIGID, [0, 1, 2], [2.0, 2.0, 2.0])
-    soft = of_walls(SOFT, [0, 1, 2], [2.5, 2.5, 2.5])
-    found = soft.bias(reference, "walls")
-    assert found.share == pytest.approx(0.25)
-    assert np.isnan([found.error, found.low, found.high]).all()
-    scene = make("arch", disks=30)
-    rows = whole_runs_rows(Precision(scene=scene, crowds=3, every=[reference, soft], failures=[]))
+    points = points_with(rigid=[2.0] * 3, soft=[2.5] * 3)
+    assert [point.bias for point in points] == [0.0, pytest.approx(0.25)]
+    assert {(p.standard_error, p.bias_low, p.bias_high) for p in points} == {(None, None, None)}
+    rows = whole_runs_rows(
+        WholeRuns(scene=make("arch", disks=30), crowds=3, points=points, failures=[])
+    )
     alike = [f"{value} in each of 3 replicates" for value in ("2", "+25 %")]
     assert [row[-1] for row in rows] == alike
 
@@ -80,37 +78,31 @@ def test_whole_runs_of_a_small_crowd(tmp_path):
     running, on a page, and as points."""
     scene = make("arch", disks=30).with_run(duration_s=0.2, frames=2)
     runs = runs_of([RIGID, SOFT], crowds_of(scene, 2), tmp_path / "runs")
-    ready = [*runs[0].every, runs[1].crowds[0], runs[1].alone]
-    for run in ready:
-        run.record()  # here, which is quicker than in other processes
+    for setting, crowd, run in runs:
+        if (setting, crowd) != (SOFT, 1):
+            run.record()  # here, which is quicker than in other processes
     found = measure_whole_runs(scene, runs, read_only=True)
-    rigid, soft = found.every
-    assert (list(rigid.crowds), list(soft.crowds)) == ([0, 1], [0])
-    assert 0 < soft.cpu_seconds < soft.with_impulses
+    points = found.points
+    of_one = found.of(points[0].quantity)
+    assert [(p.setting, p.crowds) for p in of_one] == [(RIGID, 2), (SOFT, 1)]
+    assert 0 < points[-1].cpu_seconds < points[-1].with_impulses_s
     section = whole_runs_section(found)
     assert "the reference, rigid model, 5 ms, crowd with crowd" in section.introduction[0]
     assert [row[0] for row in section.tables[0].rows] == ["rigid model, 5 ms", "LAMMPS, 10⁶ N/m"]
     assert len(section.tables[0].head) == len(section.tables[0].rows[0])
-    points = list(points_of(found))
-    write_whole_runs(tmp_path, points)
-    assert read_whole_runs((tmp_path / "whole_runs.json").read_text(), "a file") == points
-    assert {point.setting for point in points} == {RIGID, SOFT}
+    write_points(tmp_path, points, "whole_runs", WholeRunPoint)
+    text = (tmp_path / "whole_runs.json").read_text()
+    assert points_of_text(text, "a file", WholeRunPoint) == points
     assert all(point.error is None for point in points)  # one crowd in common has no interval
     with pytest.raises(ValueError, match=r"here: not the whole runs of a chart: format"):
-        read_whole_runs('{"format": 0}', "here")
+        points_of_text('{"format": 0}', "here", WholeRunPoint)
 
 
 def test_an_impact_is_compared_by_impulses(tmp_path):
     """Two disks of 75 kg that meet at 2 m/s at e = 0.5 pass on 112.5 N·s at their contact."""
     scene = make("pair").with_contact(restitution=0.5)
-    ((run,),) = (one.crowds.values() for one in runs_of([RIGID], crowds_of(scene, 1), tmp_path))
-    found = statistics_of(run, run.record())
+    (planned,) = runs_of([RIGID], crowds_of(scene, 1), tmp_path)
+    found = statistics_of(planned.run, planned.run.record())
     assert found["contact_sum"] == pytest.approx(112.5, rel=1e-6)
     assert found["walls"] == 0
-    kept = Precision(
-        scene=scene,
-        crowds=1,
-        every=[of_walls(RIGID, [0], [0.0])],
-        failures=[],
-    )
-    assert kept.statistics == {}  # nobody touches a wall
+    assert points_with(rigid=[0.0]) == []  # nobody touches a wall
