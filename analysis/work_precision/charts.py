@@ -18,6 +18,7 @@ from analysis.pages.drawing import (
     GREEN,
     GREY,
     GRID,
+    NARROW_IN,
     ORANGE,
     PINK,
     SKY,
@@ -117,13 +118,28 @@ DOTS, DASHES = (0, (1, 3)), (0, (4, 2))
 Error = Callable[[Point], float | None]
 
 
-def work_precision_picture(points: Sequence[Point], quantity: Quantity, title: str) -> Figure:
+def total_picture(points: Sequence[Point], quantity: Quantity, *, narrow: bool = False) -> Figure:
+    """Draw the sum of both errors of one quantity against CPU time, with the Pareto fronts."""
+    figure = Figure(figsize=(NARROW_IN, 3.2) if narrow else (7.0, 4.6), layout="constrained")
+    _draw_total(figure.subplots(), [p for p in points if p.quantity == quantity.name])
+    return figure
+
+
+def _draw_total(axes: Axes, points: Sequence[Point]) -> None:
+    _draw_cost(axes, points, _sum)
+    _draw_fronts(axes, points)
+    axes.set_ylabel("sum of both errors")
+
+
+def work_precision_picture(
+    points: Sequence[Point], quantity: Quantity, title: str, *, narrow: bool = False
+) -> Figure:
     """Draw three panels for one quantity: numerical error against CPU time, model error against
     stiffness, and both together (their sum) against CPU time with the Pareto fronts. A cross: no
     answer, or one that is wrong by more than 100 %."""
     chosen = [p for p in points if p.quantity == quantity.name]
-    figure = Figure(figsize=(17, 6), layout="constrained")
-    numerical, model, total = figure.subplots(1, 3)
+    figure = Figure(figsize=(NARROW_IN, 10.5) if narrow else (17, 6), layout="constrained")
+    numerical, model, total = figure.subplots(3, 1) if narrow else figure.subplots(1, 3)
     _draw_cost(numerical, [p for p in chosen if p.numerical_bar is not None], _numerical)
     numerical.set_title("Numerical error: what a finer setting buys")
     numerical.set_ylabel("error from the method's own model")
@@ -133,13 +149,15 @@ def work_precision_picture(points: Sequence[Point], quantity: Quantity, title: s
     _draw_model(model, chosen)
     model.set_title("Model error: what no finer setting helps against")
     model.set_ylabel("error of the converged model, from the rigid one")
-    _draw_cost(total, chosen, _sum)
-    _draw_fronts(total, chosen)
+    _draw_total(total, chosen)
     total.set_title("Both together: what accuracy costs")
-    total.set_ylabel("sum of both errors")
-    figure.suptitle(f"{title}: {quantity.words} (errors: rms over the rigid rms)", fontsize=12)
-    handles = _handles(bool(bars))
-    figure.legend(handles=handles, loc="outside lower center", ncols=6, frameon=False)
+    if narrow:
+        for axes in (numerical, model, total):
+            axes.title.set_fontsize(9)
+    else:
+        figure.suptitle(f"{title}: {quantity.words} (errors: rms over the rigid rms)", fontsize=12)
+    columns, handles = 1 if narrow else 6, _handles(bool(bars))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
     return figure
 
 
@@ -238,10 +256,10 @@ def _draw_model(axes: Axes, points: Sequence[Point]) -> None:
     tidy(axes)
 
 
-def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
+def scaling_picture(points: Sequence[Point], accuracy: float, *, narrow: bool = False) -> Figure:
     """Draw CPU time against the number of disks, one curve per method, each at its cheapest setting
     within the accuracy."""
-    figure = Figure(figsize=(8, 5.2), layout="constrained")
+    figure = Figure(figsize=(NARROW_IN, 4.0) if narrow else (8, 5.2), layout="constrained")
     axes = figure.subplots()
     labels = []
     for points_of_one in _by_method(points):
@@ -254,9 +272,8 @@ def scaling_picture(points: Sequence[Point], accuracy: float) -> Figure:
         )  # fmt: skip
         labels.append(Label(x[-1], y[-1], look.label, look.edge))
     axes.set(xscale="log", yscale="log", xlabel="disks", ylabel="CPU time (s)")
-    axes.set_title(
-        f"cheapest setting with a numerical error of at most {100 * accuracy:g} %", fontsize=11
-    )
+    title = f"cheapest setting with a numerical error of at most {100 * accuracy:g} %"
+    axes.set_title(title, fontsize=7 if narrow else 11)
     tidy(axes)
     sizes = sorted({p.disks for p in points})
     axes.set_xticks(sizes, [str(size) for size in sizes])

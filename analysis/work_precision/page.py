@@ -14,10 +14,17 @@ from analysis.pages.section import Picture, Section
 from analysis.pages.words import Words
 from analysis.support.files import write_text
 from analysis.work_precision.chart import ACCURACY, Chart
-from analysis.work_precision.charts import look_of, scaling_picture, work_precision_picture
+from analysis.work_precision.charts import (
+    look_of,
+    scaling_picture,
+    total_picture,
+    work_precision_picture,
+)
 from analysis.work_precision.point import Point, PointStatus, pareto_front, write_points
 from analysis.work_precision.window import Quantity
 
+# What a first screen says the cost of.
+ENOUGH = 0.05
 COLUMNS = ("method", "setting", "CPU s", "numerical", "model", "sum", "total")
 CROSSES = ("method", "setting", "quantity", "CPU s", "numerical", "status", "reason")
 SIZES = ("method", "disks", "setting", "CPU s", "numerical", "model")
@@ -33,22 +40,23 @@ def write_chart(chart: Chart, folder: Path, command: str, more: Sequence[Section
     write_points(folder, [point for front in fronts for point in front], "pareto")
     write_points(folder, chart.scaling, "scaling")
     words = Words(__package__)
-    sections = [_compared(words, chart)]
-    sections += [_section(words, chart, quantity) for quantity in quantities]
+    first, compared = _first(words, chart), _compared(words, chart)
+    sections = [_section(words, chart, quantity) for quantity in quantities]
     sections += _unfinished(words, points, quantities) + _scaling(words, chart.scaling)
     sections += [*more, *_bodies(words, chart)]
-    images = write_pictures(sections, folder)
+    images = write_pictures([first, *sections], folder)
     page = render(
         "chart.html",
         command=command,
-        contents=[(one.number, one.title) for one in sections],
+        contents=[(one.number, one.title) for one in (first, compared, *sections)],
         quick=chart.quick,
         scene=chart.scene,
+        first=first,
+        compared=compared,
         sections=sections,
         images=images,
         places=sorted({f"{p.machine}, {p.date}" for p in (*points, *chart.scaling)}),
         count=len(points),
-        warnings=chart.warnings,
     )
     write_text(folder / "index.html", page)
     return folder / "index.html"
@@ -60,6 +68,39 @@ def front_table(chart: Chart, quantity: Quantity) -> tuple[tuple[str, ...], list
     points = _of(chart.measured.points, quantity)
     rows = [_row(p) for p in (*pareto_front(points), *pareto_front(_soft(points)))]
     return COLUMNS, [tuple(row[name] for name in COLUMNS) for row in rows]
+
+
+def _first(words: Words, chart: Chart) -> Section:
+    """What rigid and soft contacts cost for one error, and the first quantity's picture."""
+    measured = chart.measured
+    quantity, *_ = measured.quantities
+    points, name = measured.points, f"{quantity.name}_total"
+    wide, narrow = (total_picture(points, quantity, narrow=one) for one in (False, True))
+    caption = words.text("total", quantity=quantity.words)
+    said = [words.text("enough", enough=ENOUGH)]
+    for one in measured.quantities:
+        every = _of(points, one)
+        found = {"soft": _enough(_soft(every))}
+        found["rigid"] = _enough([p for p in every if p.method == "rigid"])
+        said.append(words.text("costs", title=one.words, enough=ENOUGH, **found))
+    disks, contacts = len(measured.window.scene.snapshot), len(measured.window.contacts)
+    return Section(
+        number="result",
+        title=words.text("result"),
+        introduction=[words.text("lead", disks=disks, contacts=contacts)],
+        words=said,
+        pictures=[Picture(name=name, caption=caption, figure=wide, narrow=narrow)],
+        warnings=chart.warnings,
+    )
+
+
+def _enough(points: Sequence[Point]) -> tuple[Point, str] | None:
+    """The cheapest point with an error of at most ENOUGH, or else the nearest, and its setting."""
+    front = pareto_front(points)
+    chosen = next(
+        (p for p in front if (p.error_sum or 0.0) <= ENOUGH), front[-1] if front else None
+    )
+    return None if chosen is None else (chosen, _row(chosen)["setting"].split(",")[0])
 
 
 def _compared(words: Words, chart: Chart) -> Section:
@@ -95,10 +136,14 @@ def _section(words: Words, chart: Chart, quantity: Quantity) -> Section:
         "soft": _largest(_soft(points)),
         "continuum": _largest(p for p in points if p.mesh_side_m is not None),
     }
-    figure = work_precision_picture(points, quantity, chart.scene.name)
+    wide, narrow = (
+        work_precision_picture(points, quantity, chart.scene.name, narrow=one)
+        for one in (False, True)
+    )
     fronts = {"front": pareto_front(points), "soft_front": pareto_front(_soft(points))}
     title = f"{quantity.words[:1].upper()}{quantity.words[1:]} ({quantity.unit})"
-    picture = Picture(name=quantity.name, caption=words.text("known", bars=bars), figure=figure)
+    caption = words.text("known", bars=bars)
+    picture = Picture(name=quantity.name, caption=caption, figure=wide, narrow=narrow)
     known = {name: _rows(found, COLUMNS) for name, found in fronts.items() if found}
     tables = [words.table(name, rows) for name, rows in known.items()]
     return Section(number=quantity.name, title=title, pictures=[picture], tables=tables)
@@ -161,13 +206,14 @@ def _scaling(words: Words, points: Sequence[Point]) -> list[Section]:
     """What each method costs at other sizes."""
     if not points:
         return []
-    caption, figure = words.text("scaling_picture"), scaling_picture(points, ACCURACY)
+    caption = words.text("scaling_picture")
+    wide, narrow = (scaling_picture(points, ACCURACY, narrow=one) for one in (False, True))
     return [
         Section(
             number="scaling",
             title=words.text("scaling"),
             introduction=[words.text("scaled", accuracy=ACCURACY)],
-            pictures=[Picture(name="scaling", caption=caption, figure=figure)],
+            pictures=[Picture(name="scaling", caption=caption, figure=wide, narrow=narrow)],
             tables=[words.table("sizes", _rows(points, SIZES))],
         )
     ]
