@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
-from machine import head, line, table
 
 from analysis.advice.candidates import Candidate, Question, rates_of
 from analysis.advice.choice import SHARES, advise, setting
@@ -29,6 +27,8 @@ from analysis.support.parallel import workers
 from analysis.work_precision.chart import measure
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.soft import Grid, prepare_window, settings_of, soft_engines
+from benchmarks.advice_cases import IMPACTS, LIBRARY, UNSEEN, Makers
+from benchmarks.machine import head, line, table
 
 STORED = Path(__file__).resolve().parent.parent / "analysis" / "advice" / FILE
 ASKED = (0.01, 0.05, 0.2)

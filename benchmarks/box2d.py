@@ -9,23 +9,24 @@ without the drive's field). The residual of a step is max|min(wλ, max(gap, 0)/h
 over its contacts with u = u_free − M⁻¹Cᵀλ: Box2D removes overlaps by and by, which is not counted.
 The overlap is the deepest after any step, the load the mean on all walls over the second half."""
 
+from __future__ import annotations
+
 import subprocess
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from machine import describe, head, line, options
 
 from analysis.engines.programs.rigid import motion_of
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
+from benchmarks.machine import describe, head, line, options, timed
 from nscd import Snapshot, _core, find_contacts
 
 WORLD = Path(__file__).parent / "processes" / "box2d_world.py"
-SUBSTEPS = (1, 4, 16, 64)
+SUBSTEPS, STEP_S = (1, 4, 16, 64), 0.005
 
 
 class Step(NamedTuple):
@@ -62,35 +63,47 @@ def overlap_of(position: Any, radius: Any, scene: Scene) -> float:
     return max(0.0, -float(found.gap.min(initial=0.0)))
 
 
+class Start(NamedTuple):
+    """A motion of the rigid engine at its start, and what its drive does in a step."""
+
+    motion: Any
+    drive: Any
+    ids: Any
+    share: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Start:
+        motion = motion_of(scene, scene.snapshot)
+        motion.separate()
+        return cls(
+            motion, scene.drive, scene.snapshot.ids, motion.step / scene.drive.relaxation_time_s
+        )
+
+    def free(self, position: Any, velocity: Any) -> tuple[Any, Any]:
+        """The velocity of free flight with the drive, and the desired one (n,2) m/s."""
+        desired = self.drive.desired_velocity(position, ids=self.ids)
+        return _core.freed(velocity, desired, self.share, 0.0, 0.0)[0], desired
+
+
 def rigid(scene: Scene, steps: int) -> Iterator[Step]:
     """Steps of this product's engine."""
-    motion = motion_of(scene, scene.snapshot)
-    motion.separate()
-    drive = scene.drive
-    assert drive is not None
-    share = motion.step / drive.relaxation_time_s
+    start = Start.of(scene)
+    motion = start.motion
     for _ in range(steps):
-        desired = drive.desired_velocity(motion.position, ids=scene.snapshot.ids)
-        free, _ = _core.freed(motion.velocity, desired, share, 0.0, 0.0)
+        free, desired = start.free(motion.position, motion.velocity)
         motion._desired = lambda _, known=desired: known  # the field is not counted
-        started = time.process_time()
-        report = motion.advance()
-        seconds = time.process_time() - started
+        seconds, report = timed(motion.advance)
         near = report.neighbours
         contacts = near.first, near.second, near.normal, near.gap, report.reaction
-        residual = judged(free, (1 + share) * motion.mass, contacts, motion.step)
+        residual = judged(free, (1 + start.share) * motion.mass, contacts, motion.step)
         yield Step(seconds, residual, motion.overlap, float(report.reaction[near.second < 0].sum()))
 
 
 def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Step]:
     """Steps of Box2D, from where the rigid engine begins."""
-    motion = motion_of(scene, scene.snapshot)
-    motion.separate()
-    drive, walls = scene.drive, scene.wall_segments()
-    assert drive is not None
-    assert walls is not None
-    share, n = motion.step / drive.relaxation_time_s, len(motion.mass)
-    mass = (1 + share) * motion.mass
+    start, walls = Start.of(scene), scene.wall_segments()
+    motion, n = start.motion, len(start.motion.mass)
+    mass = (1 + start.share) * motion.mass
     with tempfile.TemporaryDirectory() as folder:
         given = Path(folder) / "given.npz"
         np.savez(
@@ -99,12 +112,9 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
         )  # fmt: skip
         words = [str(python), str(WORLD), str(given)]
         with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as world:
-            assert world.stdin is not None
-            assert world.stdout is not None
             position, velocity = motion.position, motion.velocity
             for _ in range(steps):
-                desired = drive.desired_velocity(position, ids=scene.snapshot.ids)
-                free, _ = _core.freed(velocity, desired, share, 0.0, 0.0)
+                free, _ = start.free(position, velocity)
                 world.stdin.write(free.tobytes())
                 world.stdin.flush()
                 seconds, count = np.frombuffer(world.stdout.read(16))
@@ -122,27 +132,27 @@ def box2d(scene: Scene, steps: int, python: Path, substeps: int) -> Iterator[Ste
 def row(title: str, steps: list[Step], step: float) -> str:
     """One row of the table."""
     seconds, residual, overlap, load = (np.array(one) for one in zip(*steps, strict=True))
-    residuals = f"{np.median(residual):.1e}", f"{residual.max():.1e}"
     late = load[len(load) // 2 :].mean() / step
-    spent, deepest = f"{seconds.sum():.2g}", f"{1e3 * overlap.max():.2g}"
-    return line([title, spent, *residuals, deepest, f"{late / 1e3:.3g}"])
+    errors = f"{np.median(residual):.1e}", f"{residual.max():.1e}"
+    return line(
+        [title, f"{seconds.sum():.2g}", *errors, f"{1e3 * overlap.max():.2g}", f"{late / 1e3:.3g}"]
+    )
 
 
 def main() -> None:
     """Print the table, row by row."""
     given = options(__doc__, "python", scene="arch", seconds=4.0)
-    print(describe(), end="\n\n")
-    names = "steps", "CPU s", "residual, median", "largest"
-    print(head(*names, "deepest overlap (mm)", "load on walls (kN)"), flush=True)
-    scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=0.005)
+    names = "steps", "CPU s", "residual, median", "largest", "deepest overlap (mm)"
+    print(describe(), head(*names, "load on walls (kN)"), sep="\n\n", flush=True)
+    scene = make(given.scene).with_run(time_step_s=None, rigid_step_s=STEP_S)
     scene = scene.with_contact(restitution=0.0)
-    steps = round(given.seconds / 0.005)
+    steps = round(given.seconds / STEP_S)
     for title, tolerance in (("rigid, exact", 1e-8), ("rigid, to 1e-4", 1e-4)):
         made = scene.with_run(rigid_tolerance=tolerance)
-        print(row(title, list(rigid(made, steps)), 0.005), flush=True)
+        print(row(title, list(rigid(made, steps)), STEP_S), flush=True)
     for substeps in SUBSTEPS:
         found = list(box2d(scene, steps, given.python, substeps))
-        print(row(f"Box2D, {substeps} substeps", found, 0.005), flush=True)
+        print(row(f"Box2D, {substeps} substeps", found, STEP_S), flush=True)
 
 
 if __name__ == "__main__":

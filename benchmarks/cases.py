@@ -1,18 +1,24 @@
-"""A contact problem of the benchmarks: as a file, so that every solver gets the same bits in a
-process of its own; in scaled variables, as solvers want it; and how exact an answer to it is.
+"""A contact problem of the benchmarks: as a file; as frames of a run; in scaled variables, as solvers
+want it; and how exact an answer to it is.
 
 Scaled, without dissipation. Primal: min ½|y|² − y⁻·y subject to G y ≤ 0, with y = √m u / (√m̄
 ‖u⁻‖∞), G = C M^(−1/2) with rows divided by √w, and multipliers z = √w λ / (√m̄ ‖u⁻‖∞). Dual: min ½
 z·GGᵀz − z·Gy⁻ subject to z ≥ 0."""
 
-from collections.abc import Callable
+import hashlib
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
 
-from benchmarks.problems.families import Case
+from analysis.dumps import open_bodies, snapshot_of
+from analysis.percussions import Setting
+from analysis.scene.scene import read_scene
+from benchmarks.problems import families
+from benchmarks.problems.families import FAMILIES, Case
 from nscd import Contacts, Snapshot, Walls
 
 DISKS = ("position", "velocity", "radius", "mass")
@@ -28,7 +34,9 @@ def write_case(path: Path, case: Case) -> None:
 
 
 def read_case(path: Path) -> Case:
-    """Read what `write_case` wrote."""
+    """Read what `write_case` wrote. Ends the program if there is no such file."""
+    if not path.is_file():
+        sys.exit(f"{path}: no such file")
     with np.load(path) as file:
         disks, walls, contacts = (
             {name: file[name] for name in names} for names in (DISKS, WALLS, CONTACTS)
@@ -37,10 +45,56 @@ def read_case(path: Path) -> Case:
     return Case(name, Snapshot(**disks), Walls(**walls), Contacts(**contacts), left)
 
 
-class Scaled(NamedTuple):
-    """The problem in scaled variables; `reaction` (k,) and `velocity` (2n,) turn z and y into N·s
-    and m/s."""
+def case_of(family: str, size: int, folder: Path | None) -> Case:
+    """A case of a family; read from the folder, where there is one, if the same families.py has made
+    it before."""
+    if folder is None:
+        return FAMILIES[family](size)
+    made_by = hashlib.sha256(Path(families.__file__).read_bytes()).hexdigest()[:8]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{family}_{size}_{made_by}.npz"
+    if not path.exists():
+        write_case(path, FAMILIES[family](size))
+    return read_case(path)
 
+
+def frames(run: Path, every: int, last: int | None = None) -> Iterator[Case]:
+    """The contact problems of every so many frames of a run, pressed as its scene says; left out are
+    those without contacts, or with overlaps that `percussions solve` refuses too."""
+    scene = read_scene(run / "scene.toml")
+    setting, dump = Setting.of(scene), run / "bodies.dump"
+    trajectory = open_bodies(dump).trajectory
+    end = len(trajectory) if last is None else last + 1
+    for number in range(every, end, every):
+        snapshot = snapshot_of(trajectory[number], dump)
+        try:
+            contacts = setting.contacts(snapshot)
+        except ValueError as error:
+            print(f"{run}, frame {number}: {error}", file=sys.stderr)
+            continue
+        if len(contacts):
+            name, left = f"{run.parent.name} frame {number}", setting.left(snapshot)[0]
+            yield Case(name, snapshot, scene.wall_segments(), contacts, left)
+
+
+class Answer(NamedTuple):
+    """Reactions λ (k,) N·s, u (2n,) m/s if the solver has one, its CPU seconds if it had to run in
+    another process, and its iterations (0: not said)."""
+
+    reaction: Any
+    velocity: Any | None = None
+    seconds: float | None = None
+    iterations: int = 0
+
+
+Solver = Callable[[float], Answer]
+
+
+class Scaled(NamedTuple):
+    """The problem of a case in scaled variables; `reaction` (k,) and `velocity` (2n,) turn z and y
+    into N·s and m/s."""
+
+    case: Case
     left: Any  # y⁻ (2n,)
     rows: Any  # G (k, 2n)
     reaction: Any
@@ -60,17 +114,10 @@ class Scaled(NamedTuple):
         """G y⁻ (k,)."""
         return self.rows @ self.left
 
-
-class Answer(NamedTuple):
-    """z (k,), y (2n,) if the solver has one, and its CPU seconds if it had to run in another
-    process."""
-
-    multiplier: Any
-    velocity: Any | None = None
-    seconds: float | None = None
-
-
-Solver = Callable[[float], Answer]
+    def answer(self, z: Any, y: Any | None = None, seconds: float | None = None) -> Answer:
+        """The answer that multipliers z (k,), and velocities y (2n,) if there are any, stand for."""
+        velocity = None if y is None else np.asarray(y) * self.velocity
+        return Answer(np.asarray(z) * self.reaction, velocity, seconds)
 
 
 def scaled(case: Case) -> Scaled:
@@ -82,7 +129,7 @@ def scaled(case: Case) -> Scaled:
     size = np.sqrt(mass.mean()) * np.abs(left).max()
     normals, root = case.contacts.normal_matrix(n), np.sqrt(mass)
     rows = sparse.diags_array(1 / weight) @ normals @ sparse.diags_array(1 / root)
-    return Scaled(left * root / size, sparse.csc_matrix(rows), size / weight, size / root)
+    return Scaled(case, left * root / size, sparse.csc_matrix(rows), size / weight, size / root)
 
 
 class Accuracy(NamedTuple):
@@ -94,17 +141,16 @@ class Accuracy(NamedTuple):
     own: bool
 
 
-def accuracy(case: Case, reaction: Any, own_velocity: Any | None) -> Accuracy:
+def accuracy(case: Case, reaction: Any, own_velocity: Any | None = None) -> Accuracy:
     """Accuracy of reactions λ (k,) N·s.
 
     First with u = u⁻ − M⁻¹Cᵀλ, for which momentum is exact. The solver's own u (2n,) m/s counts
     where it does better, and then the momentum that it misses, max|M(u − u⁻) + Cᵀλ| / (m‖u⁻‖∞ +
     Σ|λ|) over disks, counts as well. An answer that is not finite has an infinite residual."""
-    n = len(case.snapshot)
     mass = np.repeat(case.snapshot.mass, 2)
     left = case.left_velocity.ravel()
     scale = float(np.abs(left).max())
-    rows = case.contacts.normal_matrix(n)
+    rows = case.contacts.normal_matrix(len(case.snapshot))
     weight = case.contacts.inverse_mass(case.snapshot.mass)
     momentum = rows.T @ reaction
 

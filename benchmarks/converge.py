@@ -10,8 +10,6 @@ statistics named take the place of those that advice reads (analysis/advice/whol
 
 from pathlib import Path
 
-from machine import describe, options, table
-
 from analysis.advice import motion as advice
 from analysis.advice.motion import stored_whole_runs
 from analysis.scene.scene import read_scene
@@ -29,6 +27,7 @@ from analysis.work_precision.whole_runs import (
     whole_runs_picture,
     whole_runs_rows,
 )
+from benchmarks.machine import describe, options, table
 
 MODELS = (
     "rigid:0.001", "rigid:0.005", "rigid:0.02", "lammps:1e6", "lammps:1e7", "lammps:1e8",

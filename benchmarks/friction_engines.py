@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from machine import describe, head, line, options
 
-from analysis.compare.comparison import Comparison, compare_run
+from analysis.compare.comparison import Comparison, compare_run, keys_of
 from analysis.engines.run import simulate
 from analysis.scene.shipped_scenes import make
+from benchmarks.machine import describe, head, line, options
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.determinacy import determinacy_of
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
@@ -57,7 +57,7 @@ def row(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
     ends = np.array([ends_of(row) for row in rows]) / window
     sides = np.array([ends_of(row, tangential=True) for row in rows]) / window
     here = both[match.in_rigid]  # of the rigid contacts, in their order of ids
-    order = np.argsort(found_keys(found), kind="stable")
+    order = np.argsort(keys_of(rigid))
     one = outside(normal[both], ends[order][here])
     two = outside(across[both], sides[order][here])
     mean = float(normal[pressed].mean())
@@ -71,23 +71,6 @@ def row(engine: str, stiffness: float, found: Comparison, mu: float) -> str:
         f"{one.max(initial=0.0) / mean:.1e}", f"{two.max(initial=0.0) / mean:.1e}",
     ]  # fmt: skip
     return line(cells)
-
-
-def found_keys(found: Comparison) -> Any:
-    """The order of the match for the rigid contacts: by ids."""
-    rigid = found.percussions
-    wall, ids = rigid.contacts.is_wall, rigid.snapshot.ids
-    second = np.where(
-        wall, rigid.contacts.second + 1, ids[np.where(wall, 0, rigid.contacts.second)]
-    )
-    columns = ids[rigid.contacts.first], wall, second
-    lookup = {
-        (int(a), bool(w), int(b)): place
-        for place, ((a, b), w) in enumerate(zip(found.match.ids, found.match.is_wall, strict=True))
-    }
-    return np.array(
-        [lookup[int(a), bool(w), int(b)] for a, w, b in zip(*columns, strict=True)], dtype=int
-    )
 
 
 def main() -> None:

@@ -10,20 +10,21 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
-from machine import describe, head, line, options
+from benchmarks.machine import describe, head, in_turn, line, options
 
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def cpu_seconds(engine: str, scene: str, guard: str, out: Path) -> float:
+def cpu_seconds(engine: str, scene: str, guard: str, out: str) -> float:
     """User CPU time of one plain run, its start included."""
     words = ["yade", "-L", "noserver", "-j1", "-n", "-x", "yade_scripts/crowd.py"]
     words += [scene, f"guard={guard}", f"out={out}"]
     if engine == "lammps":
         words = ["lmp", "-in", "lammps_inputs/crowd.in", "-log", "none"]
-        words += ["-var", "scene", scene, "-var", "guard", guard, "-var", "out", str(out)]
+        words += ["-var", "scene", scene, "-var", "guard", guard, "-var", "out", out]
     environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1"}
     environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), environment["PATH"]])
     environment["PYTHONPATH"] = "yade_scripts"
@@ -36,20 +37,15 @@ def main() -> None:
     """Print one row per scene and engine."""
     scenes = ("arch", "jam", "corridor", "four_disks")
     given = options(__doc__, scenes=scenes, repeats=5, engine=dict.fromkeys(("lammps", "yade")))
-    print(
-        describe(),
-        head("engine", "scene", "without (CPU s)", "with", "medians", "least"),
-        sep="\n\n",
-    )
+    names = head("engine", "scene", "without (CPU s)", "with", "medians", "least")
+    print(describe(), names, sep="\n\n")
     for engine, scene in itertools.product(given.engine, given.scenes):
-        spent: dict[str, list[float]] = {"no": [], "yes": []}
-        with tempfile.TemporaryDirectory() as folder:
-            for _ in range(given.repeats):
-                for guard, seconds in spent.items():
-                    seconds.append(cpu_seconds(engine, scene, guard, Path(folder)))
-        without, guarded = (statistics.median(spent[guard]) for guard in ("no", "yes"))
-        least = min(spent["yes"]) / min(spent["no"]) - 1
-        shares = [f"{100 * share:+.1f} %" for share in (guarded / without - 1, least)]
+        with tempfile.TemporaryDirectory() as out:
+            calls = {g: partial(cpu_seconds, engine, scene, g, out) for g in ("no", "yes")}
+            spent = in_turn(calls, given.repeats)
+        without, guarded = map(statistics.median, spent.values())
+        least = min(spent["yes"]) / min(spent["no"])
+        shares = [f"{100 * (ratio - 1):+.1f} %" for ratio in (guarded / without, least)]
         print(line([engine, scene, f"{without:.3f}", f"{guarded:.3f}", *shares]), flush=True)
 
 

@@ -22,54 +22,33 @@ import argparse
 import contextlib
 import math
 import sys
-import tempfile
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from cases import Case, write_case
-from contest.compete import CANONICAL, MissingError, compete
-from contest.peers import LISTED, PEERS
-from friction import Result, Rows, own, plain, siconos
-from machine import describe
 
 from analysis.cli.app import progress, show, write_picture
-from analysis.exchange.crowd import CrowdProblem
 from analysis.exchange.fclib import read_problem, write_answer
 from analysis.pages.numbers import number
 from analysis.support.parallel import workers
-from benchmarks.problems.families import heap
+from benchmarks import friction
+from benchmarks.contest.compete import MissingError, compete
+from benchmarks.contest.peers import CANONICAL, EVERYONE, INSTALL_SICONOS, LISTED, PEERS
+from benchmarks.machine import describe, repeats
+from benchmarks.problems.families import Case
 from benchmarks.problems.score import Scores, profile_picture, score, write_scores
 from benchmarks.problems.writing import PROBLEMS, read_manifest, write_library
-from nscd import ContactLaw
-from nscd.friction.problem import friction_problem
 
 # Folders of answers: ours by the name of the product, peers by their own.
-OURS = {"nscd": "auto", "nscd canonical": CANONICAL}
-SMOOTH = {**OURS, **{peer.name: peer.name for peer in (*PEERS, *LISTED)}}
+SMOOTH = {"nscd": "auto", "nscd canonical": CANONICAL} | {name: name for name in (*PEERS, *LISTED)}
+ROUGH = {
+    "nscd": friction.own,
+    "Gauss-Seidel": friction.plain,
+    "Siconos NSGS": partial(friction.siconos, solver="NSGS"),
+    "Siconos LEMKE": partial(friction.siconos, solver="LEMKE"),
+}
 # LEMKE takes a dense matrix, and its time grows with the cube: up to so many contacts.
 MOST_DENSE = 500
-
-
-def rough(name: str, limit: float) -> Callable[..., Result | None]:
-    """The solver with friction of this name: a function of case, problem, rows and μ."""
-    if name == "nscd":
-        return own
-    if name == "Gauss-Seidel":
-        return lambda case, problem, rows, mu: plain(case, problem, rows, limit)
-    solver = name.split()[1]
-
-    def foreign(case: Case, problem: Any, rows: Rows, mu: float) -> Result | None:
-        if solver != "NSGS" and len(case.contacts) > MOST_DENSE:
-            return None
-        return siconos(problem, rows, solver, limit)
-
-    return foreign
-
-
-ROUGH = ("nscd", "Gauss-Seidel", "Siconos NSGS", "Siconos LEMKE")
 
 
 def main() -> None:
@@ -117,8 +96,8 @@ def scored(given: argparse.Namespace) -> None:
     with progress() as bars:
         found = score(given.library, given.answers, bars)
     write_scores(given.out / "scores.csv", found)
-    for friction in (False, True):
-        say(found.of(friction), friction, given.limit)
+    for rough in (False, True):
+        say(found.of(rough), rough, given.limit)
     print(given.out / "scores.csv")
     write_picture(given.out / "profile.png", lambda: profile_picture(found))
 
@@ -146,71 +125,63 @@ def say(scores: Scores, friction: bool, limit: float) -> None:
 def answered(given: argparse.Namespace) -> None:
     """Run the solvers that there are, problem by problem."""
     print(describe(), file=sys.stderr)
-    heap(40)  # the first run loads what later ones have
     missing: set[str] = set()
     for entry in read_manifest(given.library):
         if given.only and entry["name"] not in given.only:
             continue
         read = read_problem(given.library / entry["file"])
-        assert isinstance(read, CrowdProblem)
-        walls = read.setting.walls
-        assert walls is not None
-        case = Case(entry["name"], read.snapshot, walls, read.contacts, read.left_velocity)
-        run = with_friction if entry["friction"] else without_friction
-        files = {name: given.out / name / entry["file"] for name in given.solvers}
-        todo = {n: file for n, file in files.items() if n not in missing and not file.exists()}
-        run(case, entry["friction"], todo, given.limit, missing)
-
-
-def without_friction(
-    case: Case, _: float, files: dict[str, Path], limit: float, missing: set[str]
-) -> None:
-    """Every contestant on a case; the fastest attempt that is exact is its answer."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        path = folder / "case.npz"
-        write_case(path, case)
-        for solver in (name for name in files if name in SMOOTH):
+        walls, left = read.setting.walls, read.left_velocity
+        case = Case(entry["name"], read.snapshot, walls, read.contacts, left)
+        mu, contestants = entry["friction"], ROUGH if entry["friction"] else SMOOTH
+        rough = friction.Rough.of(case, mu) if mu else None
+        for name in given.solvers:
+            file = given.out / name / entry["file"]
+            if name not in contestants or name in missing or file.exists():
+                continue
             try:
-                outcome = compete(path, SMOOTH[solver], folder, limit)
-            except MissingError:
-                peer = next(peer for peer in (*PEERS, *LISTED) if peer.name == solver)
-                print(f"{solver}: not installed: {peer.install}", file=sys.stderr)
-                missing.add(solver)
+                if rough:
+                    seconds, reaction, said = with_friction(rough, name, given.limit)
+                else:
+                    seconds, reaction, said = without_friction(case, SMOOTH[name], given.limit)
+            except MissingError as error:
+                print(f"{name}: not installed: {error}", file=sys.stderr)
+                missing.add(name)
                 continue
-            best = outcome.best
-            if best is None:
-                print(f"{case.name}: {solver}: no answer: {outcome.ended}", flush=True)
-                continue
-            reaction = np.column_stack([best.reaction, np.zeros(len(best.reaction))]).ravel()
-            write_answer(files[solver], reaction, best.seconds)
-            said = f"{best.seconds:.2g} s, {best.residual:.0e}, {best.variant}"
-            print(f"{case.name}: {solver}: {said}", flush=True)
+            if reaction is not None:
+                write_answer(file, np.column_stack(reaction).ravel(), seconds)
+                said = f"{seconds:.2g} s, {said}"
+            print(f"{case.name}: {name}: {said}", flush=True)
 
 
-def with_friction(
-    case: Case, mu: float, files: dict[str, Path], limit: float, missing: set[str]
-) -> None:
-    """Every solver with friction on a case."""
-    problem = friction_problem(
-        case.snapshot, case.contacts, case.left_velocity, ContactLaw(friction=mu)
-    )
-    rows = Rows.of(problem)
-    for solver in (name for name in files if name in ROUGH):
-        run = partial(rough(solver, limit), case, problem, rows, mu)
-        found = run()
-        if found is None or found.reaction is None:
-            why = "" if found is None else found.note
-            if why.startswith("no python3-siconos"):
-                print(f"{solver}: {why}: apt-get install python3-siconos", file=sys.stderr)
-                missing.add(solver)
-            continue
-        # the first run of all compiles, and short ones are noisy
-        seconds = found.seconds
-        for _ in range(4 if seconds < 0.5 else 1 if seconds < 5 else 0):
-            seconds = min(seconds, run().seconds)
-        write_answer(files[solver], np.column_stack(found.reaction).ravel(), seconds)
-        print(f"{case.name}: {solver}: {seconds:.2g} s, {found.residual:.0e}", flush=True)
+Found = tuple[float, tuple | None, str]
+
+
+def without_friction(case: Case, solver: str, limit: float) -> Found:
+    """The CPU seconds of the fastest attempt that is exact, its λ and τ, if there is one, and words
+    of it. Raises MissingError saying how to install the solver."""
+    try:
+        outcome = compete(case, solver, limit)
+    except MissingError:
+        raise MissingError(EVERYONE[solver].install) from None
+    best = outcome.best
+    if best is None:
+        return math.nan, None, f"no answer: {outcome.ended}"
+    reaction = best.reaction, np.zeros(len(best.reaction))
+    return best.seconds, reaction, f"{best.residual:.0e}, {best.variant}"
+
+
+def with_friction(rough: friction.Rough, solver: str, limit: float) -> Found:
+    """The same with friction; short runs are repeated, since they are noisy."""
+    run = partial(ROUGH[solver], rough, limit)
+    if solver == "Siconos LEMKE" and len(rough.case.contacts) > MOST_DENSE:
+        return math.nan, None, f"not asked for more than {MOST_DENSE} contacts"
+    found = run()
+    if found.reaction is None:
+        if found.note == friction.NO_SICONOS:
+            raise MissingError(INSTALL_SICONOS)
+        return math.nan, None, found.note
+    times = [found.seconds, *(run().seconds for _ in range(repeats(found.seconds)))]
+    return min(times), found.reaction, f"{found.residual:.0e}"
 
 
 if __name__ == "__main__":

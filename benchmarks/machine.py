@@ -1,19 +1,22 @@
-"""What every script shares: the machine in words and its memory bandwidth, options, tables."""
+"""What every script shares: the machine in words, options, tables, times, processes of their own."""
 
 import argparse
+import multiprocessing
 import os
 import platform
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from analysis.support.machine import machine
 
 PACKAGES = ("numpy", "scipy", "piqp", "clarabel", "osqp", "qoco", "cvxopt", "qpalm", "proxsuite")
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+# How often a call is repeated for its least time, if it takes less than so many seconds.
+REPEATS = {0.05: 20, 0.5: 4, 10.0: 1}
 
 
 def describe() -> str:
@@ -26,16 +29,11 @@ def describe() -> str:
     )
 
 
-def bandwidth() -> float:
-    """Bytes per second that one core moves in a += b over arrays beyond any cache, best of five."""
-    size = 1 << 25
-    a, b = np.zeros(size), np.ones(size)
-    best = np.inf
-    for _ in range(5):
-        started = time.perf_counter()
-        a += b
-        best = min(best, time.perf_counter() - started)
-    return 3 * 8 * size / best
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
 
 
 def options(words: str | None, *places: str, **defaults: Any) -> argparse.Namespace:
@@ -43,7 +41,7 @@ def options(words: str | None, *places: str, **defaults: Any) -> argparse.Namesp
 
     places: names of paths that must be given, "…" after the name of several.
     defaults: an option of the type of its default: a tuple takes several values, a dict some of its
-        keys (all by default), False is a switch, a type has no default."""
+        keys (all by default), False is a switch, True one that is set, a type has no default."""
     kind = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=words, formatter_class=kind)
     for name in places:
@@ -51,8 +49,8 @@ def options(words: str | None, *places: str, **defaults: Any) -> argparse.Namesp
         parser.add_argument(name.rstrip("…"), type=Path, **several)
     for name, value in defaults.items():
         given: dict[str, Any] = {"default": value, "type": type(value)}
-        if value is False:
-            given = {"action": "store_true"}
+        if isinstance(value, bool):
+            given = {"action": argparse.BooleanOptionalAction, "default": value}
         elif isinstance(value, type):
             given = {"type": value}
         elif isinstance(value, dict):
@@ -78,8 +76,39 @@ def table(names: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
     return "\n".join([head(*names), *map(line, rows)])
 
 
-def _version(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
+def timed(call: Callable[[], Any]) -> tuple[float, Any]:
+    """CPU seconds of one call, and what it gave."""
+    started = time.process_time()
+    found = call()
+    return time.process_time() - started, found
+
+
+def least(call: Callable[[], Any]) -> tuple[float, Any]:
+    """CPU seconds of the fastest of several calls, the more the shorter they are, and what the first
+    one gave."""
+    seconds, found = timed(call)
+    return min([seconds, *(timed(call)[0] for _ in range(repeats(seconds)))]), found
+
+
+def repeats(seconds: float) -> int:
+    """How often to time once more what took so many seconds."""
+    return next((count for limit, count in REPEATS.items() if seconds < limit), 0)
+
+
+def in_turn(calls: Mapping[Any, Callable[[], Any]], turns: int) -> dict[Any, list[Any]]:
+    """What each of several calls gave, turn by turn: so all meet the same load of the machine."""
+    found: dict[Any, list[Any]] = {name: [] for name in calls}
+    for _ in range(turns):
+        for name, call in calls.items():
+            found[name].append(call())
+    return found
+
+
+def apart(call: Callable[..., Any], *given: Any) -> Any:
+    """What a function gives in a process of its own with one BLAS thread.
+
+    Raises BrokenProcessPool if the process is ended, as for want of memory."""
+    os.environ.update(ONE_THREAD)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context) as alone:
+        return alone.submit(call, *given).result()

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from machine import describe, head, line, options
 from scipy.optimize import nnls
 
 from analysis.dumps import open_bodies, snapshot_of
@@ -22,6 +21,7 @@ from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
+from benchmarks.machine import describe, head, line, options
 from nscd import Snapshot, find_contacts
 
 # Simulated seconds.

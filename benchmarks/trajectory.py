@@ -9,25 +9,24 @@ frame alone, and how far those of a block of frames are from them.
 Usage: python benchmarks/trajectory.py [--frames N] [--disks N] [--workers 1 2] [--folder DIR];
 LAMMPS runs once a folder."""
 
-import contextlib
+import itertools
 import resource
 import tempfile
 import time
-from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from machine import describe, head, line, options
 
 from analysis.dumps import index_dump, open_bodies
-from analysis.engines.record import RunRecord
 from analysis.engines.run import simulate
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.snapshot import percussions_of
 from analysis.percussions.solving import DumpToSolve, executor_for, solve_batch, solve_dump
 from analysis.percussions.table import is_parquet
 from analysis.scene.shipped_scenes import make
+from benchmarks.machine import describe, head, line, options, timed
 
 SCENES = ("arch", "jam")
 TOLERANCE = 1e-10
@@ -40,19 +39,22 @@ def main() -> None:
     table."""
     given = options(__doc__, frames=1000, disks=594, workers=(1, 2), folder=Path)
     print(describe())
-    with folder_of(given.folder) as folder:
+    with tempfile.TemporaryDirectory() as brief:
+        folder = given.folder or Path(brief)
         for name in SCENES:
-            place = folder / f"{name}_{given.disks}_{given.frames}"
-            dump = dump_of(name, place, given.disks, given.frames)
+            dump = folder / f"{name}_{given.disks}_{given.frames}" / "bodies.dump"
+            if not dump.exists():
+                scene = make(name, given.disks).with_run(frames=given.frames)
+                record = simulate(scene, "lammps", dump.parent)
+                print(f"LAMMPS took {record.wall_seconds:.0f} s")
             size = f"{dump.stat().st_size / 1e6:.0f} MB"
             print(
                 f"\n{name}: {size}, {given.frames} frames of {given.disks} disks, to {TOLERANCE:g}\n"
             )
             names = ("wall s", "CPU s", "ms per frame", "contacts", "not solved")
             print(head("table", "workers", *names))
-            for kind in ("csv", "parquet"):
-                for workers in given.workers:
-                    whole(dump, workers, given.frames, folder / f"contacts.{kind}")
+            for kind, workers in itertools.product(("csv", "parquet"), given.workers):
+                whole(dump, workers, given.frames, folder / f"contacts.{kind}")
             parts(dump)
             alone(dump)
 
@@ -79,26 +81,18 @@ def whole(dump: Path, workers: int, frames: int, out: Path) -> None:
 
 def parts(dump: Path) -> None:
     """CPU seconds of finding the frames, reading their numbers, and the rest up to percussions."""
-    job, used = job_of(dump), []
-    began = time.thread_time()
-    index = index_dump(dump)
-    used.append(time.thread_time() - began)
-    blocks = job.blocks(range(len(index.frames)))
-    began = time.thread_time()
-    for block in blocks:
-        index.numbers(block, index.text(block))
-    used.append(time.thread_time() - began)
+    job = job_of(dump)
+    found, index = timed(partial(index_dump, dump))
     trajectory = open_bodies(dump).trajectory
-    solving = 0.0
-    for block in blocks:
-        bodies = trajectory.bodies(block, index.text(block), needs_velocity=False)
-        began = time.thread_time()
-        solve_batch(bodies, job.setting, job.tolerance)
-        solving += time.thread_time() - began
-    size = dump.stat().st_size / 1e6
+    read, solving = 0.0, 0.0
+    for block in job.blocks(range(len(index.frames))):
+        seconds, text = timed(partial(index.text, block))
+        read += seconds + timed(partial(index.numbers, block, text))[0]
+        bodies = trajectory.bodies(block, text, needs_velocity=False)
+        solving += timed(partial(solve_batch, bodies, job.setting, job.tolerance))[0]
     print(
-        f"CPU s of one thread: frames found {used[0]:.2f}, numbers read {used[1]:.2f} "
-        f"({size / used[1]:.0f} MB/s), contacts and percussions {solving:.2f}"
+        f"CPU s of one thread: frames found {found:.2f}, numbers read {read:.2f} "
+        f"({dump.stat().st_size / 1e6 / read:.0f} MB/s), contacts and percussions {solving:.2f}"
     )
 
 
@@ -112,45 +106,24 @@ def alone(dump: Path) -> None:
         found = solve_batch(bodies, job.setting, job.tolerance).found
         for number in range(len(block)):
             snapshot = bodies.snapshot(number)
-            began = time.thread_time()
-            answer = percussions_of(job.setting, snapshot, tolerance=job.tolerance).answer
-            used += time.thread_time() - began
+            once = partial(percussions_of, job.setting, snapshot, tolerance=job.tolerance)
+            seconds, one = timed(once)
+            used += seconds
             left += not found.answered[number]
             together = found.reaction[slice(*found.start[number : number + 2])]
-            if len(together) and (together != answer.reaction).any():
-                far = np.abs(together - answer.reaction).max() / answer.reaction.max()
-                apart.append(far)
+            if len(together) and (together != one.answer.reaction).any():
+                far = np.abs(together - one.answer.reaction).max()
+                apart.append(far / one.answer.reaction.max())
     print(
         f"contacts and percussions of each frame alone {used:.2f} CPU s; {len(apart)} frames differ "
         f"from it, by up to {max(apart, default=0.0):.0e} of the largest reaction; {left} are left to it"
     )
 
 
-def dump_of(name: str, folder: Path, disks: int, frames: int) -> Path:
-    """The LAMMPS dump of the scene in the folder, made if it is not there."""
-    dump = folder / "bodies.dump"
-    if not dump.exists():
-        scene = make(name, disks)
-        record: RunRecord = simulate(scene.with_run(frames=frames), "lammps", folder)
-        print(f"LAMMPS took {record.wall_seconds:.0f} s")
-    return dump
-
-
 def cpu_seconds() -> float:
     """CPU seconds of this process and of its ended children."""
     used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return sum(u.ru_utime + u.ru_stime for u in used)
-
-
-@contextlib.contextmanager
-def folder_of(given: Path | None) -> Iterator[Path]:
-    """The given folder, or a temporary one."""
-    if given is not None:
-        given.mkdir(parents=True, exist_ok=True)
-        yield given
-        return
-    with tempfile.TemporaryDirectory() as name:
-        yield Path(name)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nscd import Snapshot, Walls
+from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
 
 
 def disks_at(position, velocity=(0.0, 0.0), radius=0.25, mass=75.0, **others):
@@ -43,6 +43,36 @@ def lattice(seed, n=25, decades=0.0, rows=6):
     chosen = rng.permutation(len(sites))[:n]
     velocity, mass = rng.normal(size=(n, 2)), 10.0 ** rng.uniform(-decades / 2, decades / 2, n)
     return disks_at(sites[chosen], velocity, mass=mass)
+
+
+def part_of_a_lattice(seed, n, kept, decades=0.15):
+    """Disks on a share of the sites of a triangular lattice: pairs, chains, rings and jams, in random
+    motion; masses over so many decades to both sides of 60 kg."""
+    rng = np.random.default_rng(seed)
+    i, j = (k.ravel() for k in np.indices(2 * [int(np.ceil(np.sqrt(n / kept)))]))
+    sites = np.column_stack([0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j])
+    chosen, velocity = rng.permutation(len(sites))[:n], rng.normal(size=(n, 2))
+    return disks_at(sites[chosen], velocity, mass=60.0 * 10.0 ** rng.uniform(-decades, decades, n))
+
+
+def turn(angle):
+    """The matrix of a rotation."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+def turned(snapshot, by, shift=0.0):
+    """The crowd turned by a matrix and then moved."""
+    position, velocity = snapshot.position @ by.T + shift, snapshot.velocity @ by.T
+    return disks_at(position, velocity, snapshot.radius, snapshot.mass)
+
+
+def solved(snapshot, walls=None, *, left_velocity=None, **law):
+    """The contacts of a crowd and their percussions to 1e-10 under a law, which must be found."""
+    contacts, law = find_contacts(snapshot, walls, tolerance=1e-9), ContactLaw(**law)
+    found = solve(snapshot, contacts, left_velocity=left_velocity, law=law, tolerance=1e-10)
+    assert found.status == "solved", found.reason
+    return contacts, found
 
 
 def drive_to(start, end, outward=(1.0, 0.0), speed=2.0, **others):

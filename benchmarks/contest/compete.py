@@ -1,26 +1,22 @@
-"""Solvers on a case, each in a process of its own with a limit: attempts in, the attempt that
-counts out."""
+"""Solvers on a case, each in a process of its own with a limit: attempts in, the attempt that counts
+out."""
 
-import json
+import contextlib
+import multiprocessing
 import os
+import resource
 import signal
-import subprocess
-import sys
-import threading
 import time
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
+from benchmarks.cases import Solver, accuracy, scaled
+from benchmarks.contest.peers import EVERYONE, Peer
+from benchmarks.machine import ONE_THREAD, repeats, timed
+from benchmarks.problems.families import Case
 
 TARGET, NEAR = 1e-10, 1e-8
-PROCESSES = Path(__file__).parents[1] / "processes"
-ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-# `auto` with the choice among the reactions of redundant contacts that `solve` makes by default and
-# peers do not make
-CANONICAL = "auto, canonical"
-NOT_INSTALLED, TOO_LONG = 3, 124
 
 
 class Attempt(NamedTuple):
@@ -60,99 +56,116 @@ class MissingError(Exception):
     """The solver is not installed."""
 
 
-def compete(
-    case: Path,
-    solver: str,
-    folder: Path,
-    limit: float,
-    *,
-    target: float = TARGET,
-    asked: Sequence[float] = (),
-    variant: str | None = None,
-) -> Outcome:
-    """Let a solver try on the case file until its recomputed residual is `target` or `limit`
-    seconds have passed.
+class Asked(NamedTuple):
+    """What a solver is asked for on a case: the residual at which to stop (0: try all), tolerances or
+    iterations if not its own, and one variant if not all."""
 
-    Raises MissingError if the solver is not installed."""
-    words = [sys.executable, str(PROCESSES / "attempts.py"), str(case), solver, str(folder)]
-    words += ["--target", str(target)]
-    if asked:
-        words += ["--asked", *map(str, asked)]
-    if variant is not None:
-        words += ["--variant", variant]
-    said, code, errors = run_limited(words, limit, folder)
-    if code == NOT_INSTALLED:
-        raise MissingError(solver)
-    attempts, ended = [], _reason(code, errors, limit)
-    for line in said:
-        if not (line.startswith("{") and line.endswith("}")):
-            continue  # what the solver prints
-        told = json.loads(line)
-        if "error" in told:
-            ended = ended or told["error"].splitlines()[0][:80]
-            continue
-        number = told["velocity"]
-        told["velocity"] = np.load(folder / f"{number}.npy")
-        told["reaction"] = np.load(folder / f"{number}_reaction.npy")
-        attempts.append(Attempt(**told))
+    target: float = TARGET
+    ladder: tuple[float, ...] = ()
+    variant: str | None = None
+
+    def attempts(self, case: Case, peer: Peer, prepared: dict[str, Solver]) -> Iterator[Any]:
+        """Attempt after attempt, from loose to tight; in place of one that failed what it said."""
+        base = _peak(resource.RUSAGE_SELF)
+        for variant, solver in prepared.items():
+            before = None
+            for asked in self.ladder or peer.asked:
+                run = partial(solver, asked)
+                try:
+                    seconds, answer = timed(run)
+                except Exception as error:  # whatever a foreign solver raises is its result
+                    yield str(error)
+                    break
+                found = accuracy(case, answer.reaction, answer.velocity)
+                if found.residual == before and asked >= 1:
+                    break  # more iterations are not made
+                before, seconds = found.residual, answer.seconds or seconds
+                if found.residual <= NEAR:
+                    for _ in range(repeats(seconds)):
+                        more, again = timed(run)
+                        seconds = min(seconds, again.seconds or more)
+                peak = max(_peak(resource.RUSAGE_SELF) - base, _peak(resource.RUSAGE_CHILDREN))
+                yield Attempt(
+                    variant, asked, seconds, found.residual, found.own, answer.iterations,
+                    peak / 1024, found.velocity, answer.reaction,
+                )  # fmt: skip
+                if found.residual <= self.target:
+                    break
+
+    def prepare(self, case: Case, peer: Peer) -> dict[str, Solver]:
+        """The variants that are asked for, each with the problem in its own matrices. Raises
+        ImportError where the solver is missing, MemoryError where it is not asked so much."""
+        problem = scaled(case)
+        variants = peer.variants.items()
+        return {name: make(problem) for name, make in variants if self.variant in (None, name)}
+
+
+def compete(case: Case, solver: str, limit: float, asked: Asked = Asked()) -> Outcome:  # noqa: B008
+    """Let a solver try on the case until its recomputed residual is low enough or `limit` seconds
+    have passed since it had read the case.
+
+    Raises MissingError if the solver is not installed. A limit of the system's (RLIMIT_CPU) would
+    make the process's own CPU clock as coarse as the scheduler's ticks."""
+    os.environ.update(ONE_THREAD)
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_contestant, args=(there, case, solver, asked))
+    process.start()
+    there.close()
+    attempts: list[Attempt] = []
+    ended, ends = "", None
+    try:
+        while here.poll(None if ends is None else max(0.0, ends - time.monotonic())):
+            said = here.recv()
+            if isinstance(said, Attempt):
+                attempts.append(said)
+            elif isinstance(said, ImportError):
+                raise MissingError(solver)
+            elif said is None:
+                ends = time.monotonic() + limit
+            else:
+                ended = ended or (said.splitlines() or ["failed"])[0][:80]
+        ended = f"stopped after {limit:g} s"
+    except EOFError:
+        process.join()
+        if code := process.exitcode:
+            name = signal.Signals(-code).name if code < 0 else f"status {code}"
+            ended = "killed (memory?)" if code == -signal.SIGKILL else f"crashed ({name})"
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)  # with its children
+        process.kill()
+        process.join()
     return Outcome(solver, attempts, ended)
 
 
-def run_limited(words: Sequence[str], limit: float, folder: Path) -> tuple[list[str], int, str]:
-    """Output lines, exit status and error text of a process that is killed, with its children,
-    `limit` seconds after it has said that it is ready (TOO_LONG is then its status).
+def _contestant(there: Any, case: Case, solver: str, asked: Asked) -> None:
+    """Send None when ready, then the attempts; an ImportError where the solver is missing."""
+    os.setsid()
+    for stream in (1, 2):  # what solvers print
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    peer = EVERYONE[solver]
+    try:
+        prepared = asked.prepare(case, peer)
+    except (ImportError, MemoryError) as error:
+        there.send(error if isinstance(error, ImportError) else str(error))
+        return
+    there.send(None)
+    for attempt in asked.attempts(case, peer, prepared):
+        there.send(attempt)
 
-    A limit of the system's (RLIMIT_CPU) would make the process's own CPU clock as coarse as the
-    scheduler's ticks."""
-    said: list[str] = []
-    late = threading.Event()
-    with (folder / "errors.txt").open("w+", encoding="utf-8") as errors:
-        process = subprocess.Popen(
-            words, stdout=subprocess.PIPE, stderr=errors, text=True, env=os.environ | ONE_THREAD,
-            start_new_session=True,
-        )  # fmt: skip
 
-        def end() -> None:
-            late.set()
-            os.killpg(process.pid, signal.SIGKILL)
+def _peak(who: int) -> int:
+    """The largest memory so far (kB)."""
+    return resource.getrusage(who).ru_maxrss
 
-        timer = threading.Timer(limit, end)
-        assert process.stdout is not None
+
+def entered(
+    case: Case, solvers: Sequence[str], limit: float, asked: dict[str, Asked]
+) -> Iterator[Outcome]:
+    """The outcome of every solver on a case; one that is missing says how to get it."""
+    for solver in solvers:
         try:
-            for line in process.stdout:
-                said.append(line.rstrip("\n"))
-                if said[-1] == "ready":
-                    timer.start()
-            code = process.wait()
-        finally:
-            timer.cancel()
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-        errors.seek(0)
-        return said, TOO_LONG if late.is_set() else code, errors.read()
-
-
-def first_solve(case: Path) -> dict[str, float]:
-    """Seconds of a new process that imports nscd and solves the case once; `process_wall_s` with
-    the interpreter."""
-    best: dict[str, float] = {}
-    for _ in range(3):
-        started = time.perf_counter()
-        words, alone = [sys.executable, PROCESSES / "first_solve.py", case], os.environ | ONE_THREAD
-        said = subprocess.run(words, capture_output=True, text=True, check=True, env=alone).stdout
-        found = json.loads(said) | {"process_wall_s": time.perf_counter() - started}
-        if not best or found["process_wall_s"] < best["process_wall_s"]:
-            best = found
-    return best
-
-
-def _reason(code: int, errors: str, limit: float) -> str:
-    if code == 0:
-        return ""
-    if code == TOO_LONG:
-        return f"stopped after {limit:g} s"
-    if code == -signal.SIGKILL:
-        return "killed (memory?)"
-    if code < 0:
-        return f"crashed ({signal.Signals(-code).name})"
-    return (errors.strip().splitlines() or [f"ended with {code}"])[-1][:80]
+            yield compete(case, solver, limit, asked.get(solver, Asked()))
+        except MissingError:
+            yield Outcome(solver, [], f"not installed: {EVERYONE[solver].install}")

@@ -1,8 +1,9 @@
-"""Other solvers for the frictionless percussions, each in the formulation and with the settings
-that served it best; and those that qpsolvers lists, as they come through it, on the primal.
+"""Solvers of the frictionless percussions: this product's, others, each in the formulation and with
+the settings that served it best, and those that qpsolvers lists, as they come through it, on the
+primal.
 
-Every peer is a function that brings the problem (see `scaled`) into its own matrices and returns
-the function that is timed, so that conversions are not counted against it.
+A solver is a function that brings the problem (see `scaled`) into its own matrices and returns the
+function that is timed, so that conversions are not counted against it.
 
 That function takes the accuracy to ask for. Interior points are asked for a number of iterations
 instead, and for more until our residual is reached: what they stop at themselves bounds ours badly,
@@ -12,36 +13,58 @@ import json
 import subprocess
 import tempfile
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
-from cases import Answer, Scaled, Solver
+
+from benchmarks.cases import Answer, Scaled, Solver
+from benchmarks.problems.families import Case, heap
+from nscd import solve
+from nscd.solve import SOLVERS
 
 SYSTEM_PYTHON = Path("/usr/bin/python3")  # python3-siconos lives with the system's own interpreter
-SICONOS = Path(__file__).parents[1] / "processes" / "siconos_pgs.py"
+SICONOS = Path(__file__).parents[1] / "processes" / "by_siconos.py"
+INSTALL_SICONOS = "apt-get install python3-siconos"
 TINY = 1e-15
 ITERATIONS = (6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 33, 36, 40, 45, 50, 60, 80, 120)
 TIGHT = (1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)
 LOOSE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10)  # for a method that polishes what it found
 NEAR = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # for methods that stop at a residual much like ours
+# `auto` with the choice among the reactions of redundant contacts that `solve` makes by default and
+# peers do not make
+CANONICAL = "auto, canonical"
 
 
 class Peer(NamedTuple):
     """Variants by name, what to ask for (loosest first: tolerances, or iterations) and the command
     that installs it."""
 
-    name: str
     variants: dict[str, Callable[[Scaled], Solver]]
     asked: tuple[float, ...]
-    install: str
+    install: str = ""
 
     @property
     def by_iterations(self) -> bool:
         """Whether it is asked for a number of iterations rather than for a tolerance."""
         return self.asked[0] >= 1
+
+
+def own(problem: Scaled, name: str) -> Solver:
+    """This product's solver of that name, with its kernels loaded, from the snapshot and its
+    contacts on."""
+    canonical = name == CANONICAL
+    way = {"solver": "auto" if canonical else name, "canonical": canonical}
+
+    def solved(case: Case, tolerance: float) -> Answer:
+        left = case.left_velocity
+        found = solve(case.snapshot, case.contacts, left_velocity=left, tolerance=tolerance, **way)
+        return Answer(found.reaction, found.right_velocity.ravel(), None, found.iterations)
+
+    solved(heap(100), 1e-8)
+    return partial(solved, problem.case)
 
 
 def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
@@ -60,12 +83,12 @@ def piqp(problem: Scaled, step: float, dual: bool) -> Solver:
         settings.check_duality_gap, settings.tau = False, step
         if dual:
             solver.setup(delassus, -approach, None, None, None, None, None, zero, infinity)
-            solver.solve()
-            return Answer(solver.result.x)
-        settings.kkt_solver = package.KKTSolver.sparse_ldlt_ineq_cond
-        solver.setup(identity, -problem.left, None, None, problem.rows, None, zero)
+        else:
+            settings.kkt_solver = package.KKTSolver.sparse_ldlt_ineq_cond
+            solver.setup(identity, -problem.left, None, None, problem.rows, None, zero)
         solver.solve()
-        return Answer(solver.result.z_u, solver.result.x)
+        found = solver.result
+        return problem.answer(found.x) if dual else problem.answer(found.z_u, found.x)
 
     return solve
 
@@ -75,7 +98,8 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
     import clarabel as package
 
     k = problem.rows.shape[0]
-    identity, bound, cones = problem.identity, np.zeros(k), [package.NonnegativeConeT(k)]
+    given = (problem.identity, -problem.left, problem.rows, np.zeros(k))
+    cones = [package.NonnegativeConeT(k)]
 
     def solve(iterations: float) -> Answer:
         settings = package.DefaultSettings()
@@ -85,11 +109,8 @@ def clarabel(problem: Scaled, regularisation: float | None = None, step: float =
         if regularisation is not None:
             settings.static_regularization_constant = regularisation
             settings.static_regularization_proportional = 0.0
-        solver = package.DefaultSolver(
-            identity, -problem.left, problem.rows, bound, cones, settings
-        )
-        found = solver.solve()
-        return Answer(np.array(found.z), np.array(found.x))
+        found = package.DefaultSolver(*given, cones, settings).solve()
+        return problem.answer(found.z, found.x)
 
     return solve
 
@@ -101,20 +122,18 @@ def osqp(problem: Scaled, step: float, dual: bool) -> Solver:
 
     k = problem.rows.shape[0]
     zero, infinity = np.zeros(k), np.full(k, np.inf)
+    given = (problem.identity, -problem.left, problem.rows, -infinity, zero)
     if dual:
         upper = sparse.triu(problem.delassus, format="csc")
-        matrices = (upper, -problem.approach, sparse.identity(k, format="csc"))
-        bounds = (zero, infinity)
-    else:
-        matrices, bounds = (problem.identity, -problem.left, problem.rows), (-infinity, zero)
+        given = (upper, -problem.approach, sparse.identity(k, format="csc"), zero, infinity)
+    settings = {"eps_rel": 0.0, "rho": step, "max_iter": 200_000, "verbose": False}
+    settings |= {"polishing": True, "polish_refine_iter": 10}
 
     def solve(tolerance: float) -> Answer:
         solver = package.OSQP()
-        given = {"eps_abs": tolerance, "eps_rel": 0.0, "rho": step, "max_iter": 200_000}
-        polished = {"polishing": True, "polish_refine_iter": 10}
-        solver.setup(*matrices, *bounds, **given, **polished, verbose=False)
+        solver.setup(*given, eps_abs=tolerance, **settings)
         found = solver.solve(raise_error=False)
-        return Answer(found.x) if dual else Answer(found.y, found.x)
+        return problem.answer(found.x) if dual else problem.answer(found.y, found.x)
 
     return solve
 
@@ -124,25 +143,22 @@ def cvxopt(problem: Scaled, dual: bool) -> Solver:
     import cvxopt as package
     from cvxopt import solvers
 
-    def own(matrix: Any) -> Any:
+    def converted(matrix: Any) -> Any:
         a = sparse.coo_array(matrix)
         return package.spmatrix(a.data, a.coords[0].astype(int), a.coords[1].astype(int), a.shape)
 
     k = problem.rows.shape[0]
+    matrix, right, rows = problem.identity, problem.left, problem.rows
     if dual:
-        approach = package.matrix(-problem.approach)
-        matrices = (own(problem.delassus), approach, own(-sparse.identity(k)))
-    else:
-        matrices = own(problem.identity), package.matrix(-problem.left), own(problem.rows)
-    bound = package.matrix(0.0, (k, 1))
+        matrix, right, rows = problem.delassus, problem.approach, -sparse.identity(k)
+    given = converted(matrix), package.matrix(-right), converted(rows), package.matrix(0.0, (k, 1))
 
     def solve(iterations: float) -> Answer:
-        solvers.options.update(
-            show_progress=False, abstol=TINY, reltol=TINY, feastol=TINY, maxiters=int(iterations)
-        )
-        found = solvers.qp(*matrices, bound)
+        ends = dict.fromkeys(("abstol", "reltol", "feastol"), TINY)
+        solvers.options.update(show_progress=False, maxiters=int(iterations), **ends)
+        found = solvers.qp(*given)
         x = np.array(found["x"]).ravel()
-        return Answer(x) if dual else Answer(np.array(found["z"]).ravel(), x)
+        return problem.answer(x) if dual else problem.answer(np.array(found["z"]).ravel(), x)
 
     return solve
 
@@ -158,12 +174,11 @@ def qpalm(problem: Scaled, penalty: float) -> Solver:
 
     def solve(tolerance: float) -> Answer:
         settings = package.Settings()
-        settings.eps_abs, settings.eps_rel = tolerance, 0.0
-        settings.sigma_init = penalty
+        settings.eps_abs, settings.eps_rel, settings.sigma_init = tolerance, 0.0, penalty
         settings.max_iter, settings.verbose, settings.nonconvex = 20_000, False, False
         solver = package.Solver(data, settings)
         solver.solve()
-        return Answer(np.array(solver.solution.y), np.array(solver.solution.x))
+        return problem.answer(solver.solution.y, solver.solution.x)
 
     return solve
 
@@ -173,18 +188,14 @@ def qoco(problem: Scaled) -> Solver:
     import qoco as package
 
     k, n = problem.rows.shape
-    identity, bound, none = problem.identity, np.zeros(k), np.zeros(0, dtype=np.int32)
+    given = (n, k, 0, problem.identity, -problem.left, None, None, problem.rows, np.zeros(k), k, 0)
 
     def solve(tolerance: float) -> Answer:
         solver = package.QOCO()
-        solver.setup(
-            *(n, k, 0, identity, -problem.left, None, None, problem.rows, bound, k, 0, none),
-            abstol=tolerance,
-            reltol=tolerance,
-            verbose=0,
-        )
+        ends = {"abstol": tolerance, "reltol": tolerance}
+        solver.setup(*given, np.zeros(0, dtype=np.int32), **ends, verbose=0)
         found = solver.solve()
-        return Answer(np.array(found.z), np.array(found.x))
+        return problem.answer(found.z, found.x)
 
     return solve
 
@@ -195,40 +206,89 @@ def proxqp(problem: Scaled) -> Solver:
     from proxsuite import proxqp as package
 
     k = problem.rows.shape[0]
-    delassus, identity = problem.delassus, sparse.identity(k, format="csc")
+    identity, ends = sparse.identity(k, format="csc"), (np.zeros(k), np.full(k, 1e20))
+    given = problem.delassus, -problem.approach, None, None, identity, *ends
 
     def solve(tolerance: float) -> Answer:
         solver = package.sparse.QP(k, 0, k)
         solver.settings.eps_abs, solver.settings.eps_rel = tolerance, 0.0
         solver.settings.sparse_backend = package.SparseBackend.SparseCholesky
-        solver.init(
-            delassus, -problem.approach, None, None, identity, np.zeros(k), np.full(k, 1e20)
-        )
+        solver.init(*given)
         solver.solve()
-        return Answer(np.array(solver.results.x))
+        return problem.answer(solver.results.x)
 
     return solve
 
 
-def siconos(problem: Scaled) -> Solver:
-    """Siconos' projected Gauss–Seidel on the complementarity problem with a sparse matrix, in the
-    system's Python."""
+@cache
+def has_siconos() -> bool:
+    """Whether the system's Python has Siconos."""
     probe = [str(SYSTEM_PYTHON), "-c", "import siconos.numerics"]
-    if (
-        not SYSTEM_PYTHON.exists()
-        or subprocess.run(probe, capture_output=True, check=False).returncode
-    ):
+    run = subprocess.run
+    return SYSTEM_PYTHON.exists() and not run(probe, capture_output=True, check=False).returncode
+
+
+def siconos(
+    matrix: Any, free: Any, solver: str, tolerance: float, iterations: int, friction: Any = ()
+) -> tuple[Any, float]:
+    """The reactions that a solver of Siconos (see processes/by_siconos.py) finds in the system's Python,
+    and its CPU seconds. Raises ImportError where it is missing."""
+    if not has_siconos():
         raise ImportError("siconos")
-    folder = tempfile.TemporaryDirectory()
-    delassus = problem.delassus
-    matrix = {name: getattr(delassus, name) for name in ("data", "indices", "indptr")}
-    np.savez(Path(folder.name) / "given.npz", approach=problem.approach, **matrix)
+    parts = {name: getattr(matrix, name) for name in ("data", "indices", "indptr")}
+    with tempfile.TemporaryDirectory() as folder:
+        given, found = Path(folder) / "given.npz", Path(folder) / "found.npy"
+        np.savez(given, free=free, friction=friction, **parts)
+        words = [SYSTEM_PYTHON, SICONOS, given, solver, tolerance, iterations, found]
+        said = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=True)
+        return np.load(found), float(json.loads(said.stdout.splitlines()[-1])["seconds"])
+
+
+def projected_gauss_seidel(problem: Scaled) -> Solver:
+    """Siconos' projected Gauss–Seidel on the complementarity problem with a sparse matrix."""
+    if not has_siconos():
+        raise ImportError("siconos")
+    given = problem.delassus, -problem.approach, "PGS"
 
     def solve(tolerance: float) -> Answer:
-        given, found = Path(folder.name) / "given.npz", Path(folder.name) / "found.npy"
-        words = [str(SYSTEM_PYTHON), str(SICONOS), str(given), repr(tolerance), str(found)]
-        said = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout
-        return Answer(np.load(found), None, float(json.loads(said.splitlines()[-1])["seconds"]))
+        found, seconds = siconos(*given, tolerance, 10_000_000)
+        return problem.answer(found, None, seconds)
+
+    return solve
+
+
+# Those of qpsolvers that take dense matrices are not asked beyond so many unknowns: their time grows
+# with the cube.
+MOST_DENSE = 2000
+# How each is told what to reach; others do as they do.
+TOLERANCES: dict[str, Callable[[float], dict[str, Any]]] = {
+    "daqp": lambda t: {"primal_tol": t, "dual_tol": t},
+    "ecos": lambda t: {"feastol": t, "abstol": t, "reltol": t},
+    "highs": lambda t: {"primal_feasibility_tolerance": t, "dual_feasibility_tolerance": t},
+    "scs": lambda t: {"eps_abs": t, "eps_rel": 0.0},
+}
+NAMES = ("daqp", "ecos", "gurobi", "highs", "hpipm", "kvxopt", "mosek", "qpoases", "qpswift",
+         "quadprog", "scs")  # fmt: skip
+
+
+def listed(problem: Scaled, name: str) -> Solver:
+    """The solver of this name. Raises ImportError where qpsolvers, or what it calls, is missing."""
+    import qpsolvers as package
+
+    if name not in package.available_solvers:
+        raise ImportError(name)
+    k, n = problem.rows.shape
+    matrix, rows = problem.identity, problem.rows
+    if name in package.dense_solvers:
+        if n > MOST_DENSE:
+            raise MemoryError(f"dense matrices of {n} unknowns")
+        matrix, rows = matrix.toarray(), rows.toarray()
+    given = package.Problem(matrix, -problem.left, rows, np.zeros(k))
+    settings = TOLERANCES.get(name, lambda _: {})
+
+    def solve(tolerance: float) -> Answer:
+        found = package.solve_problem(given, name, **settings(tolerance))
+        return problem.answer(found.z, found.x)
 
     return solve
 
@@ -253,52 +313,18 @@ VARIANTS: dict[str, dict[str, Callable[[Scaled], Solver]]] = {
     "qoco": {"default": qoco},
     "cvxopt": {"primal": partial(cvxopt, dual=False), "dual": partial(cvxopt, dual=True)},
     "qpalm": {"sigma 20": partial(qpalm, penalty=20.0), "sigma 200": partial(qpalm, penalty=200.0)},
+    "proxqp": {"dual": proxqp},
+    "siconos": {"projected Gauss–Seidel": projected_gauss_seidel},
 }
-ASKED = {"osqp": LOOSE, "qoco": TIGHT, "qpalm": NEAR}
-PEERS = (
-    *(Peer(n, some, ASKED.get(n, ITERATIONS), f"pip install {n}") for n, some in VARIANTS.items()),
-    Peer("proxqp", {"dual": proxqp}, NEAR, "pip install proxsuite"),
-    Peer("siconos", {"projected Gauss–Seidel": siconos}, NEAR, "apt-get install python3-siconos"),
-)
-
-
-# Those that take dense matrices are not asked beyond so many unknowns: their time grows with the
-# cube.
-MOST_DENSE = 2000
-# How each is told what to reach; others do as they do.
-TOLERANCES: dict[str, Callable[[float], dict[str, Any]]] = {
-    "daqp": lambda t: {"primal_tol": t, "dual_tol": t},
-    "ecos": lambda t: {"feastol": t, "abstol": t, "reltol": t},
-    "highs": lambda t: {"primal_feasibility_tolerance": t, "dual_feasibility_tolerance": t},
-    "scs": lambda t: {"eps_abs": t, "eps_rel": 0.0},
+ASKED = {"osqp": LOOSE, "qoco": TIGHT} | dict.fromkeys(("qpalm", "proxqp", "siconos"), NEAR)
+INSTALL = {"proxqp": "pip install proxsuite", "siconos": INSTALL_SICONOS}
+OWN = {n: Peer({"": partial(own, name=n)}, (1e-10, 1e-11, 1e-12)) for n in (*SOLVERS, CANONICAL)}
+PEERS = {
+    n: Peer(some, ASKED.get(n, ITERATIONS), INSTALL.get(n, f"pip install {n}"))
+    for n, some in VARIANTS.items()
 }
-NAMES = ("daqp", "ecos", "gurobi", "highs", "hpipm", "kvxopt", "mosek", "qpoases", "qpswift",
-         "quadprog", "scs")  # fmt: skip
-
-
-def listed(problem: Scaled, name: str) -> Solver:
-    """The solver of this name. Raises ImportError where qpsolvers, or what it calls, is missing."""
-    import qpsolvers as package
-
-    if name not in package.available_solvers:
-        raise ImportError(name)
-    k, n = problem.rows.shape
-    matrices = problem.identity, -problem.left, problem.rows, np.zeros(k)
-    if name in package.dense_solvers:
-        if n > MOST_DENSE:
-            raise MemoryError(f"dense matrices of {n} unknowns")
-        matrices = matrices[0].toarray(), matrices[1], matrices[2].toarray(), matrices[3]
-    given = package.Problem(*matrices)
-    settings = TOLERANCES.get(name, lambda _: {})
-
-    def solve(tolerance: float) -> Answer:
-        found = package.solve_problem(given, name, **settings(tolerance))
-        return Answer(np.asarray(found.z), np.asarray(found.x))
-
-    return solve
-
-
-LISTED = tuple(
-    Peer(f"qpsolvers {n}", {"": partial(listed, name=n)}, NEAR, f"pip install qpsolvers[{n}]")
+LISTED = {
+    f"qpsolvers {n}": Peer({"": partial(listed, name=n)}, NEAR, f"pip install qpsolvers[{n}]")
     for n in NAMES
-)
+}
+EVERYONE = OWN | PEERS | LISTED

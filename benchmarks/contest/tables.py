@@ -1,17 +1,19 @@
-"""Outcomes of the contest as rows, Markdown and CSV, with ratios and cost exponents; and the short table of
-docs/results/solvers.md: this product beside the best peer, case by case."""
+"""Outcomes of the contest as rows and Markdown, with ratios and cost exponents; the short table of
+docs/results/solvers.md, this product beside the best peer, case by case; and its picture, what
+accuracy costs."""
 
-import csv
-import io
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from cases import Case
-from contest.compete import CANONICAL, NEAR, TARGET, Outcome
-from machine import table
+from matplotlib.figure import Figure
 
+from analysis.pages.drawing import EVERY_COLOUR, GRID
 from analysis.pages.numbers import decimals, number
+from benchmarks.contest.compete import NEAR, TARGET, Outcome
+from benchmarks.contest.peers import CANONICAL, PEERS
+from benchmarks.machine import table
+from benchmarks.problems.families import Case
 
 
 class Row(NamedTuple):
@@ -36,12 +38,12 @@ class Row(NamedTuple):
     note: str
 
 
-def rows_of(case: Case, outcomes: Sequence[Outcome], peers: Sequence[str]) -> list[Row]:
+def rows_of(case: Case, outcomes: Sequence[Outcome]) -> list[Row]:
     """The rows of a case, products first, as the outcomes come."""
     scale = float(np.abs(case.left_velocity).max())
     found = [(outcome, outcome.best) for outcome in outcomes]
     exact = min((best for _, best in found if best), key=lambda best: best.residual, default=None)
-    rivals = [best for outcome, best in found if best and outcome.solver in peers]
+    rivals = [best for outcome, best in found if best and outcome.solver in PEERS]
     at, fastest = np.nan, np.nan
     for level in (TARGET, NEAR):
         if times := [best.seconds for best in rivals if best.residual <= level]:
@@ -86,14 +88,6 @@ def markdown(rows: Sequence[Row]) -> str:
     return table(names, cells) + "\n"
 
 
-def comma_separated(rows: Sequence[Row]) -> str:
-    """The rows as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerows([Row._fields, *rows])
-    return text.getvalue()
-
-
 def exponents(rows: Sequence[Row]) -> str:
     """Cost ∝ Nˣ, fitted to the sizes from 500 disks at which a solver reached 1e-10, by family and
     solver."""
@@ -125,7 +119,7 @@ SHORT_HEAD = (
 )  # fmt: skip
 
 
-def summary(rows: Sequence[Row], peers: Sequence[str]) -> str:
+def summary(rows: Sequence[Row]) -> str:
     """The table in Markdown; a time without an answer at 1e-10 is –."""
     lines = []
     for case in dict.fromkeys(row[:3] for row in rows):
@@ -137,13 +131,13 @@ def summary(rows: Sequence[Row], peers: Sequence[str]) -> str:
         faster = ["–" if np.isnan(r.times_faster) else f"{r.times_faster:.1f}" for r in own]
         family, disks, contacts = case
         sizes = f"{disks:,}", f"{contacts:,}"
-        lines.append([family, *sizes, *times, _best_peer(mine, peers), *faster])
+        lines.append([family, *sizes, *times, _best_peer(mine), *faster])
     return table(SHORT_HEAD, lines) + "\n"
 
 
-def _best_peer(mine: dict[str, Row], peers: Sequence[str]) -> str:
+def _best_peer(mine: dict[str, Row]) -> str:
     for level, words in ((TARGET, ""), (NEAR, " (to 10⁻⁸)")):
-        good = [row for name, row in mine.items() if name in peers and row.residual <= level]
+        good = [row for name, row in mine.items() if name in PEERS and row.residual <= level]
         if good:
             best = min(good, key=lambda row: row.cpu_s)
             return f"{best.solver}, {_short_time(best.cpu_s)}{words}"
@@ -155,3 +149,46 @@ def _short_time(seconds: float) -> str:
         return f"{seconds:.2g} s" if seconds < 9.95 else f"{seconds:.0f} s"
     ms = 1e3 * seconds
     return f"{ms:.0f} ms" if ms >= 9.95 else f"{ms:.2g} ms"
+
+
+# marker and dashes tell the lines apart without colour
+MARKERS = "osD^v<>Px"
+DASHES = ("-", "--", "-.", ":")
+
+
+def picture(cases: Sequence[tuple[Case, Sequence[Outcome]]]) -> Figure:
+    """Draw residuals above and errors of u⁺ below against CPU seconds, one column a case. The error
+    is against the most exact answer of all solvers; below 1e-16 it is drawn at 1e-16."""
+    figure = Figure(figsize=(5.5 * len(cases), 8), layout="constrained", dpi=150)
+    panels = figure.subplots(2, len(cases), sharex="col", sharey="row", squeeze=False)
+    handles = {}
+    for (above, below), (case, outcomes) in zip(panels.T, cases, strict=True):
+        every = [a for outcome in outcomes for a in outcome.attempts]
+        if not every:
+            continue
+        scale = float(np.abs(case.left_velocity).max())
+        exact = min(every, key=lambda a: a.residual).velocity
+        for turn, outcome in enumerate(outcomes):
+            attempts = [a for a in outcome.attempts if np.isfinite(a.residual)]
+            if not attempts:
+                continue
+            variant = f" ({attempts[0].variant})" if attempts[0].variant else ""
+            look = {
+                "color": EVERY_COLOUR[turn % len(EVERY_COLOUR)],
+                "marker": MARKERS[turn % len(MARKERS)],
+                "ls": DASHES[turn % len(DASHES)],
+                "lw": 1.2 if turn else 2,
+            }
+            seconds, residuals = [a.seconds for a in attempts], [a.residual for a in attempts]
+            errors = [float(np.abs(a.velocity - exact).max()) / scale for a in attempts]
+            for panel, values in ((above, residuals), (below, errors)):
+                (drawn,) = panel.loglog(seconds, np.maximum(values, 1e-16), ms=5, **look)
+            handles.setdefault(outcome.solver + variant, drawn)
+        above.set_title(f"{case.name}: {len(case.snapshot)} disks, {len(case.contacts)} contacts")
+        below.set_xlabel("CPU seconds")
+    panels[0, 0].set_ylabel("residual, recomputed")
+    panels[1, 0].set_ylabel("error of u⁺ / ‖u⁻‖∞")
+    for panel in panels.flat:
+        panel.grid(True, which="major", color=GRID, lw=0.6)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
+    return figure

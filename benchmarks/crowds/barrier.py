@@ -11,21 +11,18 @@ have the push of 213 N a person that the table implies at its own density. Print
 metre of wall as shares of the row's, median and range over seeds. Runs that are in the
 folder are taken as they are."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 import numpy as np
-from machine import head, line, options
 
 from analysis.dumps.windows import RunWindows, Window
 from analysis.engines.run import EngineRun
 from analysis.scene.anthropometry import apart, bodies_of
 from analysis.scene.scene import Scene
 from analysis.scene.schema import Analysis, ContactModel, Drive, Room, Run, Wall
+from benchmarks.machine import head, line, options
 from nscd import Snapshot, Walls
 from nscd.arrays import Floats
 

@@ -7,19 +7,16 @@ as they are. Of these crowds 3, 5 and 10 are drawn as the replicates of a report
 against all other crowds, and its verdicts against as many other crowds of the same model: no
 difference is there. Prints the table of docs/results/report.md."""
 
-import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 import numpy as np
-from machine import head, line, options
 
 from analysis.engines.run import EngineRun
 from analysis.exposure.loads import RunLoads, read_exposure
 from analysis.motion.inference import Sample, differences
 from analysis.motion.study import COMPARED, Model
 from analysis.scene.shipped_scenes import make
+from benchmarks.machine import head, line, options
 from nscd.arrays import Indices
 
 PEOPLE, DURATION_S, LAST_S = 150, 2.0, 1.0

@@ -11,15 +11,11 @@ docs/results/rigid_or_soft.md."""
 import csv
 import dataclasses
 import itertools
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 import numpy as np
-from machine import options, table
 from matplotlib.figure import Figure
 
 from analysis.dumps.windows import RunWindows
@@ -32,6 +28,7 @@ from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
 from analysis.support.files import write_rows
+from benchmarks.machine import options, table
 
 # Push of a person (N) → desired speed (m/s), relaxation time (s), and when 1,200 people who begin at
 # rest are pressed together (s).

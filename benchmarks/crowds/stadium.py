@@ -13,15 +13,9 @@ again."""
 import argparse
 import json
 import resource
-import subprocess
-import sys
-import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from machine import options, table
 
 from analysis.dumps import index_dump
 from analysis.engines import engine
@@ -33,7 +27,9 @@ from analysis.percussions.solving import DumpToSolve
 from analysis.percussions.table import table_file
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
+from analysis.support.files import write_json
 from analysis.support.machine import machine
+from benchmarks.machine import apart, options, table, timed
 
 # Simulated seconds of the two runs of a sector, and of the one of all people.
 SHORT_S, LONG_S, BRIEF_S = 1.0, 3.0, 0.05
@@ -68,9 +64,7 @@ def solve_one(_: int, stiffness: float | None, seconds: float, folder: Path) -> 
     setting = setting_beside(folder / "bodies.dump", left_velocity="desired")
     job = DumpToSolve(path=folder / "bodies.dump", setting=setting, openness="none", parquet=True)
     for _ in range(2):  # the second time kernels are loaded
-        began = time.process_time()
-        (found,) = job.solve(range(1, 2))
-        used = time.process_time() - began
+        used, (found,) = timed(partial(job.solve, range(1, 2)))
     assert not found.said.unsolved, found.said.unsolved
     with table_file(folder / "contacts.parquet") as add:
         add(found.columns, found.rows)
@@ -82,20 +76,7 @@ def solve_one(_: int, stiffness: float | None, seconds: float, folder: Path) -> 
     }
 
 
-def apart(
-    what: str, people: int, stiffness: float | None, seconds: float, place: Path
-) -> dict[str, float]:
-    """Do one of the above in a process of its own, unless it was done before."""
-    kept = place / f"measured_{what}.json"
-    if not kept.exists():
-        call = [sys.executable, __file__, str(place), "--part", what, str(people)]
-        call += [str(stiffness or 0), str(seconds)]
-        done = subprocess.run(call, check=True, capture_output=True, text=True)
-        kept.write_text(done.stdout.splitlines()[-1])
-    found: dict[str, float] = json.loads(kept.read_text())
-    return found
-
-
+PARTS = {"run": run_one, "solve": solve_one}
 Measured = dict[str, float]
 
 
@@ -108,9 +89,14 @@ class Stadium:
         self.models = (None, *given.stiffness)
 
     def measured(self, what: str, people: int, stiffness: float | None, seconds: float) -> Measured:
-        """Run, or solve the last frame of the run of so many seconds."""
+        """Run, or solve the last frame of the run of so many seconds, in a process of its own, unless
+        it was done before."""
         place = self.given.folder / f"{people}_{stiffness or 0:g}_{seconds:g}"
-        return apart(what, people, stiffness, seconds, place)
+        kept = place / f"measured_{what}.json"
+        if not kept.exists():
+            write_json(kept, apart(PARTS[what], people, stiffness, seconds, place))
+        found: Measured = json.loads(kept.read_text())
+        return found
 
     def sectors(self) -> Iterator[list[str]]:
         """A row for each model: all sectors for the whole time."""
@@ -165,16 +151,11 @@ def judgement(scene: Scene) -> str:
 
 
 def main() -> None:
-    """Measure, or do one part in a process of its own."""
+    """Measure, and print the tables."""
     given = options(
         __doc__, "folder", people=50_000, doors=40, hours=1.0, seeds=10,
-        stiffness=(1e6, 1e7, 1e8), frame_seconds=1.0, part=(),
+        stiffness=(1e6, 1e7, 1e8), frame_seconds=1.0,
     )  # fmt: skip
-    if given.part:
-        what, people, stiffness, seconds = given.part
-        one = solve_one if what == "solve" else run_one
-        print(json.dumps(one(int(people), float(stiffness) or None, float(seconds), given.folder)))
-        return
     stadium = Stadium(given)
     print(machine())
     costs = ["core hours", f"of {given.seeds} crowds"]

@@ -3,18 +3,25 @@ least of each, and their ratios to the first number of ranks.
 
 Usage: python benchmarks/scaling/ranks.py [--disks N …] [--ranks N …] [--steps N] [--repeats N]"""
 
+import itertools
 import logging
-import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from machine import describe, head, line, options
+import numpy as np
 
 from analysis.engines import lammps
 from analysis.engines.run import run_engine
+from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
+from benchmarks.machine import describe, head, in_turn, line, options
+
+
+def spent(scene: Scene, ranks: int, folder: Path, number: "itertools.count[int]") -> list[float]:
+    """Wall and CPU seconds of one run."""
+    record = run_engine(scene, "lammps", folder / str(next(number)), ranks=ranks)
+    return [record.wall_seconds, record.cpu_seconds]
 
 
 def main() -> None:
@@ -26,19 +33,14 @@ def main() -> None:
         scene = make("arch", disks)
         duration = given.steps * lammps.timing(scene).time_step
         scene = scene.with_run(duration_s=duration, frames=1)
-        found: dict[int, list[tuple[float, float]]] = {ranks: [] for ranks in given.ranks}
         with tempfile.TemporaryDirectory() as folder:
-            for repeat in range(given.repeats):
-                for ranks, spent in found.items():
-                    place = Path(folder) / f"{ranks}_{repeat}"
-                    record = run_engine(scene, "lammps", place, ranks=ranks)
-                    spent.append((record.wall_seconds, record.cpu_seconds))
-        least = {ranks: [min(one) for one in zip(*found[ranks], strict=True)] for ranks in found}
-        first = least[given.ranks[0]]
+            where = Path(folder), itertools.count()
+            calls = {ranks: partial(spent, scene, ranks, *where) for ranks in given.ranks}
+            found = in_turn(calls, given.repeats)
+        least = {ranks: np.min(times, axis=0) for ranks, times in found.items()}
         for ranks, now in least.items():
-            pairs = zip(now, first, strict=True)
-            cells = [f"{value:.2f}" for one, other in pairs for value in (one, one / other)]
-            print(line([disks, ranks, *cells]), flush=True)
+            pairs = np.column_stack([now, now / least[given.ranks[0]]]).ravel()
+            print(line([disks, ranks, *(f"{value:.2f}" for value in pairs)]), flush=True)
 
 
 if __name__ == "__main__":

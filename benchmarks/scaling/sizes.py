@@ -10,24 +10,17 @@ LAMMPS a short run is taken from a long one, so that start and dumps do not coun
 max|min(wλ, −Cu)| over ‖u⁻‖∞, recomputed; of the rigid engine the largest of its steps' own."""
 
 import dataclasses
-import json
+import itertools
 import logging
-import os
 import resource
-import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from pathlib import Path
-from typing import Any
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from typing import NamedTuple
 
 import numpy as np
-from cases import accuracy
-from machine import describe, options, table
 from matplotlib.figure import Figure
 
 from analysis.engines import lammps
@@ -36,21 +29,20 @@ from analysis.engines.run import simulate
 from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
 from analysis.scene.scene import Scene, Wall, read_scene
 from analysis.support.files import write_rows, write_text
+from benchmarks.cases import accuracy
+from benchmarks.machine import apart, describe, least, options, table, timed
 from benchmarks.problems.families import Case, heap
 from nscd import find_contacts, solve
 
 SIZES = (100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 # Of these sizes, where they are smaller, is what is not counted: they take every path.
 WARM = (99, 900, 2500, 20_000)
-# Below, a time is the least of REPEATS.
-SHORT_S, REPEATS = 2.0, 5
 # Disks times steps of LAMMPS' long run; the short one has SHARE of them.
 DISK_STEPS, LEAST_STEPS, MOST_STEPS, SHARE = 4e6, 120, 10_000, 0.2
 RIGID_STEPS, RIGID_STEP_S = 3, 0.005
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     """One method at one size.
 
     unit_s: CPU s of one solution or one step; second_s: CPU s of a second of crowd, NaN of what has
@@ -67,22 +59,18 @@ class Point:
 
 def of_contacts(case: Case) -> tuple[float, float, float]:
     """CPU s of finding the contacts."""
-    return _least(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9)), np.nan, np.nan
+    return (
+        least(lambda: find_contacts(case.snapshot, case.walls, tolerance=1e-9))[0],
+        np.nan,
+        np.nan,
+    )
 
 
 def of_percussions(case: Case) -> tuple[float, float, float]:
     """CPU s and residual of the percussions to 1e-10, contacts given."""
-    found: list[Any] = []
-
-    def once() -> None:
-        found[:] = [
-            solve(
-                case.snapshot, case.contacts, left_velocity=case.left_velocity, tolerance=1e-10
-            ).reaction
-        ]
-
-    seconds = _least(once)
-    return seconds, np.nan, accuracy(case, found[0], None).residual
+    given = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
+    seconds, found = least(partial(solve, case.snapshot, case.contacts, **given))
+    return seconds, np.nan, accuracy(case, found.reaction).residual
 
 
 def of_lammps(case: Case) -> tuple[float, float, float]:
@@ -105,13 +93,9 @@ def of_rigid(case: Case) -> tuple[float, float, float]:
     """CPU s of a rigid step of 5 ms, and of a second; the largest residual."""
     scene = scene_of(case)
     motion = motion_of(scene, scene.snapshot)
-    spent, residuals = [], []
-    for _ in range(RIGID_STEPS):
-        started = time.process_time()
-        residuals.append(motion.advance().residual)
-        spent.append(time.process_time() - started)
+    spent, steps = zip(*(timed(motion.advance) for _ in range(RIGID_STEPS)), strict=True)
     each = float(np.median(spent))
-    return each, each / motion.step, max(residuals)
+    return each, each / motion.step, max(step.residual for step in steps)
 
 
 METHODS: dict[str, Callable[[Case], tuple[float, float, float]]] = {
@@ -144,18 +128,9 @@ def scene_of(case: Case) -> Scene:
     return scene.with_run(rigid_step_s=RIGID_STEP_S, duration_s=1.0, frames=1)
 
 
-def _least(job: Callable[[], Any]) -> float:
-    """CPU s of a job, the least of a few where it is short."""
-    spent: list[float] = []
-    while len(spent) < REPEATS and sum(spent) < SHORT_S:
-        started = time.process_time()
-        job()
-        spent.append(time.process_time() - started)
-    return min(spent)
-
-
 def measure(what: str, disks: int) -> Point:
     """Measure a method at a size, in this process."""
+    logging.disable(logging.WARNING)  # crowds so large are too soft: here only cost counts
     for few in WARM:  # loads the kernels
         if few < disks and what != "LAMMPS":
             METHODS[what](heap(few))
@@ -168,30 +143,23 @@ def measure(what: str, disks: int) -> Point:
 
 def main() -> None:
     """Measure, print and write."""
-    given = options(__doc__, sizes=SIZES, what=METHODS, out=Path("out/sizes"), one=False)
-    if given.one:
-        logging.disable(logging.WARNING)  # crowds so large are too soft: here only cost counts
-        print(json.dumps(asdict(measure(given.what[0], given.sizes[0]))))
-        return
-    points = []
-    for what in given.what:
-        for disks in given.sizes:
-            words = [sys.executable, __file__, "--what", what, "--sizes", str(disks), "--one"]
-            alone = os.environ | {"OMP_NUM_THREADS": "1"}
-            said = subprocess.run(words, env=alone, stdout=subprocess.PIPE, text=True, check=False)
-            if said.returncode:
-                print(f"{what}, {disks} disks: ended with status {said.returncode}", flush=True)
-                continue
-            points.append(Point(**json.loads(said.stdout.splitlines()[-1])))
-            print(points[-1], flush=True)
-            write(points, given.out)
+    given = options(__doc__, sizes=SIZES, what=METHODS, out=Path("out/sizes"))
+    points: list[Point] = []
+    for what, disks in itertools.product(given.what, given.sizes):
+        try:
+            points.append(apart(measure, what, disks))
+        except BrokenProcessPool:
+            print(f"{what}, {disks} disks: the process was ended", flush=True)
+            continue
+        print(points[-1], flush=True)
+        write(points, given.out)
     print(table_of(points))
 
 
 def write(points: list[Point], folder: Path) -> None:
     """Write sizes.md, sizes.csv and sizes.png."""
     write_text(folder / "sizes.md", f"{describe()}\n\n{table_of(points)}\n")
-    write_rows(folder / "sizes.csv", list(asdict(points[0])), (asdict(p).values() for p in points))
+    write_rows(folder / "sizes.csv", Point._fields, points)
     picture(points).savefig(folder / "sizes.png")
 
 

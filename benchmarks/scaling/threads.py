@@ -10,21 +10,17 @@ included; "critical path" is the least CPU time of the thread that asks, which i
 shows where nobody else uses the cores. The residual, max|min(wλ, −Cu)| over ‖u⁻‖∞, is recomputed
 from λ."""
 
-import hashlib
+import itertools
 import resource
-import sys
-import tempfile
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from cases import accuracy, read_case
-from machine import describe, head, line, options
-from percussions import case_of
-
+from analysis.support.files import write_text
+from benchmarks.cases import accuracy, case_of, read_case
+from benchmarks.machine import describe, head, in_turn, line, options
 from benchmarks.problems.families import Case
 from nscd import solve
 
@@ -34,55 +30,47 @@ COLUMNS = (
 )  # fmt: skip
 
 
-@dataclass
-class Spent:
-    """Seconds of one solution: of the wall, of this thread's CPU, and of all threads' CPU."""
+class Solved(NamedTuple):
+    """Seconds of one solution: of the wall, of this thread's CPU, of all threads' CPU; its bits."""
 
     wall: float
     own: float
     every: float
+    reaction: Any
+    bits: bytes
 
 
-def solved(case: Case, canonical: bool, threads: int) -> tuple[Spent, Any]:
+def solved(case: Case, canonical: bool, threads: int) -> Solved:
     """Solve a case once."""
-    wall, own, every = time.perf_counter(), time.thread_time(), time.process_time()
+    clocks = time.perf_counter, time.thread_time, time.process_time
     given, how = (case.snapshot, case.contacts), {"canonical": canonical, "threads": threads}
+    before = [clock() for clock in clocks]
     answer = solve(*given, left_velocity=case.left_velocity, tolerance=1e-10, **how)
-    spent = Spent(time.perf_counter() - wall, time.thread_time() - own, time.process_time() - every)
-    return spent, answer
+    spent = (clock() - start for clock, start in zip(clocks, before, strict=True))
+    bits = answer.reaction.tobytes() + answer.right_velocity.tobytes()
+    return Solved(*spent, answer.reaction, bits)
 
 
-def rows_of(case: Case, canonical: bool, threads: list[int], repeats: int) -> list[str]:
+def rows(case: Case, canonical: bool, threads: Sequence[int], repeats: int) -> Iterator[str]:
     """A row for each number of threads, which take turns."""
-    found: dict[int, list[Spent]] = {number: [] for number in threads}
-    bits, last = {}, {}
-    for repeat in range(repeats + 1):  # the first one loads kernels
-        for number in threads:
-            spent, answer = solved(case, canonical, number)
-            bits[number] = hashlib.sha256(
-                answer.reaction.tobytes() + answer.right_velocity.tobytes()
-            ).hexdigest()
-            last[number] = answer
-            if repeat:
-                found[number].append(spent)
-    rows = []
-    first = threads[0]
-    least = {number: min(one.wall for one in found[number]) for number in threads}
-    path = {number: min(one.own for one in found[number]) for number in threads}
+    calls = {number: partial(solved, case, canonical, number) for number in threads}
+    in_turn(calls, 1)  # loads kernels
+    found = in_turn(calls, repeats)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
-    for number in threads:
-        every = min(found[number], key=lambda one: one.wall).every
-        residual = accuracy(case, last[number].reaction, None).residual
-        sizes = f"{len(case.snapshot):,}", f"{len(case.contacts):,}"
-        times = [
-            words
-            for one in (least, path)
-            for words in (f"{one[number]:.2f} s", f"{one[number] / one[first]:.2f}")
-        ]
-        same = "same" if bits[number] == bits[first] else "OTHER"
-        cells = [case.name, *sizes, "least energy" if canonical else "any", number, *times]
-        rows.append(line([*cells, f"{every:.2f} s", f"{residual:.0e}", same, f"{memory:.2g} GB"]))
-    return rows
+    walls, paths = ([min(getattr(one, name) for one in found[number]) for number in threads]
+                    for name in ("wall", "own"))  # fmt: skip
+    sizes = f"{len(case.snapshot):,}", f"{len(case.contacts):,}"
+    for number, wall, path in zip(threads, walls, paths, strict=True):
+        least = min(found[number], key=lambda one: one.wall)
+        same = "same" if found[number][-1].bits == found[threads[0]][-1].bits else "OTHER"
+        yield line(
+            [
+                *(case.name, *sizes, "least energy" if canonical else "any", number),
+                *(f"{wall:.2f} s", f"{wall / walls[0]:.2f}"),
+                *(f"{path:.2f} s", f"{path / paths[0]:.2f}", f"{least.every:.2f} s"),
+                *(f"{accuracy(case, least.reaction).residual:.0e}", same, f"{memory:.2g} GB"),
+            ]
+        )
 
 
 def main() -> None:
@@ -91,18 +79,15 @@ def main() -> None:
         __doc__, families=("heap", "jammed", "masses", "hexagonal"), sizes=(50_000,),
         threads=(1, 2), any=False, repeats=5, cases=Path, read=(), out=Path("out/threads"),
     )  # fmt: skip
-    given.out.mkdir(parents=True, exist_ok=True)
     lines = [describe(), "", head(*COLUMNS)]
     print("\n".join(lines), flush=True)
-    with tempfile.TemporaryDirectory() as name:
-        folder = given.cases or Path(name)
-        wanted = [(family, size) for family in given.families for size in given.sizes]
-        cases = [read_case(Path(path)) for path in given.read]
-        for case in cases or (case_of(family, size, folder)[0] for family, size in wanted):
-            rows = rows_of(case, not given.any, given.threads, given.repeats)
-            lines += rows
-            print("\n".join(rows), flush=True)
-            (given.out / "threads.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    wanted = itertools.product(given.families, given.sizes)
+    made = (case_of(family, size, given.cases) for family, size in wanted)
+    for case in map(read_case, map(Path, given.read)) if given.read else made:
+        for row in rows(case, not given.any, given.threads, given.repeats):
+            lines.append(row)
+            print(row, flush=True)
+        write_text(given.out / "threads.md", "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,16 +1,6 @@
 """What advice promises of engines in impacts that its library knows nothing like, against runs."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-from tests.engines.at_hand import require
-
-# benchmarks are scripts: their modules are found beside them
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
-
-from advice_cases import IMPACTS
 
 from analysis.advice.candidates import Question
 from analysis.advice.choice import advise, headline
@@ -20,6 +10,8 @@ from analysis.support.parallel import workers
 from analysis.work_precision.chart import measure
 from analysis.work_precision.soft import SoftSetting
 from analysis.work_precision.window import impact_window
+from benchmarks.advice_cases import IMPACTS
+from tests.engines.at_hand import require
 
 SHARES = (0.25, 1.0, 4.0)
 

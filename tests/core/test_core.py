@@ -11,41 +11,10 @@ from scipy.linalg import cholesky
 from scipy.sparse.csgraph import connected_components, maximum_flow
 from scipy.sparse.linalg import spsolve
 
+from benchmarks.factors import from_chunks, in_chunks
 from benchmarks.problems.families import FAMILIES
 from nscd import _core
 from nscd._core import PANEL, dissect, eliminate
-
-
-def in_chunks(matrix, pivots):
-    """The numbers of a front."""
-    rest = len(matrix) - pivots
-    height = -(-pivots // 4) * 4 if pivots <= PANEL else -(-pivots // 8) * 8
-    wide, more = -(-pivots // 8), -(-rest // 8)
-    rows = np.zeros((height, 8 * (wide + more)))
-    rows[:pivots, :pivots] = np.triu(matrix[:pivots, :pivots])
-    rows[:pivots, 8 * wide : 8 * wide + rest] = matrix[:pivots, pivots:]
-    panel = rows.reshape(height, wide + more, 8).transpose(1, 0, 2)
-    others = np.zeros((8 * more, 8 * more))
-    others[:rest, :rest] = np.triu(matrix[pivots:, pivots:])
-    update = [others[: 8 * c + 8, 8 * c : 8 * c + 8].ravel() for c in range(more)]
-    return np.concatenate([panel.ravel(), *update])
-
-
-def from_chunks(front, size, pivots):
-    """Lᵀ of the pivots (pivots, size), and the upper half of the Schur complement."""
-    rest = size - pivots
-    wide, more = -(-pivots // 8), -(-rest // 8)
-    height = -(-pivots // 4) * 4 if pivots <= PANEL else -(-pivots // 8) * 8
-    at = 8 * (wide + more) * height
-    rows = front[:at].reshape(wide + more, height, 8).transpose(1, 0, 2).reshape(height, -1)
-    upper = np.triu(rows[:pivots, :pivots])
-    np.fill_diagonal(upper, 1.0 / np.diag(upper))
-    others = np.zeros((8 * more, 8 * more))
-    for c in range(more):
-        others[: 8 * c + 8, 8 * c : 8 * c + 8] = front[at : at + 64 * (c + 1)].reshape(-1, 8)
-        at += 64 * (c + 1)
-    beside = rows[:pivots, 8 * wide : 8 * wide + rest]
-    return np.hstack([upper, beside]), np.triu(others[:rest, :rest])
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,7 @@ printed one fails."""
 import numpy as np
 import pytest
 
-from nscd import find_contacts, solve
-from tests.crowds import disks_at
+from tests.crowds import line, solved
 from tests.errata.dimension import DENSITY, IMPULSE, KG, SPEED, STRAIN_RATE, M
 from tests.errata.rod import Rod
 
@@ -172,8 +171,5 @@ def test_free_chain_of_large_k_v_is_elastic_not_rigid():
     assert np.abs(right - 1.0).max() > 0.9
 
     speed = np.linspace(2.0, 0.0, 11)
-    disks = disks_at(
-        np.column_stack([0.5 * np.arange(11), np.zeros(11)]), np.column_stack([speed, np.zeros(11)])
-    )
-    rigid = solve(disks, find_contacts(disks, tolerance=1e-9), tolerance=1e-10)
+    _, rigid = solved(line(np.full(11, 75.0), speed))
     np.testing.assert_allclose(rigid.right_velocity[:, 0], 1.0, atol=1e-9)

@@ -5,21 +5,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from nscd import Snapshot, find_contacts, solve
-from tests.errata.dimension import (
-    DENSITY,
-    ENERGY,
-    FORCE,
-    GRADIENT,
-    IMPULSE,
-    KG,
-    PED,
-    PRESSURE,
-    SPEED,
-    STRAIN_RATE,
-    M,
-    S,
-)
+from tests.crowds import disks_at, solved
+from tests.errata.dimension import DENSITY, ENERGY, FORCE, GRADIENT, IMPULSE
+
+from tests.errata.dimension import KG, PED, PRESSURE, SPEED, STRAIN_RATE, M, S  # isort: skip
 from tests.errata.rod import Rod
 
 
@@ -36,9 +25,8 @@ def radial_crowd(direction):
     mean, slope = np.array([0.5, 0.5]), np.array([-1.0, 1.0]) / step
     for e in range(n):
         here = np.ix_([e, e + 1], [e, e + 1])
-        element = (density + k_v / middle[e] ** 2) * np.outer(mean, mean) + k_v * np.outer(
-            slope, slope
-        )
+        element = (density + k_v / middle[e] ** 2) * np.outer(mean, mean)
+        element += k_v * np.outer(slope, slope)
         operator[here] += step * middle[e] * element
         load[e : e + 2] += step * middle[e] * 2 * density * direction * 1.7 * mean
     f = np.linalg.solve(operator, load)
@@ -61,12 +49,10 @@ def test_desired_direction_points_to_the_exit():
         [(0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j) for j in range(4) for i in range(5)]
     )
     printed = (disks - exit_point) / np.linalg.norm(disks - exit_point, axis=1)[:, None]
-    crowd = {"radius": np.full(20, 0.25), "mass": np.full(20, 75.0), "position": disks}
     total = {}
     for name, direction in (("corrected", -printed), ("printed", printed)):
-        snapshot = Snapshot(velocity=2.0 * direction, **crowd)
-        found = solve(snapshot, find_contacts(snapshot, tolerance=1e-9), tolerance=1e-10)
-        assert found.status == "solved"
+        snapshot = disks_at(disks, 2.0 * direction)
+        _, found = solved(snapshot)
         total[name] = found.reaction.sum()
         distance = np.linalg.norm(disks + 1e-3 * snapshot.velocity - exit_point, axis=1)
         nearer = distance < np.linalg.norm(disks - exit_point, axis=1)
@@ -82,11 +68,8 @@ def test_external_percussion_lives_on_the_free_border():
     assert traction * SPEED * M == ENERGY
     assert traction * SPEED * M**2 != ENERGY
     in_domain, on_border = [], []
-    for layer in (
-        1e-2,
-        1e-4,
-        1e-6,
-    ):  # r = 1 N·s/m within `layer` of one side of a unit square, 0 elsewhere; v = 1 m/s
+    # r = 1 N·s/m within `layer` of one side of a unit square, 0 elsewhere; v = 1 m/s
+    for layer in (1e-2, 1e-4, 1e-6):
         widths, values = np.array([1 - layer, layer]), np.array([0.0, 1.0])
         work = values[-1] * 1.0
         on_border.append(work / abs(values[-1]))
@@ -121,9 +104,8 @@ def test_surface_potential_takes_the_velocity_itself():
         return np.array([(potential(w + d) - potential(w - d)) / step for d in moved])
 
     np.testing.assert_allclose(percussion(of_velocity), stiffness * w, rtol=1e-8)
-    np.testing.assert_array_equal(
-        percussion(of_strain), 0
-    )  # as printed the wall would not brake them
+    # as printed the wall would not brake them
+    np.testing.assert_array_equal(percussion(of_strain), 0)
 
 
 def test_units_of_k_v_and_k_s():

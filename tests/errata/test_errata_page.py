@@ -38,12 +38,8 @@ def test_page_names_exactly_the_tests_that_exist():
 def test_every_entry_has_its_four_parts_and_a_test():
     assert ENTRIES
     for entry in ENTRIES:
-        assert re.findall(r"^[-*] \*\*(\w+)\*\*:\s", entry, re.MULTILINE) == [
-            "Printed",
-            "Correct",
-            "Why",
-            "Test",
-        ], entry
+        parts = re.findall(r"^[-*] \*\*(\w+)\*\*:\s", entry, re.MULTILINE)
+        assert parts == ["Printed", "Correct", "Why", "Test"], entry
         assert "::test_" in entry.split("* **Test**:")[1], entry
 
 
@@ -87,12 +83,8 @@ def test_reference_9_carries_the_data_of_8(references):
 def test_references_given_twice(references):
     """[3] and [15] are one article (its authors misspelt in [3]), [7] and [18] another."""
     assert references[7] == references[18]
-    journal = (
-        "A macroscopic crowd motion model of gradient flow type, Mathematical Models and Methods"
-    )
-    assert journal in references[3]
-    assert journal in references[15]
     for entry in (references[3], references[15]):
+        assert "crowd motion model of gradient flow type, Mathematical Models and Method" in entry
         assert re.search(r"20 \(10\) \(2010\) 1787– ?1821", entry)
     assert "Santanbrogio" in references[3]
     assert "Santambrogio" in references[15]

@@ -1,5 +1,7 @@
 """Errata of the continuum rivals, paper eqs. (15)–(20), (M1), (L1), (L2)."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -15,13 +17,8 @@ def test_force_of_a_positive_pressure_is_minus_its_divergence():
     x = np.linspace(-3, 3, 121)
     X, Y = np.meshgrid(x, x, indexing="ij")
     sigma = np.exp(-(X**2) - Y**2)[..., None, None] * np.eye(2)  # a crowded spot, S = 0
-    divergence = np.stack(
-        [
-            np.gradient(sigma[..., 0, j], x, axis=0) + np.gradient(sigma[..., 1, j], x, axis=1)
-            for j in (0, 1)
-        ],
-        axis=-1,
-    )
+    slopes = [np.gradient(sigma[..., axis, :], x, axis=axis) for axis in (0, 1)]
+    divergence = slopes[0] + slopes[1]
     outward = np.stack([X, Y], axis=-1)
     area = (x[1] - x[0]) ** 2
     virial = float((-divergence * outward).sum() * area)
@@ -77,12 +74,7 @@ def mean_pressure_friction(deviator):
     d = len(deviator)
     if d == 3:
         _, axes = np.linalg.eigh(deviator)
-        normals = [
-            axes @ (np.array([a, b, c]) / np.sqrt(3))
-            for a in (1, -1)
-            for b in (1, -1)
-            for c in (1, -1)
-        ]
+        normals = [axes @ signs / np.sqrt(3) for signs in itertools.product((1, -1), repeat=3)]
     else:
         angle = np.linspace(0, np.pi, 200_001)
         normal = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -197,9 +189,7 @@ def test_speed_laws_give_speed_from_density():
     """(L1), (L2): the right sides are speeds; L2's γ is 1.913 ped/m² (capacity 1.22 ped/(m s) at
     1.75), not γ = 2 of (M2)."""
     density = PED / M**2
-    gamma = (
-        density  # so that γ(1/ρ − 1/ρ_max) is a number, and the right side has the unit of u_max
-    )
+    gamma = density  # so that γ(1/ρ − 1/ρ_max) is a number, and the right side is a speed
     assert gamma / density == NUMBER
     assert NUMBER / density != NUMBER  # the adiabatic exponent is a number
     assert density != SPEED

@@ -1,15 +1,11 @@
 """The study of barrier loads: its crowd stands as deep as it says, and what is steady is no shock."""
 
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-# benchmarks are scripts: their modules are found beside them
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks" / "crowds"))
-from barrier import Case, depth_of, loads, measured
+from benchmarks.crowds.barrier import Case, depth_of, loads, measured
 
 
 @pytest.mark.parametrize("depth", [2.0, 5.0])

@@ -52,6 +52,11 @@ def violation(dense, lam, tau, friction, u):
     )
 
 
+def velocities(found):
+    """u⁺ (3n,) of an answer, spins included."""
+    return np.column_stack([found.right_velocity, found.right_spin]).ravel()
+
+
 def all_answers(dense, friction, allowed=1e-9):
     """The u⁺ of every state of the contacts that obeys the law; and whether one was left out
     because its equations are singular."""

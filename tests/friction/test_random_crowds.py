@@ -2,17 +2,18 @@
 Crowds that slide: each method of the search alone, against the law written out densely; what is
 not found is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
+from nscd import ContactLaw, solve
 from tests.crowds import disks_at
-from tests.friction.coulomb import Dense, all_answers, violation
-from tests.friction.test_friction_closed_forms import FLOOR, arrays, pile
+from tests.friction.coulomb import Dense, all_answers, velocities, violation
+from tests.friction.test_friction_closed_forms import arrays, pile, touching
 
-WALL = Walls(start=[[-50.0, 0.0]], end=[[50.0, 0.0]])
 MU = st.sampled_from([0.05, 0.1, 0.3, 0.5, 1.0, 2.0])
 
 
@@ -31,22 +32,21 @@ def clusters(draw, most=5):
     numbers = draw(st.lists(st.floats(-2.0, 2.0), min_size=3 * n, max_size=3 * n))
     velocity = np.array(numbers[: 2 * n]).reshape(n, 2)
     spin = np.array(numbers[2 * n :])
-    return Snapshot(position=position, velocity=velocity, radius=radius, mass=mass, spin=spin)
+    return disks_at(position, velocity, radius, mass, spin=spin)
 
 
 @settings(max_examples=60, deadline=None)
 @given(snapshot=clusters(most=4), mu=MU, wall_mu=MU)
 def test_the_answer_is_one_of_those_that_exist(snapshot, mu, wall_mu):
-    contacts = find_contacts(snapshot, WALL, tolerance=1e-9)
+    contacts = touching(snapshot)
     assume(len(contacts) <= 5)
     assume((contacts.gap > -1e-9).all())
-    found = solve(
-        snapshot, contacts, law=ContactLaw(friction=mu, wall_friction=wall_mu), tolerance=1e-10
-    )
+    law = ContactLaw(friction=mu, wall_friction=wall_mu)
+    found = solve(snapshot, contacts, law=law, tolerance=1e-10)
     assert found.status == "solved"
     friction = np.where(contacts.is_wall, wall_mu, mu)
     dense = Dense(snapshot, contacts, snapshot.velocity)
-    mine = np.column_stack([found.right_velocity, found.right_spin]).ravel()
+    mine = velocities(found)
     tau = found.friction.tangential
     assert violation(dense, found.reaction, tau, friction, mine) < 1e-6
     answers, singular = all_answers(dense, friction)
@@ -57,7 +57,7 @@ def test_the_answer_is_one_of_those_that_exist(snapshot, mu, wall_mu):
 @settings(max_examples=40, deadline=None)
 @given(snapshot=clusters(), mu=MU)
 def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
-    contacts = find_contacts(snapshot, WALL, tolerance=1e-9)
+    contacts = touching(snapshot)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-10)
     energy = 0.5 * (snapshot.mass[:, None] * snapshot.velocity**2).sum() + 1.0
     assert found.energy_change <= 1e-9 * energy
@@ -76,7 +76,7 @@ METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}
 @pytest.mark.parametrize("method", METHODS)
 def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
     snapshot = pile(rows=8)
-    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    contacts = touching(snapshot)
     problem = arrays(snapshot, contacts, mu).in_core(snapshot.position)
     (lam, tau, u), error, _ = problem.by(METHODS[method], 1e-11, 5000)
     assert error <= 1e-11
@@ -88,12 +88,12 @@ def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
 
 def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
     snapshot = pile(rows=11)
-    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    contacts = touching(snapshot)
     law = ContactLaw(friction=0.1, restitution=0.5)
     found = solve(snapshot, contacts, law=law, tolerance=1e-11)
     assert found.status == "solved"
     dense = Dense(snapshot, contacts, snapshot.velocity)
-    u = np.column_stack([found.right_velocity, found.right_spin]).ravel()
+    u = velocities(found)
     v, s, both = dense.N @ u, dense.T @ u, dense.N @ (u + dense.left)
     along, _ = law.acting(contacts, snapshot.mass, snapshot.velocity)
     lam, tau = found.reaction, found.friction.tangential
@@ -109,14 +109,9 @@ def test_a_crowd_that_slides_and_rebounds_obeys_the_law():
 def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_no_energy():
     whole = pile(rows=5)
     rng = np.random.default_rng(170)
-    snapshot = disks_at(
-        whole.position,
-        rng.normal(size=(len(whole), 2)),
-        whole.radius,
-        10.0 ** rng.uniform(-4, 4, len(whole)),
-        spin=whole.spin,
-    )
-    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    velocity, mass = rng.normal(size=(len(whole), 2)), 10.0 ** rng.uniform(-4, 4, len(whole))
+    snapshot = replace(whole, velocity=velocity, mass=mass)
+    contacts = touching(snapshot)
     law = ContactLaw(friction=rng.choice([0.3, 0.7, 1.5]), restitution=rng.choice([0.5, 0.9]))
     found = solve(snapshot, contacts, law=law, tolerance=1e-12)
     assert found.status == "inaccurate"
@@ -128,7 +123,7 @@ def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_n
 
 def test_the_effort_of_the_proximal_point_method_is_bounded():
     snapshot, mu = pile(rows=12), 0.15
-    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    contacts = touching(snapshot)
     problem = arrays(snapshot, contacts, mu).in_core(snapshot.position)
     _, error, once = problem.by(METHODS["proximal_point"], 1e-30, 600)
     _, less, twice = problem.by(METHODS["proximal_point"], 1e-30, 1200)
@@ -139,7 +134,7 @@ def test_the_effort_of_the_proximal_point_method_is_bounded():
 
 def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_two_right_hand_sides():
     snapshot = pile(rows=8)
-    contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
+    contacts = touching(snapshot)
     n, k = len(snapshot), len(contacts)
     problem = arrays(snapshot, contacts, 0.3).in_core(snapshot.position)
     rng = np.random.default_rng(1)

@@ -5,7 +5,7 @@ rank."""
 import numpy as np
 import pytest
 
-from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts, solve
+from nscd import ContactLaw, Contacts, Walls, find_contacts, solve
 from nscd.indeterminacy.admissible import Admissible
 from nscd.indeterminacy.determinacy import determinacy_of
 from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
@@ -41,21 +41,10 @@ def drawn(seed):
         first[c] = random.integers(0, c + 1)
         reach = radius[first[c]] + radius[second[c]]
         position[second[c]] = position[first[c]] + reach * normal[c]
-    snapshot = disks_at(
-        position,
-        random.normal(size=(n, 2)),
-        radius,
-        random.uniform(30.0, 120.0, n),
-        spin=random.normal(size=n),
-    )
-    contacts = Contacts(
-        first=first,
-        second=second,
-        is_wall=walls,
-        normal=normal,
-        gap=np.zeros(k),
-        point=position[first] + radius[first, None] * normal,
-    )
+    velocity, mass = random.normal(size=(n, 2)), random.uniform(30.0, 120.0, n)
+    snapshot = disks_at(position, velocity, radius, mass, spin=random.normal(size=n))
+    place = {"normal": normal, "point": position[first] + radius[first, None] * normal}
+    contacts = Contacts(first=first, second=second, is_wall=walls, gap=np.zeros(k), **place)
     return snapshot, contacts, random.choice([0.3, 0.5, 0.8, 1.2, 2.0, 3.0])
 
 
@@ -74,9 +63,8 @@ def test_the_spread_is_that_of_all_answers():
         snapshot, contacts, friction = drawn(seed)
         there, rests = spread_of_all(snapshot, contacts, friction)
         assert there > SAME, seed
-        found = solve(
-            snapshot, contacts, law=ContactLaw(friction=friction), tolerance=1e-10, starts=5
-        )
+        law = ContactLaw(friction=friction)
+        found = solve(snapshot, contacts, law=law, tolerance=1e-10, starts=5)
         assert found.status == "solved"
         assert found.friction.spread > (1.0 - SAME) * there, (seed, rests)
         admissible += rests
@@ -94,11 +82,8 @@ def test_one_answer_has_no_spread():
 def disk_in_a_wedge(alpha):
     """A disk of 75 kg that falls at 1 m/s into a wedge whose walls it touches at α from below."""
     normal = np.array([[np.sin(alpha), -np.cos(alpha)], [-np.sin(alpha), -np.cos(alpha)]])
-    snapshot = Snapshot(position=[[0.0, 0.0]], velocity=[[0.0, -1.0]], radius=[1.0], mass=[75.0])
-    contacts = Contacts(
-        first=[0, 0], second=[0, 1], is_wall=[True, True], normal=normal, gap=[0, 0], point=normal
-    )
-    return snapshot, contacts
+    walls = {"first": [0, 0], "second": [0, 1], "is_wall": [True, True], "gap": [0, 0]}
+    return disks_at([[0.0, 0.0]], [0.0, -1.0], 1.0), Contacts(**walls, normal=normal, point=normal)
 
 
 def ends_of(held, row, **which):

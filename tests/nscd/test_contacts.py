@@ -15,9 +15,7 @@ def test_pairs_are_those_of_a_brute_force_search(seed):
     rng = np.random.default_rng(seed)
     n, tolerance = 40, 0.05
     position, radius = rng.uniform(0, 3, (n, 2)), rng.uniform(0.02, 0.3, n)
-    snapshot = Snapshot(
-        position=position, velocity=np.zeros((n, 2)), radius=radius, mass=np.ones(n)
-    )
+    snapshot = disks_at(position, radius=radius)
     contacts = find_contacts(snapshot, tolerance=tolerance)
     found = set(zip(contacts.first.tolist(), contacts.second.tolist(), strict=True))
     expected = {
@@ -32,7 +30,7 @@ def test_pairs_are_those_of_a_brute_force_search(seed):
 @given(st.floats(-2, 4), st.floats(-2, 2))
 def test_wall_gap_is_the_distance_to_the_segment(x, y):
     """Sampled distance to the segment from (0,0) to (2,0), ends included."""
-    snapshot = Snapshot(position=[[x, y]], velocity=[[0, 0]], radius=[0.1], mass=[1])
+    snapshot = disks_at([[x, y]], radius=0.1)
     samples = np.column_stack([np.linspace(0, 2, 20001), np.zeros(20001)])
     distance = np.hypot(*(samples - [x, y]).T).min()
     if distance < 1e-3:
@@ -70,35 +68,24 @@ def test_disks_that_touch_touch_at_no_tolerance(seed, angle, shift):
     first, second = np.random.default_rng(seed).uniform(0.1, 0.4, 2)
     along = np.array([np.cos(angle), np.sin(angle)])
     start = np.array([shift, -shift / 3])
-    pair = Snapshot(
-        position=[start, start + (first + second) * along],
-        velocity=np.zeros((2, 2)),
-        radius=[first, second],
-        mass=[1, 1],
-    )
+    pair = disks_at([start, start + (first + second) * along], radius=[first, second])
     across = np.array([-along[1], along[0]])
     corner = start - first * along
     wall = Walls(start=[corner - across], end=[corner + across])
     contacts = find_contacts(pair, wall, tolerance=0.0)
     assert contacts.is_wall.tolist() == [False, True]
-    apart = Snapshot(
-        position=[start, start + (first + second + 1e-9) * along],
-        velocity=np.zeros((2, 2)),
-        radius=[first, second],
-        mass=[1, 1],
-    )
+    apart = disks_at([start, start + (first + second + 1e-9) * along], radius=[first, second])
     assert not len(find_contacts(apart, tolerance=0.0))
 
 
 def test_coordinates_in_whose_rounding_gaps_are_lost_are_refused():
-    pair = Snapshot(position=[[0, 0], [0.5, 0]], velocity=np.zeros((2, 2)), radius=[0.25] * 2, mass=[1, 1])  # fmt: skip
+    pair = disks_at([[0, 0], [0.5, 0]])
     with pytest.raises(ValueError, match=r"^end: 1e.200 in row 0"):
         Walls(start=[[0, -1]], end=[[0, 1e200]])
     with pytest.raises(ValueError, match=r"^walls: end: coordinates up to 1e.12 m"):
         find_contacts(pair, Walls(start=[[0, -1]], end=[[0, 1e12]]), tolerance=0)
-    far = Snapshot(position=[[1e12, 0]], velocity=[[0, 0]], radius=[0.25], mass=[1])
     with pytest.raises(ValueError, match=r"^position: coordinates up to 1e.12 m"):
-        find_contacts(far, tolerance=0)
+        find_contacts(disks_at([[1e12, 0]]), tolerance=0)
 
 
 NONSENSE = [
@@ -159,12 +146,8 @@ def test_answers_are_finite_or_said_to_be_failed(seed, decades, law):
     rng = np.random.default_rng(seed)
     n, shift = int(rng.integers(2, 9)), 0.25 * (seed % 2)
     rows = [[0.5 * i + shift * j, 0.5 * np.sqrt(0.75) * j] for j in range(3) for i in range(n)]
-    snapshot = Snapshot(
-        position=rows[:n],
-        velocity=rng.normal(size=(n, 2)) * 10.0 ** rng.uniform(-decades, decades),
-        radius=np.full(n, 0.25),
-        mass=10.0 ** rng.uniform(-decades, decades, n),
-    )
+    velocity = rng.normal(size=(n, 2)) * 10.0 ** rng.uniform(-decades, decades)
+    snapshot = disks_at(rows[:n], velocity, mass=10.0 ** rng.uniform(-decades, decades, n))
     contacts = find_contacts(snapshot, Walls(start=[[-9, -0.25]], end=[[99, -0.25]]), tolerance=0)
     for solver in SOLVERS if law is LAWS[0] else SOLVERS[:3]:
         answer = solve(snapshot, contacts, law=law, solver=solver)
@@ -192,12 +175,8 @@ def test_no_answer_with_infinite_numbers_is_solved():
 def test_the_active_set_takes_dissipation(law):
     """Three disks on a wall, one pressing the others apart, with spins where friction needs
     them."""
-    snapshot = Snapshot(
-        position=[[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]],
-        velocity=[[1, 0], [-1, 0], [0, -1]],
-        radius=[0.25] * 3,
-        mass=[75.0] * 3,
-    )
+    position = [[0, 0], [0.5, 0], [0.25, 0.25 * np.sqrt(3)]]
+    snapshot = disks_at(position, [[1, 0], [-1, 0], [0, -1]])
     contacts = find_contacts(snapshot, Walls(start=[[-9, -0.25]], end=[[9, -0.25]]), tolerance=1e-9)
     assert len(contacts) == 5
     other = solve(snapshot, contacts, law=law, solver="interior_point")

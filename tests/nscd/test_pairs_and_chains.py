@@ -10,15 +10,12 @@ from hypothesis import strategies as st
 from analysis.work_precision.window import rigid_reference
 from benchmarks.problems.families import masses
 from nscd import ContactLaw, Walls, _core, find_contacts, solve
-from tests.crowds import disks_at, line
+from tests.crowds import disks_at, line, part_of_a_lattice, solved, wall_after
 from tests.nscd.exact import exact_velocity
 
 
 def answer(snapshot, walls=None, **law):
-    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
-    found = solve(snapshot, contacts, law=ContactLaw(**law), tolerance=1e-10)
-    assert found.status == "solved"
-    return found
+    return solved(snapshot, walls, **law)[1]
 
 
 MASSES = {
@@ -44,8 +41,7 @@ def test_chain_against_a_wall(mass):
     """u⁺ = 0 and λ(i,i+1) = Σ_{j≤i} m_j u_j⁻; the last one is the wall's."""
     left = np.full(len(mass), 2.0)
     snapshot = line(mass, left)
-    end = snapshot.position[-1, 0] + 0.25
-    found = answer(snapshot, Walls(start=[[end, -1]], end=[[end, 1]]))
+    found = answer(snapshot, wall_after(snapshot))
     np.testing.assert_allclose(found.right_velocity, 0, atol=2e-10)
     np.testing.assert_allclose(found.reaction, np.cumsum(mass * left), rtol=1e-10)
 
@@ -57,9 +53,8 @@ def test_pair_restitution(ratio, restitution):
     snapshot = line([75.0, 75.0 * ratio], [2.0, -1.0])
     found = answer(snapshot, restitution=restitution)
     m_eff = 75 * ratio / (1 + ratio)
-    np.testing.assert_allclose(
-        found.impulse, [[m_eff * (1 + restitution) * 3.0, 0]], rtol=1e-10, atol=1e-12
-    )
+    wanted = [[m_eff * (1 + restitution) * 3.0, 0]]
+    np.testing.assert_allclose(found.impulse, wanted, rtol=1e-10, atol=1e-12)
     separation = found.right_velocity[1, 0] - found.right_velocity[0, 0]
     np.testing.assert_allclose(separation, 3 * restitution, atol=3e-10)
     assert found.energy_error < 1e-10
@@ -87,9 +82,8 @@ def test_four_disks_of_the_paper():
     assert heavy.reaction[0] == pytest.approx(92.5, rel=1e-10)
     np.testing.assert_allclose(heavy.impulse[:, 0], [112.5, 75, 37.5], rtol=1e-10)
     light = answer(line([1.0] * 4, [2.0, 0, 0, 0]), dissipation=10.0)
-    np.testing.assert_allclose(
-        light.right_velocity[:, 0], [-0.7907, 0.9302, 0.9302, 0.9302], atol=5e-5
-    )
+    wanted = [-0.7907, 0.9302, 0.9302, 0.9302]
+    np.testing.assert_allclose(light.right_velocity[:, 0], wanted, atol=5e-5)
 
 
 def test_four_disks_open_beyond_three_quarters_of_the_mass():
@@ -116,9 +110,8 @@ def test_redundant_triangle_against_a_wall_is_solved_and_its_resultants_are_righ
     walls = Walls(
         start=[[-2, -0.25], [-0.25, -1], [2.5, -1]], end=[[5, -0.25], [-0.25, 3], [2.5, 3]]
     )
-    found = answer(snapshot, walls)
+    contacts, found = solved(snapshot, walls)
     np.testing.assert_allclose(found.right_velocity, 0, atol=1e-9)
-    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
     floor = contacts.is_wall & (contacts.second == 0)
     assert found.reaction[floor].sum() == pytest.approx(20 * 75 * 2, rel=1e-9)
     assert found.reaction.min() >= 0
@@ -134,11 +127,8 @@ def test_tangential_dissipation_turns_disks_and_keeps_angular_momentum():
         return float((m * (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0])).sum() + snapshot.inertia @ w)
 
     assert found.right_spin.min() != 0
-    before, after = (
-        angular(snapshot.velocity, np.zeros(2)),
-        angular(found.right_velocity, found.right_spin),
-    )
-    assert after == pytest.approx(before, abs=1e-10)
+    before = angular(snapshot.velocity, np.zeros(2))
+    assert angular(found.right_velocity, found.right_spin) == pytest.approx(before, abs=1e-10)
     assert found.energy_change < 0
 
 
@@ -151,23 +141,6 @@ PARTING = [
     {"tangential_dissipation": 20.0},
 ]
 ROUNDING = 1e-9
-
-
-def crowd(seed, n=12, kept=0.6):
-    rng = np.random.default_rng(seed)
-    side = int(np.ceil(np.sqrt(n / kept)))
-    sites = [
-        [0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j] for i in range(side) for j in range(side)
-    ]
-    chosen = rng.permutation(len(sites))[:n]
-    return disks_at(np.array(sites)[chosen], rng.normal(size=(n, 2)), mass=rng.uniform(50, 100, n))
-
-
-def solved(snapshot, walls=None, **law):
-    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
-    found = solve(snapshot, contacts, law=ContactLaw(**law))
-    assert found.status == "solved"
-    return contacts, found
 
 
 @pytest.mark.parametrize("law", PARTING, ids=lambda law: " ".join(law))
@@ -222,7 +195,7 @@ def test_energy_can_grow_where_a_contact_that_opens_is_caught_up_with():
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("restitution", [0.2, 0.9])
 def test_the_answer_is_that_of_exact_arithmetic(seed, restitution):
-    snapshot = crowd(seed, 9)
+    snapshot = part_of_a_lattice(seed, 9, 0.6)
     law = ContactLaw(restitution=restitution)
     contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
     k, _ = law.coefficients(contacts.inverse_mass(snapshot.mass))
@@ -243,7 +216,7 @@ def test_the_answer_is_that_of_exact_arithmetic(seed, restitution):
     st.sampled_from([0.0, 0.4]),
 )
 def test_no_contact_pulls_and_the_law_holds(seed, n, restitution, across, friction):
-    snapshot = crowd(seed, n)
+    snapshot = part_of_a_lattice(seed, n, 0.6)
     law = ContactLaw(restitution=restitution, tangential_dissipation=across, friction=friction)
     contacts = find_contacts(snapshot, FLOOR, tolerance=1e-9)
     found = solve(snapshot, contacts, law=law)
@@ -262,18 +235,12 @@ def test_signs_that_nobody_can_know_do_not_change_for_ever(monkeypatch):
     """Masses of 75 g to 75 t: some C(u⁺ + u⁻) is 0 to rounding, and k_n would act and not act. Of
     these 40 crowds a dozen took all 60 rounds; which ones is chance."""
     said, before = [], _core.solve_impact
-    monkeypatch.setattr(
-        _core, "solve_impact", lambda *a, **b: said.append(before(*a, **b)) or said[-1]
-    )
+    listened = lambda *a, **b: said.append(before(*a, **b)) or said[-1]  # noqa: E731
+    monkeypatch.setattr(_core, "solve_impact", listened)
     for seed in range(1, 41):
         case = masses(60, seed)
-        found = solve(
-            case.snapshot,
-            case.contacts,
-            left_velocity=case.left_velocity,
-            law=ContactLaw(restitution=0.7),
-            tolerance=1e-10,
-        )
+        how = {"law": ContactLaw(restitution=0.7), "tolerance": 1e-10}
+        found = solve(case.snapshot, case.contacts, left_velocity=case.left_velocity, **how)
         assert said[-1][5] <= 10, seed
         assert found.status == "solved", seed
         assert found.residual < 1e-10, seed

@@ -6,87 +6,59 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import WALLS, disks_at, lattice
-
-
-def solved(snapshot, walls=WALLS, **law):
-    contacts = find_contacts(snapshot, walls, tolerance=1e-9)
-    answer = solve(snapshot, contacts, law=ContactLaw(**law), tolerance=1e-10)
-    assert answer.status == "solved", answer.reason
-    return contacts, answer
+from nscd import ContactLaw, Walls, find_contacts, solve
+from tests.crowds import WALLS, disks_at, lattice, line, solved, turn, turned, wall_after
 
 
 @given(st.integers(0, 10**6))
 def test_balance_energy_and_complementarity(seed):
     snapshot = lattice(seed, decades=4.0)
-    contacts, answer = solved(snapshot)
+    contacts, answer = solved(snapshot, WALLS)
     momentum = snapshot.mass[:, None] * (answer.right_velocity - snapshot.velocity)
     size = snapshot.mass * np.abs(snapshot.velocity).max() + np.abs(answer.reaction).sum()
-    assert (
-        np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot))).max(1)
-        < 1e-9 * size
-    ).all()
+    missed = np.abs(momentum - contacts.momentum_change(answer.impulse, len(snapshot)))
+    assert (missed.max(1) < 1e-9 * size).all()
     assert answer.energy_change <= 1e-12
     assert answer.reaction.min() >= 0
     approach = contacts.approach_velocity(answer.right_velocity)
     assert approach.max() < 1e-9
-    assert (
-        np.minimum(answer.reaction * contacts.inverse_mass(snapshot.mass), -approach) < 1e-9
-    ).all()
+    pressed = answer.reaction * contacts.inverse_mass(snapshot.mass)
+    assert (np.minimum(pressed, -approach) < 1e-9).all()
 
 
 @given(st.integers(0, 10**6), st.floats(0, 2 * np.pi))
 def test_rotation_turns_the_answer(seed, angle):
     snapshot = lattice(seed, decades=4.0)
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    turned = disks_at(
-        snapshot.position @ turn.T, snapshot.velocity @ turn.T, snapshot.radius, snapshot.mass
-    )
-    walls = Walls(start=WALLS.start @ turn.T, end=WALLS.end @ turn.T)
-    (one, a), (two, b) = solved(snapshot), solved(turned, walls)
+    by = turn(angle)
+    walls = Walls(start=WALLS.start @ by.T, end=WALLS.end @ by.T)
+    (one, a), (two, b) = solved(snapshot, WALLS), solved(turned(snapshot, by), walls)
     assert len(one) == len(two)
-    np.testing.assert_allclose(b.right_velocity, a.right_velocity @ turn.T, atol=1e-8)
+    np.testing.assert_allclose(b.right_velocity, a.right_velocity @ by.T, atol=1e-8)
 
 
 @given(st.integers(0, 10**6))
 def test_order_of_disks_does_not_matter(seed):
     snapshot = lattice(seed, decades=4.0)
     order = np.random.default_rng(seed + 1).permutation(len(snapshot))
-    shuffled = disks_at(
-        snapshot.position[order],
-        snapshot.velocity[order],
-        snapshot.radius[order],
-        snapshot.mass[order],
-    )
-    np.testing.assert_allclose(
-        solved(shuffled)[1].right_velocity, solved(snapshot)[1].right_velocity[order], atol=1e-8
-    )
+    parts = snapshot.position, snapshot.velocity, snapshot.radius, snapshot.mass
+    a, b = solved(snapshot, WALLS)[1], solved(disks_at(*(one[order] for one in parts)), WALLS)[1]
+    np.testing.assert_allclose(b.right_velocity, a.right_velocity[order], atol=1e-8)
 
 
 @given(st.integers(0, 10**6), st.sampled_from([1e-3, 1e3]), st.sampled_from([1e-2, 1e2]))
 def test_units_scale_the_answer(seed, mass_scale, velocity_scale):
     snapshot = lattice(seed, decades=4.0)
-    scaled = disks_at(
-        snapshot.position,
-        velocity_scale * snapshot.velocity,
-        snapshot.radius,
-        mass_scale * snapshot.mass,
-    )
-    a, b = solved(snapshot)[1], solved(scaled)[1]
-    np.testing.assert_allclose(
-        b.right_velocity, velocity_scale * a.right_velocity, atol=1e-8 * velocity_scale
-    )
+    velocity, mass = velocity_scale * snapshot.velocity, mass_scale * snapshot.mass
+    scaled = disks_at(snapshot.position, velocity, snapshot.radius, mass)
+    a, b = solved(snapshot, WALLS)[1], solved(scaled, WALLS)[1]
+    wanted = velocity_scale * a.right_velocity
+    np.testing.assert_allclose(b.right_velocity, wanted, atol=1e-8 * velocity_scale)
 
 
 def answer(law=None):
     """A disk of 75 kg at 2 m/s against another one, that stands at a wall."""
-    snapshot = Snapshot(
-        position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75] * 2,
-        ids=[7, 9],
-    )  # fmt: skip
-    contacts = find_contacts(snapshot, Walls(start=[[0.75, -1]], end=[[0.75, 1]]), tolerance=0.0)
-    return solve(snapshot, contacts, law=law)
+    snapshot = disks_at([[0, 0], [0.5, 0]], [[2, 0], [0, 0]], ids=[7, 9])
+    return solve(snapshot, find_contacts(snapshot, wall_after(snapshot), tolerance=0.0), law=law)
 
 
 def test_an_answer_is_said_in_a_line():
@@ -98,9 +70,7 @@ def test_an_answer_is_said_in_a_line():
 
 def test_the_percussion_is_the_impulse_and_the_reaction_a_part_of_it():
     """In a rebound dissipation alone parts the disks: nothing is left for the reaction."""
-    pair = Snapshot(
-        position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75] * 2
-    )
+    pair = line([75, 75], [2, 0])
     contacts = find_contacts(pair, tolerance=0.0)
     found = solve(pair, contacts, law=ContactLaw(restitution=0.5))
     np.testing.assert_allclose(found.impulse, [[112.5, 0]])

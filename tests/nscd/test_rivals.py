@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from nscd import Snapshot, Walls, find_contacts, solve
+from nscd import Walls, find_contacts, solve
 from nscd.rivals import LoehnerReading, SocialForceLaw, first_order, loehner_force, social_force
-from tests.crowds import disks_at, line, wall_after
+from tests.crowds import disks_at, line, turn, turned, wall_after
 
 RADIUS = 0.25
 UNEQUAL = np.array([50.0, 93, 61, 75, 88, 52, 99, 70, 64, 81])
@@ -42,9 +42,8 @@ def test_first_order_is_the_percussion_of_equal_masses(mass):
     contacts = find_contacts(snapshot, tolerance=1e-9)
     model = first_order(snapshot, contacts)
     assert model.status == "solved"
-    np.testing.assert_allclose(
-        model.multiplier * mass, solve(snapshot, contacts).reaction, rtol=1e-9
-    )
+    reaction = solve(snapshot, contacts).reaction
+    np.testing.assert_allclose(model.multiplier * mass, reaction, rtol=1e-9)
 
 
 def test_first_order_misjudges_unequal_masses():
@@ -86,9 +85,8 @@ def test_maintained_first_order_is_the_printed_equality(seed):
     oracle = np.linalg.lstsq(C @ C.T, C @ snapshot.velocity.ravel(), rcond=1e-10)[0]
     assert model.status == "solved"
     np.testing.assert_allclose(C @ model.right_velocity.ravel(), 0, atol=1e-9)
-    np.testing.assert_allclose(
-        model.multiplier, oracle, atol=1e-9
-    )  # the shortest λ where they are redundant
+    # the shortest λ where they are redundant
+    np.testing.assert_allclose(model.multiplier, oracle, atol=1e-9)
     assert model.multiplier.min() < -0.01
     assert first_order(snapshot, contacts).multiplier.min() >= 0
 
@@ -103,21 +101,19 @@ def test_social_force_of_an_overlapping_pair_by_hand():
     found = social_force(snapshot, contacts)
     np.testing.assert_allclose(found.repulsion, 2266.2969061336526, rtol=1e-12)
     np.testing.assert_allclose(found.body, 1200, rtol=1e-12)
-    np.testing.assert_allclose(
-        found.resultant(), [[-3466.2969061336526, 1200], [3466.2969061336526, -1200]], rtol=1e-12
-    )
+    wanted = [[-3466.2969061336526, 1200], [3466.2969061336526, -1200]]
+    np.testing.assert_allclose(found.resultant(), wanted, rtol=1e-12)
     np.testing.assert_allclose(found.magnitude_sum(), 3466.2969061336526, rtol=1e-12)
 
 
 def test_social_force_of_a_wall():
     """A disk 5 mm into a wall that it slides along at 1 m/s is held back by 2.4e5 · 0.005 = 1200
     N."""
-    snapshot = Snapshot(position=[[0, 0.245]], velocity=[[1.0, 0]], radius=[0.25], mass=[75.0])
+    snapshot = disks_at([[0, 0.245]], [1.0, 0])
     contacts = find_contacts(snapshot, Walls(start=[[-1, 0]], end=[[1, 0]]), tolerance=0.0)
     normal = 2000 * np.exp(0.0625) + 600
-    np.testing.assert_allclose(
-        social_force(snapshot, contacts).resultant(), [[-1200, normal]], rtol=1e-12, atol=1e-9
-    )
+    found = social_force(snapshot, contacts).resultant()
+    np.testing.assert_allclose(found, [[-1200, normal]], rtol=1e-12, atol=1e-9)
 
 
 def test_social_force_at_touch_is_its_strength_all_along_a_chain():
@@ -138,9 +134,8 @@ def test_social_force_of_next_neighbours():
     between = pairs.second - pairs.first - 1
     ratio = np.exp(-2 * RADIUS / 0.08)
     np.testing.assert_allclose(found.normal, 2000 * ratio**between, rtol=1e-10)
-    np.testing.assert_allclose(
-        found.magnitude_sum()[0], 2000 * (1 - ratio**5) / (1 - ratio), rtol=1e-12
-    )
+    series = 2000 * (1 - ratio**5) / (1 - ratio)
+    np.testing.assert_allclose(found.magnitude_sum()[0], series, rtol=1e-12)
 
 
 def test_what_a_search_leaves_out():
@@ -182,35 +177,30 @@ def test_loehner_is_not_symmetric_for_unequal_radii():
     the second."""
     snapshot, contacts = pair(0.0)
     found = loehner_force(snapshot, contacts, 300.0, LoehnerReading.PRINTED, tolerance=1e-9)
-    np.testing.assert_allclose(
-        found.resultant(), [[-300 / 7.25, 0], [300 / (1 + 25 / 9), 0]], rtol=1e-12, atol=1e-12
-    )
+    wanted = [[-300 / 7.25, 0], [300 / (1 + 25 / 9), 0]]
+    np.testing.assert_allclose(found.resultant(), wanted, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(found.magnitude_sum(), [300 / 7.25, 300 * 9 / 34], rtol=1e-12)
 
 
 def test_loehner_by_receiver_and_at_a_wall():
     """f_max belongs to who receives; a wall is a neighbour without radius and receives nothing."""
     snapshot = line(np.array([60.0, 80.0]), 0.0)
-    found = loehner_force(
-        snapshot,
-        find_contacts(snapshot, wall_after(snapshot), tolerance=1e-9),
-        [100.0, 200.0],
-        LoehnerReading.TEXT,
-    )
+    contacts = find_contacts(snapshot, wall_after(snapshot), tolerance=1e-9)
+    found = loehner_force(snapshot, contacts, [100.0, 200.0], LoehnerReading.TEXT)
     np.testing.assert_allclose(found.on_first, [2 * 100 / 5, 2 * 200 / 2], rtol=1e-12)
     np.testing.assert_allclose(found.on_second, [2 * 200 / 5, 0], rtol=1e-12)
 
 
 @given(st.integers(0, 10_000), st.floats(-np.pi, np.pi))
 def test_forces_turn_with_the_crowd(seed, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -s], [s, c]])
-    still = crowd(seed, n=12)
-    turned = disks_at(still.position @ turn.T, still.velocity @ turn.T, still.radius, still.mass)
+    still, by = crowd(seed, n=12), turn(angle)
     limit = np.linspace(100, 400, 12)
     for force in (social_force, lambda a, b: loehner_force(a, b, limit, LoehnerReading.PRINTED)):
-        a, b = (force(x, find_contacts(x, tolerance=5.0)).resultant() for x in (still, turned))
-        np.testing.assert_allclose(b, a @ turn.T, atol=1e-7 * np.abs(a).max())
+        a, b = (
+            force(x, find_contacts(x, tolerance=5.0)).resultant()
+            for x in (still, turned(still, by))
+        )
+        np.testing.assert_allclose(b, a @ by.T, atol=1e-7 * np.abs(a).max())
 
 
 # bad inputs

@@ -12,28 +12,9 @@ from scipy.optimize import nnls
 
 from benchmarks.problems.families import FAMILIES
 from nscd import Walls, find_contacts, solve
-from tests.crowds import disks_at
+from tests.crowds import part_of_a_lattice
 
 WALLS = Walls(start=[[-1, -0.25]], end=[[9, -0.25]])
-
-
-def crowd(seed, n, kept, decades=0.0):
-    """A triangular lattice of which a share is kept: pairs, chains, rings and jams."""
-    rng = np.random.default_rng(seed)
-    side = int(np.ceil(np.sqrt(n / kept)))
-    sites = np.array(
-        [
-            [0.5 * i + 0.25 * (j % 2), 0.25 * np.sqrt(3) * j]
-            for i in range(side)
-            for j in range(side)
-        ]
-    )
-    chosen = rng.permutation(len(sites))[:n]
-    return disks_at(
-        sites[chosen],
-        rng.normal(size=(n, 2)),
-        mass=60.0 * 10.0 ** rng.uniform(-decades, decades, n),
-    )
 
 
 @settings(max_examples=40)
@@ -43,7 +24,7 @@ def crowd(seed, n, kept, decades=0.0):
 )  # fmt: skip
 def test_what_an_answer_says_of_itself_is_so(seed, n, kept, decades, canonical):
     """The law and the certificate, computed again from impulses and velocities."""
-    snapshot = crowd(seed, n, kept, decades)
+    snapshot = part_of_a_lattice(seed, n, kept, decades)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
     found = solve(snapshot, contacts, tolerance=1e-10, canonical=canonical)
     assert found.status == "solved"
@@ -72,7 +53,7 @@ def test_what_an_answer_says_of_itself_is_so(seed, n, kept, decades, canonical):
 )
 def test_each_rung_is_taken(n, kept, decades, solver, why):
     """Everybody walks to the middle."""
-    still = crowd(4, n, kept, decades)
+    still = part_of_a_lattice(4, n, kept, decades)
     inward = still.position.mean(0) - still.position
     snapshot = dataclasses.replace(still, velocity=inward)
     contacts = find_contacts(snapshot, WALLS, tolerance=1e-9)
@@ -83,14 +64,8 @@ def test_each_rung_is_taken(n, kept, decades, solver, why):
     assert answer.canonical
 
 
-CASES = [
-    ("heap", 300),
-    ("jammed", 300),
-    ("hexagonal", 300),
-    ("masses", 300),
-    ("heap", 3500),
-    ("hexagonal", 2500),
-]
+CASES = [(family, 300) for family in ("heap", "jammed", "hexagonal", "masses")]
+CASES += [("heap", 3500), ("hexagonal", 2500)]
 # The oracles are dense, and masses over six orders are beyond their rounding.
 DENSE = pytest.mark.parametrize("solved", CASES[:3], indirect=True, ids="{0[0]}-{0[1]}".format)
 
@@ -99,9 +74,8 @@ DENSE = pytest.mark.parametrize("solved", CASES[:3], indirect=True, ids="{0[0]}-
 def solved(request):
     family, size = request.param
     case = FAMILIES[family](size)
-    return case, solve(
-        case.snapshot, case.contacts, left_velocity=case.left_velocity, tolerance=1e-10
-    )
+    given = {"left_velocity": case.left_velocity, "tolerance": 1e-10}
+    return case, solve(case.snapshot, case.contacts, **given)
 
 
 def test_solved_and_said_so(solved):

@@ -1,12 +1,13 @@
 """The bound of the velocity error: never below the true error, and not far above it."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from nscd import ContactLaw, Snapshot, Walls, find_contacts, solve
-from tests.crowds import WALLS, disks_at, lattice
+from nscd import ContactLaw, Walls, find_contacts, solve
+from tests.crowds import WALLS, disks_at, lattice, line
 from tests.nscd.exact import distance, exact_velocity
 
 # What a bound may be above the error where this is rounding (m/s, velocities of about 1 m/s).
@@ -40,22 +41,14 @@ def test_the_bound_holds_against_exact_arithmetic(law, seed, decades):
     snapshot = lattice(seed, 12, decades, rows=4)
     contacts = find_contacts(snapshot, WALLS if seed % 2 else None, tolerance=1e-9)
     coefficients, _ = law.coefficients(contacts.inverse_mass(snapshot.mass))
-    exact = exact_velocity(
-        snapshot,
-        contacts,
-        snapshot.velocity,
-        coefficients if coefficients.any() else None,
-        law.maintained,
-    )
+    some = coefficients if coefficients.any() else None
+    exact = exact_velocity(snapshot, contacts, snapshot.velocity, some, law.maintained)
     solvers = [("auto", 1e-8), ("interior_point", 1e-3), ("interior_point", 1e-6)]
     if not coefficients.any():
-        solvers += [
-            (name, t) for name in ("gauss_seidel", "projected_gradient") for t in (1e-2, 1e-5)
-        ]
+        solvers += itertools.product(("gauss_seidel", "projected_gradient"), (1e-2, 1e-5))
     for solver, tolerance in solvers:
-        answer = solve(
-            snapshot, contacts, law=law, solver=solver, tolerance=tolerance, canonical=False
-        )
+        how = {"law": law, "solver": solver, "tolerance": tolerance}
+        answer = solve(snapshot, contacts, **how, canonical=False)
         error = distance(snapshot, answer.right_velocity, exact)
         assert error <= answer.velocity_error, (solver, tolerance)
         # Â weighs more than M where contacts dissipate, by 1 + k w at most
@@ -124,9 +117,7 @@ def test_what_needs_no_solver_is_known_to_rounding():
     assert solve(away, contacts).velocity_error == 0.0
     none = find_contacts(away, tolerance=0.0).select(np.zeros(0, dtype=int))
     assert solve(away, none).velocity_error == 0.0
-    pair = Snapshot(
-        position=[[0, 0], [0.5, 0]], velocity=[[2, 0], [0, 0]], radius=[0.25] * 2, mass=[75, 60]
-    )
+    pair = line([75, 60], [2, 0])
     touching = find_contacts(pair, tolerance=1e-9)
     for law in (ContactLaw(), ContactLaw(restitution=0.5), ContactLaw(dissipation=1.0)):
         assert 0 < solve(pair, touching, law=law).velocity_error < 1e-13
