@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -13,7 +14,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from analysis.pages.drawing import BLACK, DARK_GREY, GREY, ORANGE, SKY, VERMILION, WHITE, YELLOW
+from analysis.pages.drawing import (
+    BLACK,
+    DARK_GREY,
+    GREY,
+    NARROW_IN,
+    ORANGE,
+    SKY,
+    VERMILION,
+    WHITE,
+    YELLOW,
+)
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import NONE, number, percent, significant
 from analysis.pages.section import Cell, Picture, Section, Table
@@ -32,15 +43,45 @@ LOOKS = {
 }
 
 
-def draw_map(made: Map) -> Figure:
+def draw_overview(maps: Sequence[Map], *, narrow: bool = False) -> Figure:
+    """Draw how the attempts of each case ended, and (not narrow) its boundaries over theory."""
+    size = (NARROW_IN if narrow else 7.2, 1.1 + (0.24 if narrow else 0.3) * len(maps))
+    figure = Figure(figsize=size, layout="constrained")
+    every = figure.subplots(1, 1 if narrow else 2, sharey=True, squeeze=False)[0]
+    places, done = range(len(maps)), np.zeros(len(maps))
+    for outcome, (colour, letter, hatch) in LOOKS.items():
+        ended = [sum(cell.outcome is outcome for cell in one.cells.values()) for one in maps]
+        if any(ended):
+            share = 100 * np.array(ended) / [len(one.cells) for one in maps]
+            look = {"color": colour, "hatch": hatch, "ec": DARK_GREY, "lw": 0.6}
+            every[0].barh(places, share, left=done, label=f"{letter}  {outcome}", **look)
+            done += share
+    titles = [textwrap.fill(words_of(one.case)["title"], 26) for one in maps]
+    every[0].set_yticks(places, titles, fontsize=7 if narrow else 9)
+    every[0].set(xlabel="attempts (%)", xlim=(0, 100))
+    every[0].invert_yaxis()
+    for axes in every[1:]:
+        axes.axvline(1.0, color=BLACK, lw=1)
+        for place, one in enumerate(maps):
+            edges = [edge for edge in one.boundaries if np.isfinite(edge.theory)]
+            for edge, y in zip(edges, place + np.linspace(-0.25, 0.25, len(edges)), strict=True):
+                axes.plot([edge.low / edge.theory, edge.high / edge.theory], [y] * 2, color=BLACK)
+                axes.plot([edge.measured / edge.theory], [y], "D", color=BLACK, mfc="white", ms=4)
+        axes.set_xlabel("boundary measured / by theory")
+    figure.legend(loc="outside lower center", ncols=2 if narrow else 6, fontsize=8, frameon=False)
+    return figure
+
+
+def draw_map(made: Map, *, narrow: bool = False) -> Figure:
     """Draw the map: one box per cell, "!" where the method said that all was well and it was
     not."""
     case = made.case
     columns, rows = case.columns.values, case.rows.values
     labels = [tick(value) for value in rows]
-    wide = 0.78 if len(columns) <= 10 else 0.62
-    width = 1.9 + 0.11 * max(map(_width, rows)) + wide * len(columns)
-    figure = Figure(figsize=(max(width, 6.0), 1.8 + 0.46 * len(rows)), layout="constrained")
+    wide = 0.34 if narrow else 0.78 if len(columns) <= 10 else 0.62
+    width = 1.9 + (0.06 if narrow else 0.11) * max(map(_width, rows)) + wide * len(columns)
+    least = NARROW_IN if narrow else 6.0
+    figure = Figure(figsize=(max(width, least), 1.8 + 0.46 * len(rows)), layout="constrained")
     axes = figure.add_subplot()
     _draw_cells(axes, made)
     compared = _draw_boundaries(axes, made)
@@ -54,9 +95,11 @@ def draw_map(made: Map) -> Figure:
         *(-0.01, 1.02, f"{case.rows.label} ↓"),
         transform=axes.transAxes, ha="right", va="bottom", fontsize=9,
     )  # fmt: skip
-    axes.tick_params(length=0)
-    handles = _handles(made, compared)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
+    axes.tick_params(length=0, labelsize=8 if narrow else None)
+    if narrow and len(columns) > 6:
+        axes.tick_params(axis="x", rotation=90)
+    names, look = _handles(made, compared), {"ncols": 2 if narrow else 3, "fontsize": 8}
+    figure.legend(handles=names, loc="outside lower center", frameon=False, **look)
     return figure
 
 
@@ -143,34 +186,56 @@ def write_atlas(
 
     command, quick, wall_seconds: how the maps were made, and how long that took (s)."""
     words = Words(__package__)
-    sections = [_section(words, made) for made in maps]
-    images = write_pictures(sections, folder / "figures")
+    sections, about = [_section(words, made) for made in maps], _counts(maps)
+    wide, narrow = (draw_overview(maps, narrow=one) for one in (False, True))
+    first = Section(
+        number="result",
+        title=words.text("result"),
+        introduction=[words.text("lead", **about)],
+        words=words.items("found", **about),
+        pictures=[words.picture("overview", wide, narrow)],
+    )
+    images = write_pictures([first, *sections], folder / "figures")
     write_rows(folder / "cells.csv", CELL_COLUMNS, _cell_rows(maps))
     write_rows(folder / "boundaries.csv", BOUNDARY_COLUMNS, _boundary_rows(maps))
     write_json(folder / "atlas.json", {made.case.name: _numbers(made) for made in maps})
-    cells = [cell for made in maps for cell in made.cells.values()]
-    gone = (Outcome.ENERGY_GAIN, Outcome.LOST)
-    wild = [cell for cell in cells if cell.guard and cell.outcome in gone]
     page = render(
         "stability.html",
         command=command,
-        contents=[("summary", "Summary"), *((one.number, one.title) for one in sections)],
+        contents=[(one.number, one.title) for one in (first, *sections)],
         quick=quick,
+        first=first,
         sections=sections,
         images=images,
+        judged=words.items("judged", **about),
         summary=words.table("summary", [row for made in maps for row in _summary_rows(made)]),
         attempts={made.case.name: _attempts(words, made) for made in maps},
-        outcomes=[(LOOKS[o][1], o, sum(cell.outcome is o for cell in cells)) for o in Outcome],
-        cell_count=len(cells),
-        silent=sum(cell.silent for cell in cells),
-        wild=len(wild),
-        halted=sum(cell.guard != "nothing" for cell in wild),
-        reused=sum(cell.reused for cell in cells),
+        **about,
         wall_seconds=wall_seconds,
         cores=os.cpu_count(),
     )
     write_text(folder / "index.html", page)
     return folder / "index.html"
+
+
+def _counts(maps: Sequence[Map]) -> dict[str, Any]:
+    """What the page counts over all cases."""
+    cells = [cell for made in maps for cell in made.cells.values()]
+    edges = [one for made in maps for one in made.boundaries if np.isfinite(one.theory)]
+    gone = (Outcome.ENERGY_GAIN, Outcome.LOST)
+    wild = [cell for cell in cells if cell.guard and cell.outcome in gone]
+    return {
+        "cases": len(maps),
+        "cell_count": len(cells),
+        "failed": sum(map(_failed, maps)),
+        "silent": sum(map(_silent, maps)),
+        "wild": len(wild),
+        "halted": sum(cell.guard != "nothing" for cell in wild),
+        "reused": sum(cell.reused for cell in cells),
+        "edges": len(edges),
+        "inside": sum(one.low <= one.theory <= one.high for one in edges),
+        "worst": max((abs(one.difference) for one in edges), default=0.0),
+    }
 
 
 def summary(maps: Sequence[Map]) -> Iterator[str]:
@@ -247,8 +312,15 @@ def _section(words: Words, made: Map) -> Section:
     return Section(
         number=case.name,
         title=says["title"],
-        introduction=[words.text("fails", fails=says["fails"]), says["words"]],
-        pictures=[Picture(name=case.name, caption=says["title"], figure=draw_map(made))],
+        introduction=[words.text("fails", fails=says["fails"], **_counts([made]))],
+        pictures=[
+            Picture(
+                name=case.name,
+                caption=says["words"],
+                figure=draw_map(made),
+                narrow=draw_map(made, narrow=True),
+            )
+        ],
         tables=[words.table("boundaries", rows, **values)] if rows else [],
     )
 
