@@ -24,8 +24,6 @@ from analysis.cli.options import RigidLaw
 
 if TYPE_CHECKING:
     from analysis.report.page import Reported
-    from analysis.report.runs import Chosen
-    from analysis.scene.scene import Scene
 
 
 def report(
@@ -68,19 +66,18 @@ def report(
     runs = runs.resolve() if scheduler else runs  # a worker is at home in another folder
     limits_of_people(own := tuple(limits or ()))  # a wrong file is refused before anything runs
     soft = _with_springs(names := engine or [known.NAME for known in ENGINES])
-    chosen = [_chosen(read_scene(scene), stiffness) for scene in scenes]
-    motions = [motion_of(one.scene, names, one.stiffnesses, seeds, runs) for one in chosen]
-    pairs = list(zip(chosen, motions, strict=True))
+    read = [read_scene(scene) for scene in scenes]
+    chosen = [(one, stiffness or [one.contact.stiffness_N_per_m]) for one in read]
+    motions = [motion_of(one, names, ks, seeds, runs) for one, ks in chosen]
     say_runs(needed := runs_of(chosen, soft, motions, runs))
     reported = []
     with progress() as bars:
         run_ahead(needed, bars, scheduler=scheduler)  # all at once, so that no core waits
-        for one, models in pairs:
+        for (one, ks), models in zip(chosen, motions, strict=True):
             where = snapshot_runs(runs, models)
-            scene = one.scene.with_run(impulses=True) if models else one.scene
-            ks = one.stiffnesses
-            made = study(scene, soft, ks, where, bars, rigid_law, further=one.further)
-            motion = study_motion(one.scene, models, last, bars, own) if models else None
+            scene = one.with_run(impulses=True) if models else one
+            made = study(scene, soft, ks, where, bars, rigid_law)
+            motion = study_motion(one, models, last, bars, own) if models else None
             reported.append(Reported(study=made, motion=motion, reel=film_of(made, where, bars)))
         page = write_report(reported, out, command_line(), own)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
@@ -116,11 +113,3 @@ def _with_springs(names: Sequence[str]) -> list[str]:
             + ", ".join(every)
         )
     return soft
-
-
-def _chosen(scene: Scene, asked: Sequence[float] | None) -> Chosen:
-    """The stiffnesses (N/m) that a report compares."""
-    from analysis.report.runs import Chosen
-
-    k = scene.contact.stiffness_N_per_m
-    return Chosen(scene=scene, stiffnesses=asked or [k], further=asked or [k])

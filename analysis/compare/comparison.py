@@ -1,6 +1,8 @@
 """A run compared with the percussions of its snapshot, contact by contact."""
 
-from dataclasses import dataclass, replace
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, pe
 from analysis.percussions.table import openness_of
 from analysis.scene.anthropometry import apart
 from analysis.scene.scene import Scene, SceneError
-from analysis.support.files import write_rows
+from analysis.support.files import write_columns
 from nscd import ContactLaw, Contacts, Percussions, Snapshot
 from nscd.arrays import Flags, Floats, Indices
 from nscd.indeterminacy.determinacy import Determinacy, admissible_determinacy, determinacy
@@ -75,14 +77,15 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
     engine_keys = _keys(engine.first, engine.second, engine.is_wall)
     keys = np.union1d(rigid_keys, engine_keys)
     at_rigid, at_engine = np.searchsorted(keys, rigid_keys), np.searchsorted(keys, engine_keys)
-    k = len(keys)
-    in_penalty, in_rigid, fixed = (np.zeros(k, dtype=bool) for _ in range(3))
-    in_penalty[at_engine] = in_rigid[at_rigid] = True
-    fixed[at_rigid] = determined
-    normal, gap, penalty, rigid = np.zeros((k, 2)), np.zeros(k), np.zeros((k, 2)), np.zeros((k, 2))
-    normal[at_engine], gap[at_engine] = engine.normal, -engine.overlap
+
+    def spread(rows: Indices, values: Any) -> Any:
+        """Values of some contacts in an array of all; 0 elsewhere."""
+        every = np.zeros((len(keys), *values.shape[1:]), dtype=values.dtype)
+        every[rows] = values
+        return every
+
+    normal, gap = spread(at_engine, engine.normal), spread(at_engine, -engine.overlap)
     normal[at_rigid], gap[at_rigid] = contacts.normal, contacts.gap
-    penalty[at_engine], rigid[at_rigid] = engine.force, found.pressing
     is_wall = (keys & 1).astype(bool)
     ids = np.column_stack([keys >> 32, (keys >> 1) & 0x7FFFFFFF])
     first = np.searchsorted(snapshot.ids, ids[:, 0])
@@ -98,11 +101,11 @@ def match_contacts(found: SnapshotPercussions, engine: EngineContacts, determine
     return Match(
         contacts=both,
         ids=ids,
-        penalty=penalty,
-        rigid=rigid,
-        in_penalty=in_penalty,
-        in_rigid=in_rigid,
-        determined=fixed,
+        penalty=spread(at_engine, engine.force),
+        rigid=spread(at_rigid, found.pressing),
+        in_penalty=np.isin(keys, engine_keys),
+        in_rigid=np.isin(keys, rigid_keys),
+        determined=spread(at_rigid, determined),
     )
 
 
@@ -124,24 +127,6 @@ def _keys(first: Indices, second: Indices, is_wall: Flags) -> Indices:
 SAME = 1e-9
 
 
-def check_contacts(
-    index: DumpIndex, number: int, contacts: EngineContacts, snapshot: Snapshot, scene: Scene
-) -> None:
-    """Refuse contacts of disks or walls that do not exist.
-
-    Raises DumpError naming the line."""
-    wall, walls = contacts.is_wall, scene.wall_segments()
-    known = np.isin(contacts.first, snapshot.ids)
-    known &= np.where(wall, contacts.second <= len(walls), np.isin(contacts.second, snapshot.ids))
-    line = index.frames[number].line
-    if not known.all():
-        row = int(np.argmin(known))
-        raise DumpError(
-            f"{index.path}, line {line + row}: a contact of {contacts.first[row]} and "
-            f"{'wall ' if wall[row] else ''}{contacts.second[row]}, which the scene has not"
-        )
-
-
 def frame_of(steps: tuple[int, ...], time_step: float, time: float | None, default: float) -> int:
     """Find the frame of an instant `time` (s), or the one nearest to the scene's where none is
     asked.
@@ -153,7 +138,6 @@ def frame_of(steps: tuple[int, ...], time_step: float, time: float | None, defau
     return int(np.argmin(np.abs(times - (default if time is None else time))))
 
 
-__all__ = ["FORCE", "Balance", "Comparison", "compare_run", "rigid_law_of"]
 # Impulses that miss the momentum change by more than this share are compared with nothing.
 LARGEST_CLOSURE_ERROR = 0.05
 # Of two bodies; a dissipation as large as an elastic contact's would leave rounding errors only.
@@ -162,10 +146,9 @@ NEARLY_ELASTIC = 0.9999
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Balance:
-    """Add up what drives a crowd and what the walls receive; of an impact in N·s.
+    """Add up what drives a crowd; of an impact in N·s.
 
     drive: (2,) N, Σ of the drive; of an impact Σ m Δu
-    walls, rigid_walls: (2,) N, Σ of what the walls receive, in the penalty and the rigid model
     magnitudes: N, Σ of the magnitudes of what `drive` adds up: a sum far below it is rounding
     unbalanced: Σ |m a| / Σ |drive| over people, the body force in the drive: the share of the drive
         that accelerates them, 0 at rest; NaN where the dump has no forces
@@ -174,8 +157,6 @@ class Balance:
     frames_needed: of an impact, about so many make that error 1 %; 0 of a driven crowd"""
 
     drive: Floats
-    walls: Floats
-    rigid_walls: Floats
     magnitudes: float
     unbalanced: float
     closure_error: float
@@ -257,33 +238,30 @@ def compare_run(
     Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
     SceneError for the scene, DumpError where neither model has a contact, and where the impulses of
     an impact miss the momentum of the disks by more than 5 %."""
-    run = open_run(folder)
-    record, scene, index, trajectory = run.record, run.scene, run.index, run.universe.trajectory
+    run = OpenRun.of(folder)
+    record, scene = run.record, run.scene
     impact = scene.analysis.kind == "impact"
     if impact and time is not None:
         raise DumpError(f"time: {time:g} s; an impact is compared over its whole run")
     default = 0.0 if impact else scene.analysis.time_s
-    number = frame_of(index.steps, record.time_step_s, time, default)
-    ts = trajectory[number]
+    number = frame_of(run.index.steps, record.time_step_s, time, default)
+    ts = run.universe.trajectory[number]
     snapshot = snapshot_of(ts, folder / "bodies.dump")
     law = rigid_law_of(scene) if law is None else law
     found = percussions_of(scene, snapshot, law, tolerance=tolerance)
     if impact:
-        engine, balance = _impulses(index, trajectory, found, scene)
+        engine, balance = _impulses(run, found)
     else:
-        engine = contacts_at(index, number)
-        check_contacts(index, number, engine, snapshot, scene)
+        engine = run.contacts(number, snapshot)
         balance = _driven_balance(snapshot, ts.data, engine, np.array(scene.acceleration()))
     if not len(found.contacts) and not len(engine):
         raise DumpError(f"{folder}: no contact at all at {snapshot.time:g} s; nothing to compare")
     known = determinacy(found.contacts, len(snapshot))
-    match = match_contacts(found, engine, _determined(found, known))
-    rigid_walls = match.rigid[match.is_wall].sum(0)
     return Comparison(
         scene=scene,
         record=record,
-        match=match,
-        balance=replace(balance, rigid_walls=rigid_walls),
+        match=match_contacts(found, engine, _determined(found, known)),
+        balance=balance,
         percussions=found,
         law=law,
         by_balance=known,
@@ -299,18 +277,39 @@ class OpenRun:
     universe: Any
     index: DumpIndex
 
+    @classmethod
+    def of(cls, folder: Path) -> OpenRun:
+        """Open a finished run.
 
-def open_run(folder: Path) -> OpenRun:
-    """Open a finished run.
+        Raises EngineError and DumpError for a folder that does not hold one finished run of its
+        scene, SceneError for the scene."""
+        scene, record = read_finished(folder)
+        universe = open_bodies(folder / "bodies.dump", record.time_step_s)
+        index = index_contacts(folder / "contacts.dump")
+        if index.steps != universe.trajectory.steps:
+            raise DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
+        return cls(record=record, scene=scene, universe=universe, index=index)
 
-    Raises EngineError and DumpError for a folder that does not hold one finished run of its scene,
-    SceneError for the scene."""
-    scene, record = read_finished(folder)
-    universe = open_bodies(folder / "bodies.dump", record.time_step_s)
-    index = index_contacts(folder / "contacts.dump")
-    if index.steps != universe.trajectory.steps:
-        raise DumpError(f"{index.path}: its steps are not those of bodies.dump beside it")
-    return OpenRun(record=record, scene=scene, universe=universe, index=index)
+    def contacts(self, number: int, snapshot: Snapshot) -> EngineContacts:
+        """Read the contacts of a frame, of which the snapshot is. Raises DumpError as `check`."""
+        contacts = contacts_at(self.index, number)
+        self.check(number, contacts, snapshot)
+        return contacts
+
+    def check(self, number: int, contacts: EngineContacts, snapshot: Snapshot) -> None:
+        """Refuse contacts of disks or walls that do not exist. Raises DumpError naming the line."""
+        wall, walls = contacts.is_wall, self.scene.wall_segments()
+        known = np.isin(contacts.first, snapshot.ids)
+        known &= np.where(
+            wall, contacts.second <= len(walls), np.isin(contacts.second, snapshot.ids)
+        )
+        if not known.all():
+            row = int(np.argmin(known))
+            raise DumpError(
+                f"{self.index.path}, line {self.index.frames[number].line + row}: a contact of "
+                f"{contacts.first[row]} and {'wall ' if wall[row] else ''}{contacts.second[row]}, "
+                "which the scene has not"
+            )
 
 
 def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:
@@ -332,17 +331,15 @@ def rigid_law_of(scene: Scene) -> ContactLaw:
     return nearest if elastic else law_of(scene)
 
 
-def _impulses(
-    index: DumpIndex, trajectory: Any, found: SnapshotPercussions, scene: Scene
-) -> tuple[EngineContacts, Balance]:
+def _impulses(run: OpenRun, found: SnapshotPercussions) -> tuple[EngineContacts, Balance]:
     """The contacts of an impact with ∫f dt for forces, and its balance. Raises DumpError where they
     do not fit the momentum that the disks gain."""
+    index, trajectory = run.index, run.universe.trajectory
 
     def check(number: int, contacts: EngineContacts) -> None:
-        here = snapshot_of(trajectory[number], index.path)
-        check_contacts(index, number, contacts, here, scene)
+        run.check(number, contacts, snapshot_of(trajectory[number], index.path))
 
-    acceleration = np.array(scene.acceleration())
+    acceleration = np.array(run.scene.acceleration())
     whole = integrate_contacts(
         index, trajectory, found.contacts, found.snapshot, check, acceleration
     )
@@ -354,8 +351,6 @@ def _impulses(
         )
     return whole.contacts, Balance(
         drive=whole.change.sum(0),
-        walls=whole.contacts.force[whole.contacts.is_wall].sum(0),
-        rigid_walls=np.zeros(2),
         magnitudes=float(np.hypot(*whole.change.T).sum()),
         unbalanced=0.0,
         closure_error=whole.error,
@@ -380,8 +375,6 @@ def _driven_balance(
         unbalanced = float(np.hypot(*force.T).sum()) / (magnitudes or 1.0)
     return Balance(
         drive=total,
-        walls=walls,
-        rigid_walls=np.zeros(2),
         magnitudes=magnitudes,
         unbalanced=unbalanced,
         closure_error=error,
@@ -442,10 +435,12 @@ def folder_of(folder: Path) -> Path:
 def write_contacts(path: Path, comparison: Comparison) -> None:
     """Write one row per contact, both models side by side, as CSV with the unit in the names."""
     match, unit = comparison.match, "N" if comparison.unit == FORCE else "Ns"
-    forces = [f"{model}_{axis}_{unit}" for model in ("penalty", "rigid") for axis in "xy"]
-    head = ["first", "second", "is_wall", "nx", "ny", "gap_m", *forces]
-    columns = [match.ids, match.is_wall, match.contacts.normal, match.contacts.gap]
-    columns += [match.penalty, match.rigid, match.in_penalty, match.in_rigid, match.determined]
-    cells = [column * 1 for whole in columns for column in np.atleast_2d(whole.T)]
-    head += ["in_penalty", "in_rigid", "determined"]
-    write_rows(path, head, zip(*(column.tolist() for column in cells), strict=True))
+    columns = dict(zip(("first", "second"), match.ids.T, strict=True))
+    columns |= {"is_wall": match.is_wall * 1}
+    columns |= dict(zip(("nx", "ny"), match.contacts.normal.T, strict=True))
+    columns |= {"gap_m": match.contacts.gap}
+    for model, force in (("penalty", match.penalty), ("rigid", match.rigid)):
+        columns |= {f"{model}_{axis}_{unit}": force[:, n] for n, axis in enumerate("xy")}
+    for name in ("in_penalty", "in_rigid", "determined"):
+        columns[name] = getattr(match, name) * 1
+    write_columns(path, columns)

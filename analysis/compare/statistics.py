@@ -1,34 +1,13 @@
-"""Statistics of a comparison: agreement, stress, ranges of loads."""
+"""Statistics of a comparison: agreement, ranges of loads."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from analysis.compare.comparison import Comparison
 from nscd.arrays import Floats
 from nscd.indeterminacy.admissible import Admissible, ProgramError
 from nscd.indeterminacy.intervals import Intervals, IntervalStatus, weights_of_wall
-from nscd.stress import Kernel, StressField, stress_field
-
-
-def stresses(
-    comparison: Comparison, kernel: Kernel, at: ArrayLike
-) -> tuple[StressField, StressField]:
-    """Coarse-grain stress, divergence and wall traction of the engine and of the percussions.
-
-    at: (m,2) m, the points
-
-    For a driven crowd of its contact forces and of p/τ, in N/m; for an impact of ∫f dt and of p, in
-    N·s/m: like with like. Contacts that only one of them has carry nothing in the other. Raises
-    ValueError as `stress_field` does."""
-    match, snapshot = comparison.match, comparison.snapshot
-    return (
-        stress_field(snapshot, match.contacts, match.penalty, kernel, at),
-        stress_field(snapshot, match.contacts, match.rigid, kernel, at),
-    )
-
 
 # An interval narrower than this share of its upper end is one number.
 ONE = 1e-6
@@ -43,34 +22,24 @@ class Range(NamedTuple):
     status: str
 
 
-def wall_ranges(comparison: Comparison, walls: Sequence[int]) -> list[Range]:
-    """The ranges of the loads of some walls (places in the scene)."""
-    contacts = comparison.percussions.contacts
-    return _ranges(comparison, [weights_of_wall(contacts, wall) for wall in walls])
-
-
-def _ranges(comparison: Comparison, quantities: Sequence[object]) -> list[Range]:
-    nothing = float("nan")
+def wall_ranges(comparison: Comparison) -> list[Range]:
+    """Find the ranges of the loads of all walls of the scene."""
+    contacts, window = comparison.percussions.contacts, comparison.percussions.window or 1.0
+    nothing, walls = float("nan"), range(len(comparison.scene.walls))
     try:
-        intervals = Intervals(Admissible.of(comparison.percussions.contacts, comparison.answer))
+        intervals = Intervals(Admissible.of(contacts, comparison.answer))
     except (ValueError, ProgramError) as error:
-        return [Range(nothing, nothing, str(error))] * len(quantities)
+        return [Range(nothing, nothing, str(error))] * len(walls)
     ranges = []
-    for weights in quantities:
+    for wall in walls:
         try:
-            found = intervals.of(weights)  # type: ignore[arg-type]
+            found = intervals.of(weights_of_wall(contacts, wall))
         except ProgramError as error:
             ranges.append(Range(nothing, nothing, str(error)))
             continue
-        window = comparison.percussions.window or 1.0
         one = found.status == IntervalStatus.PROVEN and found.width <= ONE * abs(found.upper)
-        ranges.append(
-            Range(
-                found.lower / window,
-                found.upper / window,
-                "determined" if one else str(found.status),
-            )
-        )
+        status = "determined" if one else str(found.status)
+        ranges.append(Range(found.lower / window, found.upper / window, status))
     return ranges
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -27,54 +28,51 @@ ALIKE = 0.01
 
 def remarks(comparison: Comparison) -> list[str]:
     """Say where the two models are not alike, and which numbers are not sharp."""
-    record, law = comparison.record, comparison.law
-    contact, words = comparison.scene.contact, []
-    if record.engine == RIGID:
-        words.append(
+    record, law, known = comparison.record, comparison.law, comparison.match.determined
+    contact, impact = comparison.scene.contact, comparison.percussions.window is None
+    deep, error = deep_overlap(comparison), comparison.balance.closure_error
+    rigid, asked = law.restitution or 0.0, contact.restitution
+    least, most = record.restitution_least, record.restitution_most
+    said = [
+        (
+            record.engine == RIGID,
             "a rigid contact has no force at an instant: the engine's forces are means since the "
-            "frame before, not like with like; compare two runs by windows"
-        )
-    if contact.friction != law.friction:
-        words.append(
+            "frame before, not like with like; compare two runs by windows",
+        ),
+        (
+            contact.friction != law.friction,
             f"the engine's contacts have friction {contact.friction:g}, the percussions "
-            f"{law.friction:g}: the difference of the laws is in every number"
-        )
-    elif law.frictional:
-        match = comparison.match
-        words.append(
+            f"{law.friction:g}: the difference of the laws is in every number",
+        ),
+        (
+            contact.friction == law.friction and law.frictional,
             f"both models have friction {law.friction:g}: the balance leaves forces open where "
-            f"contacts stick, {int(match.determined.sum())} of {len(match.determined)} are "
-            "determined"
-        )
-    if comparison.percussions.window is not None:
-        deep = deep_overlap(comparison)
-        if deep > DEEP:
-            words.append(
-                "this snapshot is too soft to compare contact by contact: one overlap in twenty is "
-                f"above {deep:.2g} of the mean radius (at most {DEEP:g}); compare windows instead: "
-                "percussions compare RUN RIGID_RUN --window 0.1"
-            )
-    if comparison.percussions.window is None:
-        rigid = law.restitution or 0.0
-        if abs(contact.restitution - rigid) > ALIKE:
-            words.append(
-                f"the engine's contacts have restitution {contact.restitution:g}, the percussions "
-                f"{rigid:g}: the difference of the laws is in every number"
-            )
-        least, most = record.restitution_least, record.restitution_most
-        if max(abs(contact.restitution - least), abs(contact.restitution - most)) > ALIKE:
-            words.append(
-                f"restitution {contact.restitution:g} was asked; the engine's contacts have "
-                f"{least:.3g} to {most:.3g}, since one dashpot serves all masses"
-            )
-        error = comparison.balance.closure_error
-        if math.isfinite(error) and error > FRAMES_NEEDED_FROM:
-            words.append(
-                f"the impulses ∫f dt miss the momentum that disks gain by up to {error:.1%}; about "
-                f"{comparison.balance.frames_needed} frames (run.frames) would make it "
-                f"{FRAMES_NEEDED_FROM:.0%}"
-            )
-    return words
+            f"contacts stick, {int(known.sum())} of {len(known)} are determined",
+        ),
+        (
+            not impact and deep > DEEP,
+            "this snapshot is too soft to compare contact by contact: one overlap in twenty is "
+            f"above {deep:.2g} of the mean radius (at most {DEEP:g}); compare windows instead: "
+            "percussions compare RUN RIGID_RUN --window 0.1",
+        ),
+        (
+            impact and abs(asked - rigid) > ALIKE,
+            f"the engine's contacts have restitution {asked:g}, the percussions "
+            f"{rigid:g}: the difference of the laws is in every number",
+        ),
+        (
+            impact and max(abs(asked - least), abs(asked - most)) > ALIKE,
+            f"restitution {asked:g} was asked; the engine's contacts have "
+            f"{least:.3g} to {most:.3g}, since one dashpot serves all masses",
+        ),
+        (
+            impact and math.isfinite(error) and error > FRAMES_NEEDED_FROM,
+            f"the impulses ∫f dt miss the momentum that disks gain by up to {error:.1%}; about "
+            f"{comparison.balance.frames_needed} frames (run.frames) would make it "
+            f"{FRAMES_NEEDED_FROM:.0%}",
+        ),
+    ]
+    return [words for holds, words in said if holds]
 
 
 def deep_overlap(comparison: Comparison) -> float:
@@ -108,8 +106,6 @@ def study(
     out: Path,
     progress: Progress | None = None,
     law: ContactLaw | None = None,
-    *,
-    further: Sequence[float] | None = None,
 ) -> Study:
     """Run and compare. A run that is stopped or fails, or whose dumps are damaged, becomes a
     failure, a missing engine a warning; the rest goes on.
@@ -119,15 +115,13 @@ def study(
     configuration.
 
     law: of the rigid contacts; the scene's where left out
-    further: N/m, stiffnesses of the engines after the first; the same where left out
 
     Raises EngineError if no run was even tried."""
     comparisons: list[Comparison] = []
     failures: list[str] = []
     warnings = scene.check(scene.name)
     begin: dict[str, Scene] = {}
-    models = soft_models(engines, stiffnesses, further)
-    for name, stiffness in models:
+    for name, stiffness in product(engines, sorted(stiffnesses)):
         variant = begin.get(name, scene).with_contact(stiffness_N_per_m=stiffness)
         folder = run_folder(out, variant, name)
         if name in begin:
@@ -144,8 +138,8 @@ def study(
                 f"{name}, k = {stiffness:.3g} N/m: {error}; remove {folder} to run it again"
             )
             continue
-        mine = [k for engine, k in models if engine == name]
-        if stiffness == min(mine) and (anew := begun_anew(scene, comparisons[-1], len(mine))):
+        softest = stiffness == min(stiffnesses)
+        if softest and (anew := begun_anew(scene, comparisons[-1], len(stiffnesses))):
             begin[name] = anew
     if not comparisons and not failures:
         raise EngineError(f"scene {scene.name}: no engine ran: " + "; ".join(warnings))
@@ -169,13 +163,3 @@ def _said_of(comparisons: Sequence[Comparison]) -> Iterator[str]:
             yield f"percussions of {engine}'s snapshot: {answer.status}: {answer.reason}"
         for words in (*remarks(comparison), *answer.warnings):
             yield f"{engine}: {words}"
-
-
-def soft_models(
-    engines: Sequence[str], stiffnesses: Sequence[float], further: Sequence[float] | None = None
-) -> list[tuple[str, float]]:
-    """List the engines with the stiffnesses (N/m) that each runs at, softest first."""
-    rest = stiffnesses if further is None else further
-    return [
-        (name, k) for name in engines for k in sorted(stiffnesses if name == engines[0] else rest)
-    ]

@@ -2,19 +2,19 @@
 ParaView (VTK's XML files) and OVITO (dumps as LAMMPS writes them)."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.compare.comparison import check_contacts, open_run, rigid_law_of
-from analysis.dumps import DumpError, contacts_at
+from analysis.compare.comparison import OpenRun, rigid_law_of
+from analysis.dumps import DumpError
 from analysis.dumps.contacts import CONTACT_COLUMNS
 from analysis.exposure.loads import loads_of
 from analysis.film.frame import ENGINE, Frame, Frames, Reel, frame_of, window_of
@@ -29,7 +29,6 @@ from analysis.support.files import whole_file, write_text
 from analysis.support.frames import write_frame
 from analysis.support.parallel import Progress, Task, do_all
 from nscd import Snapshot
-from nscd.arrays import Floats
 from nscd.percussions import Status
 
 Form = Literal["vtk", "ovito"]
@@ -68,10 +67,9 @@ def _unit(frame: Frame, model: str) -> str:
 def people_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
     """Name the columns (n,) of the people of a frame: what they are, and what they bear in each
     model."""
-    now = frame.now
-    columns: dict[str, ArrayLike] = {"radius": now.radius, "mass": now.mass}
+    columns: dict[str, ArrayLike] = {"radius": frame.now.radius, "mass": frame.now.mass}
     for model in reel.models:
-        borne = loads_of(reel.scene, window_of(frame.match, now, model))
+        borne = loads_of(reel.scene, window_of(frame.match, frame.now, model))
         for key in BORNE:
             columns[f"{_model(reel, model)}_{key}_{_unit(frame, model)}"] = borne[key]
     return columns
@@ -84,70 +82,65 @@ def _model(reel: Reel, model: str) -> str:
 def contact_columns(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
     """Name the columns (k,) of the contacts of a frame: normal part (positive where it pushes) and
     tangential part of what each model says, and what the mechanics leaves open."""
-    match, normal = frame.match, frame.match.contacts.normal
-    columns: dict[str, ArrayLike] = {"contacts": np.ones(len(match.ids), dtype=np.int64)}
+    normal, is_wall = frame.match.contacts.normal, frame.match.is_wall.astype(np.int64)
+    columns: dict[str, ArrayLike] = {"contacts": np.ones(len(is_wall), dtype=np.int64)}
     for model in reel.models:
-        vector = match.penalty if model == ENGINE else match.rigid
-        name, unit = _model(reel, model), _unit(frame, model)
+        name, unit, vector = _model(reel, model), _unit(frame, model), frame.vector(model)
         columns[f"{name}_fn_{unit}"] = (vector * normal).sum(1)
         columns[f"{name}_ft_{unit}"] = vector[:, 1] * normal[:, 0] - vector[:, 0] * normal[:, 1]
-    return columns | {
-        "is_wall": match.is_wall.astype(np.int64),
-        "determined": frame.determined,
-        "lower": frame.bounds[0],
-        "upper": frame.bounds[1],
-    }
+    columns |= {"is_wall": is_wall, "determined": frame.determined}
+    return columns | dict(zip(("lower", "upper"), frame.bounds, strict=True))
 
 
 def _write_ovito(reel: Reel, folder: Path) -> list[Path]:
     """The dumps of a reel, a frame of each per frame of the film."""
-    bodies = folder / "bodies.dump"
-    with whole_file(bodies) as file:
-        for frame in reel.shown:
-            now = frame.now
-            n = len(now)
-            columns: dict[str, ArrayLike] = {"id": now.ids, "type": np.ones(n, dtype=np.int64)}
-            columns |= dict(zip("xyz", (*now.position.T, np.zeros(n)), strict=True))
-            columns |= {"vx": now.velocity[:, 0], "vy": now.velocity[:, 1]}
-            _append(file, "ATOMS", frame, columns | people_columns(reel, frame))
-    written = [bodies]
+    tables: dict[str, tuple[str, Callable[[Frame], dict[str, ArrayLike]]]] = {
+        "bodies.dump": ("ATOMS", partial(_bodies, reel))
+    }
     for model in reel.models:
-        path = folder / f"{_model(reel, model)}_contacts.dump"
-        with whole_file(path) as file:
+        name = f"{_model(reel, model)}_contacts.dump"
+        tables[name] = "ENTRIES", partial(_entries, model=model)
+    for name, (kind, columns_of) in tables.items():
+        with whole_file(folder / name) as file:
             for frame in reel.shown:
-                _append(file, "ENTRIES", frame, _entries(frame, model))
-        written.append(path)
-    return written
+                columns = columns_of(frame)
+                write_frame(file, kind, frame.number, list(columns), list(columns.values()))
+    return [folder / name for name in tables]
 
 
-def _append(file: IO[Any], kind: str, frame: Frame, columns: Mapping[str, ArrayLike]) -> None:
-    write_frame(file, kind, frame.number, list(columns), list(columns.values()))
+def _bodies(reel: Reel, frame: Frame) -> dict[str, ArrayLike]:
+    """The people of a frame, with the columns of an engine's dump and what they bear."""
+    now, n = frame.now, len(frame.now)
+    columns: dict[str, ArrayLike] = {"id": now.ids, "type": np.ones(n, dtype=np.int64)}
+    columns |= dict(zip("xyz", (*now.position.T, np.zeros(n)), strict=True))
+    columns |= {"vx": now.velocity[:, 0], "vy": now.velocity[:, 1]}
+    return columns | people_columns(reel, frame)
 
 
 def _entries(frame: Frame, model: str) -> dict[str, ArrayLike]:
     """The contacts of a model, with the columns of an engine's contact dump."""
     match, has = frame.match, frame.has(model)
-    vector = match.penalty if model == ENGINE else match.rigid
     overlap = np.maximum(0.0, -match.contacts.gap)
-    every = [*match.ids.T, match.is_wall, *match.contacts.normal.T, overlap, *vector.T]
+    every = [*match.ids.T, match.is_wall, *match.contacts.normal.T, overlap, *frame.vector(model).T]
     return dict(zip(CONTACT_COLUMNS, (column[has] for column in every), strict=True))
 
 
 def _write_vtk(reel: Reel, folder: Path) -> list[Path]:
     """The series of a reel; its index is written last."""
-    names = []
+    root = _vtk("Collection")
+    collection = ElementTree.SubElement(root, "Collection")
     for frame in reel.shown:
-        names.append((frame.time, f"frame_{frame.number:06d}.vtp"))
-        write_text(folder / names[-1][1], _poly_data(reel, frame))
-    root, collection = _vtk("Collection", "Collection")
-    for time, name in names:
-        ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=name)
+        name = f"frame_{frame.number:06d}.vtp"
+        write_text(folder / name, _text(_poly_data(reel, frame)))
+        time = repr(frame.time)
+        ElementTree.SubElement(collection, "DataSet", timestep=time, part="0", file=name)
     write_text(folder / "film.pvd", _text(root))
     return [folder / "film.pvd"]
 
 
-def _poly_data(reel: Reel, frame: Frame) -> str:
-    """A frame as VTK PolyData: points, then lines between them."""
+def _poly_data(reel: Reel, frame: Frame) -> ElementTree.Element:
+    """A frame as VTK PolyData: points, then lines between them. What touches a wall there is nobody:
+    its id is 0, and it bears nothing."""
     now, match = frame.now, frame.match
     kept = np.any([frame.size(model) > 0 for model in reel.models], axis=0)
     wall = match.is_wall[kept]
@@ -155,52 +148,34 @@ def _poly_data(reel: Reel, frame: Frame) -> str:
     ends = np.column_stack([match.contacts.first, match.contacts.second])[kept]
     ends[wall, 1] = n + np.arange(len(touching))
     places = np.concatenate([now.position, touching])
-    root, piece = _vtk("PolyData", "Piece")
-    counts = {"NumberOfPoints": len(places), "NumberOfLines": len(ends)}
-    counts |= dict.fromkeys(("NumberOfVerts", "NumberOfStrips", "NumberOfPolys"), 0)
-    for name, count in counts.items():
-        piece.set(name, str(count))
-    # what touches a wall there is nobody: its id is 0, and it bears nothing
     people = {"id": now.ids, **people_columns(reel, frame)}
-    missing = np.zeros(len(touching))
-    _part(piece, "PointData", {k: _longer(v, missing) for k, v in people.items()})
-    _part(
-        piece, "CellData", {k: np.asarray(v)[kept] for k, v in contact_columns(reel, frame).items()}
-    )
-    space = np.column_stack([places, np.zeros(len(places))])
-    _part(piece, "Points", {"places": space})
-    lines = {"connectivity": ends.ravel(), "offsets": 2 * np.arange(1, len(ends) + 1)}
-    _part(piece, "Lines", lines)
-    return _text(root)
+    contacts = contact_columns(reel, frame)
+    parts: dict[str, dict[str, Any]] = {
+        "PointData": {name: np.pad(one, (0, len(touching))) for name, one in people.items()},
+        "CellData": {name: np.asarray(one)[kept] for name, one in contacts.items()},
+        "Points": {"places": np.column_stack([places, np.zeros(len(places))])},
+        "Lines": {"connectivity": ends.ravel(), "offsets": 2 * np.arange(1, len(ends) + 1)},
+    }
+    counts = {"NumberOfPoints": str(len(places)), "NumberOfLines": str(len(ends))}
+    counts |= dict.fromkeys(("NumberOfVerts", "NumberOfStrips", "NumberOfPolys"), "0")
+    root = _vtk("PolyData")
+    piece = ElementTree.SubElement(ElementTree.SubElement(root, "PolyData"), "Piece", counts)
+    for name, arrays in parts.items():
+        part = ElementTree.SubElement(piece, name)
+        for title, array in arrays.items():
+            whole = array.dtype.kind in "iub"
+            about = {"type": "Int64" if whole else "Float64", "Name": title, "format": "ascii"}
+            if array.ndim == 2:
+                about["NumberOfComponents"] = str(array.shape[1])
+            data = ElementTree.SubElement(part, "DataArray", about)
+            # in digits that give the numbers back
+            data.text = " ".join(map(str if whole else repr, (array + 0).ravel().tolist()))
+    return root
 
 
-def _longer(values: ArrayLike, by: Floats) -> ArrayLike:
-    """People's values, followed by those of the points on walls."""
-    kept = np.asarray(values)
-    return np.concatenate([kept, by.astype(kept.dtype)])
-
-
-def _vtk(kind: str, inner: str) -> tuple[ElementTree.Element, ElementTree.Element]:
-    """A VTK file of a kind, and the element that is to be filled."""
-    root = ElementTree.Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian")
-    if kind == inner:
-        return root, ElementTree.SubElement(root, inner)
-    return root, ElementTree.SubElement(ElementTree.SubElement(root, kind), inner)
-
-
-def _part(piece: ElementTree.Element, name: str, arrays: Mapping[str, ArrayLike]) -> None:
-    """A part of a piece with its arrays, in digits that give them back."""
-    part = ElementTree.SubElement(piece, name)
-    for title, values in arrays.items():
-        array = np.asarray(values)
-        whole = array.dtype.kind in "iub"
-        words: Iterable[str] = map(str if whole else repr, (array + 0).ravel().tolist())
-        data = ElementTree.SubElement(
-            part, "DataArray", type="Int64" if whole else "Float64", Name=title, format="ascii"
-        )
-        if array.ndim == 2:
-            data.set("NumberOfComponents", str(array.shape[1]))
-        data.text = " ".join(words)
+def _vtk(kind: str) -> ElementTree.Element:
+    about = {"type": kind, "version": "1.0", "byte_order": "LittleEndian"}
+    return ElementTree.Element("VTKFile", about)
 
 
 def _text(root: ElementTree.Element) -> str:
@@ -247,18 +222,14 @@ def _titles(reels: Sequence[Reel], folders: Sequence[Path]) -> list[str]:
     """The names of engines; where two runs have one, followed by as much of the ends of their paths
     as keeps these apart."""
     titles = [reel.title for reel in reels]
-    if len(set(titles)) == len(titles):
-        return titles
     depth = next(
         depth
         for depth in range(1, max(len(folder.parts) for folder in folders) + 1)
         if len({folder.parts[-depth:] for folder in folders}) == len(folders)
     )
-    ends = ["/".join(folder.parts[-depth:]) for folder in folders]
-    alone = [titles.count(title) == 1 for title in titles]
     return [
-        title if once else f"{title} ({end})"
-        for title, once, end in zip(titles, alone, ends, strict=True)
+        title if titles.count(title) == 1 else f"{title} ({'/'.join(folder.parts[-depth:])})"
+        for title, folder in zip(titles, folders, strict=True)
     ]
 
 
@@ -266,9 +237,8 @@ def _reel(
     folder: Path, frames: Frames | None, progress: Progress | None, executor: Executor | None
 ) -> Reel:
     """The frames of one run."""
-    run = open_run(folder)
-    count = len(run.index.frames)
-    chosen = (frames or Frames()).of(0, count - 1, folder)
+    run = OpenRun.of(folder)
+    chosen = (frames or Frames()).of(0, len(run.index.frames) - 1, folder)
     analysis = PercussionAnalysis(
         run.universe, run.scene, law=rigid_law_of(run.scene), tolerance=TOLERANCE
     )
@@ -276,9 +246,7 @@ def _reel(
     analysis.run(frames=list(chosen))
     tasks = []
     for number, found in zip(chosen, analysis.results.frames, strict=True):
-        contacts = contacts_at(run.index, number)
-        check_contacts(run.index, number, contacts, found.snapshot, run.scene)
-        arguments = (run.scene, number, found, contacts)
+        arguments = (run.scene, number, found, run.contacts(number, found.snapshot))
         tasks.append(Task(call=frame_of, arguments=arguments, work=1.0))
     made = do_all(tasks, executor, f"film of {folder}", progress)
     if not any(len(frame.determined) for frame in made):

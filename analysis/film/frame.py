@@ -214,8 +214,11 @@ class Frame:
 
     def size(self, model: str) -> Floats:
         """Give the magnitudes (k,) of what contacts carry in a model, in its unit."""
-        vector = self.match.penalty if model == ENGINE else self.match.rigid
-        return np.asarray(np.hypot(*vector.T))
+        return np.asarray(np.hypot(*self.vector(model).T))
+
+    def vector(self, model: str) -> Floats:
+        """Give what the first body gives to the second (k,2) in a model, in its unit."""
+        return self.match.penalty if model == ENGINE else self.match.rigid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -5,6 +5,7 @@ import gzip
 import json
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import cycle, pairwise
 from pathlib import Path
 from typing import Any
@@ -23,14 +24,14 @@ from analysis.exposure.limits import (
     limits_of_bodies,
     limits_of_people,
 )
-from analysis.film.frame import ENGINE, HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
+from analysis.film.frame import HEADLINES, MOST_OPEN, MOVED_FAR, RIGID, Frame, Reel
 from analysis.film.summary import (
     JUMP,
-    Headline,
     band,
     bands,
     headline,
     headline_rows,
+    interval_text,
     jumping,
     jumps,
     left_open,
@@ -52,19 +53,20 @@ from analysis.pages.drawing import (
     draw_walls,
     frame,
     legend_below,
+    panels,
     shade,
     size_of,
 )
 from analysis.pages.html import render, write_pictures
 from analysis.pages.names import bodies_label, in_a_sentence
-from analysis.pages.numbers import NONE, decimals, significant
+from analysis.pages.numbers import decimals, significant
 from analysis.pages.ranges import Chart, chart, mattering
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.percussions.setting import FORCE
 from analysis.support.files import write_text
 from nscd import Snapshot
-from nscd.arrays import Floats
+from nscd.arrays import Floats, Indices
 
 # Shades of what the mechanics leaves open, and of the band of all radii.
 FAINT, FAINTER = 0.35, 0.15
@@ -72,28 +74,33 @@ FAINT, FAINTER = 0.35, 0.15
 BETWEEN = 0.08
 
 
+# Colour and dashes.
+Line = tuple[str, str]
+
+
 def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
     """Draw each headline number over time, those of two units apart: of runs every model, of a
     filmed crowd the middle radius within the band of all; crosses where percussions are not solved;
     narrow: for a telephone."""
-    panels = [
-        (key, unit)
-        for key in HEADLINES
-        for unit in dict.fromkeys(
-            unit_of(reel, model, key)
-            for reel in reels
-            for model in reel.models
-            if any(key in one.values.get(model, {}) for one in reel.frames)
-        )
+    lines: list[tuple[Sequence[Reel], str, Line]] = [
+        ([reel], model, (colour, line))
+        for reel, colour in zip(reels, cycle(COLOURS), strict=False)
+        for model, line in zip(reel.models, LINES, strict=False)
     ]
-    size = (NARROW_IN if narrow else 8.0, 2.2 * len(panels) + 1.0)
-    figure = Figure(figsize=size, layout="constrained")
-    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (key, unit) in zip(every, panels, strict=True):
-        if reels[0].radius is not None:
-            _draw_radii(axes, reels, key)
-        else:
-            _draw_models(axes, reels, key, unit)
+    shown = {
+        (key, unit_of(reel, model, key)): None
+        for key in HEADLINES
+        for (reel,), model, _ in lines
+        if any(key in one.values.get(model, {}) for one in reel.frames)
+    }
+    if reels[0].radius is not None:
+        lines = [(reels, RIGID, (BLUE, "-"))]
+    width, height = NARROW_IN if narrow else 8.0, 2.2 * len(shown) + 1.0
+    figure, every = panels(width, height, len(shown), sharex=True)
+    for axes, (key, unit) in zip(every, shown, strict=True):
+        for mine, model, look in lines:
+            if unit_of(mine[0], model, key) == unit:
+                _draw_band(axes, mine, model, key, look)
         title = HEADLINES[key].title.replace(" of the", "\nof the").replace(" within", "\nwithin")
         axes.set_ylabel(f"{title} ({unit})", fontsize=8)
         axes.set_ylim(bottom=0)
@@ -108,42 +115,33 @@ def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
     return figure
 
 
-def _draw_radii(axes: Axes, reels: Sequence[Reel], key: str) -> None:
-    """The middle radius; what the mechanics leaves open; the band of all radii."""
-    every, reel = np.stack([one.track(RIGID, key) for one in reels]), reels[len(reels) // 2]
+def _draw_band(axes: Axes, reels: Sequence[Reel], model: str, key: str, look: Line) -> None:
+    """A number of the middle reel, with what the mechanics leaves open; of a filmed crowd the band
+    of all radii, and jumps."""
+    every, number = np.stack([one.track(model, key) for one in reels]), len(reels) // 2
+    reel, (low, high), known = reels[number], band(every), ~np.isnan(every[..., 0])
     time = np.array([frame.time for frame in reel.frames])
-    (low, high), known = band(every), ~np.isnan(every[..., 0])
-    shared, mine = known.any(0), known[len(reels) // 2]
-    radii = [one.radius for one in reels if one.radius]
-    if len(reels) > 1:
-        lowest, highest = np.nanmin(low[:, shared], axis=0), np.nanmax(high[:, shared], axis=0)
+    colour, line = look
+    radii = [one.radius for one in reels if one.radius is not None]
+    if len(radii) > 1:
+        shared = known.any(0)
+        ends = np.nanmin(low[:, shared], axis=0), np.nanmax(high[:, shared], axis=0)
         label = f"radii {min(radii):g} to {max(radii):g} m"
-        shade(axes, time[shared], lowest, highest, BLUE, FAINTER, label=label)
-    middle, low, high = (one[len(reels) // 2, mine] for one in (every[..., 0], low, high))
+        shade(axes, time[shared], *ends, colour, FAINTER, label=label)
+    mine = known[number]
+    time, value = time[mine], every[number, mine, 0]
+    low, high = low[number, mine], high[number, mine]
     if np.any(high > low):
-        shade(axes, time[mine], low, high, BLUE, FAINT, label="all admissible forces")
-    axes.plot(time[mine], middle, color=BLUE, lw=1.2, label=reel.title)
-    jumped = np.abs(jumps(reel)[key][mine]) > JUMP
-    label = f"jumps since the frame before, {reel.title}"
-    axes.plot(
-        time[mine][jumped], middle[jumped], "o", mfc="none", ms=4, color=VERMILION, label=label
-    )
-
-
-def _draw_models(axes: Axes, reels: Sequence[Reel], key: str, unit: str) -> None:
-    """Every model of every run that has the unit, percussions dashed."""
-    for reel, colour in zip(reels, cycle(COLOURS), strict=False):
-        time = np.array([frame.time for frame in reel.frames])
-        for model, line in zip(reel.models, LINES, strict=False):
-            if unit_of(reel, model, key) != unit:
-                continue
-            track = reel.track(model, key)
-            known = ~np.isnan(track[:, 0])
-            label = reel.title if model == ENGINE else f"percussions, at the places of {reel.title}"
-            axes.plot(time[known], track[known, 0], color=colour, ls=line, lw=1.2, label=label)
-            low, high = band(track[known])
-            if np.any(high > low):
-                shade(axes, time[known], low, high, colour, FAINT)
+        label = "all admissible forces" if radii else ""
+        shade(axes, time, low, high, colour, FAINT, label=label)
+    places = model == RIGID and not radii
+    label = f"percussions, at the places of {reel.title}" if places else reel.title
+    axes.plot(time, value, color=colour, ls=line, lw=1.2, label=label)
+    if radii:
+        jumped = np.abs(jumps(reel)[key][mine]) > JUMP
+        label = f"jumps since the frame before, {reel.title}"
+        at = time[jumped], value[jumped]
+        axes.plot(*at, "o", mfc="none", ms=4, color=VERMILION, label=label)
 
 
 def _draw_limits(axes: Axes, key: str) -> None:
@@ -166,8 +164,8 @@ def draw_still(
     """Draw one frame in the first model; files: of users' limits; narrow: for a telephone."""
     now = shown.now
     size = size_of(_in_view(reel, now), float(now.radius.max()), 1, narrow=narrow)
-    figure = Figure(figsize=size, layout="constrained")
-    still_on(figure.subplots(), reel, shown, files)
+    figure, (axes,) = panels(*size)
+    still_on(axes, reel, shown, files)
     return figure
 
 
@@ -231,16 +229,18 @@ def packed(reels: Sequence[Reel], files: tuple[Path, ...] = ()) -> str:
 
 def _reel(reel: Reel) -> dict[str, Any]:
     """Everybody who is ever there, the walls, and the frames."""
-    shown = reel.shown
+    shown, walls, drive = reel.shown, reel.scene.walls, reel.scene.drive
     people = {
         int(one): float(r)
-        for frame in shown
-        for one, r in zip(frame.now.ids, frame.now.radius, strict=True)
+        for each in shown
+        for one, r in zip(each.now.ids, each.now.radius, strict=True)
     }
-    ids = sorted(people)
-    step = _step(max((_largest(reel, frame) for frame in shown), default=0.0))
-    walls, drive = reel.scene.walls, reel.scene.drive
-    before: dict[int, tuple[int, int]] = {}
+    ids = np.array(sorted(people), dtype=np.int64)
+    sizes = [each.size(model).max(initial=0.0) for each in shown for model in reel.models]
+    largest = float(max(sizes, default=0.0))
+    # the power of ten of which the largest has at most 10 times STEPS
+    step = 10.0 ** math.floor(math.log10(largest / STEPS)) if largest > 0 else 1.0
+    before = np.zeros((len(ids), 2))
     return {
         "title": reel.title,
         "engine": reel.title if reel.engine else "",
@@ -248,8 +248,8 @@ def _reel(reel: Reel) -> dict[str, Any]:
         "walls": [[*wall.start_m, *wall.end_m] for wall in walls],
         "names": [wall.name for wall in walls],
         "doors": [[*p, *q] for p, q in (e.door for e in drive.doors)] if drive else [],
-        "ids": ids,
-        "radius": [round(people[one] / PLACE_M) for one in ids],
+        "ids": ids.tolist(),
+        "radius": [round(people[one] / PLACE_M) for one in ids.tolist()],
         "step": step,
         # of an impact the two models have no unit in common, and so no difference
         "units": {model: shown[0].unit(model) if shown else FORCE for model in reel.models},
@@ -258,59 +258,38 @@ def _reel(reel: Reel) -> dict[str, Any]:
     }
 
 
-def _frame(
-    reel: Reel, frame: Frame, ids: Sequence[int], step: float, before: dict[int, tuple[int, int]]
-) -> dict[str, Any]:
-    """Places as differences from those of the frame before; contacts by their bodies."""
+def _frame(reel: Reel, frame: Frame, ids: Indices, step: float, before: Floats) -> dict[str, Any]:
+    """Places as differences from those of the frame before, which this one replaces; contacts by
+    their bodies."""
     head: dict[str, Any] = {"n": frame.number, "t": round(frame.time, 6), "s": frame.status}
     if frame.reason:
         head["why"] = frame.reason
     if frame.found is None:
         return head
     now, match = frame.now, frame.match
-    places = np.round(now.position / PLACE_M).astype(np.int64).tolist()
-    moved = []
-    for one, (x, y) in zip(now.ids.tolist(), places, strict=True):
-        x0, y0 = before.get(one, (0, 0))
-        before[one] = x, y
-        moved += [x - x0, y - y0]
-    first = np.searchsorted(ids, match.ids[:, 0])
-    second = np.where(match.is_wall, -match.ids[:, 1], np.searchsorted(ids, match.ids[:, 1]))
-    people = np.searchsorted(ids, now.ids)
+    people, places = np.searchsorted(ids, now.ids), np.round(now.position / PLACE_M)
+    moved = places - before[people]
+    before[people] = places
+    first, second = np.searchsorted(ids, match.ids).T
+    forces = [np.where(frame.has(model), frame.size(model), np.nan) for model in reel.models]
+    heads = frame.heads
     return head | {
-        "p": _steps_of(people),
-        "x": moved,
-        "a": _steps_of(first),
-        "b": second.tolist(),
-        "f": [np.where(frame.has(model), np.round(frame.size(model) / step), -1)
-              .astype(np.int64).tolist() for model in reel.models],
+        "p": np.diff(people, prepend=0).tolist(),
+        "x": _whole(moved, 1.0),
+        "a": np.diff(first, prepend=0).tolist(),
+        "b": np.where(match.is_wall, -match.ids[:, 1], second).tolist(),
+        "f": [_whole(force, step) for force in forces],
         "d": frame.determined.tolist(),
-        "lo": _ends(frame.bounds[0], step),
-        "hi": _ends(frame.bounds[1], step),
-    } | ({"h": _heads(frame.heads, now)} if frame.heads is not None else {})  # fmt: skip
+        "lo": _whole(frame.bounds[0], step),
+        "hi": _whole(frame.bounds[1], step),
+        **({} if heads is None else {"h": _whole(heads - now.position, PLACE_M)}),
+    }
 
 
-def _heads(heads: Floats, now: Snapshot) -> list[int]:
-    """Where the heads were, seen from the disks."""
-    return [int(step) for step in np.round((heads - now.position) / PLACE_M).ravel()]
-
-
-def _steps_of(rising: Any) -> list[int]:
-    return [int(step) for step in np.diff(rising, prepend=0)]
-
-
-def _ends(ends: Floats, step: float) -> list[int]:
-    """Ends in steps; −1 where there is none."""
-    return [-1 if np.isnan(end) else round(end / step) for end in ends.tolist()]
-
-
-def _largest(reel: Reel, frame: Frame) -> float:
-    return max(float(frame.size(model).max(initial=0.0)) for model in reel.models)
-
-
-def _step(largest: float) -> float:
-    """The power of ten of which the largest has at most 10 times STEPS."""
-    return 10.0 ** math.floor(math.log10(largest / STEPS)) if largest > 0 else 1.0
+def _whole(values: Floats, unit: float) -> list[int]:
+    """Values as whole multiples of a unit, one after the other; −1 where there is none."""
+    multiples = np.where(np.isnan(values), -1.0, np.round(values / unit))
+    return [int(one) for one in multiples.ravel()]
 
 
 PAGE = "film.html"
@@ -322,13 +301,12 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
     """Write film.html with its pictures into a folder, each whole; return its path.
 
     source: name of the file or the scene that was filmed"""
-    words = Words(__package__)
-    shared = _shared(reels)
-    still, series = _pictures(words, reels, shared)
+    words = words_of(reels)
+    still, series = _pictures(words, reels)
     images = write_pictures([Section(number="still", title="", pictures=[still, series])], folder)
-    tables = [_headlines(words, reels, shared)]
+    tables = [_headlines(words, reels)]
     if _forces(reels):
-        tables.append(_limits(words, reels, shared))
+        tables.append(_limits(words, reels))
     drawn = charts(reels)
     page = render(
         PAGE,
@@ -338,10 +316,10 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
             ("numbers", "In numbers"),
         ],
         title=" and ".join(dict.fromkeys(reel.scene.title for reel in reels)),
-        what=_what(words, reels, shared, source),
+        what=_what(words, reels, source),
         warnings=_warnings(words, reels),
         charts=drawn,
-        notes=_notes(words, reels, shared, any(one.shown for one in drawn)),
+        notes=_notes(words, reels, any(one.shown for one in drawn)),
         still=still,
         data=packed(reels),
         sections=[
@@ -360,20 +338,24 @@ def write_film(reels: Sequence[Reel], folder: Path, command: str, source: str) -
     return folder / PAGE
 
 
-def _shared(reels: Sequence[Reel]) -> dict[str, object]:
-    """What several blocks of words ask for."""
+def words_of(reels: Sequence[Reel]) -> Words:
+    """Open the words of a film, with what several blocks ask for."""
     radii = [reel.radius for reel in reels if reel.radius is not None]
     middle = reels[len(reels) // 2]
     times = [frame.time for frame in middle.frames]
-    return {
-        "radii": (min(radii), max(radii)) if radii else None,
-        "middle": middle.radius,
-        "frames": len(times),
-        "start": times[0],
-        "end": times[-1],
-        "duration": times[-1] - times[0],
-        "step": (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else None,
-    }
+    duration = times[-1] - times[0]
+    return Words(
+        __package__,
+        radii=(min(radii), max(radii)) if radii else None,
+        middle=middle.radius,
+        frames=len(times),
+        start=times[0],
+        end=times[-1],
+        duration=duration,
+        step=duration / (len(times) - 1) if len(times) > 1 else None,
+        rigid=any(RIGID in reel.models for reel in reels),
+        columns=list(bands(reels)),
+    )
 
 
 def _forces(reels: Sequence[Reel]) -> bool:
@@ -382,45 +364,41 @@ def _forces(reels: Sequence[Reel]) -> bool:
     return all(frame.unit(model) == FORCE for reel, model in shown for frame in reel.frames)
 
 
-def _what(
-    words: Words, reels: Sequence[Reel], shared: Mapping[str, object], source: str
-) -> list[str]:
+def _what(words: Words, reels: Sequence[Reel], source: str) -> list[str]:
     """What was filmed, and what presses it."""
     middle = reels[len(reels) // 2]
-    counts = [len(frame.now) for frame in middle.shown]
+    drive, counts = middle.scene.drive, [len(frame.now) for frame in middle.shown]
+    is_driven = drive is not None and _forces(reels)
     if middle.radius is None:
         people = [max(len(frame.now) for frame in reel.shown) for reel in reels]
         names = [reel.engine for reel in reels]
-        about: dict[str, object] = {
-            "people": people[0],
-            "engines": [in_a_sentence(reel.title) for reel in reels],
-            "names": names,
-            "soft": any(name != "rigid" for name in names),
-            "driven": middle.scene.drive is not None and _forces(reels),
-            "others": [] if _one_crowd(reels) else people,
-        }
-        said = [words.text("run", **shared, **about)]
+        run = words.text(
+            "run",
+            people=people[0],
+            engines=[in_a_sentence(reel.title) for reel in reels],
+            names=names,
+            soft=any(name != "rigid" for name in names),
+            driven=is_driven,
+            others=[] if _one_crowd(reels) else people,
+        )
+        said = [run]
     else:
         done = [frame.account for frame in middle.shown if frame.account is not None]
-        said = [
-            words.text(
-                "heads",
-                **shared,
-                file=source,
-                first=middle.frames[0].number,
-                last=middle.frames[-1].number,
-                least=min(counts),
-                most=max(counts),
-                moved=float(np.mean([one.moved_mean_m for one in done])),
-                moved_most=max(one.moved_largest_m for one in done),
-                shift=middle.shift,
-            )
-        ]
-        said += _doubts(words, reels, shared)
-    drive = middle.scene.drive
-    if drive is None or not _forces(reels):
-        return [*said, words.text("impact")] if RIGID in middle.models else said
-    return [*said, words.text("push", push=_push(middle), drive=drive)]
+        heads = words.text(
+            "heads",
+            file=source,
+            first=middle.frames[0].number,
+            last=middle.frames[-1].number,
+            least=min(counts),
+            most=max(counts),
+            moved=float(np.mean([one.moved_mean_m for one in done])),
+            moved_most=max(one.moved_largest_m for one in done),
+            shift=middle.shift,
+        )
+        said = [heads, _doubts(words, reels)]
+    if is_driven:
+        return [*said, words.text("push", push=_push(middle), drive=drive)]
+    return [*said, words.text("impact")] if RIGID in middle.models else said
 
 
 def _push(reel: Reel) -> tuple[float, float]:
@@ -443,7 +421,7 @@ def _one_crowd(reels: Sequence[Reel]) -> bool:
     )
 
 
-def _doubts(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> list[str]:
+def _doubts(words: Words, reels: Sequence[Reel]) -> str:
     """What limits the numbers of a filmed crowd: how far people were moved, and jumps."""
     far = {
         significant(reel.radius): float(
@@ -451,13 +429,10 @@ def _doubts(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -
         )
         for reel in reels
     }
-    middle = reels[len(reels) // 2]
-    counts = {
-        measure.title: int((np.abs(jumps(middle)[key]) > JUMP).sum())
-        for key, measure in HEADLINES.items()
-    }
-    steps = max(int((~np.isnan(each)).sum()) for each in jumps(middle).values())
-    return [words.text("doubts", **shared, far=far, counts=counts, steps=steps)]
+    changes = jumps(reels[len(reels) // 2])
+    counts = {HEADLINES[key].title: int((np.abs(one) > JUMP).sum()) for key, one in changes.items()}
+    steps = max(int((~np.isnan(one)).sum()) for one in changes.values())
+    return words.text("doubts", far=far, counts=counts, steps=steps)
 
 
 def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
@@ -476,22 +451,25 @@ def _warnings(words: Words, reels: Sequence[Reel]) -> list[str]:
     ]
 
 
-def _headlines(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> Table:
+def _headlines(words: Words, reels: Sequence[Reel]) -> Table:
     """Every headline number as an interval, in each model."""
-    columns, rows = headline_rows(reels)
-    every = [headline(*one, key) for one in bands(reels).values() for key in HEADLINES]
+    every = (headline(*one, key) for one in bands(reels).values() for key in HEADLINES)
     known = [one for one in every if one is not None]
     unbounded = max((one.unbounded for one in known), default=0)
-    note = words.text("note", count=unbounded, most=MOST_OPEN) if unbounded else ""
-    independent = min((one.independent for one in known), default=0.0)
-    rigid = any(RIGID in reel.models for reel in reels)
-    opened, by, unknown = left_open(reels) if rigid else (0, 0.0, 0)
-    of = sum(len(reel.frames) - len(reel.unsolved) for reel in reels if RIGID in reel.models)
+    opened, by, unknown = left_open(reels)
     radii = sorted(reel.radius for reel in reels if reel.radius is not None)
     apart = max((b - a for a, b in pairwise(radii)), default=0.0)
-    about = {"independent": independent, "rigid": rigid, "opened": opened, "by": by, "of": of,
-             "unknown": unknown, "apart": apart if apart > 1.001 * STEP_M else None}  # fmt: skip
-    return words.table("headlines", rows, **shared, **about, columns=columns, note=note)
+    return words.table(
+        "headlines",
+        headline_rows(reels)[1],
+        independent=min((one.independent for one in known), default=0.0),
+        opened=opened,
+        by=by,
+        of=sum(len(reel.frames) - len(reel.unsolved) for reel in reels if RIGID in reel.models),
+        unknown=unknown,
+        apart=apart if apart > 1.001 * STEP_M else None,
+        note=words.text("note", count=unbounded, most=MOST_OPEN) if unbounded else "",
+    )
 
 
 def charts(reels: Sequence[Reel]) -> list[Chart]:
@@ -514,13 +492,10 @@ def charts(reels: Sequence[Reel]) -> list[Chart]:
     return made
 
 
-def _notes(
-    words: Words, reels: Sequence[Reel], shared: Mapping[str, object], limits: bool
-) -> list[str]:
+def _notes(words: Words, reels: Sequence[Reel], limits: bool) -> list[str]:
     """Say how to read the bars (limits: whether some are drawn), and what makes the force
     uncertain: the radius or the model, and the moment."""
-    rigid = any(RIGID in reel.models for reel in reels)
-    said = [words.text("bars", **shared, rigid=rigid, limits=limits)]
+    said = [words.text("bars", limits=limits)]
     if not _forces(reels):
         return said
     if reels[0].scene.drive is not None:
@@ -538,7 +513,7 @@ def _notes(
     if len(medians) > 1:
         what = "radius" if reels[0].radius is not None else "model"
         spans[what] = (min(medians), max(medians))
-    return [*said, *force_notes(spans, "film", float(str(shared["duration"])))]
+    return [*said, *force_notes(spans, "film", words.values["duration"])]
 
 
 def force_notes(
@@ -557,9 +532,7 @@ def force_notes(
     ]
 
 
-def _pictures(
-    words: Words, reels: Sequence[Reel], shared: Mapping[str, object]
-) -> tuple[Picture, Picture]:
+def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
     """The frame that carries most, of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
     most = max(middle.shown, key=lambda frame: frame.size(middle.models[0]).max(initial=0.0))
@@ -569,28 +542,23 @@ def _pictures(
     small = draw_still(middle, most, narrow=True), draw_series(reels, narrow=True)
     return (
         words.picture("still", draw_still(middle, most), small[0], **about),
-        words.picture("series", drawn, small[1], **shared, limits=limits),
+        words.picture("series", drawn, small[1], limits=limits),
     )
 
 
-def _limits(words: Words, reels: Sequence[Reel], shared: Mapping[str, object]) -> Table:
+def _limits(words: Words, reels: Sequence[Reel]) -> Table:
     """How many people are above each limit at an instant."""
-    columns = bands(reels)
     rows: list[list[Cell]] = [
         [
             f"{significant(limit.number, 4)} {limit.unit}",
             f"{limit.what}; {limit.population}",
             QUANTITIES[limit.quantity].title,
-            *(_counts(headline(*band, above_key(limit))) for band in columns.values()),
+            *(
+                interval_text(headline(*one, above_key(limit)), partial(decimals, places=0))
+                for one in bands(reels).values()
+            ),
             limit.cited,
         ]
         for limit in limits_of_people()
     ]
-    return words.table("limits", rows, **shared, columns=list(columns))
-
-
-def _counts(found: Headline | None) -> str:
-    if found is None:
-        return NONE
-    median, low, high = (decimals(end, 0) for end in (found.median, found.low, found.high))
-    return f"{median} ({low} – {high})"
+    return words.table("limits", rows)

@@ -1,6 +1,6 @@
 """A film in numbers: its headlines as intervals, and a row per frame and model."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -35,8 +35,7 @@ class Headline:
     median: float  # of the frames, of the middle radius
     low: float
     high: float
-    frames: int  # how many there are
-    independent: float  # how many of them count as independent, by their correlation time
+    independent: float  # how many of the frames count as independent, by their correlation time
     unbounded: int
 
 
@@ -53,7 +52,6 @@ def headline(reels: Sequence[Reel], model: str, key: str) -> Headline | None:
         median=float(np.median(values)),
         low=float(np.quantile(np.nanmin(low[:, there], axis=0), tail)),
         high=float(np.quantile(np.nanmax(high[:, there], axis=0), 1 - tail)),
-        frames=len(values),
         independent=len(values) / correlation_windows([values]),
         unbounded=int((known & np.isnan(every).any(2)).any(0).sum()),
     )
@@ -79,11 +77,11 @@ def bands(reels: Sequence[Reel]) -> dict[str, Band]:
     return found
 
 
-def interval_text(found: Headline | None) -> str:
-    """Write a headline with two digits: 350 (110 – 1 400); – where there is none."""
+def interval_text(found: Headline | None, written: Callable[[float], str] = two) -> str:
+    """Write a headline, with two digits: 350 (110 – 1 400); – where there is none."""
     if found is None:
         return NONE
-    return f"{two(found.median)} ({two(found.low)} – {two(found.high)})"
+    return f"{written(found.median)} ({written(found.low)} – {written(found.high)})"
 
 
 def headline_rows(reels: Sequence[Reel]) -> tuple[list[str], list[list[str]]]:

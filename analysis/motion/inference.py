@@ -64,11 +64,6 @@ class Sample:
             values=np.rint(counts), noise=float(counts.mean()), unit=1 / seconds, is_count=True
         )
 
-    @property
-    def mean(self) -> float:
-        """The mean of the replicates, in the unit of the quantity."""
-        return float(self.values.mean()) * self.unit
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:

@@ -193,8 +193,7 @@ def scene_picture(scene: Scene) -> Figure:
     if drive and drive.goals:
         shown = np.concatenate([shown, *(exit_.door for exit_ in drive.doors)])
     size = size_of(shown, float(snapshot.radius.max()), 1)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.add_subplot()
+    figure, (axes,) = panels(*size)
     draw_disks(axes, snapshot, PALE_BLUE)
     draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
     velocity = (
@@ -212,6 +211,6 @@ def scene_picture(scene: Scene) -> Figure:
             name = None if number else "door"
             axes.plot([x0, x1], [y0, y1], color=GREEN, lw=3, ls=":", label=name)
     if axes.get_legend_handles_labels()[0]:
-        figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+        legend_below(figure, axes, 3)
     frame(axes, shown, float(snapshot.radius.max()))
     return figure

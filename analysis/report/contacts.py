@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
+from scipy.stats import linregress, t
 
-from analysis.compare.comparison import AT_REST, FEWEST, FORCE, Comparison
+from analysis.compare.comparison import AT_REST, FEWEST, Comparison
 from analysis.compare.statistics import (
     penalty_difference,
     statistics,
@@ -15,19 +18,68 @@ from analysis.compare.statistics import (
 )
 from analysis.compare.study import Study
 from analysis.engines.penalty import penalty_of
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    ORANGE,
-)
+from analysis.pages.drawing import BLACK, BLUE, ORANGE, legend_below, panels
 from analysis.pages.names import engine_label, engine_name
 from analysis.pages.numbers import number, percent
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
-from analysis.percussions.snapshot import percussions_of
-from analysis.report.approach import MEASURES, SAME, fit_power, moved_between
+from analysis.percussions.snapshot import FORCE, percussions_of
 from analysis.scene.scene import Scene
+from nscd import Snapshot
 from nscd.indeterminacy.determinacy import determinacy
+
+LEVEL = 0.90
+# Positions (over the mean radius) that differ by less are the same.
+SAME = 1e-6
+MEASURES: Mapping[str, str] = {
+    "contact": "per contact",
+    "disk_sum": "per sum at a disk",
+    "disk_vector": "per resultant of a disk",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """Hold the power of k with which a difference grows: power, and its 90 % interval."""
+
+    power: float
+    low: float
+    high: float
+
+    @property
+    def verdict(self) -> str:
+        """Say what the interval allows to conclude."""
+        if self.high < 0:
+            return "approach each other"
+        return "move apart" if self.low > 0 else "do not approach each other measurably"
+
+
+def fit_power(stiffnesses: Sequence[float], differences: Sequence[float]) -> Fit | None:
+    """Fit log(difference) = power · log(k) + c by least squares; None for fewer than four finite
+    differences above 0. The interval is Student's, of the scatter about the line."""
+    pairs = [(k, d) for k, d in zip(stiffnesses, differences, strict=True) if 0 < d < np.inf]
+    if len({k for k, _ in pairs}) < FEWEST:
+        return None
+    found = linregress(*np.log(np.array(pairs)).T)
+    reach = float(t.ppf(0.5 + LEVEL / 2, len(pairs) - 2)) * found.stderr
+    return Fit(power=found.slope, low=found.slope - reach, high=found.slope + reach)
+
+
+def moved_between(study: Study, engine: str) -> float:
+    """Return the largest distance (m) between the places of a person in the runs of an engine, 0
+    where it is rounding; of runs begun anew of the people who were left, and between neighbouring
+    stiffnesses."""
+    mine = [c.snapshot for c in study.comparisons if c.record.engine == engine]
+    pairs = pairwise(mine) if engine in study.anew else ((mine[0], one) for one in mine)
+    moved = max(_apart(one, other) for one, other in pairs)
+    return moved if moved > SAME * float(study.scene.snapshot.radius.mean()) else 0.0
+
+
+def _apart(one: Snapshot, other: Snapshot) -> float:
+    """The largest distance (m) between the places of a person, of those in both."""
+    _, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
+    way = one.position[here] - other.position[there]
+    return float(np.hypot(*way.T).max(initial=0.0))
 
 
 def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
@@ -35,11 +87,9 @@ def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figur
     force."""
     columns = 1 if narrow else min(len(comparisons), 4)
     rows = -(-len(comparisons) // columns)
-    figure = Figure(figsize=(3.9 * columns, 3.9 * rows + 0.4), layout="constrained")
-    for place, comparison in enumerate(comparisons):
-        axes = figure.add_subplot(rows, columns, place + 1)
-        penalty, rigid = comparison.match.normal_parts()
-        fixed = comparison.match.determined
+    figure, every = panels(3.9 * columns, 3.9 * rows + 0.4, rows, columns)
+    for axes, comparison in zip(every, comparisons, strict=False):
+        (penalty, rigid), fixed = comparison.match.normal_parts(), comparison.match.determined
         top = 1.05 * max(float(penalty.max()), float(rigid.max()), 1e-12)
         low = min(0.0, 1.05 * float(penalty.min()), 1.05 * float(rigid.min()))
         axes.plot([low, top], [low, top], color=BLACK, lw=0.8, label="equal")
@@ -48,14 +98,16 @@ def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figur
             label="not determined, or in one model only",
         )  # fmt: skip
         axes.plot(penalty[fixed], rigid[fixed], "s", ms=2.5, color=BLUE, label="determined")
-        unit = comparison.unit
-        axes.set(xlim=(low, top), ylim=(low, top), aspect="equal", title=engine_label(comparison))
-        axes.set_xlabel(f"penalty ({'contact force' if unit == FORCE else '∫f dt'}, {unit})")
-        axes.set_ylabel(f"rigid ({'p/τ' if unit == FORCE else 'percussion p'}, {unit})")
-        axes.title.set_fontsize(10)
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    ncols = 1 if narrow else 3
-    figure.legend(handles, labels, loc="outside lower center", ncols=ncols, fontsize=8)
+        force, percussion = (
+            ("contact force", "p/τ") if comparison.unit == FORCE else ("∫f dt", "percussion p")
+        )
+        axes.set_xlabel(f"penalty ({force}, {comparison.unit})")
+        axes.set_ylabel(f"rigid ({percussion}, {comparison.unit})")
+        axes.set(xlim=(low, top), ylim=(low, top), aspect="equal")
+        axes.set_title(engine_label(comparison), fontsize=10)
+    for axes in every[len(comparisons) :]:
+        axes.remove()
+    legend_below(figure, every[0], 1 if narrow else 3)
     return figure
 
 
@@ -91,7 +143,9 @@ def _found(words: Words, study: Study, runs: Sequence[Run]) -> list[str]:
     for run in runs:
         block = "found" if run["difference_from_first_engine"] is None else "agree"
         said.append(words.text(block, run=run))
-    said += _trends(words, runs, _moved(study), study.anew)
+    engines = {comparison.record.engine for comparison in study.comparisons}
+    moved = {engine: moved_between(study, engine) for engine in engines}
+    said += _trends(words, runs, moved, study.anew)
     moving = max(c.balance.unbalanced for c in study.comparisons)
     if moving > AT_REST:
         said.append(words.text("moving", share=moving))
@@ -110,9 +164,13 @@ def _trends(
     anew: engines whose stiffer runs began where the softest had come to rest"""
     said: dict[str, list[str]] = {}
     for engine in sorted({run["engine"] for run in runs}):
-        mine = sorted((run for run in runs if run["engine"] == engine), key=_of_stiffness)
+        mine = [run for run in runs if run["engine"] == engine]
+        mine.sort(key=lambda run: float(run["stiffness"]))
         k = [run["stiffness"] for run in mine]
-        table = {key: [_difference(run, key) for run in mine] for key in MEASURES}
+        table = {
+            key: [float(run["statistics"][f"{key}_relative_difference"]) for run in mine]
+            for key in MEASURES
+        }
         if len(k) < 2 or not all(math.isfinite(value) for value in table["contact"]):
             continue
         same = engine in anew or not moved.get(engine)
@@ -128,22 +186,6 @@ def _trends(
         sentence = words.text("trend", engines="ENGINES", **values)
         said.setdefault(sentence, []).append(mine[0]["engine_name"])
     return [sentence.replace("ENGINES", " and ".join(names), 1) for sentence, names in said.items()]
-
-
-def _of_stiffness(run: Run) -> float:
-    return float(run["stiffness"])
-
-
-def _difference(run: Run, key: str) -> float:
-    return float(run["statistics"][f"{key}_relative_difference"])
-
-
-def _moved(study: Study) -> dict[str, float]:
-    """How far somebody is from one run of an engine to another (m); 0 where it is rounding."""
-    scale = SAME * float(study.scene.snapshot.radius.mean())
-    engines = {comparison.record.engine for comparison in study.comparisons}
-    found = {engine: moved_between(study, engine) for engine in engines}
-    return {engine: moved if moved > scale else 0.0 for engine, moved in found.items()}
 
 
 def _real_frame(scene: Scene) -> dict[str, Any]:
@@ -195,13 +237,13 @@ def runs_of(study: Study) -> list[dict[str, Any]]:
 
 
 def _numbers(comparison: Comparison) -> dict[str, Any]:
-    record, penalty = comparison.record, penalty_of(comparison.scene)
-    spans = wall_ranges(comparison, range(len(comparison.scene.walls)))
+    record, match = comparison.record, comparison.match
+    spans = wall_ranges(comparison)
     return {
         "engine": record.engine,
         "engine_name": engine_name(record.engine),
         "stiffness": comparison.scene.contact.stiffness_N_per_m,
-        "safe_time_step_s": penalty.safe_time_step,
+        "safe_time_step_s": penalty_of(comparison.scene).safe_time_step,
         "time_s": comparison.snapshot.time,
         "record": asdict(record) | {"particle_steps": record.particle_steps},
         "statistics": statistics(comparison),
@@ -209,8 +251,8 @@ def _numbers(comparison: Comparison) -> dict[str, Any]:
         "solver": comparison.answer.solver,
         "percussion_seconds": comparison.answer.seconds,
         "drive_sum": comparison.balance.drive.tolist(),
-        "wall_sum": comparison.balance.walls.tolist(),
-        "rigid_wall_sum": comparison.balance.rigid_walls.tolist(),
+        "wall_sum": match.penalty[match.is_wall].sum(0).tolist(),
+        "rigid_wall_sum": match.rigid[match.is_wall].sum(0).tolist(),
         "drive_magnitudes": comparison.balance.magnitudes,
         "walls": [(*load, span) for load, span in zip(comparison.wall_loads(), spans, strict=True)],
         "unit": comparison.unit,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 from analysis.exposure.limits import (
     Limit,
@@ -52,32 +52,26 @@ def four(study: MotionStudy) -> Mapping[str, Quantity]:
     }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Range:
-    """Hold a quantity over everything that was varied.
+class Range(NamedTuple):
+    """Hold a quantity over everything that was varied."""
 
-    low, high: of all models, each with the range of 90 % of its moments
-    factors: by what each factor changes the mean: its least and its largest, widest first
-    """
-
-    low: float
+    low: float  # of all models, each with the range of 90 % of its moments
     high: float
-    factors: Mapping[str, tuple[float, float]]
+    factors: Mapping[str, tuple[float, float]]  # the least and the largest mean, widest first
 
 
 def range_of(study: MotionStudy, key: str) -> Range:
     """Find the range of a quantity, and what widens it."""
-    first = study.models[0]
     ends = [end for one in study.models for end in _ends(one, key)]
     means = {
         factor: [one.interval(key).mean for one in study.models if one.factor in ("", factor)]
         for factor in FACTORS
     }
-    sample = first.sample(key)
+    sample = study.models[0].sample(key)
     means[REPLICATES] = [float(value) * sample.unit for value in sample.values]
     spans = {factor: (min(each), max(each)) for factor, each in means.items() if len(each) > 1}
     widest = sorted(spans, key=lambda factor: spans[factor][0] - spans[factor][1])
-    return Range(low=min(ends), high=max(ends), factors={one: spans[one] for one in widest})
+    return Range(min(ends), max(ends), {one: spans[one] for one in widest})
 
 
 def _ends(one: Model, key: str) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from analysis.compare.comparison import write_contacts
 from analysis.compare.study import Study
@@ -21,7 +22,6 @@ from analysis.film.page import draw_still, packed
 from analysis.motion.study import MotionStudy, differences_of, interval_cell
 from analysis.pages.html import render, write_pictures
 from analysis.pages.numbers import NONE, significant, whole
-from analysis.pages.ranges import Chart
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
 from analysis.report.contacts import contacts_section, runs_of
@@ -45,6 +45,16 @@ class Reported:
     reel: Reel | None = None
 
     @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.study.scene
+
+    @property
+    def moved(self) -> MotionStudy | None:
+        """What is known of it in motion; None where no replicate ended well."""
+        return self.motion if self.motion and self.motion.models else None
+
+    @property
     def failures(self) -> list[str]:
         """List the runs that failed."""
         return [*self.study.failures, *(self.motion.failures if self.motion else ())]
@@ -52,39 +62,14 @@ class Reported:
     @property
     def warnings(self) -> list[str]:
         """List what a reader should know, of all engines of which it is said once."""
-        said = [
-            *self.failures,
-            *self.study.warnings,
-            *(self.motion.warnings if self.motion else ()),
-        ]
+        moving = self.motion.warnings if self.motion else ()
         whose: dict[str, list[str]] = {}
-        for one in said:
+        for one in (*self.failures, *self.study.warnings, *moving):
             name, colon, words = one.partition(": ")
             whose.setdefault(words if colon else one, []).append(name if colon else "")
         return [
             ": ".join(filter(None, (", ".join(names), words))) for words, names in whose.items()
         ]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Screen:
-    """Hold a scene of the page: its first screen, and what folds away below.
-
-    film: packed; nothing where there is none
-    charts: of the first screen; every: of all models
-    """
-
-    number: str
-    title: str
-    lead: str
-    film: str
-    still: Picture | None
-    charts: Sequence[Chart]
-    notes: Sequence[str]
-    every: Sequence[Chart]
-    verdicts: Sequence[str]
-    folds: Sequence[Section]
-    warnings: Sequence[str]
 
 
 def write_report(
@@ -103,20 +88,22 @@ def write_report(
         for comparison, run in zip(one.study.comparisons, runs, strict=True):
             write_contacts(folder / run["csv"], comparison)
         screens.append(_screen(one, contacts_section(one.study, runs), limits))
-        numbers[one.study.scene.name] = {
+        numbers[one.scene.name] = {
             "failures": one.study.failures,
             "warnings": one.study.warnings,
             "runs": runs,
-            **_reconciled(one.study.scene),
-            **({"in_motion": motion_numbers(one.motion)} if _ran(one.motion) else {}),
+            **_reconciled(one.scene),
+            **({"in_motion": motion_numbers(one.moved)} if one.moved else {}),
         }
-    folds = [fold for screen in screens for fold in screen.folds]
-    stills = [Section(number="", title="", pictures=[one.still]) for one in screens if one.still]
-    moving = [one.motion for one in reported if _ran(one.motion) and one.motion]
+    folds = [fold for screen in screens for fold in screen["folds"]]
+    stills = [
+        Section(number="", title="", pictures=[one["still"]]) for one in screens if one["still"]
+    ]
+    moving = [one.moved for one in reported if one.moved]
     page = render(
         "report.html",
         screens=screens,
-        contents=[(one.number, one.title) for one in screens],
+        contents=[(one["number"], one["title"]) for one in screens],
         limits=limits_table(moving, limits) if moving else None,
         images=write_pictures([*folds, *stills], folder / "figures"),
         command=command,
@@ -134,41 +121,31 @@ def _reconciled(scene: Scene) -> dict[str, object]:
     return {"reconciliation": dict([*scene.reconciliation.rows(), *others])}
 
 
-def _ran(motion: MotionStudy | None) -> bool:
-    return motion is not None and bool(motion.models)
-
-
-def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> Screen:
-    scene, motion = one.study.scene, one.motion if _ran(one.motion) else None
-    words = Words(__name__)
-    folds = [_numbers(words, motion)] if motion else []
-    folds += [_assumptions(words, scene, motion), contacts]
-    still = None
+def _screen(one: Reported, contacts: Section, limits: tuple[Path, ...]) -> dict[str, Any]:
+    """A scene as report.html takes it: its first screen, with the film as text and bars of the first
+    model, and what folds away below, with bars of every model."""
+    words, scene, motion, still = Words(__name__), one.scene, one.moved, None
     if one.reel:
         shown = one.reel.shown[-1]
         caption = words.text("still", time=shown.time)
         drawn = draw_still(one.reel, shown, limits)
         still = Picture(name=f"{scene.name}-forces", caption=caption, figure=drawn)
     bars = charts(motion) if motion else []
-    return Screen(
-        number=f"{scene.name}-at-a-glance",
-        title=scene.title,
-        lead=lead(scene),
-        film=packed([one.reel], limits) if one.reel else "",
-        still=still,
-        charts=bars,
-        notes=notes(motion, bars) if motion else _without(words, one, contacts),
-        every=charts(motion, every=True) if motion else (),
-        verdicts=verdicts(motion) if motion else (),
-        folds=folds,
-        warnings=one.warnings,
-    )
-
-
-def _without(words: Words, one: Reported, contacts: Section) -> list[str]:
-    """What a first screen says without replicates."""
-    drive = one.study.scene.drive
-    return [words.text("once") if drive else "", *contacts.words[:1]]
+    without = [words.text("once") if scene.drive else "", *contacts.words[:1]]
+    numbers = [_numbers(words, motion)] if motion else []
+    return {
+        "number": f"{scene.name}-at-a-glance",
+        "title": scene.title,
+        "lead": lead(scene),
+        "film": packed([one.reel], limits) if one.reel else "",
+        "still": still,
+        "charts": bars,
+        "notes": notes(motion, bars) if motion else without,
+        "every": charts(motion, every=True) if motion else (),
+        "verdicts": verdicts(motion) if motion else (),
+        "folds": [*numbers, _assumptions(words, scene, motion), contacts],
+        "warnings": one.warnings,
+    }
 
 
 def _numbers(words: Words, motion: MotionStudy) -> Section:
@@ -242,9 +219,8 @@ def limits_table(motions: Sequence[MotionStudy], files: tuple[Path, ...] = ()) -
     return words.table("limits", rows, scenes=scenes)
 
 
-def motion_numbers(study: MotionStudy | None) -> dict[str, object]:
+def motion_numbers(study: MotionStudy) -> dict[str, object]:
     """Give all numbers of a study, for numbers.json."""
-    assert study is not None
     first = study.models[0]
     people = {above_key(one): "people" for one in limits_of_people(study.limits)}
     units = {key: measure.unit for key, measure in MEASURES.items()}

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
-from analysis.compare.study import Study, soft_models
+from analysis.compare.study import Study
 from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.rigid import NAME as RIGID
@@ -29,16 +29,6 @@ FRICTION, PUSH_N, RADIUS_M = 0.4, 100.0, 0.01
 MANY, FEW = 10, 3
 # A push or stiffness that is nearer to the scene's own is no variation.
 NEAR = 0.2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Chosen:
-    """Name a scene of a report, and the stiffnesses (N/m) of the first engine with springs and of
-    the further ones, which agree with it contact by contact."""
-
-    scene: Scene
-    stiffnesses: Sequence[float]
-    further: Sequence[float]
 
 
 def moves(scene: Scene) -> bool:
@@ -123,15 +113,19 @@ def snapshot_runs(out: Path, models: Sequence[Model]) -> Path:
 
 
 def runs_of(
-    chosen: Sequence[Chosen], soft: Sequence[str], motions: Sequence[Sequence[Model]], out: Path
+    chosen: Sequence[tuple[Scene, Sequence[float]]],
+    soft: Sequence[str],
+    motions: Sequence[Sequence[Model]],
+    out: Path,
 ) -> list[EngineRun]:
-    """List every run that a report needs once: of its snapshots and of its crowds in motion."""
+    """List every run that a report needs once: of the snapshots of each scene with its stiffnesses
+    (N/m) by the engines with springs, and of its crowds in motion."""
     every = []
-    for one, models in zip(chosen, motions, strict=True):
-        scene = one.scene.with_run(impulses=True) if models else one.scene
+    for (scene, stiffnesses), models in zip(chosen, motions, strict=True):
+        one = scene.with_run(impulses=True) if models else scene
         every += [
-            EngineRun.of(scene.with_contact(stiffness_N_per_m=k), name, snapshot_runs(out, models))
-            for name, k in soft_models(soft, one.stiffnesses, one.further)
+            EngineRun.of(one.with_contact(stiffness_N_per_m=k), name, snapshot_runs(out, models))
+            for name, k in product(soft, sorted(stiffnesses))
         ]
         every += [run for model in models for run in model.runs]
     return list({run.folder: run for run in every}.values())

@@ -33,18 +33,18 @@ def write_sheets(reported: Sequence[Reported], folder: Path, command: str) -> li
     """Write a sheet for each scene that moved; return the paths."""
     paths = []
     for one in with_distinct_names(reported):
-        if one.motion is None or not one.motion.models:
+        if one.moved is None:
             continue
-        paths.append(folder / f"{one.study.scene.name}-sheet.pdf")
+        paths.append(folder / f"{one.scene.name}-sheet.pdf")
         with whole_file(paths[-1], "wb") as file:
-            file.write(saved(draw_sheet(one, one.motion, command), "pdf"))
+            file.write(saved(draw_sheet(one, one.moved, command), "pdf"))
     return paths
 
 
 def draw_sheet(one: Reported, motion: MotionStudy, command: str) -> Figure:
     """Draw the sheet: what was simulated, four numbers as ranges, one picture, assumptions, limits
     with their sources, what it cannot say, version and digest."""
-    scene = one.study.scene
+    scene = one.scene
     figure = Figure(figsize=A4_IN)
     figure.text(0.06, 0.965, scene.title, fontsize=15, weight="bold", va="top")
     figure.text(0.06, 0.938, _plain(lead(scene)), fontsize=10, va="top")

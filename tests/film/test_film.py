@@ -14,10 +14,9 @@ from analysis.engines import engine
 from analysis.engines.run import simulate
 from analysis.film.export import export, film_heads, film_runs
 from analysis.film.frame import RIGID, Frames
-from analysis.film.page import _headlines, _shared, _what, draw_still, packed, write_film
+from analysis.film.page import _headlines, _what, draw_still, packed, words_of, write_film
 from analysis.film.summary import headline, headline_rows, left_open, table, write_table
 from analysis.pages.numbers import significant
-from analysis.pages.words import Words
 from analysis.percussions import percussions_of
 from analysis.scene.real.import_crowd import import_crowd
 from analysis.scene.real.trajectory import Recording, read_heads
@@ -145,8 +144,7 @@ def with_walls(frame, ends):
 
 
 def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
-    words = Words("analysis.film")
-    fixed = _headlines(words, reels, _shared(reels)).caption
+    fixed = _headlines(words_of(reels), reels).caption
     assert left_open(reels) == (0, 0.0, 0)
     assert "fix these numbers in all 4 frames of all radii." in fixed
     assert "Radii are up to 0.02 m apart" in fixed
@@ -156,7 +154,7 @@ def test_what_equilibrium_fixes_is_said_of_this_film_alone(reels):
     )
     wide = [replace(reels[0], frames=one), replace(reels[1], frames=[two[0], one[1]])]
     assert left_open(wide) == (3, 1.5, 1)
-    said = _headlines(words, wide, _shared(wide)).caption
+    said = _headlines(words_of(wide), wide).caption
     assert "do not fix all of these numbers in 3 of 4 frames of all radii: the bounds" in said
     assert "up to 150 % of its mean apart" in said
     assert "In up to 1 frame the bounds" in said
@@ -202,7 +200,7 @@ def test_runs_of_one_engine_are_kept_apart(tmp_path):
     assert [row[0] for row in rows] == [title for title in titles for _ in range(6)]
     assert [one["engine"] for one in unpacked(reels)["reels"]] == titles
     assert len({path.parent for path in export(reels, "vtk", tmp_path)}) == 3
-    said = " ".join(_what(Words("analysis.film"), reels, _shared(reels), ""))
+    said = " ".join(_what(words_of(reels), reels, ""))
     assert f"as {' and '.join(titles)} wrote them" in said
     assert "different crowds, of 2, 2, 4 people" in said
     with pytest.raises(ValueError, match=r"\.\./soft/run: is given twice"):

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from analysis.pages.words import Words
-from analysis.report.approach import fit_power
-from analysis.report.contacts import _trends
+from analysis.report.contacts import _trends, fit_power
 from analysis.scene import Crowd, room
 from analysis.scene.waiting import opposing
 
