@@ -12,7 +12,12 @@ from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
 from analysis.paper.discrete import fig4_arch, fig5_masses, pressed_crowd
-from analysis.paper.discrete.fig4_arch import Maintained, Sample, dissipation_trials, warnings_of
+from analysis.paper.discrete.fig4_arch import (
+    dissipation_trials,
+    maintained_forces,
+    sample_of,
+    warnings_of,
+)
 from analysis.paper.discrete.fig5_masses import Uniformity
 from analysis.paper.discrete.pressed_crowd import Arch, grown
 from analysis.scene.scene import Wall
@@ -46,7 +51,7 @@ def sample(**changes):
         "largest_contact_N": 1e4, "contact_distance_m": 1.0, "largest_resultant_N": 500.0,
         "resultant_distance_m": 1.0, "profile": (2.0, 1.0, 0.5),
     }  # fmt: skip
-    return Sample(**(known | changes))
+    return known | changes
 
 
 @pytest.mark.parametrize(
@@ -69,15 +74,15 @@ def test_a_queue_carries_what_is_behind_each(mass):
 
 def test_a_queue_in_numbers():
     """Its maximum 11 · 300 N is determined and lies at the exit."""
-    found = Sample.of(queue(), 7)
-    assert found.largest_N == pytest.approx(11 * FORCE, rel=1e-10)
-    assert (found.lower_N, found.upper_N) == pytest.approx((11 * FORCE, 11 * FORCE), rel=1e-7)
-    assert found.mean_N == pytest.approx(6 * FORCE, rel=1e-10)
-    assert found.largest_contact_N == pytest.approx(6 * FORCE, rel=1e-10)
-    assert found.contact_distance_m == pytest.approx(0.0, abs=1e-12)
-    assert (found.redundant, found.overlap_share, found.solved) == (0, 0.0, True)
+    found = sample_of(queue(), 7)
+    assert found["largest_N"] == pytest.approx(11 * FORCE, rel=1e-10)
+    assert (found["lower_N"], found["upper_N"]) == pytest.approx((11 * FORCE, 11 * FORCE), rel=1e-7)
+    assert found["mean_N"] == pytest.approx(6 * FORCE, rel=1e-10)
+    assert found["largest_contact_N"] == pytest.approx(6 * FORCE, rel=1e-10)
+    assert found["contact_distance_m"] == pytest.approx(0.0, abs=1e-12)
+    assert (found["redundant"], found["overlap_share"], found["solved"]) == (0, 0.0, True)
     np.testing.assert_allclose(
-        found.profile, np.array([(11 + 9) / 2, (7 + 5) / 2, (3 + 1) / 2]) / 6, rtol=1e-10
+        found["profile"], np.array([(11 + 9) / 2, (7 + 5) / 2, (3 + 1) / 2]) / 6, rtol=1e-10
     )
 
 
@@ -92,9 +97,9 @@ def test_people_beyond_the_exit_are_left_out():
 
 def test_maintained_contacts_of_a_queue_push_as_they_are():
     """Where all contacts close, (8) and the complementarity form are one."""
-    found = Maintained.of(queue())
-    assert found.pulling == 0
-    assert found.push_N == pytest.approx(6 * FORCE, rel=1e-10)
+    found = maintained_forces(queue())
+    assert found["pulling"] == 0
+    assert found["push_N"] == pytest.approx(6 * FORCE, rel=1e-10)
 
 
 def test_maintained_contacts_pull_where_they_would_open():
@@ -102,11 +107,11 @@ def test_maintained_contacts_pull_where_they_would_open():
     together: 150 N."""
     arch = free_chain(2)
     arch = replace(arch, left_velocity=np.array([[2.0, 0.0], [0.0, 0.0]]))
-    found = Maintained.of(arch)
-    assert found.pulling == 1
-    assert found.strongest_N == pytest.approx(75.0 / 0.5, rel=1e-10)
-    assert found.total_N == pytest.approx(75.0 / 0.5, rel=1e-10)
-    assert found.answer.reaction[0] == pytest.approx(-75.0, rel=1e-8)
+    found = maintained_forces(arch)
+    assert found["pulling"] == 1
+    assert found["strongest_N"] == pytest.approx(75.0 / 0.5, rel=1e-10)
+    assert found["total_N"] == pytest.approx(75.0 / 0.5, rel=1e-10)
+    assert found["answer"].reaction[0] == pytest.approx(-75.0, rel=1e-8)
 
 
 def test_dissipation_of_a_pair():

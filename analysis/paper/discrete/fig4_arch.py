@@ -1,11 +1,10 @@
 """Figure 4: a crowd pressed to an exit, its seeds, and what the dissipation changes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,12 +27,12 @@ from analysis.paper.discrete.pressed_crowd import (
     STIFFNESSES,
     Arch,
     Blocked,
-    CrowdWords,
     arch_runs,
     arch_study,
     blocked,
     blocked_runs,
     carried_interval,
+    crowd_parts,
     gathered,
     grown,
     without_crowd,
@@ -41,7 +40,7 @@ from analysis.paper.discrete.pressed_crowd import (
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import Progress
-from nscd import ContactLaw, Percussions
+from nscd import ContactLaw
 from nscd.arrays import Floats
 from nscd.indeterminacy.determinacy import determinacy
 
@@ -50,46 +49,35 @@ DISSIPATIONS = (0.0, 1.0, 3.0, 10.0, 30.0, 37.5, 100.0, 300.0, 1e3, 1e4)
 EFFECTIVE_MASS = 37.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Maintained:
-    """What the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution λ/τ.
+def maintained_forces(arch: Arch) -> dict[str, Any]:
+    """Find what the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution
+    λ/τ: singular values of the dense M^(-1/2) Cᵀ, which do not square the condition as W does.
 
-    strongest_N, total_N: N, the largest pull and the sum of all
-    push_N: N, the largest push"""
-
-    pulling: int  # how many contacts pull
-    strongest_N: float  # noqa: N815  (the unit is newton)
-    total_N: float  # noqa: N815
-    push_N: float  # noqa: N815
-    spread: float  # least over largest singular value of C M^(-1/2), zeros left out
-    answer: Percussions  # the percussions with `maintained=True`
-
-    @classmethod
-    def of(cls, arch: Arch) -> Maintained:
-        """Solve by singular values of the dense M^(-1/2) Cᵀ, which do not square the condition as W
-        does."""
-        root = np.sqrt(np.repeat(arch.snapshot.mass, 2))
-        matrix = arch.contacts.normal_matrix(len(arch.snapshot)).toarray().T / root[:, None]
-        reaction, _, rank, values = np.linalg.lstsq(
-            matrix, root * arch.left_velocity.ravel(), rcond=1e-10
-        )
-        force = reaction / arch.window
-        pulls = np.minimum(force, 0.0)
-        return cls(
-            pulling=int((force < -1e-9 * np.abs(force).max()).sum()),
-            strongest_N=float(-pulls.min()),
-            total_N=float(-pulls.sum()),
-            push_N=float(force.max()),
-            spread=float(values[rank - 1] / values[0]),
-            answer=arch.under(ContactLaw(maintained=True)),
-        )
+    pulling: how many contacts pull; strongest_N, total_N: the largest pull and the sum of all;
+    push_N: the largest push; spread: least over largest singular value, zeros left out; answer: the
+    percussions with `maintained=True`."""
+    root = np.sqrt(np.repeat(arch.snapshot.mass, 2))
+    matrix = arch.contacts.normal_matrix(len(arch.snapshot)).toarray().T / root[:, None]
+    wanted = root * arch.left_velocity.ravel()
+    reaction, _, rank, values = np.linalg.lstsq(matrix, wanted, rcond=1e-10)
+    force = reaction / arch.window
+    pulls = np.minimum(force, 0.0)
+    return {
+        "pulling": int((force < -1e-9 * np.abs(force).max()).sum()),
+        "strongest_N": float(-pulls.min()),
+        "total_N": float(-pulls.sum()),
+        "push_N": float(force.max()),
+        "spread": float(values[rank - 1] / values[0]),
+        "answer": arch.under(ContactLaw(maintained=True)),
+    }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trial:
+class Trial(NamedTuple):
     """The arch under a law.
 
-    lower, upper: N, the proven interval of Σ λ/τ at that person"""
+    lower, upper: N, the proven interval of Σ λ/τ at the person who carries most
+    energy_share: ΔE/E⁻ of the impact: −1 where all of the left velocity's energy is lost, > 0 where
+        energy was gained"""
 
     dissipation: float  # kg, k
     across: bool  # whether k acts across contacts too, as the paper's single k does
@@ -97,50 +85,27 @@ class Trial:
     most: int  # the person who carries most
     lower: float
     upper: float
-
-    @property
-    def forces(self) -> Floats:
-        """n·p/τ (k,) N."""
-        return self.arch.normal_forces()
-
-    @property
-    def reactions(self) -> Floats:
-        """λ/τ (k,) N."""
-        return self.arch.answer.reaction / self.arch.window
-
-    @property
-    def name(self) -> str:
-        """The law in words."""
-        return f"k = {self.dissipation:g} kg{'' if self.across else ', normal only'}"
-
-    @property
-    def gains(self) -> bool:
-        """Whether the impact gains energy."""
-        return self.arch.answer.energy_change > 0
-
-    @property
-    def energy_error(self) -> float:
-        """How far the balance of energy is from closing, over the energy before."""
-        return self.arch.answer.energy_error
-
-    @property
-    def energy_share(self) -> float:
-        """ΔE/E⁻ of the impact: −1 where all of the left velocity's energy is lost, > 0 where energy
-        was gained."""
-        mass, left = self.arch.snapshot.mass, self.arch.left_velocity
-        return self.arch.answer.energy_change / (0.5 * float(mass @ (left**2).sum(1)))
+    forces: Floats  # (k,) N, n·p/τ
+    reactions: Floats  # (k,) N, λ/τ
+    gains: bool  # whether the impact gains energy
+    energy_error: float  # of the balance of energy, over the energy before
+    energy_share: float
 
 
 def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS) -> list[Trial]:
     """Solve the arch with each k, along and across the contacts (paper (1)) and along the normals
     only."""
     trials = []
-    for across in (True, False):
-        for k in dissipations:
-            law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
-            tried = replace(arch, answer=arch.under(law))
-            most = tried.largest(tried.carried())
-            trials.append(Trial(k, across, tried, most, *carried_interval(tried, most)))
+    before = 0.5 * float(arch.snapshot.mass @ (arch.left_velocity**2).sum(1))
+    for across, k in product((True, False), dissipations):
+        law = ContactLaw(dissipation=k, tangential_dissipation=None if across else 0.0)
+        answer = arch.under(law)
+        tried = replace(arch, answer=answer)
+        most = tried.largest(tried.carried())
+        forces = tried.normal_forces(), answer.reaction / arch.window
+        change = answer.energy_change
+        acts = k, across, tried, most, *carried_interval(tried, most), *forces
+        trials.append(Trial(*acts, change > 0, answer.energy_error, change / before))
     return trials
 
 
@@ -159,74 +124,51 @@ PEOPLE = 594
 GATHERED = 2000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sample:
-    """One random arch in numbers; of its people inside, distances from the middle of the exit.
+Sample = Mapping[str, Any]
+"""One random arch in numbers, by `sample_of`."""
 
-    mean_N, largest_N: N, of the sum of normal magnitudes at a person
-    lower_N, upper_N: N, the largest sum of magnitudes over all percussions that the mechanics
-        allows lies between them (nan: not proven)
-    largest_contact_N, contact_distance_m: N and m, the largest force of a contact
-    largest_resultant_N, resultant_distance_m: N and m, the largest vector sum at a person
-    profile: (rings,) means of the sum of magnitudes in rings of 1 m, over mean_N"""
 
-    people: int
-    seed: int
-    solved: bool  # whether the percussions are solved, and canonical
-    contacts: int
-    opening: int  # contacts that open
-    redundant: int  # contacts − rank of C
-    overlap_share: float  # the largest overlap over the mean diameter
-    reach_m: float  # m, of the farthest person
-    mean_N: float  # noqa: N815  (the unit is newton)
-    largest_N: float  # noqa: N815
-    lower_N: float  # noqa: N815
-    upper_N: float  # noqa: N815
-    distance_m: float  # where the largest sum is
-    angle_degrees: float  # where the largest sum is
-    largest_contact_N: float  # noqa: N815
-    contact_distance_m: float
-    largest_resultant_N: float  # noqa: N815
-    resultant_distance_m: float
-    profile: tuple[float, ...]
+def sample_of(arch: Arch, seed: int) -> Sample:
+    """Compute the numbers of an arch: of its people inside, forces (N) and their distances (m) from
+    the middle of the exit.
 
-    @classmethod
-    def of(cls, arch: Arch, seed: int) -> Sample:
-        """Compute the numbers of an arch."""
-        carried, resultants = arch.carried(), arch.resultants()
-        distance, inside = arch.distance(), arch.inside()
-        most, most_resultant = arch.largest(carried), arch.largest(resultants)
-        lower, upper = carried_interval(arch, most)
-        forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
-        strongest = int(np.argmax(forces))
-        ring, mean = arch.rings(), float(carried[inside].mean())
-        first = arch.contacts.first[strongest]
-        at_contact = arch.contacts.point[strongest] - arch.snapshot.position[first]
-        at_contact = at_contact + arch._from_exit()[first]
-        return cls(
-            people=len(arch.snapshot),
-            seed=seed,
-            solved=arch.answer.status == "solved" and arch.answer.canonical,
-            contacts=len(arch.contacts),
-            opening=arch.opening(),
-            redundant=determinacy(arch.contacts, len(arch.snapshot)).redundant,
-            overlap_share=arch.overlap_share(),
-            reach_m=float(distance[inside].max()),
-            mean_N=mean,
-            largest_N=float(carried[most]),
-            lower_N=lower,
-            upper_N=upper,
-            distance_m=float(distance[most]),
-            angle_degrees=float(arch.angle_degrees()[most]),
-            largest_contact_N=float(forces[strongest]),
-            contact_distance_m=float(np.hypot(*at_contact)),
-            largest_resultant_N=float(resultants[most_resultant]),
-            resultant_distance_m=float(distance[most_resultant]),
-            profile=tuple(
-                float(carried[ring == r].mean() / mean) if (ring == r).any() else float("nan")
-                for r in range(int(ring.max()) + 1)
-            ),
-        )
+    reach_m: of the farthest person. mean_N, largest_N, distance_m, angle_degrees: of the sum of
+    normal magnitudes at a person. lower_N, upper_N: the largest sum of magnitudes over all
+    percussions that the mechanics allows lies between them (nan: not proven).
+    largest_contact_N, contact_distance_m: of the force of a contact. largest_resultant_N,
+    resultant_distance_m: of the vector sum at a person. solved: whether the percussions are solved,
+    and canonical. opening: contacts that open. redundant: contacts − rank of C. overlap_share: the
+    largest overlap over the mean diameter. profile: (rings,) means of the sum of magnitudes in
+    rings of 1 m, over mean_N."""
+    carried, resultants = arch.carried(), arch.resultants()
+    distance, inside, ring = arch.distance(), arch.inside(), arch.rings()
+    most, most_resultant = arch.largest(carried), arch.largest(resultants)
+    lower, upper = carried_interval(arch, most)
+    forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
+    strongest, mean = int(np.argmax(forces)), float(carried[inside].mean())
+    at_contact = arch.contacts.point[strongest] - arch.door_middle
+    rings = [carried[ring == r] for r in range(int(ring.max()) + 1)]
+    return {
+        "people": len(arch.snapshot),
+        "seed": seed,
+        "solved": arch.answer.status == "solved" and arch.answer.canonical,
+        "contacts": len(arch.contacts),
+        "opening": arch.opening(),
+        "redundant": determinacy(arch.contacts, len(arch.snapshot)).redundant,
+        "overlap_share": arch.overlap_share(),
+        "reach_m": float(distance[inside].max()),
+        "mean_N": mean,
+        "largest_N": float(carried[most]),
+        "lower_N": lower,
+        "upper_N": upper,
+        "distance_m": float(distance[most]),
+        "angle_degrees": float(arch.angle_degrees()[most]),
+        "largest_contact_N": float(forces[strongest]),
+        "contact_distance_m": float(np.hypot(*at_contact)),
+        "largest_resultant_N": float(resultants[most_resultant]),
+        "resultant_distance_m": float(distance[most_resultant]),
+        "profile": [float(at.mean() / mean) if len(at) else float("nan") for at in rings],
+    }
 
 
 def seeded_scene(people: int, seed: int) -> Scene:
@@ -249,25 +191,25 @@ def survey_runs(runs: Path) -> list[SeededRun]:
 def survey(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Sample]:
     """Compute the random arches; one whose run fails is a warning."""
     wanted = told(survey_runs(runs), "random arches", progress)
-    return each(wanted, lambda run: Sample.of(gathered(run), run.seed), warnings)
+    return each(wanted, lambda run: sample_of(gathered(run), run.seed), warnings)
 
 
 def heaps(progress: Progress | None = None) -> list[Sample]:
     """Compute the heaps of SEEDS, with the people of the scene."""
-    return [Sample.of(grown(PEOPLE, seed), seed) for seed in told(SEEDS, "heaps", progress)]
+    return [sample_of(grown(PEOPLE, seed), seed) for seed in told(SEEDS, "heaps", progress)]
 
 
 def warnings_of(samples: Sequence[Sample]) -> list[str]:
     """List what a reader of the samples has to know: answers that are not solved, maxima without a
     proven interval."""
     kinds = {
-        "percussions not solved, or not canonical": [s for s in samples if not s.solved],
+        "percussions not solved, or not canonical": [s for s in samples if not s["solved"]],
         "no proven interval for the largest sum of magnitudes": [
-            s for s in samples if np.isnan(s.lower_N)
+            s for s in samples if np.isnan(s["lower_N"])
         ],
     }
     return [
-        f"{what}: {'; '.join(f'{s.people} people, seed {s.seed}' for s in some)}"
+        f"{what}: {'; '.join('{people} people, seed {seed}'.format_map(s) for s in some)}"
         for what, some in kinds.items()
         if some
     ]
@@ -333,8 +275,8 @@ def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
 
 
 def _places(axes: Axes, samples: Sequence[Sample]) -> None:
-    sums, vectors = [s.distance_m for s in samples], [s.resultant_distance_m for s in samples]
-    bins = np.arange(0.0, max(sums + vectors) + BIN_M, BIN_M).tolist()
+    sums, vectors = (_numbers(samples, f"{of}distance_m") for of in ("", "resultant_"))
+    bins = np.arange(0.0, max(*sums, *vectors) + BIN_M, BIN_M).tolist()
     filled: dict[str, Any] = {"color": BLUE, "edgecolor": BLACK, "alpha": 0.9}
     hatched: dict[str, Any] = {"color": "none", "edgecolor": ORANGE, "lw": 1.5, "hatch": "///"}
     axes.hist(sums, bins, **filled, label="largest sum of magnitudes")
@@ -346,8 +288,8 @@ def _places(axes: Axes, samples: Sequence[Sample]) -> None:
 
 
 def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
-    count = min(len(s.profile) for s in samples)
-    values = np.array([s.profile[:count] for s in samples])
+    count = min(len(s["profile"]) for s in samples)
+    values = np.array([s["profile"][:count] for s in samples])
     ring = (np.arange(count) + 0.5) * RING_M
     axes.plot(ring, values.T, color=GREY, lw=0.7)
     mean, spread = np.nanmean(values, 0), np.nanstd(values, 0)
@@ -369,7 +311,7 @@ def sizes(samples: Sequence[Sample]) -> Figure:
     _error_bars(places, samples, "distance_m", "s--", ORANGE, "largest sum of magnitudes")
     _error_bars(places, samples, "resultant_distance_m", "D:", BLACK, "largest vector sum")
     places.set_ylabel("distance from the middle of the exit (m)")
-    people = sorted({s.people for s in samples})
+    people = sorted({s["people"] for s in samples})
     for axes in (forces, places):
         axes.set(xscale="log", xlabel="people")
         axes.set_xticks(people, [str(n) for n in people])
@@ -381,10 +323,10 @@ def sizes(samples: Sequence[Sample]) -> Figure:
 def _error_bars(
     axes: Axes, samples: Sequence[Sample], name: str, style: str, colour: str, label: str
 ) -> None:
-    people = sorted({s.people for s in samples})
-    values = [_numbers([s for s in samples if s.people == n], name) for n in people]
+    groups = _by_people(samples)
+    values = [_numbers(same, name) for same in groups.values()]
     mean, spread = [v.mean() for v in values], [v.std() for v in values]
-    axes.errorbar(people, mean, spread, fmt=style, color=colour, capsize=3, ms=5, label=label)
+    axes.errorbar(list(groups), mean, spread, fmt=style, color=colour, capsize=3, ms=5, label=label)
 
 
 # Readings of “the force is maximum”: the distance of the maximum, and what is meant.
@@ -443,11 +385,11 @@ def rings(words: Words, crowds: Crowds) -> Claim:
     of them or more."""
     found: list[dict[str, Any]] = []
     for kind, samples in crowds.items():
-        peaks = np.array([int(np.nanargmax(s.profile)) for s in samples])
+        peaks = np.array([int(np.nanargmax(s["profile"])) for s in samples])
         first, near = int((peaks == 0).sum()), int((peaks <= 1).sum())
         verdict = Verdict.of(first == len(peaks), 2 * near >= len(peaks))
-        shown = range(min(3, *(len(s.profile) for s in samples)))
-        levels = [float(np.nanmean([s.profile[ring] for s in samples])) for ring in shown]
+        shown = range(min(3, *(len(s["profile"]) for s in samples)))
+        levels = [float(np.nanmean([s["profile"][ring] for s in samples])) for ring in shown]
         counts: dict[str, Any] = {"first": first, "near": near, "all": len(peaks)}
         found.append(counts | {"kind": kind, "verdict": verdict, "levels": levels})
     verdict = _of_all(kind["verdict"] for kind in found)
@@ -480,16 +422,16 @@ def contact_forces(
     return words.claim("contact_forces", verdict, kind=kind, found=found, moving=moving)
 
 
-def maintained(words: Words, arch: Arch, pull: Maintained, crowds: Crowds) -> Claim:
+def maintained(words: Words, arch: Arch, pulling: int, crowds: Crowds) -> Claim:
     """Judge “contacts are maintained”: holds where none opens and none pulls, in part where few
     open."""
     opening, contacts = arch.opening(), len(arch.contacts)
     shares = {
-        kind: sum(s.opening for s in samples) / sum(s.contacts for s in samples)
+        kind: sum(s["opening"] for s in samples) / sum(s["contacts"] for s in samples)
         for kind, samples in crowds.items()
     }
     few = max([opening / contacts, *shares.values()]) < FEW
-    verdict = Verdict.of(opening == 0 and pull.pulling == 0, few)
+    verdict = Verdict.of(opening == 0 and pulling == 0, few)
     return words.claim("maintained", verdict, opening=opening, contacts=contacts, shares=shares)
 
 
@@ -527,19 +469,20 @@ def dissipation_table(words: Words, trials: Sequence[Trial]) -> Table:
 
 def seeds_table(words: Words, kind: str, samples: Sequence[Sample]) -> Table:
     """Tabulate mean, spread and range of each quantity over arches of one size."""
+    known = {name: _numbers(samples, name) for name in samples[0] if name != "profile"}
     quantities = (
-        ("mean sum of normal magnitudes (N)", [s.mean_N for s in samples]),
-        ("largest sum of normal magnitudes (N)", [s.largest_N for s in samples]),
-        ("width of its interval (N)", [s.upper_N - s.lower_N for s in samples]),
-        ("its distance from the middle of the exit (m)", [s.distance_m for s in samples]),
-        ("its angle from the axis of the exit, size (°)", [abs(s.angle_degrees) for s in samples]),
-        ("largest contact force (N)", [s.largest_contact_N for s in samples]),
-        ("its distance (m)", [s.contact_distance_m for s in samples]),
-        ("largest vector sum (N)", [s.largest_resultant_N for s in samples]),
-        ("its distance (m)", [s.resultant_distance_m for s in samples]),
-        ("share of contacts that open", [s.opening / s.contacts for s in samples]),
-        ("redundant contacts", [float(s.redundant) for s in samples]),
-        ("largest overlap / mean diameter", [s.overlap_share for s in samples]),
+        ("mean sum of normal magnitudes (N)", known["mean_N"]),
+        ("largest sum of normal magnitudes (N)", known["largest_N"]),
+        ("width of its interval (N)", known["upper_N"] - known["lower_N"]),
+        ("its distance from the middle of the exit (m)", known["distance_m"]),
+        ("its angle from the axis of the exit, size (°)", abs(known["angle_degrees"])),
+        ("largest contact force (N)", known["largest_contact_N"]),
+        ("its distance (m)", known["contact_distance_m"]),
+        ("largest vector sum (N)", known["largest_resultant_N"]),
+        ("its distance (m)", known["resultant_distance_m"]),
+        ("share of contacts that open", known["opening"] / known["contacts"]),
+        ("redundant contacts", known["redundant"]),
+        ("largest overlap / mean diameter", known["overlap_share"]),
     )
     measures = (np.mean, np.std, np.min, np.median, np.max)
     rows: list[Sequence[Cell]] = [
@@ -551,13 +494,12 @@ def seeds_table(words: Words, kind: str, samples: Sequence[Sample]) -> Table:
 def sizes_table(words: Words, samples: Sequence[Sample]) -> Table:
     """Tabulate means over the arches of each number of people."""
     rows: list[Sequence[Cell]] = []
-    for people in sorted({s.people for s in samples}):
-        same = [s for s in samples if s.people == people]
+    for people, same in _by_people(samples).items():
         reach, contacts, mean, largest, at, vector, vector_at, redundant, overlap = (
             float(_numbers(same, name).mean()) for name in SIZED
         )
         forces = mean, largest, float(_numbers(same, "largest_N").std()), at, vector, vector_at
-        packing = redundant, overlap, sum(s.solved for s in same)
+        packing = redundant, overlap, sum(s["solved"] for s in same)
         rows.append((people, len(same), reach, contacts / people, *forces, *packing))
     return words.table("table_sizes", rows)
 
@@ -584,24 +526,24 @@ def _section(
     found: Study, samples: Sequence[Sample], jams: Sequence[Blocked], grown: Sequence[Sample]
 ) -> Section:
     arch = Arch.of(found.scene, found.comparisons[0].snapshot)
-    trials, pull = dissipation_trials(arch), Maintained.of(arch)
+    trials, pull = dissipation_trials(arch), maintained_forces(arch)
     soft = [jam for jam in jams if jam.stiffness == STIFFNESSES[0]]
-    several = len({s.people for s in samples}) > 1
+    several = len(_by_people(samples)) > 1
     crowds = {
         HEAPS: grown,
-        FLOWING: [s for s in samples if s.people == PEOPLE],
-        BLOCKED: [Sample.of(jam.arch, jam.seed) for jam in soft],
+        FLOWING: [s for s in samples if s["people"] == PEOPLE],
+        BLOCKED: [sample_of(jam.arch, jam.seed) for jam in soft],
     }
     crowds = {kind: some for kind, some in crowds.items() if some}
     words = Words(__name__, arch=arch, trials=trials, pull=pull, samples=samples, grown=grown)
-    crowd = CrowdWords(arch, found)
+    crowd = crowd_parts(arch, found, "fig_4_", "arch")
     pictures = [
-        crowd.snapshot_picture("fig_4_arch"),
+        crowd.snapshot,
         words.picture("fig_4_dissipation", dissipation(trials)),
-        crowd.engines_picture("fig_4_engines"),
+        crowd.engines,
         words.picture("fig_4_seeds", seeds(crowds)),
     ]
-    every = [crowd.maxima_table(), dissipation_table(words, trials), crowd.engines_table()]
+    every = [crowd.maxima, dissipation_table(words, trials), crowd.by_engine]
     every += [seeds_table(words, kind, some) for kind, some in crowds.items()]
     if several:
         pictures.append(words.picture("fig_4_sizes", sizes(samples)))
@@ -622,16 +564,22 @@ def _section(
             *([contact_forces(words, BLOCKED, at_rest)] if all(at_rest.values()) else ()),
             contact_forces(words, "a crowd that flows", {stiffness: found.comparisons}),
             *places(words, crowds),
-            maintained(words, arch, pull, crowds),
+            maintained(words, arch, pull["pulling"], crowds),
             dissipation_claim(words, trials),
         ],
-        warnings=[*crowd.warnings(), *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
+        warnings=[*crowd.warnings, *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
     )
-    return replace(section, words=[*crowd.items(), *section.words])
+    return replace(section, words=[*crowd.items, *section.words])
 
 
 def _numbers(samples: Sequence[Sample], name: str) -> Floats:
-    return np.array([getattr(s, name) for s in samples], dtype=np.float64)
+    return np.array([s[name] for s in samples], dtype=np.float64)
+
+
+def _by_people(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
+    """The arches of each number of people, fewest first."""
+    sizes = sorted({s["people"] for s in samples})
+    return {people: [s for s in samples if s["people"] == people] for people in sizes}
 
 
 def _as_printed(arch: Arch) -> Floats:
@@ -641,5 +589,8 @@ def _as_printed(arch: Arch) -> Floats:
 
 
 def _trial_warnings(trials: Sequence[Trial]) -> list[str]:
-    own = [f"{trial.name}: {words}" for trial in trials for words in trial.arch.answer.warnings]
-    return unsolved((trial.name, trial.arch.answer) for trial in trials) + own
+    named = []
+    for trial in trials:
+        name = f"k = {trial.dissipation:g} kg{'' if trial.across else ', normal only'}"
+        named.append((name, trial.arch.answer))
+    return unsolved(named) + [f"{name}: {words}" for name, a in named for words in a.warnings]

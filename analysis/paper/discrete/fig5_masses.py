@@ -20,9 +20,9 @@ from analysis.pages.words import Words
 from analysis.paper.discrete.pressed_crowd import (
     RING_M,
     Arch,
-    CrowdWords,
     arch_runs,
     arch_study,
+    crowd_parts,
     without_crowd,
 )
 from analysis.scene.scene import read_scene
@@ -111,7 +111,7 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     arch = Arch.of(unequal.scene, unequal.comparisons[0].snapshot)
     other = Arch.of(equal.scene, equal.comparisons[0].snapshot)
     archs = {"unequal masses": arch, "equal masses": other}
-    crowd = CrowdWords(arch, unequal)
+    crowd = crowd_parts(arch, unequal, "fig_5_", "arch_masses")
     speed = np.hypot(*arch.answer.right_velocity.T)
     judged = [
         ("the speed on the right", "m/s", Uniformity.of(arch, speed)),
@@ -120,19 +120,15 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     section = words.section(
         "5",
         **_with_other_masses(other, equal, unequal),
-        pictures=[
-            crowd.snapshot_picture("fig_5_arch_masses"),
-            words.picture("fig_5_rings", rings(archs)),
-            crowd.engines_picture("fig_5_engines"),
-        ],
-        tables=[crowd.maxima_table(), crowd.engines_table(), _rings_table(words, archs)],
+        pictures=[crowd.snapshot, words.picture("fig_5_rings", rings(archs)), crowd.engines],
+        tables=[crowd.maxima, crowd.by_engine, _rings_table(words, archs)],
         claims=[
             words.claim("uniformity", found.verdict, quantity=quantity, unit=unit, found=found)
             for quantity, unit, found in judged
         ],
-        warnings=crowd.warnings(),
+        warnings=crowd.warnings,
     )
-    return replace(section, words=[*crowd.items(), *section.words])
+    return replace(section, words=[*crowd.items, *section.words])
 
 
 def _with_other_masses(arch: Arch, equal: Study, unequal: Study) -> dict[str, object]:

@@ -7,7 +7,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -113,12 +113,12 @@ class Arch:
 
     def distance(self) -> Floats:
         """Measure from the middle of the exit to each person's centre, (n,) m."""
-        return np.asarray(np.hypot(*self._from_exit().T), dtype=np.float64)
+        return np.asarray(np.hypot(*(self.snapshot.position - self.door_middle).T))
 
     def angle_degrees(self) -> Floats:
         """Give the direction of each person seen from the middle of the exit, (n,): 0 straight into
         the room, ±90 along the wall."""
-        x, y = self._from_exit().T
+        x, y = (self.snapshot.position - self.door_middle).T
         out_x, out_y = self.drive.outward
         return np.asarray(np.degrees(np.arctan2(y * out_x - x * out_y, -(x * out_x + y * out_y))))
 
@@ -146,9 +146,11 @@ class Arch:
         …; −1 for those outside."""
         return np.where(self.inside(), (self.distance() / RING_M).astype(np.int64), -1)
 
-    def _from_exit(self) -> Floats:
-        middle = 0.5 * (np.array(self.drive.door_start_m) + np.array(self.drive.door_end_m))
-        return np.asarray(self.snapshot.position - middle)
+    @property
+    def door_middle(self) -> Floats:
+        """The middle of the exit, (2,) m."""
+        ends = np.array([self.drive.door_start_m, self.drive.door_end_m])
+        return np.asarray(ends.mean(0))
 
 
 def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
@@ -321,72 +323,69 @@ def without_crowd(number: str, title: str, reason: str) -> Section:
     return Section(number=number, title=title, warnings=(reason,))
 
 
-class CrowdWords:
-    """The words, tables and pictures of one crowd: arch is that of the first engine of `found`."""
+class CrowdParts(NamedTuple):
+    """What the sections of one crowd share: words, pictures and tables."""
 
-    def __init__(self, arch: Arch, found: Study) -> None:
-        self.arch, self.found, self.words = arch, found, Words(__name__)
+    items: list[str]  # how dense it is, what its people carry, and what of it is determined
+    snapshot: Picture  # the crowd and its percussions
+    engines: Picture  # the percussions against each engine
+    maxima: Table  # the forces on the people inside, and where the largest are
+    by_engine: Table  # the sums of magnitudes by each engine against the percussions
+    warnings: list[str]  # what a reader has to know of the runs and the answer
 
-    def items(self) -> list[str]:
-        """Say how dense the crowd is, what its people carry, and what of it is determined."""
-        arch, inside, distance = self.arch, self.arch.inside(), self.arch.distance()
-        carried, resultant = arch.carried(), arch.resultants()
-        most, most_vector = arch.largest(carried), arch.largest(resultant)
-        lower, upper = carried_interval(arch, most)
-        drive = arch.snapshot.mass * np.hypot(*arch.left_velocity.T) / arch.window
-        return self.words.items(
-            "words",
-            inside=int(inside.sum()),
-            people=len(inside),
-            time=self.found.scene.analysis.time_s,
-            density=(inside & (distance <= NEAR_M)).sum() / (0.5 * np.pi * NEAR_M**2),
-            near=NEAR_M,
-            engine=engine_label(self.found.comparisons[0]),
-            unbalanced=self.found.comparisons[0].balance.unbalanced,
-            drive=drive.mean(),
-            vectors=(resultant[inside].mean(), resultant[most_vector], distance[most_vector]),
-            sums=(carried[inside].mean(), carried[most], distance[most]),
-            angle=arch.angle_degrees()[most],
-            ends=(lower, upper),
-            fixed=upper - lower < 1e-6 * upper,
-            contacts=len(arch.contacts),
-            known=determinacy(arch.contacts, len(arch.snapshot)),
-            sure=int(admissible_determinacy(arch.contacts, arch.answer).determined.sum()),
-        )
 
-    def maxima_table(self) -> Table:
-        """Tabulate the forces on the people inside, and where the largest are."""
-        arch, inside = self.arch, self.arch.inside()
-        rows: list[Sequence[Cell]] = []
-        for name, values in (
-            ("sum of normal magnitudes", arch.carried()),
-            ("vector sum", arch.resultants()),
-        ):
-            most = arch.largest(values)
-            middle, high = np.quantile(values[inside], (0.5, 0.95))
-            sizes = values[inside].mean(), middle, high, values[most]
-            place = arch.distance()[most], arch.angle_degrees()[most]
-            rows.append((name, *map(float, (*sizes, *place)), int(arch.snapshot.ids[most])))
-        return self.words.table("table_maxima", rows)
+def crowd_parts(arch: Arch, found: Study, prefix: str, name: str) -> CrowdParts:
+    """Describe a crowd; arch: that of the first engine of `found`; prefix, name: of the pictures."""
+    words, comparisons = Words(__name__), found.comparisons
+    by_engine = [_engine_row(comparison) for comparison in comparisons]
+    own = unsolved([("percussions of the snapshot", arch.answer)])
+    return CrowdParts(
+        items=words.items("words", **_crowd_numbers(arch, found)),
+        snapshot=Picture(name=prefix + name, caption=words.text("snapshot"), figure=snapshot(arch)),
+        engines=Picture(
+            name=f"{prefix}engines", caption=words.text("engines"), figure=engines(comparisons)
+        ),
+        maxima=words.table("table_maxima", _maxima_rows(arch)),
+        by_engine=words.table("table_engines", by_engine),
+        warnings=[*found.warnings, *own],
+    )
 
-    def engines_table(self) -> Table:
-        """Tabulate the sums of magnitudes by each engine against the percussions."""
-        return self.words.table("table_engines", [_engine_row(c) for c in self.found.comparisons])
 
-    def snapshot_picture(self, name: str) -> Picture:
-        """Draw the crowd and its percussions."""
-        caption = self.words.text("snapshot")
-        return Picture(name=name, caption=caption, figure=snapshot(self.arch))
+def _crowd_numbers(arch: Arch, found: Study) -> dict[str, Any]:
+    inside, distance = arch.inside(), arch.distance()
+    carried, resultant = arch.carried(), arch.resultants()
+    most, most_vector = arch.largest(carried), arch.largest(resultant)
+    lower, upper = carried_interval(arch, most)
+    drive = arch.snapshot.mass * np.hypot(*arch.left_velocity.T) / arch.window
+    return {
+        "inside": int(inside.sum()),
+        "people": len(inside),
+        "time": found.scene.analysis.time_s,
+        "density": (inside & (distance <= NEAR_M)).sum() / (0.5 * np.pi * NEAR_M**2),
+        "near": NEAR_M,
+        "engine": engine_label(found.comparisons[0]),
+        "unbalanced": found.comparisons[0].balance.unbalanced,
+        "drive": drive.mean(),
+        "vectors": (resultant[inside].mean(), resultant[most_vector], distance[most_vector]),
+        "sums": (carried[inside].mean(), carried[most], distance[most]),
+        "angle": arch.angle_degrees()[most],
+        "ends": (lower, upper),
+        "fixed": upper - lower < 1e-6 * upper,
+        "contacts": len(arch.contacts),
+        "known": determinacy(arch.contacts, len(arch.snapshot)),
+        "sure": int(admissible_determinacy(arch.contacts, arch.answer).determined.sum()),
+    }
 
-    def engines_picture(self, name: str) -> Picture:
-        """Draw the percussions against each engine."""
-        caption = self.words.text("engines")
-        return Picture(name=name, caption=caption, figure=engines(self.found.comparisons))
 
-    def warnings(self) -> list[str]:
-        """List what a reader has to know of the runs and the answer."""
-        own = unsolved([("percussions of the snapshot", self.arch.answer)])
-        return [*self.found.warnings, *own]
+def _maxima_rows(arch: Arch) -> list[Sequence[Cell]]:
+    rows: list[Sequence[Cell]] = []
+    sums = ("sum of normal magnitudes", arch.carried()), ("vector sum", arch.resultants())
+    for name, values in sums:
+        most, inside = arch.largest(values), values[arch.inside()]
+        sizes = inside.mean(), *np.quantile(inside, (0.5, 0.95)), values[most]
+        place = arch.distance()[most], arch.angle_degrees()[most]
+        rows.append((name, *map(float, (*sizes, *place)), int(arch.snapshot.ids[most])))
+    return rows
 
 
 def _engine_row(comparison: Comparison) -> Sequence[Cell]:
