@@ -1,7 +1,6 @@
 """The page's section on the rivals: its numbers against closed forms, and verdicts that follow the
 numbers."""
 
-from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 
@@ -64,12 +63,12 @@ def test_verdicts_follow_the_numbers(chains):
     assert rivals.constant_in_a_chain(WORDS, equal, unequal).verdict == "holds in part"
     assert rivals.restrictive_mass(WORDS, unequal, []).verdict == "holds in part"
     assert rivals.restrictive_mass(WORDS, equal, []).verdict == "does not hold"
-    far_off = replace(unequal, first_order=2 * unequal.first_order)
+    far_off = unequal._replace(first_order=2 * unequal.first_order)
     assert rivals.restrictive_mass(WORDS, far_off, []).verdict == "holds"
     assert rivals.special_case(WORDS, far_off, far_off).verdict == "does not hold"
-    varying = replace(equal, social=equal.percussion)
+    varying = equal._replace(social=equal.percussion)
     assert rivals.constant_in_a_chain(WORDS, varying, unequal).verdict == "does not hold"
-    resting = replace(equal, social_at_rest=equal.social)
+    resting = equal._replace(social_at_rest=equal.social)
     assert rivals.constant_in_a_chain(WORDS, resting, unequal).verdict == "holds"
     assert rivals.surface(WORDS, 0.01, (0.2, 0.3), 1.2).verdict == "holds in part"
     silent = dict.fromkeys((PRINTED, TEXT), BeyondTouch(share=0.0, ratio=1.0))
@@ -93,7 +92,7 @@ def test_congestion_is_judged_by_both_its_parts():
 
 def test_a_queue_before_a_closed_exit_stays_whatever_the_masses():
     """A chain against a wall: all at rest by the first-order model and by any masses."""
-    found = Congestion.of(SimpleNamespace(arch=queue(), seed=1, stiffness=1e6))
+    found = rival_forces.congestion_of(SimpleNamespace(arch=queue(), seed=1, stiffness=1e6))
     assert found.congests
     assert found.equal < 1e-9
     assert found.freed == 0

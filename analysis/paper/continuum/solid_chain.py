@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -122,31 +123,17 @@ class Varied(Rod):
         return [SPEED * (first * x + 0.5 * (last - first) * x**2 / LENGTH) for x in behind]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FreeChain(Rod):
-    """A chain that nothing holds: its wall is behind the last one, who walks away from it."""
+class FreeChain(NamedTuple):
+    """A chain that nothing holds: its wall is behind the last one, who walks away from it.
 
-    @cached_property
-    def mean(self) -> float:
-        """ū, m/s: the velocity of the rigid chain."""
-        weights = self.answer.space.weights
-        return float(self.answer.left_field.ravel() @ weights / weights.sum())
+    from_rigid, from_elastic: how far u⁺ is from ū, the velocity of the rigid chain, and from the
+        elastic exchange 2ū − u⁻, over U"""
 
-    @property
-    def from_rigid(self) -> float:
-        """How far u⁺ is from ū, over U."""
-        return float(np.abs(self.answer.right_velocity - self.mean).max() / SPEED)
-
-    @property
-    def from_elastic(self) -> float:
-        """How far u⁺ is from the elastic exchange 2ū − u⁻, over U."""
-        exchanged = 2 * self.mean - self.answer.left_velocity
-        return float(np.abs(self.answer.right_velocity - exchanged).max() / SPEED)
-
-    @property
-    def pressure(self) -> float:
-        """The largest |σ|."""
-        return float(np.abs(pressure(self.answer)).max())
+    name: str
+    answer: CollisionAnswer
+    from_rigid: float
+    from_elastic: float
+    pressure: float  # the largest |σ|
 
 
 def space_of(mesh: float) -> Space:
@@ -175,54 +162,53 @@ def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float)
     space = space_of(mesh)
     left = ends[0] + (ends[1] - ends[0]) * space.mesh.p[0] / LENGTH
     medium = table_1_medium(volume=volume, surface=0.0, person=1.0)
-    return FreeChain(name=name, answer=collide(space, medium, left[:, None]))
+    answer = collide(space, medium, left[:, None])
+    weights = answer.space.weights
+    mean = float(answer.left_field.ravel() @ weights / weights.sum())
+    rigid, elastic = (
+        float(np.abs(answer.right_velocity - other).max() / SPEED)
+        for other in (mean, 2 * mean - answer.left_velocity)
+    )
+    return FreeChain(name, answer, rigid, elastic, float(np.abs(pressure(answer)).max()))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Chains:
+class Chains(NamedTuple):
     """All chains of the section.
 
-    varied: one per profile of PROFILES: falling, uniform and rising toward the wall.
-    free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one."""
+    varied: one per profile of PROFILES: falling, uniform and rising toward the wall
+    free, constant: free chains, of falling left velocity with STIFF k_v, and of a constant one
+    factor: the internal percussion by elements 0.5 m from the wall, over (14) as printed
+    rigid_factor: how many times as large the percussion of rigid disks is there, at most
+    growing: m, the distances of FROM_WALL_M from the wall at which it grows with every density"""
 
     trials: Sequence[Trial]  # one per name of SURFACES
     dense: Sequence[Trial]  # one per density of DENSITIES, with k_s of Table 1
     varied: Sequence[Varied]
     free: FreeChain
     constant: FreeChain
-
-    @property
-    def table_1(self) -> Trial:
-        """The chain with k_s of Table 1."""
-        return self.trials[1]
-
-    @property
-    def factor(self) -> float:
-        """The internal percussion by elements 0.5 m from the wall, over (14) as printed."""
-        corrected = self.table_1.chain.internal_percussion(LENGTH - 0.5)
-        return self.table_1.inner[1] / (float(corrected) / VOLUME)
-
-    @property
-    def rigid_factor(self) -> float:
-        """How many times as large the percussion of rigid disks is, 0.5 m from the wall, at
-        most."""
-        return max(rod.rigid[1] / rod.inner[1] for rod in self.varied)
-
-    @property
-    def growing(self) -> list[float]:
-        """m, the distances of FROM_WALL_M from the wall at which it grows with every density."""
-        steps = np.diff([trial.inner for trial in self.dense], axis=0)
-        return [at for at, least in zip(FROM_WALL_M, steps.min(0), strict=True) if least > 0]
+    table_1: Trial  # the chain with k_s of Table 1
+    factor: float
+    rigid_factor: float
+    growing: list[float]
 
 
 def chains(mesh: float) -> Chains:
     """Solve all chains."""
+    trials = [trial(name, surface, DENSITY, mesh) for name, surface in SURFACES.items()]
+    dense = [trial(f"ρ = {rho:g}", TABLE_1.surface_dissipation, rho, mesh) for rho in DENSITIES]
+    rods, table_1 = [varied(*ends, mesh) for ends in PROFILES], trials[1]
+    corrected = float(table_1.chain.internal_percussion(LENGTH - 0.5))
+    least = np.diff([trial.inner for trial in dense], axis=0).min(0)
     return Chains(
-        trials=[trial(name, surface, DENSITY, mesh) for name, surface in SURFACES.items()],
-        dense=[trial(f"ρ = {rho:g}", TABLE_1.surface_dissipation, rho, mesh) for rho in DENSITIES],
-        varied=[varied(*ends, mesh) for ends in PROFILES],
+        trials=trials,
+        dense=dense,
+        varied=rods,
         free=free_chain("free, falling", (0.0, -SPEED), STIFF * VOLUME, mesh),
         constant=free_chain("free, constant", (-SPEED, -SPEED), VOLUME, mesh),
+        table_1=table_1,
+        factor=table_1.inner[1] / (corrected / VOLUME),
+        rigid_factor=max(rod.rigid[1] / rod.inner[1] for rod in rods),
+        growing=[at for at, rise in zip(FROM_WALL_M, least, strict=True) if rise > 0],
     )
 
 
@@ -263,7 +249,9 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
         right=sum(trial.chain.sticks == (trial.at_wall == 0) for trial in found.trials),
     )
     pairs = [(rod, (("(11)", rod.inner), ("rigid disks", rod.rigid))) for rod in found.varied]
-    every = (*found.trials, *found.dense, *found.varied, found.free, found.constant)
+    rods: list[Rod] = [*found.trials, *found.dense, *found.varied]
+    free = [(one.name, one.answer) for one in (found.free, found.constant)]
+    named = [(rod.name, rod.answer) for rod in rods] + free
     return words.section(
         "3.2.1",
         pictures={"fig_3_2_1_chain": velocities(found)},
@@ -273,7 +261,7 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
             "profiles": [[rod.name, model, *inner] for rod, two in pairs for model, inner in two],
         },
         claims=verdicts(found),
-        warnings=unsolved((f"chain, {rod.name}", rod.answer) for rod in every),
+        warnings=unsolved((f"chain, {name}", answer) for name, answer in named),
     )
 
 

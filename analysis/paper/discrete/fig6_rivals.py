@@ -1,7 +1,5 @@
 """Fig. 6 and 2.3: percussions against first-order model, social force and Löhner's law."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,41 +28,11 @@ from analysis.pages.drawing import (
     legend_below,
     panels,
 )
-from analysis.pages.section import Cell, Claim, Section, Table, Verdict
+from analysis.pages.section import Cell, Claim, Section, Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete import rival_forces
+from analysis.paper.discrete import rival_forces as forces
 from analysis.paper.discrete.engine_runs import installed_engine
 from analysis.paper.discrete.pressed_crowd import RING_M, blocked, blocked_runs
-from analysis.paper.discrete.rival_forces import (
-    DIAMETER_M,
-    FIRST_ORDER,
-    MASS_KG,
-    PERCUSSIONS,
-    PRINTED,
-    RADIUS_M,
-    SOCIAL,
-    TEXT,
-    ArchForces,
-    BeyondTouch,
-    ChainForces,
-    Congestion,
-    Evacuation,
-    Forces,
-    WithoutOverlap,
-    arch_forces,
-    arch_rows,
-    chain_forces,
-    chain_rows,
-    differences,
-    evacuations,
-    jump_at_touch,
-    loehner_beyond_touch,
-    pair_forces,
-    pair_rows,
-    ratio_of_sizes,
-    room,
-    without_overlap,
-)
 from analysis.scene.real.separate import OverlapError
 from analysis.scene.scene import Scene, read_scene
 from analysis.support.parallel import Progress
@@ -78,14 +46,16 @@ NOTICEABLE, LARGE = 0.01, 0.1
 LAW = SocialForceLaw()
 
 
-def special_case(words: Words, equal: ChainForces, unequal: ChainForces) -> Claim:
+def special_case(words: Words, equal: forces.ChainForces, unequal: forces.ChainForces) -> Claim:
     """Judge whether (4) is the percussions where all masses are equal."""
     special, unlike = (relative_difference(c.percussion, c.first_order) for c in (equal, unequal))
     verdict = Verdict.of(special < ROUNDING)
     return words.claim("special_case", verdict, special=special, unlike=unlike, mass=unequal.mass)
 
 
-def constant_in_a_chain(words: Words, equal: ChainForces, unequal: ChainForces) -> Claim:
+def constant_in_a_chain(
+    words: Words, equal: forces.ChainForces, unequal: forces.ChainForces
+) -> Claim:
     """Judge whether the social force is constant along a chain: touching, and at rest."""
     both = (equal, unequal)
     touching = max(float(np.abs(chain.social / LAW.strength - 1).max()) for chain in both)
@@ -100,16 +70,18 @@ def constant_in_a_chain(words: Words, equal: ChainForces, unequal: ChainForces) 
     )
 
 
-def restrictive_mass(words: Words, unequal: ChainForces, arches: Sequence[ArchForces]) -> Claim:
+def restrictive_mass(
+    words: Words, unequal: forces.ChainForces, arches: Sequence[forces.ArchForces]
+) -> Claim:
     """Judge whether equal masses restrict the first-order model: it counts as holding where every
-    difference is large, in part where one is noticeable."""
+    difference is large, in part where one is noticeable; arches: of equal and of unequal masses."""
     chain = relative_difference(unequal.percussion, unequal.first_order)
     first = np.abs(unequal.first_order / unequal.percussion - 1)
     crowds: list[dict[str, Any]] = []
     parts = [chain]
-    for arch in (a for a in arches if a.unequal_masses):
-        a, b = arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER]
-        contact, most, carried, resultant = differences(a, b)
+    for arch in arches[1:]:
+        a, b = arch.by_law[forces.PERCUSSIONS], arch.by_law[forces.FIRST_ORDER]
+        contact, most, carried, resultant = forces.differences(a, b)
         parts += [contact, carried, resultant]
         each = {"contact": contact, "carried": carried, "resultant": resultant, "most": most}
         crowds.append(each | {"name": arch.scene.name, "speed": arch.speed_difference})
@@ -120,7 +92,7 @@ def restrictive_mass(words: Words, unequal: ChainForces, arches: Sequence[ArchFo
     )
 
 
-def complete_congestion(words: Words, found: Sequence[Congestion]) -> Claim:
+def complete_congestion(words: Words, found: Sequence[forces.Congestion]) -> Claim:
     """Judge whether equal masses are why the first-order model stops everybody: it does on the
     blocked crowds, and percussions of unequal masses let somebody go."""
     congests = sum(one.congests for one in found)
@@ -131,7 +103,9 @@ def complete_congestion(words: Words, found: Sequence[Congestion]) -> Claim:
     return words.claim("complete_congestion", verdict, found=found, fastest=fastest, **counts)
 
 
-def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverlap) -> Claim:
+def constant_without_overlap(
+    words: Words, arch: forces.ArchForces, apart: forces.WithoutOverlap
+) -> Claim:
     """Judge whether the social force is constant in a crowd without overlaps, `apart`."""
     spread = float(np.ptp(apart.contact)) / LAW.strength
     uneven = float(apart.carried.std() / apart.carried.mean())
@@ -139,36 +113,32 @@ def constant_without_overlap(words: Words, arch: ArchForces, apart: WithoutOverl
     constant = max(spread, apart.friction / LAW.strength) < ROUNDING
     near = int((apart.beyond > 0.01 * LAW.strength).sum())
     beyond = 1 - apart.carried_by_touching.sum() / apart.carried.sum()
-    both = {"arch": arch, "apart": apart, "social": arch.by_law[SOCIAL].contact}
+    both = {"arch": arch, "apart": apart, "social": arch.by_law[forces.SOCIAL].contact}
     sizes = {"spread": spread, "near": near, "beyond": beyond, "uneven": uneven, "thinner": thinner}
     verdict = Verdict.of(constant, max(uneven, thinner) < LARGE)
     return words.claim("constant_without_overlap", verdict, **both, **sizes)
 
 
-def no_overlap(words: Words, evacuations: Sequence[Evacuation]) -> Claim:
+def no_overlap(words: Words, evacuated: Sequence[forces.Evacuation]) -> Claim:
     """Judge whether nobody overlaps in the evacuation by the social force model, at each desired
     speed: true where the deepest overlap of half of the looks at least is SEEN of a diameter or
     less."""
     found: list[dict[str, Any]] = []
-    for speed in sorted({one.speed for one in evacuations}):
-        mine = [one for one in evacuations if one.speed == speed]
+    for speed in sorted({one.speed for one in evacuated}):
+        mine = [one for one in evacuated if one.speed == speed]
         deepest = np.concatenate([one.deepest for one in mine])
-        forces = np.concatenate([one.forces for one in mine])
-        sizes = {
-            "median": np.median(deepest),
-            "most": deepest.max(),
-            "force": forces.max(initial=0),
-        }
-        touching = np.mean(deepest > 0)
-        found.append({"speed": speed, "runs": len(mine), "touching": touching} | sizes)
-    clear = [each["median"] <= SEEN * DIAMETER_M for each in found]
+        force = np.concatenate([one.forces for one in mine]).max(initial=0)
+        counts = {"speed": speed, "runs": len(mine), "touching": np.mean(deepest > 0)}
+        sizes = {"median": np.median(deepest), "most": deepest.max(), "force": force}
+        found.append(counts | sizes)
+    clear = [each["median"] <= SEEN * forces.DIAMETER_M for each in found]
     verdict = Verdict.of(all(clear), any(clear))
-    return words.claim("no_overlap", verdict, found=found, law=LAW, diameter=DIAMETER_M)
+    return words.claim("no_overlap", verdict, found=found, law=LAW, diameter=forces.DIAMETER_M)
 
 
-def unrealistic(words: Words, arch: ArchForces) -> Claim:
+def unrealistic(words: Words, arch: forces.ArchForces) -> Claim:
     """Judge whether the social force is blind to how the crowd presses."""
-    reference, social = arch.by_law[PERCUSSIONS], arch.by_law[SOCIAL]
+    reference, social = arch.by_law[forces.PERCUSSIONS], arch.by_law[forces.SOCIAL]
     value = correlation(reference.contact, social.contact)
     verdict = Verdict.of(value < 0.5, social.spread < 0.5 * reference.spread)
     both = {"social": social, "reference": reference}
@@ -186,11 +156,11 @@ def surface(words: Words, overlap: float, radii: tuple[float, float], ratio: flo
 
 
 def non_zero_apart(
-    words: Words, beyond: Mapping[str, BeyondTouch], reach: float, jump: float
+    words: Words, beyond: Mapping[str, forces.BeyondTouch], reach: float, jump: float
 ) -> Claim:
     """Judge whether (10) acts without a contact; `beyond` up to a gap of `reach` (m), `jump` the
     ratio of the printed law's forces just beyond and at touch."""
-    printed, text = beyond[PRINTED], beyond[TEXT]
+    printed, text = beyond[forces.PRINTED], beyond[forces.TEXT]
     verdict = Verdict.of(printed.share > 0, text.share > 0)
     return words.claim(
         "non_zero_apart", verdict, printed=printed, text=text, reach=reach, jump=jump
@@ -219,7 +189,7 @@ LEAST_CONTACTS = 10
 def draw_laws(limit: float) -> Figure:
     """Draw the force of one pair against its gap, by law; limit: N, f_max."""
     gap = np.concatenate([np.linspace(-0.02, 0.0, 21), np.linspace(1e-6, 0.5, 200)])
-    forces = pair_forces(gap, RADIUS_M, limit)
+    of_pairs = forces.pair_forces(gap, forces.RADIUS_M, limit)
     figure, (axes,) = panels(8.0, 4.4)
     label = "percussions: any force at touch, none beyond"
     axes.axvline(0.0, color=BLACK, lw=4, alpha=0.25, label=label)
@@ -228,8 +198,8 @@ def draw_laws(limit: float) -> Figure:
         style: dict[str, Any] = {"ls": line, "color": colour, "marker": marker, "markevery": 20}
         style |= {"ms": 5, "mfc": "none"}
         # in two pieces, so that no line joins the two sides of the jump
-        axes.plot(1e3 * gap[touch:], forces[name][touch:], label=label, **style)
-        axes.plot(1e3 * gap[:touch], forces[name][:touch], **style)
+        axes.plot(1e3 * gap[touch:], of_pairs[name][touch:], label=label, **style)
+        axes.plot(1e3 * gap[:touch], of_pairs[name][:touch], **style)
     strength = SocialForceLaw().strength
     place, arrow = (30.0, 1.6 * strength), {"arrowstyle": "->"}
     axes.annotate(f"A = {strength:g} N", (0.0, strength), place, arrowprops=arrow, fontsize=9)
@@ -239,7 +209,7 @@ def draw_laws(limit: float) -> Figure:
     return figure
 
 
-def draw_chains(equal: ChainForces, unequal: ChainForces) -> Figure:
+def draw_chains(equal: forces.ChainForces, unequal: forces.ChainForces) -> Figure:
     """Draw the force along the chain for equal and unequal masses, and what the first-order model
     misjudges."""
     figure = Figure(figsize=(12.5, 4.8), layout="constrained")
@@ -263,7 +233,7 @@ def draw_chains(equal: ChainForces, unequal: ChainForces) -> Figure:
     return figure
 
 
-def _draw_misjudged(axes: Axes, equal: ChainForces, unequal: ChainForces) -> None:
+def _draw_misjudged(axes: Axes, equal: forces.ChainForces, unequal: forces.ChainForces) -> None:
     for chain, marker, style, colour, label in (
         (equal, "o", "--", BLACK, "equal masses"),
         (unequal, "^", "-", ORANGE, "unequal masses"),
@@ -278,16 +248,16 @@ def _draw_misjudged(axes: Axes, equal: ChainForces, unequal: ChainForces) -> Non
     axes.legend(fontsize=9)
 
 
-def draw_arches(equal: ArchForces, unequal: ArchForces) -> Figure:
+def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
     """Draw the distribution of the force, the force against the distance from the door, and social
     force and first-order model against percussions."""
     figure, (by_force, by_distance, social, first_order) = panels(10.5, 8.6, 2, 2)
     styles = {
-        PERCUSSIONS: (BLACK, "-", "o", 2.4),
+        forces.PERCUSSIONS: (BLACK, "-", "o", 2.4),
         equal.engine: (GREY, "-", "P", 2.4),
-        SOCIAL: (BLUE, "--", "s", 1.6),
-        TEXT: (PINK, "-.", "D", 1.6),
-        PRINTED: (PINK, ":", "v", 1.6),
+        forces.SOCIAL: (BLUE, "--", "s", 1.6),
+        forces.TEXT: (PINK, "-.", "D", 1.6),
+        forces.PRINTED: (PINK, ":", "v", 1.6),
     }
     for name, (colour, style, marker, width) in styles.items():
         force = np.sort(equal.by_law[name].contact)
@@ -301,15 +271,15 @@ def draw_arches(equal: ArchForces, unequal: ArchForces) -> Figure:
     by_distance.set(yscale="log", xlabel="distance from the middle of the door (m)")
     by_distance.set_ylabel(f"mean normal force, rings of {RING_M:g} m (N)")
     by_distance.set_title(f"{equal.scene.name}: force against distance")
-    _scatter(social, equal, SOCIAL, "s", BLUE)
-    _scatter(first_order, unequal, FIRST_ORDER, "^", ORANGE)
+    _scatter(social, equal, forces.SOCIAL, "s", BLUE)
+    _scatter(first_order, unequal, forces.FIRST_ORDER, "^", ORANGE)
     for axes in (by_force, by_distance, social, first_order):
         axes.grid(alpha=0.3)
     legend_below(figure, by_distance, 5, 9)
     return figure
 
 
-def _rings(arch: ArchForces, force: Floats) -> tuple[Floats, Floats]:
+def _rings(arch: forces.ArchForces, force: Floats) -> tuple[Floats, Floats]:
     """Middle radius (m) of rings about the door, and the mean force (N) in each."""
     ring = (arch.distance[arch.inside] / RING_M).astype(np.int64)
     count = np.bincount(ring)
@@ -319,21 +289,21 @@ def _rings(arch: ArchForces, force: Floats) -> tuple[Floats, Floats]:
     return np.asarray(middle, dtype=np.float64), np.asarray(total / count[enough])
 
 
-def _scatter(axes: Axes, arch: ArchForces, name: str, marker: str, colour: str) -> None:
-    reference, force = (arch.by_law[law].contact / 1e3 for law in (PERCUSSIONS, name))
+def _scatter(axes: Axes, arch: forces.ArchForces, name: str, marker: str, colour: str) -> None:
+    reference, force = (arch.by_law[law].contact / 1e3 for law in (forces.PERCUSSIONS, name))
     top = 1.05 * max(float(reference.max()), float(force.max()))
     axes.plot([0, top], [0, top], color=BLACK, lw=0.8, label="equal")
     axes.plot(reference, force, marker, ms=3.5, mfc="none", mec=colour, mew=0.8, ls="none")
-    axes.set(xlabel=f"{PERCUSSIONS} (kN)", ylabel=f"{name} (kN)")
+    axes.set(xlabel=f"{forces.PERCUSSIONS} (kN)", ylabel=f"{name} (kN)")
     law, alike = name.split(" λ")[0], correlation(reference, force)
     axes.set_title(f"{arch.scene.name}: {law}, correlation {alike:.3f}")
     axes.legend(loc="lower right", fontsize=9)
 
 
-def draw_evacuations(found: Sequence[Evacuation]) -> Figure:
+def draw_evacuations(found: Sequence[forces.Evacuation]) -> Figure:
     """Draw the crowd before the exit at the last look, a panel for each desired speed, with the
     contacts that overlap."""
-    walls, _ = room()
+    walls, _ = forces.room()
     first = {one.speed: one for one in reversed(found)}
     figure, every = panels(10.5, 4.6, 1, len(first), sharey=True)
     norm = Normalize(0.0, 1e3 * max(one.deepest.max() for one in found))
@@ -374,49 +344,48 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     scenes = [read_scene(name) for name in CROWDS]
     drive = scenes[0].drive
     assert drive is not None
-    equal, unequal = (chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS)
+    equal, unequal = (
+        forces.chain_forces(read_scene(name), drive.relaxation_time_s) for name in CHAINS
+    )
     warnings = [*equal.warnings, *unequal.warnings]
-    limit = drive.push(MASS_KG)
-    jump = jump_at_touch(limit)
-    named = {name: value for name, value in vars(rival_forces).items() if name.isupper()}
-    named |= {"radius": RADIUS_M}
-    words = Words(__name__, drive=drive, limit=limit, jump=jump, **named)
+    limit = drive.push(forces.MASS_KG)
+    jump = forces.jump_at_touch(limit)
+    named = {name: value for name, value in vars(forces).items() if name.isupper()}
+    words = Words(__name__, drive=drive, limit=limit, jump=jump, radius=forces.RADIUS_M, **named)
     arches = _arches(scenes, runs, tell, warnings)
-    pictures = [
-        words.picture("fig_6_laws", draw_laws(limit)),
-        words.picture("fig_6_chain", draw_chains(equal, unequal)),
-    ]
+    pictures = {"fig_6_laws": draw_laws(limit), "fig_6_chain": draw_chains(equal, unequal)}
     tables = [
-        words.table("table_pair", pair_rows(limit)),
-        *(words.table("table_chain", chain_rows(chain), chain=chain) for chain in (equal, unequal)),
+        words.table("table_pair", forces.pair_rows(limit)),
+        words.table("table_chain", forces.chain_rows(equal), chain=equal),
+        words.table("table_chain", forces.chain_rows(unequal), chain=unequal),
     ]
     judged = [
         special_case(words, equal, unequal),
         restrictive_mass(words, unequal, arches),
         constant_in_a_chain(words, equal, unequal),
-        surface(words, OVERLAP_M, RADII_M, ratio_of_sizes(OVERLAP_M, RADII_M)),
+        surface(words, OVERLAP_M, RADII_M, forces.ratio_of_sizes(OVERLAP_M, RADII_M)),
     ]
-    if len(arches) == 2:
-        pictures.append(words.picture("fig_6_arch", draw_arches(*arches)))
-        tables.append(words.table("table_arch", arch_rows(arches)))
+    if arches:
+        pictures["fig_6_arch"] = draw_arches(*arches)
+        tables.append(words.table("table_arch", forces.arch_rows(arches)))
         tell("rivals", 0.7)
         crowds = blocked(runs, warnings, tell)
-        if stopped := [Congestion.of(crowd) for crowd in crowds if crowd.still]:
+        if stopped := [forces.congestion_of(crowd) for crowd in crowds if crowd.still]:
             tables.append(words.table("table_congestion", _congestion_rows(stopped)))
             judged.insert(2, complete_congestion(words, stopped))
-        judged += _crowd_claims(words, arches, _apart(arches[0], warnings), jump)
-    evacuated = evacuations(tell)
-    pictures.append(words.picture("fig_6_evacuation", draw_evacuations(evacuated)))
+        judged += _crowd_claims(words, arches, jump, warnings)
+    evacuated = forces.evacuations(tell)
+    pictures["fig_6_evacuation"] = draw_evacuations(evacuated)
     tables.append(words.table("table_evacuation", _evacuation_rows(evacuated)))
     judged.append(no_overlap(words, evacuated))
-    tables.append(_misjudged(words, (equal, unequal), arches))
+    tables.append(words.table("table_misjudged", _misjudged((equal, unequal), arches)))
     tell("rivals", 1.0)
     return words.section("6", pictures=pictures, tables=tables, claims=judged, warnings=warnings)
 
 
 def _arches(
     scenes: Sequence[Scene], runs: Path, tell: Progress, warnings: list[str]
-) -> list[ArchForces]:
+) -> list[forces.ArchForces]:
     for engine in PENALTY:
         found = []
         try:
@@ -424,7 +393,7 @@ def _arches(
                 tell("rivals", 0.1 + 0.3 * number)
                 run = EngineRun.of(scene, engine.NAME, runs)
                 run.record(tell)
-                found.append(arch_forces(scene, run.folder))
+                found.append(forces.arch_forces(scene, run.folder))
         except (EngineError, DumpError) as error:
             warnings.append(f"{engine.NAME}: {error}")
             continue
@@ -434,51 +403,45 @@ def _arches(
     return []
 
 
-def _apart(arch: ArchForces, warnings: list[str]) -> WithoutOverlap | None:
-    try:
-        return without_overlap(arch)
-    except OverlapError as error:
-        warnings.append(f"{arch.scene.name} without overlaps: {error}")
-        return None
-
-
 def _crowd_claims(
-    words: Words, arches: list[ArchForces], apart: WithoutOverlap | None, jump: float
+    words: Words, arches: Sequence[forces.ArchForces], jump: float, warnings: list[str]
 ) -> list[Claim]:
     equal, unequal = arches
-    found = []
-    if apart is not None:
-        found.append(constant_without_overlap(words, equal, apart))
-    beyond = loehner_beyond_touch(unequal, LOEHNER_REACH_M)
-    return [*found, unrealistic(words, equal), non_zero_apart(words, beyond, LOEHNER_REACH_M, jump)]
+    beyond = forces.loehner_beyond_touch(unequal, LOEHNER_REACH_M)
+    found = [unrealistic(words, equal), non_zero_apart(words, beyond, LOEHNER_REACH_M, jump)]
+    try:
+        return [constant_without_overlap(words, equal, forces.without_overlap(equal)), *found]
+    except OverlapError as error:
+        warnings.append(f"{equal.scene.name} without overlaps: {error}")
+        return found
 
 
-def _misjudged(words: Words, chains: Sequence[ChainForces], arches: Sequence[ArchForces]) -> Table:
-    """Tabulate what the first-order model makes of unequal masses."""
+def _misjudged(
+    chains: Sequence[forces.ChainForces], arches: Sequence[forces.ArchForces]
+) -> list[Sequence[Cell]]:
+    """What the first-order model makes of unequal masses."""
     rows: list[Sequence[Cell]] = []
     for name, chain in zip(CHAINS, chains, strict=True):
         before = (np.append(0.0, force) for force in (chain.percussion, chain.first_order))
-        a, b = (Forces(force[1:], force[1:] + force[:-1], np.diff(force)) for force in before)
-        rows.append((name, *differences(a, b), "all at rest", 0))
+        a, b = (forces.Forces(f[1:], f[1:] + f[:-1], np.diff(f)) for f in before)
+        rows.append((name, *forces.differences(a, b), "all at rest", 0))
     for arch in arches:
-        found = differences(arch.by_law[PERCUSSIONS], arch.by_law[FIRST_ORDER])
+        a, b = (arch.by_law[law] for law in (forces.PERCUSSIONS, forces.FIRST_ORDER))
+        found = forces.differences(a, b)
         rows.append((arch.scene.name, *found, arch.speed_difference, arch.undetermined))
-    return words.table("table_misjudged", rows)
+    return rows
 
 
-def _congestion_rows(found: Sequence[Congestion]) -> list[tuple[float, ...]]:
-    return [
-        (one.seed, one.stiffness, one.first_order, one.equal, max(one.unequal), one.freed)
-        for one in found
-    ]
+def _congestion_rows(found: Sequence[forces.Congestion]) -> list[tuple[float, ...]]:
+    return [(*one[:4], max(one.unequal), one.freed) for one in found]
 
 
-def _evacuation_rows(evacuated: Sequence[Evacuation]) -> list[tuple[float, ...]]:
+def _evacuation_rows(evacuated: Sequence[forces.Evacuation]) -> list[tuple[float, ...]]:
     rows = []
     for one in evacuated:
-        deepest, forces = 1e3 * one.deepest, one.forces
+        deepest, contacts = 1e3 * one.deepest, len(one.forces)
         sizes = np.mean(deepest > 0), np.median(deepest), deepest.max()
-        force = forces.max() if len(forces) else float("nan")
-        contacts = len(forces) / len(one.looks)
-        rows.append((one.speed, one.seed, one.left, contacts, *map(float, sizes), float(force)))
+        force = float(one.forces.max()) if contacts else float("nan")
+        counts = one.left, contacts / len(one.looks)
+        rows.append((one.speed, one.seed, *counts, *map(float, sizes), force))
     return rows

@@ -1,13 +1,11 @@
 """Forces on people by percussions, the first-order model, the social force and Löhner's law: of a
 pair, along a chain, in a crowd, before a blocked exit and in an evacuation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, root
@@ -82,16 +80,13 @@ def pair_rows(limit: float) -> list[list[float]]:
 LEFT_OUT_N = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ChainForces:
+class ChainForces(NamedTuple):
     """Normal forces at the k contacts of a chain of n, from its free end to the wall, the last.
 
-    mass, drive: (n,) kg and N
     social_at_rest, gap_at_rest: (k,) N and m, one contact where the social forces balance the drive
     loehner_printed, loehner_text: (k,) N at touch, the mean of what the two receive"""
 
-    mass: Floats
-    drive: Floats
+    mass: Floats  # (n,) kg
     percussion: Floats  # (k,) N, p/τ
     first_order: Floats  # (k,) N, λ m̄/τ with the mean mass m̄
     social: Floats  # (k,) N, one contact of the touching chain
@@ -100,12 +95,8 @@ class ChainForces:
     gap_at_rest: Floats
     loehner_printed: Floats
     loehner_text: Floats
+    equal_masses: bool
     warnings: Sequence[str]  # answers that were not solved
-
-    @property
-    def equal_masses(self) -> bool:
-        """Whether everybody has the same mass."""
-        return bool(np.ptp(self.mass) == 0)
 
 
 def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
@@ -131,7 +122,6 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
     )
     return ChainForces(
         mass=snapshot.mass,
-        drive=drive,
         percussion=(found.answer.impulse * contacts.normal).sum(1) / relaxation_time,
         first_order=model.multiplier * snapshot.mass.mean() / relaxation_time,
         social=social_force(snapshot, contacts, law).normal,
@@ -140,6 +130,7 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
         gap_at_rest=nearest.gap,
         loehner_printed=printed,
         loehner_text=text,
+        equal_masses=bool(np.ptp(snapshot.mass) == 0),
         warnings=warnings,
     )
 
@@ -219,8 +210,7 @@ PRINTED, TEXT = "Löhner as printed", "Löhner, cases exchanged"
 READINGS = {PRINTED: LoehnerReading.PRINTED, TEXT: LoehnerReading.TEXT}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Forces:
+class Forces(NamedTuple):
     """What one law gives to n disks at k contacts."""
 
     contact: Floats  # (k,) N normal, what the two sides receive on average
@@ -233,8 +223,7 @@ class Forces:
         return float(self.contact.std() / self.contact.mean())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ArchForces:
+class ArchForces(NamedTuple):
     """Every law on one snapshot of a scene: n disks, k contacts.
 
     distance, inside: (k,) m of each contact from the middle of the door, and whether it is in the
@@ -251,18 +240,8 @@ class ArchForces:
     undetermined: int  # contacts whose percussion the mechanics does not fix
     sliding: Floats  # (k,) N, the social force's friction
     drive: Floats  # (n,) N, m u_d/τ
+    deepest: float  # m, the largest overlap
     warnings: Sequence[str]  # answers that were not solved
-
-    @property
-    def unequal_masses(self) -> bool:
-        """Whether people differ in mass."""
-        mass = self.snapshot.mass
-        return bool(np.ptp(mass) > 1e-6 * mass.mean())
-
-    @property
-    def deepest(self) -> float:
-        """The largest overlap (m)."""
-        return float(-self.contacts.gap.min())
 
 
 def arch_forces(scene: Scene, folder: Path) -> ArchForces:
@@ -302,6 +281,7 @@ def arch_forces(scene: Scene, folder: Path) -> ArchForces:
         undetermined=int((~match.determined[match.in_rigid]).sum()),
         sliding=np.hypot(*social.sliding.T),
         drive=wish,
+        deepest=float(-contacts.gap.min()),
         warnings=unsolved_of(scene.name, comparison.answer, model),
     )
 
@@ -312,8 +292,7 @@ def _symmetric(contacts: Contacts, force: Floats, n: int) -> Forces:
     return Forces(force, contacts.sum_at_disks(np.abs(force), n), resultant)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class WithoutOverlap:
+class WithoutOverlap(NamedTuple):
     """The social force on the same crowd moved apart by the least displacement until nobody
     overlaps."""
 
@@ -350,8 +329,7 @@ def without_overlap(arch: ArchForces) -> WithoutOverlap:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class BeyondTouch:
+class BeyondTouch(NamedTuple):
     """Löhner's law with all pairs up to some gap."""
 
     share: float  # of the forces' sum that pairs give which do not touch
@@ -400,8 +378,7 @@ def arch_rows(arches: Sequence[ArchForces]) -> list[tuple[str | float, ...]]:
 LEAST_KG, MOST_KG, DRAWS = 50.0, 100.0, 5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Congestion:
+class Congestion(NamedTuple):
     """Whether a crowd behind a blocked exit stays, by law: the fastest inside.
 
     first_order, equal: m/s, by the first-order model, and by percussions of equal masses"""
@@ -411,21 +388,6 @@ class Congestion:
     first_order: float
     equal: float
     unequal: tuple[float, ...]  # (draws,) m/s, by percussions of masses from 50 to 100 kg
-
-    @classmethod
-    def of(cls, crowd: Blocked) -> Congestion:
-        """Solve a blocked crowd by both models, and with other masses."""
-        arch = crowd.arch
-        model = first_order(arch.snapshot, arch.contacts, left_velocity=arch.left_velocity)
-        random = np.random.default_rng([crowd.seed, round(crowd.stiffness)])
-        masses = random.uniform(LEAST_KG, MOST_KG, (DRAWS, len(arch.snapshot)))
-        return cls(
-            seed=crowd.seed,
-            stiffness=crowd.stiffness,
-            first_order=_fastest(arch, model.right_velocity),
-            equal=_fastest(arch, arch.answer.right_velocity),
-            unequal=tuple(_fastest(arch, _with_masses(arch, mass)) for mass in masses),
-        )
 
     @property
     def congests(self) -> bool:
@@ -438,10 +400,18 @@ class Congestion:
         return sum(speed >= AT_REST_M_PER_S for speed in self.unequal)
 
 
-def _with_masses(arch: Arch, mass: np.ndarray) -> np.ndarray:
-    snapshot = replace(arch.snapshot, mass=mass)
-    answer = solve(snapshot, arch.contacts, left_velocity=arch.left_velocity, tolerance=1e-10)
-    return answer.right_velocity
+def congestion_of(crowd: Blocked) -> Congestion:
+    """Solve a blocked crowd by both models, and with other masses."""
+    arch, n = crowd.arch, len(crowd.arch.snapshot)
+    model = first_order(arch.snapshot, arch.contacts, left_velocity=arch.left_velocity)
+    random = np.random.default_rng([crowd.seed, round(crowd.stiffness)])
+    unequal = []
+    for mass in random.uniform(LEAST_KG, MOST_KG, (DRAWS, n)):
+        other = replace(arch.snapshot, mass=mass)
+        answer = solve(other, arch.contacts, left_velocity=arch.left_velocity, tolerance=1e-10)
+        unequal.append(_fastest(arch, answer.right_velocity))
+    first, equal = (_fastest(arch, answer.right_velocity) for answer in (model, arch.answer))
+    return Congestion(crowd.seed, crowd.stiffness, first, equal, tuple(unequal))
 
 
 def _fastest(arch: Arch, velocity: np.ndarray) -> float:
@@ -468,8 +438,7 @@ SPEEDS, SEEDS = (1.0, 2.0, 4.0), (1, 2, 3)
 CONSTANTS: dict[str, Any] = {"tau": TIME_S, "reach": REACH_M, "gone": GONE_M, "step": STEP_S}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Evacuation:
+class Evacuation(NamedTuple):
     """A crowd that leaves a room by the social force model.
 
     looks: the social forces at the contacts of two people inside, at each look"""
