@@ -12,20 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    LINES,
-    MARKERS,
-    ORANGE,
-    PINK,
-    SHADES,
-    label_outer,
-    legend_below,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.pages.numbers import NONE, decimals
 from analysis.pages.section import Cell, Section
 from analysis.pages.words import Words
@@ -68,7 +55,11 @@ class Packing(StrEnum):
     PRESSED = "pressed"
 
 
-COLOURS = {Packing.TOUCHING: ORANGE, Packing.NEAR: GREEN, Packing.PRESSED: BLUE}
+COLOURS = {
+    Packing.TOUCHING: drawing.ORANGE,
+    Packing.NEAR: drawing.GREEN,
+    Packing.PRESSED: drawing.BLUE,
+}
 
 Plan = Mapping[Packing, Mapping[int, int]]
 """How many crowds (seeds 1, 2, …) of each packing and N."""
@@ -450,7 +441,7 @@ def by_packing(sizes: Sequence[Size]) -> dict[Packing, list[Size]]:
 def trends(sizes: Sequence[Size]) -> Figure:
     """Against N: kinetic energy kept; distance of the pressure from (20), without and with
     friction; the part of Σ that is no pressure."""
-    figure, (kept, deviator, smooth, rough) = panels(10.0, 7.4, 2, 2)
+    figure, (kept, deviator, smooth, rough) = drawing.panels(10.0, 7.4, 2, 2)
     last = sizes[-1]
     models = last.models
     _trend(kept, sizes, lambda size: size.kept)
@@ -465,7 +456,7 @@ def trends(sizes: Sequence[Size]) -> Figure:
     deviator.set(ylim=(0, None), ylabel="no pressure: ‖Σ + p1‖ / ‖Σ‖")
     smooth.set(ylim=(0, 1.06), ylabel="distance of p from (20)")
     rough.set(ylim=(0, 1.06), ylabel="distance of p from (20), best friction")
-    legend_below(figure, kept, 3, 9)
+    drawing.legend_below(figure, kept, 3, 9)
     return figure
 
 
@@ -473,7 +464,7 @@ def _across(axes: Axes, levels: Sequence[tuple[str, float]]) -> None:
     """Lines across the axes, named beside them, where no data can be."""
     place = ("axes fraction", "data")
     for words, value in levels:
-        axes.axhline(value, color=BLACK, lw=0.8, ls=LINES[3])
+        axes.axhline(value, color=drawing.BLACK, lw=0.8, ls=drawing.LINES[3])
         axes.annotate(words, (1.01, value), xycoords=place, fontsize=8, va="center")
 
 
@@ -483,8 +474,8 @@ def _trend(axes: Axes, sizes: Sequence[Size], number: Callable[[Size], Floats]) 
         bars = [v.std(ddof=1) / np.sqrt(len(v)) if len(v) > 1 else 0.0 for v in values]
         style: dict[str, Any] = {
             "color": COLOURS[packing],
-            "marker": MARKERS[place],
-            "ls": LINES[place],
+            "marker": drawing.MARKERS[place],
+            "ls": drawing.LINES[place],
         }
         means, counts = [v.mean() for v in values], [size.n for size in same]
         axes.errorbar(counts, means, yerr=bars, capsize=3, label=str(packing), **style)
@@ -496,27 +487,32 @@ def profiles(sizes: Sequence[Size]) -> Figure:
     """Mean pressure in bands of the distance from the exit, one panel a packing, with the continuum
     models."""
     kinds = by_packing(sizes)
-    figure, every = panels(11.0, 4.5, 1, len(kinds), sharey=True)
+    figure, every = drawing.panels(11.0, 4.5, 1, len(kinds), sharey=True)
     for axes, (packing, same) in zip(every, kinds.items(), strict=True):
         shades = np.linspace(0.65, 0.0, len(same))
         for number, size in enumerate(same):
             mean = np.mean([s.stress.pressure for s in size.samples], axis=0)
-            look = {"marker": MARKERS[number % len(MARKERS)], "ms": 4, "lw": 1}
+            look = {"marker": drawing.MARKERS[number % len(drawing.MARKERS)], "ms": 4, "lw": 1}
             label = f"{size.n:,} disks"
             axes.plot(*_banded(mean), **look, color=str(shades[number]), label=label)
         models, last = same[-1].models, same[-1]
         for model, style, colour, words in (
-            (models.first_order, "--", BLUE, "(20)"),
-            (models.blocked, "-.", BLACK, "nobody moves"),
-            (last.rough, (0, (8, 2)), PINK, "(20), friction fitted to the largest N"),
-            (models.table, ":", ORANGE, "(11), Table 1"),
-            (last.best, (0, (4, 1, 1, 1, 1, 1)), GREEN, "(11), $k_v$ fitted to the largest N"),
+            (models.first_order, "--", drawing.BLUE, "(20)"),
+            (models.blocked, "-.", drawing.BLACK, "nobody moves"),
+            (last.rough, (0, (8, 2)), drawing.PINK, "(20), friction fitted to the largest N"),
+            (models.table, ":", drawing.ORANGE, "(11), Table 1"),
+            (
+                last.best,
+                (0, (4, 1, 1, 1, 1, 1)),
+                drawing.GREEN,
+                "(11), $k_v$ fitted to the largest N",
+            ),
         ):
             axes.plot(*_banded(model.pressure), ls=style, lw=2, color=colour, label=words)
         axes.set(xlabel="distance from the exit (m)", title=str(packing), xlim=(0, WITHIN))
         axes.set_ylim(bottom=0)
     every[0].set_ylabel("coarse-grained pressure (N·s/m)")
-    legend_below(figure, every[0], 3)
+    drawing.legend_below(figure, every[0], 3)
     return figure
 
 
@@ -538,7 +534,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     ]
     models = (last.models.first_order, last.rough, last.best)
     shown += [(model.name, model.pressure) for model in models[: len(kinds)]]
-    figure, every = panels(9.5, 12.0, 3, len(kinds), sharex=True, sharey=True)
+    figure, every = drawing.panels(9.5, 12.0, 3, len(kinds), sharex=True, sharey=True)
     top = float(last.models.blocked.pressure.max())
     levels = np.linspace(0.0, np.ceil(top / 500) * 500, 13)
     x, y = np.unique(points()[:, 0]), np.unique(points()[:, 1])
@@ -546,13 +542,15 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     for axes, (words, values) in zip(every, shown, strict=True):
         grid = np.full((len(y), len(x)), np.nan)
         grid[rows, columns] = np.maximum(values, 0.0)
-        drawn = axes.contourf(x, y, grid, levels=levels, cmap=SHADES, extend="max")
+        drawn = axes.contourf(x, y, grid, levels=levels, cmap=drawing.SHADES, extend="max")
         axes.contour(x, y, grid, levels=levels[::2], colors="white", linewidths=0.4)
         for side in (-1, 1):
-            axes.plot([0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=BLACK, lw=2)
+            axes.plot(
+                [0, 0], [side * HALF_DOOR, side * (WITHIN + HALF_DOOR)], color=drawing.BLACK, lw=2
+            )
         axes.set_title(words.replace("k_v", "$k_v$"), fontsize=9)
-        axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=GREY)
-    label_outer(every)
+        axes.set(aspect="equal", xlim=(-WITHIN, 3 * SPACING), facecolor=drawing.GREY)
+    drawing.label_outer(every)
     figure.colorbar(drawn, ax=every, label="pressure (N·s/m)", shrink=0.5)
     return figure
 

@@ -12,16 +12,7 @@ from analysis.pages.fields import draw_arrows, draw_map, rounded
 from analysis.pages.section import Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
-from analysis.paper.continuum.exit_room import (
-    MESH,
-    ROOM,
-    body_mean,
-    body_pressure,
-    from_exit,
-    map_of,
-    slopes,
-    to_exit,
-)
+from analysis.paper.continuum import exit_room
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -75,10 +66,10 @@ class Fields(NamedTuple):
 def measured(name: str, answer: CollisionAnswer, left: Field) -> tuple[Run, Fields]:
     """Measure what people do at the walls, on the exit and in the room."""
     before, right = (
-        body_mean(answer.space, np.moveaxis(field, 0, -1))
+        exit_room.body_mean(answer.space, np.moveaxis(field, 0, -1))
         for field in (answer.left_field, answer.right_field)
     )
-    pressure, area = body_pressure(answer), map_of().area
+    pressure, area = exit_room.body_pressure(answer), exit_room.map_of().area
     pairs = (before, right), (before, before), (right, right)
     both, one, two = (float(area @ (a * b).sum(1)) for a, b in pairs)
     wall = answer.space.wall
@@ -86,12 +77,12 @@ def measured(name: str, answer: CollisionAnswer, left: Field) -> tuple[Run, Fiel
     normal = (u * wall.normal).sum(1)
     along = u[:, 1] * wall.normal[:, 0] - u[:, 0] * wall.normal[:, 1]
     share = wall.weight / wall.weight.sum()
-    near = to_exit(map_of().points) <= NEAR
+    near = exit_room.to_exit(exit_room.map_of().points) <= NEAR
     form = kept(answer), both / float(np.sqrt(one * two))
     largest = float(normal.max()) if normal.max() > ROUNDING else 0.0
     across, aside = (float(np.sqrt(share @ part**2)) for part in (normal, along))
     holding, flow = float(share[answer.active].sum()), outflow(answer, left)
-    peak = float(pressure.max()), from_exit(pressure)
+    peak = float(pressure.max()), exit_room.from_exit(pressure)
     by, far = (float(np.average(pressure[at], weights=area[at])) for at in (near, ~near))
     ended = answer.residual, str(answer.status)
     walls = largest, across, aside, holding, flow
@@ -118,7 +109,7 @@ def compressed(answer: CollisionAnswer, left: Field) -> float:
     """Share of the room where div u⁺ = div w − div u⁻ < 0; for a u⁻ that is smooth away from the
     exit."""
     space, gradient = answer.space, np.asarray(answer.sum_field.grad)
-    along_x, along_y = slopes(left, space.points, 1e-5)
+    along_x, along_y = exit_room.slopes(left, space.points, 1e-5)
     divergence = (gradient[0, 0] + gradient[1, 1]).ravel() - along_x[:, 0] - along_y[:, 1]
     return float(space.weights[divergence < 0].sum() / space.weights.sum())
 
@@ -139,17 +130,17 @@ def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
     """Draw |u⁺| with arrows, and p, of each run."""
     shape = 10.5, 4.6 * len(named), len(named), 2
     figure, every = panels(*shape, sharex=True, sharey=True)
-    mesh = map_of().mesh
+    mesh = exit_room.map_of().mesh
     fastest = rounded(max(float(np.quantile(np.hypot(*f.right.T), 0.99)) for _, f in named))
     most = rounded(max(float(np.quantile(f.pressure, 0.995)) for _, f in named))
     rows = zip(every[::2], every[1::2], ("ab", "cd"), named, strict=True)
     for speed, press, letters, (name, fields) in rows:
         title = f"({letters[0]}) right velocity, {name} left velocity"
-        drawn = draw_map(speed, ROOM, mesh, np.hypot(*fields.right.T), fastest, title)
+        drawn = draw_map(speed, exit_room.ROOM, mesh, np.hypot(*fields.right.T), fastest, title)
         figure.colorbar(drawn, ax=speed, label="|u⁺| (m/s)", shrink=0.9)
         draw_arrows(speed, mesh, fields.right, ARROWS, LENGTH)
         title = f"({letters[1]}) pressure, {name} left velocity"
-        drawn = draw_map(press, ROOM, mesh, fields.pressure, most, title)
+        drawn = draw_map(press, exit_room.ROOM, mesh, fields.pressure, most, title)
         figure.colorbar(drawn, ax=press, label="pressure (N·s/m)", shrink=0.9)
         for axes in (speed, press):
             axes.set(xlim=(-10.3, 0.6), ylim=(-5.3, 5.3))
@@ -157,12 +148,16 @@ def maps(named: Sequence[tuple[str, Fields]]) -> Figure:
     return figure
 
 
-def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
+def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Section:
     """Build Fig. 11: right velocity and pressure for uniform and random left velocities."""
-    space, way, toward = Space(mesh_of(ROOM, mesh)), toward_exit(ROOM, 1.0), toward_exit(ROOM, MEAN)
+    space, way, toward = (
+        Space(mesh_of(exit_room.ROOM, mesh)),
+        toward_exit(exit_room.ROOM, 1.0),
+        toward_exit(exit_room.ROOM, MEAN),
+    )
     lefts: dict[str, Field] = {"uniform": toward} | {
         f"random, draw {seed}": random_speeds(
-            ROOM, way, mean=MEAN, deviation=DEVIATION, seed=seed, cell=DENSITY**-0.5
+            exit_room.ROOM, way, mean=MEAN, deviation=DEVIATION, seed=seed, cell=DENSITY**-0.5
         )
         for seed in SEEDS
     }

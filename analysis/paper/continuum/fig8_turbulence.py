@@ -13,16 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from skfem import MeshTri1
 
-from analysis.pages.drawing import (
-    BLACK,
-    COLOURS,
-    GREY,
-    LINES,
-    MARKERS,
-    label_outer,
-    legend_below,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -446,29 +437,37 @@ def steps(size: float) -> list[StepDependence]:
 
 def error_curves(curves: Sequence[Curve]) -> Figure:
     """Draw errors against k_v for both cases, with the paper's 10⁻² and its k_v ≥ 4."""
-    figure, every = panels(10.0, 4.8, 1, 2, sharey=True)
+    figure, every = drawing.panels(10.0, 4.8, 1, 2, sharey=True)
     for axes, case in zip(every, Case, strict=True):
         for number, curve in enumerate(curves):
-            style: dict[str, Any] = {"marker": MARKERS[number], "ls": LINES[number % len(LINES)]}
-            style |= {"color": (*COLOURS, BLACK)[number], "mfc": "none" if number > 2 else None}
+            style: dict[str, Any] = {
+                "marker": drawing.MARKERS[number],
+                "ls": drawing.LINES[number % len(drawing.LINES)],
+            }
+            style |= {
+                "color": (*drawing.COLOURS, drawing.BLACK)[number],
+                "mfc": "none" if number > 2 else None,
+            }
             errors = list(curve.at(case).values())
             axes.plot(curve.volumes, errors, label=curve.name, **style)
-        axes.axhspan(10**-2.5, 10**-1.5, color=GREY, alpha=0.45, lw=0, label="order of 10⁻²")
-        axes.axvline(4.0, color=BLACK, lw=0.8, ls=":")
+        axes.axhspan(
+            10**-2.5, 10**-1.5, color=drawing.GREY, alpha=0.45, lw=0, label="order of 10⁻²"
+        )
+        axes.axvline(4.0, color=drawing.BLACK, lw=0.8, ls=":")
         place = ("data", "axes fraction")
         axes.annotate("$k_v = 4$", (4.2, 0.98), xycoords=place, fontsize=8, va="top")
         axes.set(xscale="log", yscale="log", title=NAMES[case])
         axes.set(xlabel="volume dissipation $k_v$ (per person)")
         axes.grid(alpha=0.3)
     every[0].set_ylabel("difference from the crowd turbulence (–)")
-    legend_below(figure, every[0], 2)
+    drawing.legend_below(figure, every[0], 2)
     return figure
 
 
 def force_maps(pairs: dict[Case, Pair]) -> Figure:
     """Draw |F| of the crowd turbulence, of (11), and their difference, over a body, on one scale
     per row."""
-    figure, every = panels(10.5, 7.0, 2, 3, sharex=True, sharey=True)
+    figure, every = drawing.panels(10.5, 7.0, 2, 3, sharex=True, sharey=True)
     for row, (case, pair) in zip((every[:3], every[3:]), pairs.items(), strict=True):
         theirs, ours = pair.forces.theirs_on_bodies, pair.ours_on_bodies
         top = rounded(float(np.quantile(np.concatenate([theirs, ours]), 0.99)))
@@ -478,7 +477,7 @@ def force_maps(pairs: dict[Case, Pair]) -> Figure:
             title = f"{NAMES[case][:3]} {name}"
             drawn = draw_map(axes, pair.forces.room, pair.forces.map.mesh, values, top, title)
         figure.colorbar(drawn, ax=row, label="|F| (N·s/m²)", shrink=0.8)
-    label_outer(every)
+    drawing.label_outer(every)
     return figure
 
 

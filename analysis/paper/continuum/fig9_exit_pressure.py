@@ -8,33 +8,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import curve_fit
 
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    label_outer,
-    legend_below,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.pages.fields import draw_map, rounded
 from analysis.pages.numbers import decimals
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
-from analysis.paper.continuum.exit_room import (
-    BODY,
-    EXIT,
-    MESH,
-    ROOM,
-    SIDE,
-    body_mean,
-    body_pressure,
-    from_exit,
-    map_of,
-    to_exit,
-)
+from analysis.paper.continuum import exit_room
 from analysis.support.parallel import Progress
 from nscd.arrays import Flags, Floats
 from nscd.continuum.closed_forms import point_sink
@@ -71,13 +51,13 @@ class Field(NamedTuple):
     @property
     def from_exit(self) -> float:
         """m, the distance of the largest from the exit."""
-        return from_exit(self.pressure)
+        return exit_room.from_exit(self.pressure)
 
     def band(self, least: float, most: float = np.inf) -> float:
         """Average over the points between these distances (m) from the exit, N·s/m."""
-        distance = to_exit(map_of().points)
+        distance = exit_room.to_exit(exit_room.map_of().points)
         inside = (distance >= least) & (distance <= most)
-        return float(np.average(self.pressure[inside], weights=map_of().area[inside]))
+        return float(np.average(self.pressure[inside], weights=exit_room.map_of().area[inside]))
 
     @property
     def at_exit(self) -> float:
@@ -89,7 +69,7 @@ class Field(NamedTuple):
         """m/s, mean |u⁺| of (20) over the triangles within NEAR of the exit, and beyond FAR."""
         assert isinstance(self.answer, FirstOrderFlow)
         mesh, speed = self.answer.mesh, np.hypot(*self.answer.right_velocity.T)
-        far, area = to_exit(mesh.p[:, mesh.t].mean(1).T), Cells(mesh).measure
+        far, area = exit_room.to_exit(mesh.p[:, mesh.t].mean(1).T), Cells(mesh).measure
         parts = (far <= NEAR, far >= FAR)
         return tuple(float(np.average(speed[some], weights=area[some])) for some in parts)
 
@@ -107,7 +87,7 @@ class Fit(NamedTuple):
 
 def radius() -> Floats:
     """Distance (n,) m of the map's points from the middle of the exit."""
-    return np.asarray(np.hypot(*map_of().points.T))
+    return np.asarray(np.hypot(*exit_room.map_of().points.T))
 
 
 def gaussian(pressure: Floats, within: float = np.inf) -> Fit:
@@ -118,7 +98,7 @@ def gaussian(pressure: Floats, within: float = np.inf) -> Fit:
     def shape(r: Floats, a: float, s: float) -> Floats:
         return np.asarray(a * np.exp(-(r**2) / (2 * s**2)))
 
-    weight, start = map_of().area[chosen] ** -0.5, (pressure.max(), 1.0)
+    weight, start = exit_room.map_of().area[chosen] ** -0.5, (pressure.max(), 1.0)
     best, _ = curve_fit(shape, r[chosen], pressure[chosen], p0=start, sigma=weight)
     values = shape(r, *best)
     return Fit(float(best[0]), float(best[1]), values, explained(pressure, values, chosen))
@@ -127,23 +107,23 @@ def gaussian(pressure: Floats, within: float = np.inf) -> Fit:
 def explained(pressure: Floats, values: Floats, chosen: Flags | None = None) -> float:
     """R² = 1 − Σ(p − values)²/Σ(p − mean)², weighted by area, at the chosen points (n,)."""
     inside = np.ones(len(values), dtype=bool) if chosen is None else chosen
-    p, area = pressure[inside], map_of().area[inside]
+    p, area = pressure[inside], exit_room.map_of().area[inside]
     mean = area @ p / area.sum()
     return float(1 - area @ (p - values[inside]) ** 2 / (area @ (p - mean) ** 2))
 
 
 def solve_room(mesh: float) -> tuple[Field, dict[PlaceEquation, Field]]:
     """Solve (11), and (20) in its three forms, times ρ, on one mesh of side `mesh` (m)."""
-    space, left = Space(mesh_of(ROOM, mesh)), toward_exit(ROOM, SPEED)
+    space, left = Space(mesh_of(exit_room.ROOM, mesh)), toward_exit(exit_room.ROOM, SPEED)
     answer = collide(space, CROWD, left)
     first_order = {}
     for equation in PlaceEquation:
         flow = first_order_flow(space.mesh, left, equation=equation)
         values = np.zeros(space.scalar.N)
         values[space.scalar.nodal_dofs[0]] = CROWD.rho * flow.pressure
-        pressure = body_mean(space, np.asarray(space.scalar.interpolate(values)))
+        pressure = exit_room.body_mean(space, np.asarray(space.scalar.interpolate(values)))
         first_order[equation] = Field(f"ρ·(20), {equation}", pressure, flow)
-    return Field("(11)", body_pressure(answer), answer), first_order
+    return Field("(11)", exit_room.body_pressure(answer), answer), first_order
 
 
 class RawMaxima(NamedTuple):
@@ -167,16 +147,16 @@ class RawMaxima(NamedTuple):
 def raw_maxima(size: float) -> RawMaxima:
     """Take largest pressures on meshes of the sides 2·size, size, … (m)."""
     sizes = [2 * size / 2**k for k in range(HALVINGS + 1)]
-    left = toward_exit(ROOM, SPEED)
+    left = toward_exit(exit_room.ROOM, SPEED)
     return RawMaxima(
-        largest_pressures(ROOM, CROWD, left, BODY, sizes, grading=1.0),
-        largest_pressures(ROOM, CROWD, left, BODY, sizes[:-1], grading=0.4),
+        largest_pressures(exit_room.ROOM, CROWD, left, exit_room.BODY, sizes, grading=1.0),
+        largest_pressures(exit_room.ROOM, CROWD, left, exit_room.BODY, sizes[:-1], grading=0.4),
     )
 
 
 def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
     """Draw (a) the proposed pressure, (b) (20) twice, (c) |p − ρp of (20)| over the largest p."""
-    figure, every = panels(10.5, 8.6, 2, 2, sharex=True, sharey=True)
+    figure, every = drawing.panels(10.5, 8.6, 2, 2, sharex=True, sharey=True)
     top = rounded(float(np.quantile(np.concatenate([proposed, other]), 0.995)))
     own, unit = rounded(float(printed.max())), "pressure (N·s/m)"
     error, of = np.abs(proposed - other) / proposed.max(), "|p − ρp₍₂₀₎| / largest p (–)"
@@ -187,44 +167,50 @@ def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:
         ("(c) relative error", error, 1.2, of),
     )
     for axes, (name, values, most, words) in zip(every, shown, strict=True):
-        drawn = draw_map(axes, ROOM, map_of().mesh, values, most, name)
+        drawn = draw_map(axes, exit_room.ROOM, exit_room.map_of().mesh, values, most, name)
         figure.colorbar(drawn, ax=axes, label=words, shrink=0.9)
-    label_outer(every)
+    drawing.label_outer(every)
     return figure
 
 
 def profiles(proposed: Floats, first_order: Floats, fitted: Floats, sink: Floats) -> Figure:
     """Draw pressures against the distance from the middle of the exit, plain and logarithmic."""
-    figure, (plain, logarithmic) = panels(10.5, 4.6, 1, 2)
+    figure, (plain, logarithmic) = drawing.panels(10.5, 4.6, 1, 2)
     r = radius()
     order = np.argsort(r)
     for axes in (plain, logarithmic):
-        axes.plot(r, first_order, ".", ms=2.5, color=GREY, label="(20), complementarity, times ρ")
-        axes.plot(r, proposed, "x", ms=3, mew=0.6, color=BLUE, label="(11)")
+        axes.plot(
+            r, first_order, ".", ms=2.5, color=drawing.GREY, label="(20), complementarity, times ρ"
+        )
+        axes.plot(r, proposed, "x", ms=3, mew=0.6, color=drawing.BLUE, label="(11)")
         best = "best Gaussian of (11)"
-        axes.plot(r[order], fitted[order], "--", lw=2, color=ORANGE, label=best)
+        axes.plot(r[order], fitted[order], "--", lw=2, color=drawing.ORANGE, label=best)
         exact = "(11), point exit, closed form"
-        axes.plot(r[order], sink[order], "-", lw=1.4, color=BLACK, label=exact)
+        axes.plot(r[order], sink[order], "-", lw=1.4, color=drawing.BLACK, label=exact)
         axes.set(xlabel="distance from the middle of the exit (m)", ylabel="pressure (N·s/m)")
         axes.grid(alpha=0.3)
     far = r[order][r[order] > 2]
-    logarithmic.plot(far, sink[order][-1] * far[-1] / far, ":", lw=1.8, color=GREEN, label="∝ 1/r")
+    logarithmic.plot(
+        far, sink[order][-1] * far[-1] / far, ":", lw=1.8, color=drawing.GREEN, label="∝ 1/r"
+    )
     logarithmic.set(xscale="log", yscale="log", xlim=(0.05, None), ylim=(30, None))
-    legend_below(figure, logarithmic, 3)
+    drawing.legend_below(figure, logarithmic, 3)
     return figure
 
 
 def raw_maximum(raw: RawMaxima) -> Figure:
     """Draw the largest pressure, in any triangle and over a body, against the side."""
-    figure, (axes,) = panels(8.0, 4.4)
+    figure, (axes,) = drawing.panels(8.0, 4.4)
     for rows, kind, marker in ((raw.uniform, "uniform", "o"), (raw.graded, "graded", "s")):
         side, _, largest, body = map(np.array, zip(*rows, strict=True))
-        axes.plot(side, largest, marker, ls=":", color=ORANGE, label=f"in any triangle, {kind}")
+        axes.plot(
+            side, largest, marker, ls=":", color=drawing.ORANGE, label=f"in any triangle, {kind}"
+        )
         label = f"over a body, {kind}"
-        axes.plot(side, body, marker, ls="-", color=BLUE, mfc="none", label=label)
+        axes.plot(side, body, marker, ls="-", color=drawing.BLUE, mfc="none", label=label)
     side = np.array([row.size for row in raw.uniform])
     slope = raw.uniform[0].raw * (side / side[0]) ** -0.5
-    axes.plot(side, slope, "--", color=BLACK, lw=1, label="∝ side$^{-1/2}$")
+    axes.plot(side, slope, "--", color=drawing.BLACK, lw=1, label="∝ side$^{-1/2}$")
     axes.set(xscale="log", yscale="log")
     axes.set(xlabel="side of the triangles (m)", ylabel="largest pressure (N·s/m)")
     axes.set_xticks(side, [f"{value:g}" for value in side], minor=False)
@@ -235,7 +221,7 @@ def raw_maximum(raw: RawMaxima) -> Figure:
     return figure
 
 
-def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
+def build(progress: Progress | None = None, mesh: float = exit_room.MESH) -> Section:
     """Build Fig. 9: maps and profiles of both pressures, the Gaussian tried, the raw maximum."""
     proposed, first_order = solve_room(mesh)
     complementarity = first_order[PlaceEquation.COMPLEMENTARITY]
@@ -243,16 +229,22 @@ def build(progress: Progress | None = None, mesh: float = MESH) -> Section:
     if progress:
         progress("Fig. 9", 0.4)
     raw, fit, r = raw_maxima(1.25 * mesh), gaussian(p), radius()
-    x, y = map_of().points[p.argmax()]
+    x, y = exit_room.map_of().points[p.argmax()]
     exact = point_sink(np.append(r, 0.0), SPEED, float(CROWD.rho), CROWD.k_v)
     words = Words(
         __name__,
         **{"proposed": proposed, "complementarity": complementarity, "printed": printed},
-        **{"fit": fit, "close": gaussian(p, FAR), "raw": raw, "speed": SPEED, "side": SIDE},
-        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "body": 2 * BODY.width},
+        **{
+            "fit": fit,
+            "close": gaussian(p, FAR),
+            "raw": raw,
+            "speed": SPEED,
+            "side": exit_room.SIDE,
+        },
+        **{"near": NEAR, "far": FAR, "at_exit": AT_EXIT, "body": 2 * exit_room.BODY.width},
         **{"density": CROWD.density, "sink": float(exact[-1]), "listed": _listed},
         explained=explained(p, exact[:-1]),
-        from_jamb=float(np.hypot(x, abs(y) - 0.5 * EXIT)),
+        from_jamb=float(np.hypot(x, abs(y) - 0.5 * exit_room.EXIT)),
         in_the_exit=float(p[r.argmin()]),
     )
     warnings = unsolved(

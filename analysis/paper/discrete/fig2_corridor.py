@@ -18,24 +18,7 @@ from analysis.compare.comparison import Comparison, compare_run
 from analysis.compare.statistics import correlation, exponent, penalty_difference, statistics
 from analysis.dumps import open_bodies
 from analysis.engines.run import EngineRun
-from analysis.pages import numbers
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    DARK_GREY,
-    LINES,
-    MARKERS,
-    ORANGE,
-    PALE_ORANGE,
-    PALER_BLUE,
-    circles,
-    contact_lines,
-    draw_vectors,
-    draw_walls,
-    look,
-    panels,
-)
+from analysis.pages import drawing, numbers
 from analysis.pages.names import ENGINE_NAMES
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
@@ -416,23 +399,23 @@ def soft_flux(push: Push) -> Floats:
 
 
 KINDS: Sequence[tuple[str, str, Any]] = (
-    ("non-local", BLUE, "-"),
-    ("local (a pushing disk takes part)", BLACK, (0, (2, 1))),
+    ("non-local", drawing.BLUE, "-"),
+    ("local (a pushing disk takes part)", drawing.BLACK, (0, (2, 1))),
 )
-RESTING, PUSHING = PALER_BLUE, PALE_ORANGE
+RESTING, PUSHING = drawing.PALER_BLUE, drawing.PALE_ORANGE
 DIFFERENCE = "rms(∫f dt − p) / rms(∫f dt) (–)"
 
 
 def draw_network(corridor: Corridor) -> Figure:
     """Draw who pushes above; percussions, width ∝ |p|, local dashed; right velocities below."""
-    figure, (before, middle, after) = panels(8.5, 8.6, 3, 1, sharex=True)
+    figure, (before, middle, after) = drawing.panels(8.5, 8.6, 3, 1, sharex=True)
     snapshot, answer, size = corridor.scene.snapshot, corridor.found.answer, corridor.size
     for axes in (before, middle, after):
         _draw_corridor(axes, corridor)
     after.set_xlabel("x (m)")
     before.set_title("left velocities", fontsize=10)
     _arrows(before, snapshot.position, snapshot.velocity, 0.2)
-    lines = contact_lines(snapshot, corridor.found.contacts)
+    lines = drawing.contact_lines(snapshot, corridor.found.contacts)
     for chosen, (_, colour, style) in zip((~corridor.local, corridor.local), KINDS, strict=True):
         shown = corridor.carries & chosen
         drawn: dict[str, Any] = {"colors": colour, "linestyles": [style], "capstyle": "butt"}
@@ -448,11 +431,11 @@ def draw_network(corridor: Corridor) -> Figure:
 
 def draw_finals(finals: Sequence[Final], scene: Scene) -> Figure:
     """Draw where everybody is at the end, a panel for each model; outlines: where they began."""
-    figure, every = panels(8.5, 2.7 * len(finals), len(finals), sharex=True)
-    before = circles(scene.snapshot)
+    figure, every = drawing.panels(8.5, 2.7 * len(finals), len(finals), sharex=True)
+    before = drawing.circles(scene.snapshot)
     for axes, one in zip(every, finals, strict=True):
         _draw_people(axes, scene, replace(scene.snapshot, position=one.position))
-        outline = PatchCollection(before, facecolor="none", edgecolor=BLUE, lw=0.6, ls=":")
+        outline = PatchCollection(before, facecolor="none", edgecolor=drawing.BLUE, lw=0.6, ls=":")
         axes.add_collection(outline)
         low, high = one.position[:, 0].min() - 0.6, one.position[:, 0].max() + 0.6
         axes.set(xlim=(low, high), ylim=(-1.25, 1.25), aspect="equal", ylabel="y (m)")
@@ -470,38 +453,47 @@ def _draw_corridor(axes: Axes, corridor: Corridor) -> None:
 
 def _draw_people(axes: Axes, scene: Scene, now: Snapshot) -> None:
     """Those who rested and those who pushed, and the walls."""
-    style: dict[str, Any] = {"edgecolor": DARK_GREY, "linewidth": 0.5}
+    style: dict[str, Any] = {"edgecolor": drawing.DARK_GREY, "linewidth": 0.5}
     resting = at_rest(scene)
     for chosen, colour, hatch in ((resting, RESTING, ""), (~resting, PUSHING, "////")):
-        disks = PatchCollection(circles(now, chosen), facecolor=colour, hatch=hatch, **style)
+        disks = PatchCollection(
+            drawing.circles(now, chosen), facecolor=colour, hatch=hatch, **style
+        )
         axes.add_collection(disks)
-    draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
+    drawing.draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])
 
 
 def _arrows(axes: Axes, position: Floats, velocity: Floats, metres_per_speed: float) -> None:
     moving = np.hypot(*velocity.T) > 1e-6
     shown = metres_per_speed * velocity[moving]
-    draw_vectors(axes, position[moving], shown, color=BLACK, width=0.003)
+    drawing.draw_vectors(axes, position[moving], shown, color=drawing.BLACK, width=0.003)
 
 
 def draw_decay(corridor: Corridor) -> Figure:
     """Draw the momentum along x that goes through each gap between columns (percussions, the closed
     form of columns that move as one, soft contacts), and the largest percussion in it."""
-    figure, (left, right) = panels(9.5, 4.0, 1, 2)
+    figure, (left, right) = drawing.panels(9.5, 4.0, 1, 2)
     gaps = corridor.gaps
-    left.plot(gaps.distance, gaps.flux, MARKERS[0], color=BLACK, label="percussions")
+    left.plot(
+        gaps.distance, gaps.flux, drawing.MARKERS[0], color=drawing.BLACK, label="percussions"
+    )
     words = "(5), (6) for whole columns"
-    left.plot(gaps.distance, gaps.columns, "-", color=BLACK, lw=1, label=words)
+    left.plot(gaps.distance, gaps.columns, "-", color=drawing.BLACK, lw=1, label=words)
     top = max(gaps.flux.max(), gaps.columns.max())
     for number, push in enumerate(corridor.damped[1::2]):
         values = soft_flux(push)
         top = max(top, values.max())
-        style = {"ls": LINES[number + 1], "color": COLOURS[number], "mfc": "none", "ms": 5}
+        style = {
+            "ls": drawing.LINES[number + 1],
+            "color": drawing.COLOURS[number],
+            "mfc": "none",
+            "ms": 5,
+        }
         label = f"LAMMPS, ζ = {push.damping:.2g}"
-        left.plot(gaps.distance, values, MARKERS[number + 1], label=label, **style)
+        left.plot(gaps.distance, values, drawing.MARKERS[number + 1], label=label, **style)
     left.set(ylabel="impulse along x (N·s)", ylim=(0, 1.3 * top))
     left.legend(fontsize=8)
-    right.plot(gaps.distance, gaps.largest, MARKERS[0], ls="-", color=BLUE)
+    right.plot(gaps.distance, gaps.largest, drawing.MARKERS[0], ls="-", color=drawing.BLUE)
     right.set_ylabel("largest percussion in the gap (N·s)")
     right.set_ylim(bottom=0)
     for axes in (left, right):
@@ -513,19 +505,21 @@ def draw_decay(corridor: Corridor) -> Figure:
 def draw_wave(corridor: Corridor) -> Figure:
     """Draw the first arrival in each column against the distance, and the front's speed against the
     stiffness, with the long-wave speed of the springs."""
-    figure, (left, right) = panels(10.0, 4.4, 1, 2)
+    figure, (left, right) = drawing.panels(10.0, 4.4, 1, 2)
     waves = corridor.pushed(INELASTIC, ELASTIC)
     stiffnesses = sorted({push.stiffness for push in waves})
     _arrivals(left, [p for p in waves if p.engine == waves[0].engine])
     kinds = sorted({(push.engine, push.restitution) for push in waves})
     for number, (engine, restitution) in enumerate(kinds):
         chosen = [p for p in waves if (p.engine, p.restitution) == (engine, restitution)]
-        style = {"ms": 10 - 2 * number, "mfc": "none", "color": COLOURS[number]}
-        label, marker = f"{ENGINE_NAMES[engine]}, e = {restitution:g}", MARKERS[number]
+        style = {"ms": 10 - 2 * number, "mfc": "none", "color": drawing.COLOURS[number]}
+        label, marker = f"{ENGINE_NAMES[engine]}, e = {restitution:g}", drawing.MARKERS[number]
         x, y = [p.stiffness for p in chosen], [p.speed for p in chosen]
         right.plot(x, y, marker, label=label, **style)
     closed = [corridor.long_wave(stiffness) for stiffness in stiffnesses]
-    right.plot(stiffnesses, closed, "-", color=BLACK, lw=1, label="long waves, d √(K/m), ∝ √k")
+    right.plot(
+        stiffnesses, closed, "-", color=drawing.BLACK, lw=1, label="long waves, d √(K/m), ∝ √k"
+    )
     right.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)")
     right.set_ylabel("speed of the front (m/s)")
     right.legend(fontsize=8)
@@ -541,7 +535,7 @@ def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
         x, first = push.first_arrivals
         number, kind = stiffnesses.index(push.stiffness), restitutions.index(push.restitution)
         later = first > 0
-        style = look(number, hollow=kind > 0) | {"ls": LINES[kind], "ms": 4}
+        style = drawing.look(number, hollow=kind > 0) | {"ls": drawing.LINES[kind], "ms": 4}
         label = f"k = {numbers.number(push.stiffness)} N/m, e = {push.restitution:g}"
         axes.plot(x[later] - x[0], first[later], label=label, **style)
     axes.set(yscale="log", xlabel="distance from the pushing column (m)")
@@ -553,12 +547,12 @@ def _arrivals(axes: Axes, pushes: Sequence[Push]) -> None:
 def draw_impulses(corridor: Corridor) -> Figure:
     """Draw ∫f dt against p contact by contact for the least and the most damping, and their
     difference against k and ζ."""
-    figure, (cloud, by_stiffness, by_damping) = panels(11.0, 3.9, 1, 3)
+    figure, (cloud, by_stiffness, by_damping) = drawing.panels(11.0, 3.9, 1, 3)
     inelastic, damped = corridor.pushed(INELASTIC), corridor.damped
     _cloud(cloud, (damped[0], damped[-1]))
     for number, engine in enumerate(sorted({push.engine for push in inelastic})):
         mine = [push for push in inelastic if push.engine == engine]
-        style = look(number, hollow=True) | {"ms": 9 - 4 * number}
+        style = drawing.look(number, hollow=True) | {"ms": 9 - 4 * number}
         label = f"{ENGINE_NAMES[engine]}, e = {mine[0].restitution:g}"
         x, y = [push.stiffness for push in mine], [push.difference for push in mine]
         by_stiffness.plot(x, y, label=label, **style)
@@ -566,7 +560,7 @@ def draw_impulses(corridor: Corridor) -> Figure:
     by_stiffness.set(xscale="log", xlabel="stiffness k (N/m)", ylim=(0, 1.15 * top))
     label = f"{ENGINE_NAMES[damped[0].engine]}, k = {numbers.number(damped[0].stiffness)} N/m"
     values = [[push.damping for push in damped], [push.difference for push in damped]]
-    by_damping.plot(*values, MARKERS[0], ls="-", color=BLUE, label=label)
+    by_damping.plot(*values, drawing.MARKERS[0], ls="-", color=drawing.BLUE, label=label)
     by_damping.set(xscale="log", yscale="log", xlabel="damping ratio ζ (–)")
     for axes in (by_stiffness, by_damping):
         axes.set_ylabel(DIFFERENCE)
@@ -581,10 +575,10 @@ def _cloud(axes: Axes, pushes: Sequence[Push]) -> None:
     for number, push in enumerate(pushes):
         soft, rigid = push.comparison.match.normal_parts()
         top = max(top, float(rigid.max()), float(soft.max()))
-        face, edge = (BLUE, BLUE) if number else ("none", ORANGE)
+        face, edge = (drawing.BLUE, drawing.BLUE) if number else ("none", drawing.ORANGE)
         label = f"e = {push.restitution:g} (ζ = {push.damping:.2g})"
-        axes.plot(rigid, soft, MARKERS[number], ms=4, mfc=face, mec=edge, label=label)
-    axes.plot([0, top], [0, top], "-", color=BLACK, lw=0.8, label="equal")
+        axes.plot(rigid, soft, drawing.MARKERS[number], ms=4, mfc=face, mec=edge, label=label)
+    axes.plot([0, top], [0, top], "-", color=drawing.BLACK, lw=0.8, label="equal")
     axes.set(xlabel="percussion p (N·s)", ylabel="∫f dt (N·s)", aspect="equal")
 
 

@@ -19,24 +19,8 @@ from analysis.pages.drawing import BLACK, BLUE, GREY, ORANGE, legend_below, pane
 from analysis.pages.section import Cell, Claim, Section, Table, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
+from analysis.paper.discrete import pressed_crowd
 from analysis.paper.discrete.engine_runs import SeededRun, each, seeded_runs, told
-from analysis.paper.discrete.pressed_crowd import (
-    BLOCKED_SEEDS,
-    NEIGHBOURHOOD_M,
-    RING_M,
-    STIFFNESSES,
-    Arch,
-    Blocked,
-    arch_runs,
-    arch_study,
-    blocked,
-    blocked_runs,
-    carried_interval,
-    crowd_parts,
-    gathered,
-    grown,
-    without_crowd,
-)
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import Progress
@@ -49,7 +33,7 @@ DISSIPATIONS = (0.0, 1.0, 3.0, 10.0, 30.0, 37.5, 100.0, 300.0, 1e3, 1e4)
 EFFECTIVE_MASS = 37.5
 
 
-def maintained_forces(arch: Arch) -> dict[str, Any]:
+def maintained_forces(arch: pressed_crowd.Arch) -> dict[str, Any]:
     """Find what the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution
     λ/τ: singular values of the dense M^(-1/2) Cᵀ, which do not square the condition as W does.
 
@@ -81,7 +65,7 @@ class Trial(NamedTuple):
 
     dissipation: float  # kg, k
     across: bool  # whether k acts across contacts too, as the paper's single k does
-    arch: Arch  # with the answer under that law
+    arch: pressed_crowd.Arch  # with the answer under that law
     most: int  # the person who carries most
     lower: float
     upper: float
@@ -92,7 +76,9 @@ class Trial(NamedTuple):
     energy_share: float
 
 
-def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS) -> list[Trial]:
+def dissipation_trials(
+    arch: pressed_crowd.Arch, dissipations: Sequence[float] = DISSIPATIONS
+) -> list[Trial]:
     """Solve the arch with each k, along and across the contacts (paper (1)) and along the normals
     only."""
     trials = []
@@ -104,7 +90,7 @@ def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS)
         most = tried.largest(tried.carried())
         forces = tried.normal_forces(), answer.reaction / arch.window
         change = answer.energy_change
-        acts = k, across, tried, most, *carried_interval(tried, most), *forces
+        acts = k, across, tried, most, *pressed_crowd.carried_interval(tried, most), *forces
         trials.append(Trial(*acts, change > 0, answer.energy_error, change / before))
     return trials
 
@@ -128,7 +114,7 @@ Sample = Mapping[str, Any]
 """One random arch in numbers, by `sample_of`."""
 
 
-def sample_of(arch: Arch, seed: int) -> Sample:
+def sample_of(arch: pressed_crowd.Arch, seed: int) -> Sample:
     """Compute the numbers of an arch: of its people inside, forces (N) and their distances (m) from
     the middle of the exit.
 
@@ -143,7 +129,7 @@ def sample_of(arch: Arch, seed: int) -> Sample:
     carried, resultants = arch.carried(), arch.resultants()
     distance, inside, ring = arch.distance(), arch.inside(), arch.rings()
     most, most_resultant = arch.largest(carried), arch.largest(resultants)
-    lower, upper = carried_interval(arch, most)
+    lower, upper = pressed_crowd.carried_interval(arch, most)
     forces = np.where(inside[arch.contacts.first], arch.normal_forces(), 0.0)
     strongest, mean = int(np.argmax(forces)), float(carried[inside].mean())
     at_contact = arch.contacts.point[strongest] - arch.door_middle
@@ -191,12 +177,15 @@ def survey_runs(runs: Path) -> list[SeededRun]:
 def survey(runs: Path, warnings: list[str], progress: Progress | None = None) -> list[Sample]:
     """Compute the random arches; one whose run fails is a warning."""
     wanted = told(survey_runs(runs), "random arches", progress)
-    return each(wanted, lambda run: sample_of(gathered(run), run.seed), warnings)
+    return each(wanted, lambda run: sample_of(pressed_crowd.gathered(run), run.seed), warnings)
 
 
 def heaps(progress: Progress | None = None) -> list[Sample]:
     """Compute the heaps of SEEDS, with the people of the scene."""
-    return [sample_of(grown(PEOPLE, seed), seed) for seed in told(SEEDS, "heaps", progress)]
+    return [
+        sample_of(pressed_crowd.grown(PEOPLE, seed), seed)
+        for seed in told(SEEDS, "heaps", progress)
+    ]
 
 
 def warnings_of(samples: Sequence[Sample]) -> list[str]:
@@ -281,7 +270,12 @@ def _places(axes: Axes, samples: Sequence[Sample]) -> None:
     hatched: dict[str, Any] = {"color": "none", "edgecolor": ORANGE, "lw": 1.5, "hatch": "///"}
     axes.hist(sums, bins, **filled, label="largest sum of magnitudes")
     axes.hist(vectors, bins, **hatched, label="largest vector sum")
-    axes.axvline(NEIGHBOURHOOD_M, color=BLACK, ls=":", label=f"{NEIGHBOURHOOD_M:g} m")
+    axes.axvline(
+        pressed_crowd.NEIGHBOURHOOD_M,
+        color=BLACK,
+        ls=":",
+        label=f"{pressed_crowd.NEIGHBOURHOOD_M:g} m",
+    )
     axes.set_ylabel("crowds")
     axes.locator_params(axis="y", integer=True)
     axes.set_ylim(0, 1.45 * axes.get_ylim()[1])
@@ -290,7 +284,7 @@ def _places(axes: Axes, samples: Sequence[Sample]) -> None:
 def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
     count = min(len(s["profile"]) for s in samples)
     values = np.array([s["profile"][:count] for s in samples])
-    ring = (np.arange(count) + 0.5) * RING_M
+    ring = (np.arange(count) + 0.5) * pressed_crowd.RING_M
     axes.plot(ring, values.T, color=GREY, lw=0.7)
     mean, spread = np.nanmean(values, 0), np.nanstd(values, 0)
     label = "mean and standard deviation"
@@ -371,11 +365,13 @@ def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
     found: list[dict[str, Any]] = []
     for kind, samples in crowds.items():
         at = _numbers(samples, distance)
-        near, middle, far = (int((at <= radius).sum()) for radius in (NEIGHBOURHOOD_M, 2.0, 3.0))
+        near, middle, far = (
+            int((at <= radius).sum()) for radius in (pressed_crowd.NEIGHBOURHOOD_M, 2.0, 3.0)
+        )
         verdict = Verdict.of(near == len(at), 2 * near >= len(at))
         counts: dict[str, Any] = {"near": near, "middle": middle, "far": far, "all": len(at)}
         found.append(counts | {"kind": kind, "verdict": verdict, "median": np.median(at)})
-    verdict, near_m = _of_all(kind["verdict"] for kind in found), NEIGHBOURHOOD_M
+    verdict, near_m = _of_all(kind["verdict"] for kind in found), pressed_crowd.NEIGHBOURHOOD_M
     return words.claim("place", verdict, quantity=quantity, neighbourhood=near_m, crowds=found)
 
 
@@ -393,7 +389,7 @@ def rings(words: Words, crowds: Crowds) -> Claim:
         counts: dict[str, Any] = {"first": first, "near": near, "all": len(peaks)}
         found.append(counts | {"kind": kind, "verdict": verdict, "levels": levels})
     verdict = _of_all(kind["verdict"] for kind in found)
-    return words.claim("rings", verdict, ring=RING_M, crowds=found)
+    return words.claim("rings", verdict, ring=pressed_crowd.RING_M, crowds=found)
 
 
 def contact_forces(
@@ -422,7 +418,7 @@ def contact_forces(
     return words.claim("contact_forces", verdict, kind=kind, found=found, moving=moving)
 
 
-def maintained(words: Words, arch: Arch, pulling: int, crowds: Crowds) -> Claim:
+def maintained(words: Words, arch: pressed_crowd.Arch, pulling: int, crowds: Crowds) -> Claim:
     """Judge “contacts are maintained”: holds where none opens and none pulls, in part where few
     open."""
     opening, contacts = arch.opening(), len(arch.contacts)
@@ -506,28 +502,35 @@ def sizes_table(words: Words, samples: Sequence[Sample]) -> Table:
 
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowd by every engine, and the random ones; without an engine none of the latter."""
-    return [*arch_runs(read_scene("arch"), runs), *survey_runs(runs), *blocked_runs(runs)]
+    return [
+        *pressed_crowd.arch_runs(read_scene("arch"), runs),
+        *survey_runs(runs),
+        *pressed_crowd.blocked_runs(runs),
+    ]
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
     """Build figure 4. `runs` keeps the engine runs; an engine that is missing becomes a warning."""
     try:
-        found = arch_study(read_scene("arch"), runs, progress)
+        found = pressed_crowd.arch_study(read_scene("arch"), runs, progress)
     except EngineError as error:
-        return without_crowd("4", Words(__name__).text("title"), str(error))
+        return pressed_crowd.without_crowd("4", Words(__name__).text("title"), str(error))
     missing: list[str] = []
     samples = survey(runs, missing, progress)
-    jams = [jam for jam in blocked(runs, missing, progress) if jam.at_rest]
+    jams = [jam for jam in pressed_crowd.blocked(runs, missing, progress) if jam.at_rest]
     section = _section(found, samples, jams, heaps(progress))
     return replace(section, warnings=[*missing, *section.warnings])
 
 
 def _section(
-    found: Study, samples: Sequence[Sample], jams: Sequence[Blocked], grown: Sequence[Sample]
+    found: Study,
+    samples: Sequence[Sample],
+    jams: Sequence[pressed_crowd.Blocked],
+    grown: Sequence[Sample],
 ) -> Section:
-    arch = Arch.of(found.scene, found.comparisons[0].snapshot)
+    arch = pressed_crowd.Arch.of(found.scene, found.comparisons[0].snapshot)
     trials, pull = dissipation_trials(arch), maintained_forces(arch)
-    soft = [jam for jam in jams if jam.stiffness == STIFFNESSES[0]]
+    soft = [jam for jam in jams if jam.stiffness == pressed_crowd.STIFFNESSES[0]]
     several = len(_by_people(samples)) > 1
     crowds = {
         HEAPS: grown,
@@ -536,7 +539,7 @@ def _section(
     }
     crowds = {kind: some for kind, some in crowds.items() if some}
     words = Words(__name__, arch=arch, trials=trials, pull=pull, samples=samples, grown=grown)
-    crowd = crowd_parts(arch, found, "fig_4_", "arch")
+    crowd = pressed_crowd.crowd_parts(arch, found, "fig_4_", "arch")
     pictures = [
         crowd.snapshot,
         words.picture("fig_4_dissipation", dissipation(trials)),
@@ -549,7 +552,9 @@ def _section(
         pictures.append(words.picture("fig_4_sizes", sizes(samples)))
         every.append(sizes_table(words, samples))
     stiffness = found.scene.contact.stiffness_N_per_m
-    at_rest = {k: [jam.comparison for jam in jams if jam.stiffness == k] for k in STIFFNESSES}
+    at_rest = {
+        k: [jam.comparison for jam in jams if jam.stiffness == k] for k in pressed_crowd.STIFFNESSES
+    }
     section = words.section(
         "4",
         largest=arch.normal_forces().max(),
@@ -557,7 +562,7 @@ def _section(
         approach=(arch.approach(_as_printed(arch)), arch.approach(arch.answer.right_velocity)),
         growth=lambda name: exponent(*(_numbers(samples, of) for of in ("people", name))),
         several=several,
-        stopped=(len(soft), len(BLOCKED_SEEDS)),
+        stopped=(len(soft), len(pressed_crowd.BLOCKED_SEEDS)),
         pictures=pictures,
         tables=every,
         claims=[
@@ -567,7 +572,11 @@ def _section(
             maintained(words, arch, pull["pulling"], crowds),
             dissipation_claim(words, trials),
         ],
-        warnings=[*crowd.warnings, *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
+        warnings=[
+            *crowd.warnings,
+            *warnings_of([*samples, *grown]),
+            *_trial_warnings(trials),
+        ],
     )
     return replace(section, words=[*crowd.items, *section.words])
 
@@ -582,7 +591,7 @@ def _by_people(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
     return {people: [s for s in samples if s["people"] == people] for people in sizes}
 
 
-def _as_printed(arch: Arch) -> Floats:
+def _as_printed(arch: pressed_crowd.Arch) -> Floats:
     """The right velocities (n,2) m/s of (7) as printed: u⁺ = u⁻ + Cᵀλ with the λ that solve (8)."""
     push = arch.answer.reaction[:, None] * arch.contacts.normal
     return np.asarray(arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot)))

@@ -17,14 +17,7 @@ from analysis.engines.run import EngineRun
 from analysis.pages.drawing import BLACK, BLUE, ORANGE, panels
 from analysis.pages.section import Cell, Section, Table, Verdict
 from analysis.pages.words import Words
-from analysis.paper.discrete.pressed_crowd import (
-    RING_M,
-    Arch,
-    arch_runs,
-    arch_study,
-    crowd_parts,
-    without_crowd,
-)
+from analysis.paper.discrete import pressed_crowd
 from analysis.scene.scene import read_scene
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
@@ -43,7 +36,7 @@ class Uniformity:
     scatter: float  # standard deviation over mean of people in one ring
 
     @classmethod
-    def of(cls, arch: Arch, values: Floats) -> Uniformity:
+    def of(cls, arch: pressed_crowd.Arch, values: Floats) -> Uniformity:
         """Compare the rings of an arch by values (n,) of its people."""
         ring = arch.rings()
         groups = [values[ring == r] for r in range(int(ring.max()) + 1)]
@@ -74,19 +67,19 @@ class Uniformity:
 STYLES = {"unequal masses": ("s-", ORANGE, "."), "equal masses": ("o--", BLUE, "x")}
 
 
-def rings(archs: Mapping[str, Arch]) -> Figure:
+def rings(archs: Mapping[str, pressed_crowd.Arch]) -> Figure:
     """Draw speed on the right and force of each person, and their means over rings."""
     figure, every = panels(10.5, 4.2, 1, 2)
     for name, arch in archs.items():
         style, colour, dot = STYLES[name]
         ring, inside, distance = arch.rings(), arch.inside(), arch.distance()
         held = [r for r in range(int(ring.max()) + 1) if (ring == r).any()]
-        middles = [(r + 0.5) * RING_M for r in held]
+        middles = [(r + 0.5) * pressed_crowd.RING_M for r in held]
         speed = np.hypot(*arch.answer.right_velocity.T)
         for axis, values in zip(every, (speed, arch.carried() / 1e3), strict=True):
             axis.plot(distance[inside], values[inside], dot, ms=3, color=colour, alpha=0.35)
             means = [values[ring == r].mean() for r in held]
-            label = f"{name}: mean of rings of {RING_M:g} m"
+            label = f"{name}: mean of rings of {pressed_crowd.RING_M:g} m"
             axis.plot(middles, means, style, color=colour, mec=BLACK, label=label)
     labels = ("right speed |u⁺| (m/s)", "sum of normal magnitudes (kN)")
     for axis, label in zip(every, labels, strict=True):
@@ -97,21 +90,23 @@ def rings(archs: Mapping[str, Arch]) -> Figure:
 
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowds of unequal and, beside them, of equal masses, by every engine."""
-    return arch_runs(read_scene("arch_masses"), runs) + arch_runs(read_scene("arch"), runs)
+    return pressed_crowd.arch_runs(read_scene("arch_masses"), runs) + pressed_crowd.arch_runs(
+        read_scene("arch"), runs
+    )
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
     """Build figure 5. `runs` keeps the engine runs; an engine that is missing becomes a warning."""
-    words = Words(__name__, ring=RING_M)
+    words = Words(__name__, ring=pressed_crowd.RING_M)
     try:
-        unequal = arch_study(read_scene("arch_masses"), runs, progress)
-        equal = arch_study(read_scene("arch"), runs, progress)
+        unequal = pressed_crowd.arch_study(read_scene("arch_masses"), runs, progress)
+        equal = pressed_crowd.arch_study(read_scene("arch"), runs, progress)
     except EngineError as error:
-        return without_crowd("5", words.text("title"), str(error))
-    arch = Arch.of(unequal.scene, unequal.comparisons[0].snapshot)
-    other = Arch.of(equal.scene, equal.comparisons[0].snapshot)
+        return pressed_crowd.without_crowd("5", words.text("title"), str(error))
+    arch = pressed_crowd.Arch.of(unequal.scene, unequal.comparisons[0].snapshot)
+    other = pressed_crowd.Arch.of(equal.scene, equal.comparisons[0].snapshot)
     archs = {"unequal masses": arch, "equal masses": other}
-    crowd = crowd_parts(arch, unequal, "fig_5_", "arch_masses")
+    crowd = pressed_crowd.crowd_parts(arch, unequal, "fig_5_", "arch_masses")
     speed = np.hypot(*arch.answer.right_velocity.T)
     judged = [
         ("the speed on the right", "m/s", Uniformity.of(arch, speed)),
@@ -131,12 +126,12 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     return replace(section, words=[*crowd.items, *section.words])
 
 
-def _with_other_masses(arch: Arch, equal: Study, unequal: Study) -> dict[str, object]:
+def _with_other_masses(arch: pressed_crowd.Arch, equal: Study, unequal: Study) -> dict[str, object]:
     """Compare an arch with itself, each person having the mass of the same id in the other one."""
     source, snapshot = unequal.scene.snapshot, arch.snapshot
     order = np.argsort(source.ids)
     mass = source.mass[order][np.searchsorted(source.ids[order], snapshot.ids)]
-    swapped = Arch.of(equal.scene, replace(snapshot, mass=mass))
+    swapped = pressed_crowd.Arch.of(equal.scene, replace(snapshot, mass=mass))
     inside = arch.inside()
     before, after = arch.carried()[inside], swapped.carried()[inside]
     return {
@@ -149,7 +144,7 @@ def _with_other_masses(arch: Arch, equal: Study, unequal: Study) -> dict[str, ob
     }
 
 
-def _rings_table(words: Words, archs: Mapping[str, Arch]) -> Table:
+def _rings_table(words: Words, archs: Mapping[str, pressed_crowd.Arch]) -> Table:
     rows: list[Sequence[Cell]] = []
     for name, arch in archs.items():
         ring, speed = arch.rings(), np.hypot(*arch.answer.right_velocity.T)
@@ -157,6 +152,6 @@ def _rings_table(words: Words, archs: Mapping[str, Arch]) -> Table:
             at = ring == r
             if at.any():
                 means = [float(v[at].mean()) for v in (speed, arch.carried(), arch.resultants())]
-                width = f"{r * RING_M:g} – {(r + 1) * RING_M:g}"
+                width = f"{r * pressed_crowd.RING_M:g} – {(r + 1) * pressed_crowd.RING_M:g}"
                 rows.append((name, width, int(at.sum()), *means))
     return words.table("table_rings", rows)

@@ -13,21 +13,7 @@ from analysis.compare.statistics import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PINK,
-    add_scale,
-    contact_lines,
-    draw_disks,
-    draw_forces,
-    draw_walls,
-    legend_below,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.pages.section import Cell, Claim, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.discrete import rival_forces as forces
@@ -168,18 +154,18 @@ def non_zero_apart(
 
 
 OF_A_PAIR = (
-    ("social", "social force (9)", BLUE, "-", "s"),
-    ("repulsion", "its repulsion alone", GREEN, "--", "x"),
-    (LoehnerReading.TEXT, "Löhner (10), cases exchanged", PINK, "-.", "D"),
-    (LoehnerReading.PRINTED, "Löhner (10), as printed", PINK, ":", "v"),
+    ("social", "social force (9)", drawing.BLUE, "-", "s"),
+    ("repulsion", "its repulsion alone", drawing.GREEN, "--", "x"),
+    (LoehnerReading.TEXT, "Löhner (10), cases exchanged", drawing.PINK, "-.", "D"),
+    (LoehnerReading.PRINTED, "Löhner (10), as printed", drawing.PINK, ":", "v"),
 )
 OF_A_CHAIN = (
-    ("percussion", "percussions p/τ", BLACK, "o", "-", 9),
-    ("first_order", "first-order model, λ m̄/τ", ORANGE, "^", "--", 5),
-    ("social_at_rest", "social force, at rest under the drive", GREEN, "x", ":", 7),
-    ("social", "social force, touching chain", BLUE, "s", "-", 5),
-    ("loehner_text", "Löhner, cases exchanged", PINK, "D", "-.", 5),
-    ("loehner_printed", "Löhner, as printed", PINK, "v", ":", 5),
+    ("percussion", "percussions p/τ", drawing.BLACK, "o", "-", 9),
+    ("first_order", "first-order model, λ m̄/τ", drawing.ORANGE, "^", "--", 5),
+    ("social_at_rest", "social force, at rest under the drive", drawing.GREEN, "x", ":", 7),
+    ("social", "social force, touching chain", drawing.BLUE, "s", "-", 5),
+    ("loehner_text", "Löhner, cases exchanged", drawing.PINK, "D", "-.", 5),
+    ("loehner_printed", "Löhner, as printed", drawing.PINK, "v", ":", 5),
 )
 HOLLOW = ("percussion", "loehner_printed")
 # Rings with fewer contacts have no mean.
@@ -190,9 +176,9 @@ def draw_laws(limit: float) -> Figure:
     """Draw the force of one pair against its gap, by law; limit: N, f_max."""
     gap = np.concatenate([np.linspace(-0.02, 0.0, 21), np.linspace(1e-6, 0.5, 200)])
     of_pairs = forces.pair_forces(gap, forces.RADIUS_M, limit)
-    figure, (axes,) = panels(8.0, 4.4)
+    figure, (axes,) = drawing.panels(8.0, 4.4)
     label = "percussions: any force at touch, none beyond"
-    axes.axvline(0.0, color=BLACK, lw=4, alpha=0.25, label=label)
+    axes.axvline(0.0, color=drawing.BLACK, lw=4, alpha=0.25, label=label)
     touch = int((gap <= 0).sum())
     for name, label, colour, line, marker in OF_A_PAIR:
         style: dict[str, Any] = {"ls": line, "color": colour, "marker": marker, "markevery": 20}
@@ -229,14 +215,14 @@ def draw_chains(equal: forces.ChainForces, unequal: forces.ChainForces) -> Figur
         axes.grid(alpha=0.3, which="both")
     left.set_ylabel("normal force (N)")
     _draw_misjudged(figure.add_subplot(1, 3, 3), equal, unequal)
-    legend_below(figure, left, 3, 9)
+    drawing.legend_below(figure, left, 3, 9)
     return figure
 
 
 def _draw_misjudged(axes: Axes, equal: forces.ChainForces, unequal: forces.ChainForces) -> None:
     for chain, marker, style, colour, label in (
-        (equal, "o", "--", BLACK, "equal masses"),
-        (unequal, "^", "-", ORANGE, "unequal masses"),
+        (equal, "o", "--", drawing.BLACK, "equal masses"),
+        (unequal, "^", "-", drawing.ORANGE, "unequal masses"),
     ):
         contact = np.arange(1, len(chain.percussion) + 1)
         share = 100 * (chain.first_order / chain.percussion - 1)
@@ -251,13 +237,13 @@ def _draw_misjudged(axes: Axes, equal: forces.ChainForces, unequal: forces.Chain
 def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
     """Draw the distribution of the force, the force against the distance from the door, and social
     force and first-order model against percussions."""
-    figure, (by_force, by_distance, social, first_order) = panels(10.5, 8.6, 2, 2)
+    figure, (by_force, by_distance, social, first_order) = drawing.panels(10.5, 8.6, 2, 2)
     styles = {
-        forces.PERCUSSIONS: (BLACK, "-", "o", 2.4),
-        equal.engine: (GREY, "-", "P", 2.4),
-        forces.SOCIAL: (BLUE, "--", "s", 1.6),
-        forces.TEXT: (PINK, "-.", "D", 1.6),
-        forces.PRINTED: (PINK, ":", "v", 1.6),
+        forces.PERCUSSIONS: (drawing.BLACK, "-", "o", 2.4),
+        equal.engine: (drawing.GREY, "-", "P", 2.4),
+        forces.SOCIAL: (drawing.BLUE, "--", "s", 1.6),
+        forces.TEXT: (drawing.PINK, "-.", "D", 1.6),
+        forces.PRINTED: (drawing.PINK, ":", "v", 1.6),
     }
     for name, (colour, style, marker, width) in styles.items():
         force = np.sort(equal.by_law[name].contact)
@@ -271,11 +257,11 @@ def draw_arches(equal: forces.ArchForces, unequal: forces.ArchForces) -> Figure:
     by_distance.set(yscale="log", xlabel="distance from the middle of the door (m)")
     by_distance.set_ylabel(f"mean normal force, rings of {RING_M:g} m (N)")
     by_distance.set_title(f"{equal.scene.name}: force against distance")
-    _scatter(social, equal, forces.SOCIAL, "s", BLUE)
-    _scatter(first_order, unequal, forces.FIRST_ORDER, "^", ORANGE)
+    _scatter(social, equal, forces.SOCIAL, "s", drawing.BLUE)
+    _scatter(first_order, unequal, forces.FIRST_ORDER, "^", drawing.ORANGE)
     for axes in (by_force, by_distance, social, first_order):
         axes.grid(alpha=0.3)
-    legend_below(figure, by_distance, 5, 9)
+    drawing.legend_below(figure, by_distance, 5, 9)
     return figure
 
 
@@ -292,7 +278,7 @@ def _rings(arch: forces.ArchForces, force: Floats) -> tuple[Floats, Floats]:
 def _scatter(axes: Axes, arch: forces.ArchForces, name: str, marker: str, colour: str) -> None:
     reference, force = (arch.by_law[law].contact / 1e3 for law in (forces.PERCUSSIONS, name))
     top = 1.05 * max(float(reference.max()), float(force.max()))
-    axes.plot([0, top], [0, top], color=BLACK, lw=0.8, label="equal")
+    axes.plot([0, top], [0, top], color=drawing.BLACK, lw=0.8, label="equal")
     axes.plot(reference, force, marker, ms=3.5, mfc="none", mec=colour, mew=0.8, ls="none")
     axes.set(xlabel=f"{forces.PERCUSSIONS} (kN)", ylabel=f"{name} (kN)")
     law, alike = name.split(" λ")[0], correlation(reference, force)
@@ -305,18 +291,18 @@ def draw_evacuations(found: Sequence[forces.Evacuation]) -> Figure:
     contacts that overlap."""
     walls, _ = forces.room()
     first = {one.speed: one for one in reversed(found)}
-    figure, every = panels(10.5, 4.6, 1, len(first), sharey=True)
+    figure, every = drawing.panels(10.5, 4.6, 1, len(first), sharey=True)
     norm = Normalize(0.0, 1e3 * max(one.deepest.max() for one in found))
     for axes, (speed, one) in zip(every, sorted(first.items()), strict=True):
         pairs, crowd = one.looks[-1].pairs, one.crowd
-        draw_disks(axes, crowd)
-        draw_walls(axes, zip(walls.start, walls.end, strict=True))
-        draw_forces(axes, contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
+        drawing.draw_disks(axes, crowd)
+        drawing.draw_walls(axes, zip(walls.start, walls.end, strict=True))
+        drawing.draw_forces(axes, drawing.contact_lines(crowd, pairs), -1e3 * pairs.gap, norm)
         deepest = 1e3 * one.deepest[-1]
         axes.set_title(f"$u_d$ = {speed:g} m/s: deepest overlap {deepest:.1f} mm", fontsize=10)
         axes.set(xlim=(-6.0, 1.5), ylim=(-4.5, 4.5), aspect="equal", xlabel="x (m)")
     every[0].set_ylabel("y (m)")
-    add_scale(figure, every, norm, "overlap of a contact (mm)")
+    drawing.add_scale(figure, every, norm, "overlap of a contact (mm)")
     return figure
 
 

@@ -19,19 +19,7 @@ from analysis.compare.statistics import correlation, relative_difference
 from analysis.compare.study import Study, study
 from analysis.engines import PENALTY, EngineError
 from analysis.engines.run import EngineRun
-from analysis.pages.drawing import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    PALE,
-    add_scale,
-    contact_lines,
-    draw_disks,
-    draw_forces,
-    draw_vectors,
-    draw_walls,
-    panels,
-)
+from analysis.pages import drawing
 from analysis.pages.names import engine_label
 from analysis.pages.section import Cell, Picture, Section, Table
 from analysis.pages.words import Words
@@ -169,7 +157,7 @@ def carried_interval(arch: Arch, person: int) -> tuple[float, float]:
 def snapshot(arch: Arch) -> Figure:
     """Draw configuration, right velocities, and force on each person: vector sum and sum of
     magnitudes."""
-    figure, axes = panels(10.5, 11.0, 2, 2)
+    figure, axes = drawing.panels(10.5, 11.0, 2, 2)
     position, velocity = arch.snapshot.position, arch.answer.right_velocity
     forces, speed = arch.normal_forces(), np.hypot(*velocity.T)
     fields = (
@@ -183,24 +171,28 @@ def snapshot(arch: Arch) -> Figure:
         norm = Normalize(0.0, float(np.quantile(shown, 0.99)))
         _draw_people(axis, arch, values, norm)
         if values is None:
-            draw_forces(axis, contact_lines(arch.snapshot, arch.contacts), forces, norm)
+            drawing.draw_forces(
+                axis, drawing.contact_lines(arch.snapshot, arch.contacts), forces, norm
+            )
         axis.set_title(title, fontsize=10)
-        add_scale(figure, axis, norm, label)
+        drawing.add_scale(figure, axis, norm, label)
     moving = speed > 0.05 * np.quantile(speed, 0.9)
-    draw_vectors(axes[1], position[moving], velocity[moving] / 4, width=0.0025, color=BLACK)
+    drawing.draw_vectors(
+        axes[1], position[moving], velocity[moving] / 4, width=0.0025, color=drawing.BLACK
+    )
     for axis, values in zip(axes[2:], (arch.resultants(), arch.carried()), strict=True):
         most = position[arch.largest(values)]
         place = (0.4, np.copysign(max(abs(most[1]) + 0.6, 1.6), most[1]))
-        arrow = {"arrowstyle": "->", "color": BLACK, "lw": 1.5}
+        arrow = {"arrowstyle": "->", "color": drawing.BLACK, "lw": 1.5}
         axis.annotate("largest", most, place, fontsize=9, arrowprops=arrow)
     return figure
 
 
 def _draw_people(axes: Axes, arch: Arch, values: Floats | None, norm: Normalize) -> None:
-    draw_disks(axes, arch.snapshot, PALE, values=values, norm=norm)
+    drawing.draw_disks(axes, arch.snapshot, drawing.PALE, values=values, norm=norm)
     ends = np.array([arch.drive.door_start_m, arch.drive.door_end_m])
     along = 50.0 * (ends[1] - ends[0])
-    draw_walls(axes, [(ends[0], ends[0] - along), (ends[1], ends[1] + along)])
+    drawing.draw_walls(axes, [(ends[0], ends[0] - along), (ends[1], ends[1] + along)])
     reach = arch.snapshot.position[arch.inside()]
     low, high = reach.min(0) - 0.5, np.maximum(reach.max(0), (1.5, -np.inf)) + 0.5
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
@@ -209,15 +201,15 @@ def _draw_people(axes: Axes, arch: Arch, values: Floats | None, norm: Normalize)
 
 def engines(comparisons: Sequence[Comparison]) -> Figure:
     """Draw the sum of magnitudes at each person: percussions against each engine."""
-    figure, every = panels(4.6 * len(comparisons), 5.0, 1, len(comparisons))
+    figure, every = drawing.panels(4.6 * len(comparisons), 5.0, 1, len(comparisons))
     for axes, comparison in zip(every, comparisons, strict=True):
         penalty, rigid = (values / 1e3 for values in comparison.disk_sums())
         near = Arch.of(comparison.scene, comparison.snapshot).distance() <= NEIGHBOURHOOD_M
         top = 1.05 * float(max(penalty.max(), rigid.max()))
-        axes.plot([0, top], [0, top], color=BLACK, lw=0.8, label="equal")
-        far: dict[str, Any] = {"ms": 3.5, "mfc": "none", "mec": BLUE, "mew": 0.7}
+        axes.plot([0, top], [0, top], color=drawing.BLACK, lw=0.8, label="equal")
+        far: dict[str, Any] = {"ms": 3.5, "mfc": "none", "mec": drawing.BLUE, "mew": 0.7}
         axes.plot(penalty[~near], rigid[~near], "o", label="farther", **far)
-        close: dict[str, Any] = {"ms": 5, "color": ORANGE, "mec": BLACK, "mew": 0.5}
+        close: dict[str, Any] = {"ms": 5, "color": drawing.ORANGE, "mec": drawing.BLACK, "mew": 0.5}
         label = f"within {NEIGHBOURHOOD_M:g} m of the exit"
         axes.plot(penalty[near], rigid[near], "s", label=label, **close)
         axes.set(xlim=(0, top), ylim=(0, top), aspect="equal")
