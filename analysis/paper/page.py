@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import analysis
 import nscd
@@ -39,8 +39,7 @@ PAGE = shipped("docs/errata.md")
 _PART = re.compile(r"^[-*] \*\*(\w+)\*\*:\s(.*?)(?=^[-*] \*\*|\Z)", re.MULTILINE | re.DOTALL)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Erratum:
+class Erratum(NamedTuple):
     """One entry: where in the paper, what is printed there, what is correct and why."""
 
     where: str
@@ -57,18 +56,15 @@ def errata(section: str, page: Path = PAGE) -> list[Erratum]:
     chosen = [chapter for chapter in chapters[1:] if chapter.startswith(section)]
     if not chosen:
         raise ValueError(f"{page}: no heading '## {section}'")
-    return [_entry(text, page) for text in re.split(r"^### ", chosen[0], flags=re.MULTILINE)[1:]]
-
-
-def _entry(text: str, page: Path) -> Erratum:
-    where, _, body = text.partition("\n")
-    parts = {name.lower(): _marked(words) for name, words in _PART.findall(body)}
-    missing = [name for name in ("printed", "correct", "why") if name not in parts]
-    if missing:
-        raise ValueError(f"{page}: the entry '{where}' has no {missing[0].capitalize()}")
-    return Erratum(
-        where=where.strip(), printed=parts["printed"], correct=parts["correct"], why=parts["why"]
-    )
+    entries = []
+    for text in re.split(r"^### ", chosen[0], flags=re.MULTILINE)[1:]:
+        where, _, body = text.partition("\n")
+        parts = {name.lower(): _marked(words) for name, words in _PART.findall(body)}
+        for name in Erratum._fields[1:]:
+            if name not in parts:
+                raise ValueError(f"{page}: the entry '{where}' has no {name.capitalize()}")
+        entries.append(Erratum(where.strip(), *(parts[name] for name in Erratum._fields[1:])))
+    return entries
 
 
 def _marked(words: str) -> str:
@@ -92,39 +88,35 @@ def _within(match: re.Match[str], mark: str) -> str:
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "netgen-mesher", "matplotlib")
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(NamedTuple):
     """A figure of the paper, or a study beside the figures.
 
-    engine_runs: the runs that it needs, for the folder that keeps runs; None: it needs no engine"""
+    build: its section, from progress, and before it the folder that keeps runs if it needs engines
+    engine_runs: the runs that it needs, for that folder; None: it needs no engine"""
 
     number: str  # 8, 3.2.1, or a word
     seconds: float  # CPU seconds that building takes, about
-    build: Callable[[Path, Progress | None], Section]  # its section
+    build: Callable[..., Section]
     engine_runs: Callable[[Path], list[EngineRun]] | None = None
-
-
-def _alone(build: Callable[[Progress | None], Section]) -> Callable[..., Section]:
-    return lambda runs, progress: build(progress)
 
 
 DISCRETE: Sequence[Part] = (
     Part("1", 2, fig1.build, fig1.engine_runs),
     Part("2", 8, fig2.build, fig2.engine_runs),
-    Part("3", 2, _alone(fig3.build)),
+    Part("3", 2, fig3.build),
     Part("4", 12, fig4.build, fig4.engine_runs),
     Part("5", 3, fig5.build, fig5.engine_runs),
     Part("6", 40, fig6.build, fig6.engine_runs),
 )
 CONTINUUM: Sequence[Part] = (
-    Part("7", 8, _alone(fig7.build)),
-    Part("3.2.1", 2, _alone(solid_chain.build)),
-    Part("8", 70, _alone(fig8.build)),
-    Part("9", 10, _alone(fig9.build)),
-    Part("10", 20, _alone(fig10.build)),
-    Part("11", 6, _alone(fig11.build)),
-    Part("mesh", 30, _alone(mesh.build)),
-    Part("bridge", 110, _alone(bridge.build)),
+    Part("7", 8, fig7.build),
+    Part("3.2.1", 2, solid_chain.build),
+    Part("8", 70, fig8.build),
+    Part("9", 10, fig9.build),
+    Part("10", 20, fig10.build),
+    Part("11", 6, fig11.build),
+    Part("mesh", 30, mesh.build),
+    Part("bridge", 110, bridge.build),
 )
 LABELS = {"mesh": "Speed and accuracy", "bridge": "From contacts to stress"}
 
@@ -204,7 +196,7 @@ def _make(number: str, runs: Path, progress: Progress | None = None) -> Built:
     """Build and draw a section; in a process of its own it has nobody to tell its progress to."""
     part = next(part for part in (*DISCRETE, *CONTINUUM) if part.number == number)
     made_by, started = edition(), time.process_time()
-    section = part.build(runs, progress)
+    section = part.build(runs, progress) if part.engine_runs else part.build(progress)
     section = replace(section, pictures=[drawn(picture) for picture in section.pictures])
     built = Built(section=section, cpu_seconds=time.process_time() - started)
     if not part.engine_runs:
@@ -256,15 +248,14 @@ def kept(folder: Path) -> Built | None:
 
 
 ORDER = (Verdict.FAILS, Verdict.PARTLY, Verdict.HOLDS)
-ERRATA = ("where", "printed", "correct", "why")
+CLAIMS = ("figure", "where", "statement", "verdict", "reason")
 COSTS = (
     "section", "engine runs made", "taken as they were", "failed", "engines (CPU s)",
     "the rest (CPU s)", "built",
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Page:
+class Page(NamedTuple):
     """A part of the paper on a page."""
 
     template: str  # name of the template
@@ -319,12 +310,13 @@ def _write_page(
     started: float,
 ) -> None:
     images = write_pictures((made.section for made in built), folder / "figures")
-    write_claims(folder / f"{page.prefix}claims.csv", built)
-    entries = errata(page.errata)
-    rows = [asdict(entry).values() for entry in entries]
-    write_rows(folder / f"{page.prefix}errata.csv", ERRATA, rows)
+    entries, beside = errata(page.errata), f"{folder}/{page.prefix}"
+    claims = [(made, claim) for made in built for claim in made.section.claims]
+    rows = [(made.section.number, *asdict(claim).values()) for made, claim in claims]
+    write_rows(Path(f"{beside}claims.csv"), CLAIMS, rows)
+    write_rows(Path(f"{beside}errata.csv"), Erratum._fields, entries)
     content = {made.section.number: _numbers(made) for made in built}
-    write_json(folder / f"{page.prefix}numbers.json", content)
+    write_json(Path(f"{beside}numbers.json"), content)
     text = render(
         page.template,
         command=command,
@@ -333,8 +325,11 @@ def _write_page(
         built=built,
         images=images,
         contents=_contents(page, built),
-        verdicts=[(verdict, _claims(verdict, built)) for verdict in ORDER],
-        claim_count=sum(len(made.section.claims) for made in built),
+        verdicts=[
+            (verdict, [(one.where, made.anchor) for made, one in claims if one.verdict == verdict])
+            for verdict in ORDER
+        ],
+        claim_count=len(rows),
         errata=entries,
         costs=_costs(built),
         wall_seconds=time.perf_counter() - started,
@@ -343,16 +338,6 @@ def _write_page(
         cores=os.cpu_count(),
     )
     write_text(folder / page.file, text)
-
-
-def write_claims(path: Path, built: Sequence[Built]) -> None:
-    """Write one row per claim: figure, where in the paper, statement, verdict, reason."""
-    rows = [
-        (made.section.number, *asdict(claim).values())
-        for made in built
-        for claim in made.section.claims
-    ]
-    write_rows(path, ("figure", "where", "statement", "verdict", "reason"), rows)
 
 
 def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
@@ -364,16 +349,6 @@ def _contents(page: Page, built: Sequence[Built]) -> list[tuple[str, str]]:
     entries.append(("errata", "Errata"))
     entries.append(("cost", "What this page cost"))
     return entries
-
-
-def _claims(verdict: Verdict, built: Sequence[Built]) -> list[tuple[str, str]]:
-    """Where the claims with this verdict are in the paper, and the section that tries each."""
-    return [
-        (claim.where, made.anchor)
-        for made in built
-        for claim in made.section.claims
-        if claim.verdict == verdict
-    ]
 
 
 def _costs(built: Sequence[Built]) -> Table:

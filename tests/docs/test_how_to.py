@@ -2,7 +2,6 @@
 against the core, and its table names every file."""
 
 import csv
-import dataclasses
 import doctest
 import importlib.util
 import re
@@ -80,9 +79,9 @@ def test_a_figure_of_your_own(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     importlib.invalidate_caches()
     fig0 = importlib.import_module("fig0_pair")
-    part = page.Part(number="0", seconds=1, build=lambda runs, progress: fig0.build(progress))
+    part = page.Part(number="0", seconds=1, build=fig0.build)
     monkeypatch.setattr(page, "DISCRETE", (*page.DISCRETE, part))
-    discrete = dataclasses.replace(page.PAGES["discrete"], parts=page.DISCRETE)
+    discrete = page.PAGES["discrete"]._replace(parts=page.DISCRETE)
     monkeypatch.setitem(page.PAGES, "discrete", discrete)
     pages, warnings = page.write_pages(
         ["discrete"], tmp_path / "paper", tmp_path / "runs", "percussions paper", ["0"]

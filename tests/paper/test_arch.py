@@ -12,12 +12,6 @@ from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
 from analysis.paper.discrete import fig4_arch, fig5_masses, pressed_crowd
-from analysis.paper.discrete.fig4_arch import (
-    dissipation_trials,
-    maintained_forces,
-    sample_of,
-    warnings_of,
-)
 from analysis.paper.discrete.fig5_masses import Uniformity
 from analysis.paper.discrete.pressed_crowd import Arch, grown
 from analysis.scene.scene import Wall
@@ -74,7 +68,7 @@ def test_a_queue_carries_what_is_behind_each(mass):
 
 def test_a_queue_in_numbers():
     """Its maximum 11 · 300 N is determined and lies at the exit."""
-    found = sample_of(queue(), 7)
+    found = fig4_arch.sample_of(queue(), 7)
     assert found["largest_N"] == pytest.approx(11 * FORCE, rel=1e-10)
     assert (found["lower_N"], found["upper_N"]) == pytest.approx((11 * FORCE, 11 * FORCE), rel=1e-7)
     assert found["mean_N"] == pytest.approx(6 * FORCE, rel=1e-10)
@@ -97,7 +91,7 @@ def test_people_beyond_the_exit_are_left_out():
 
 def test_maintained_contacts_of_a_queue_push_as_they_are():
     """Where all contacts close, (8) and the complementarity form are one."""
-    found = maintained_forces(queue())
+    found = fig4_arch.maintained_forces(queue())
     assert found["pulling"] == 0
     assert found["push_N"] == pytest.approx(6 * FORCE, rel=1e-10)
 
@@ -107,7 +101,7 @@ def test_maintained_contacts_pull_where_they_would_open():
     together: 150 N."""
     arch = free_chain(2)
     arch = replace(arch, left_velocity=np.array([[2.0, 0.0], [0.0, 0.0]]))
-    found = maintained_forces(arch)
+    found = fig4_arch.maintained_forces(arch)
     assert found["pulling"] == 1
     assert found["strongest_N"] == pytest.approx(75.0 / 0.5, rel=1e-10)
     assert found["total_N"] == pytest.approx(75.0 / 0.5, rel=1e-10)
@@ -118,7 +112,7 @@ def test_dissipation_of_a_pair():
     """Head-on along the axis: p = m_eff (1+e) U, e = max(0, (k − m_eff)/(k + m_eff)); energy −(1 −
     e²) m_eff U²/2."""
     arch = replace(free_chain(2), left_velocity=np.array([[0.0, 0.0], [2.0, 0.0]]))
-    for trial in dissipation_trials(arch, [0.0, 10.0, 37.5, 75.0, 375.0]):
+    for trial in fig4_arch.dissipation_trials(arch, [0.0, 10.0, 37.5, 75.0, 375.0]):
         e = max(0.0, (trial.dissipation - 37.5) / (trial.dissipation + 37.5))
         assert trial.forces[0] == pytest.approx(75.0 * (1 + e) / 0.5, rel=1e-8)
         assert trial.energy_share == pytest.approx(-0.5 * (1 - e * e), abs=1e-8)
@@ -214,11 +208,13 @@ def test_uniformity():
 
 
 def test_unsolved_and_unproven_arches_are_named():
-    told = warnings_of([sample(), sample(seed=4, solved=False), sample(seed=9, lower_N=np.nan)])
+    told = fig4_arch.warnings_of(
+        [sample(), sample(seed=4, solved=False), sample(seed=9, lower_N=np.nan)]
+    )
     assert len(told) == 2
     assert "seed 4" in told[0]
     assert "seed 9" in told[1]
-    assert warnings_of([sample()]) == []
+    assert fig4_arch.warnings_of([sample()]) == []
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,7 +29,7 @@ from nscd.continuum.pressure import pressure
 from nscd.continuum.rivals.first_order import first_order_flow, frictional_flow
 from nscd.continuum.room import Border, Room
 from nscd.continuum.space import Space
-from nscd.stress import FlowField, Kernel, StressField, flow_field, smear, stress_field
+from nscd.stress import Kernel, flow_field, smear, stress_field
 
 HALF_DOOR = 0.5 * EXIT  # m
 SPEED = 2.0  # m/s, toward the nearest point of the exit
@@ -100,21 +100,26 @@ def crowd_size(position: Floats) -> float:
     return float((np.sqrt((2 * HALF_DOOR) ** 2 + 2 * np.pi * whole) - 2 * HALF_DOOR) / np.pi)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sample:
-    """One crowd: its answer and its fields at `points`.
+class Sample(NamedTuple):
+    """One crowd: its answer, and its fields at `points` by KERNEL.
 
-    stress, flow, left: the fields of percussions, u⁺ and u⁻ by KERNEL."""
+    deviator: ‖Σ + p1‖/‖Σ‖, what is not pressure
+    dissipative: R² of Σ = k D(w), w = u⁺ + u⁻, through the origin: 1 − ‖Σ − kD(w)‖²/‖Σ‖² with the
+        best k ≥ 0
+    compression: how much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋
+    kept: Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²"""
 
     seed: int
     size: float  # m, R: the crowd fills x < 0 within R of the exit
     coordination: float  # contacts per disk, 2k/n on average
     answer: Percussions
-    stress: StressField
-    flow: FlowField
-    left: FlowField
-    kept: float  # Σm|u⁺|²/Σm|u⁻|², which for k = 0 is also Σmu⁺·u⁻/Σm|u⁻|²
-    wall_load: float  # N·s, Σ of the walls' percussions along x
+    pressure: Floats  # (m,) N·s/m, of the percussions' stress Σ
+    velocity: Floats  # (m,2) m/s, u⁺
+    deviator: float
+    dissipative: float
+    compression: float
+    kept: float
+    wall_load: float  # kN·s, Σ of the walls' percussions along x
 
 
 def sample(packing: Packing, n: int, seed: int) -> Sample:
@@ -143,16 +148,28 @@ def sample(packing: Packing, n: int, seed: int) -> Sample:
     answer = solve(snapshot, contacts, canonical=False)
     at, right = points(), answer.right_velocity
     before, after = (float((snapshot.mass[:, None] * u**2).sum()) for u in (left, right))
+    stress = stress_field(snapshot, contacts, answer.impulse, KERNEL, at)
+    flow, wanted = (flow_field(snapshot, u, KERNEL, at) for u in (right, left))
+    sigma, total = stress.stress, flow.gradient + wanted.gradient
+    rest = sigma + stress.pressure[:, None, None] * np.eye(2)
+    rate = 0.5 * (total + total.transpose(0, 2, 1))
+    along = max(float((sigma * rate).sum()), 0.0)
+    closing, wish = (
+        float(np.maximum(-np.trace(u.gradient, axis1=1, axis2=2), 0.0).sum())
+        for u in (flow, wanted)
+    )
     return Sample(
         seed=seed,
         size=crowd_size(position),
         coordination=2 * len(contacts) / n,
         answer=answer,
-        stress=stress_field(snapshot, contacts, answer.impulse, KERNEL, at),
-        flow=flow_field(snapshot, right, KERNEL, at),
-        left=flow_field(snapshot, snapshot.velocity, KERNEL, at),
+        pressure=stress.pressure,
+        velocity=flow.velocity,
+        deviator=float(np.linalg.norm(rest) / np.linalg.norm(sigma)),
+        dissipative=along**2 / float((sigma**2).sum() * (rate**2).sum()),
+        compression=closing / wish,
         kept=after / before,
-        wall_load=float(answer.impulse[contacts.is_wall, 0].sum()),
+        wall_load=float(answer.impulse[contacts.is_wall, 0].sum()) / 1e3,
     )
 
 
@@ -311,13 +328,13 @@ class Size:
     def pressure_distance(self, model: Model) -> Floats:
         """‖p − p_model‖/‖p_(20)‖ of each crowd, L² over the points."""
         scale = np.linalg.norm(self.models.first_order.pressure)
-        away = [np.linalg.norm(s.stress.pressure - model.pressure) for s in self.samples]
+        away = [np.linalg.norm(s.pressure - model.pressure) for s in self.samples]
         return np.asarray(np.array(away) / scale)
 
     def velocity_distance(self, model: Model) -> Floats:
         """‖u⁺ − u⁺_model‖/‖u⁻‖ of each crowd, L² over the points."""
         scale = np.linalg.norm(self.models.unhindered.velocity)
-        away = [np.linalg.norm(s.flow.velocity - model.velocity) for s in self.samples]
+        away = [np.linalg.norm(s.velocity - model.velocity) for s in self.samples]
         return np.asarray(np.array(away) / scale)
 
     def pressure_gap(self, model: Model) -> float:
@@ -351,46 +368,9 @@ class Size:
         distances = (self.pressure_distance, self.velocity_distance)
         return min(self.shown, key=lambda model: sum(float(far(model).mean()) for far in distances))
 
-    @property
-    def deviator(self) -> Floats:
-        """‖Σ + p1‖/‖Σ‖ of each crowd: what is not pressure."""
-        shares = []
-        for s in self.samples:
-            rest = s.stress.stress + s.stress.pressure[:, None, None] * np.eye(2)
-            shares.append(np.linalg.norm(rest) / np.linalg.norm(s.stress.stress))
-        return np.array(shares)
-
-    @property
-    def dissipative(self) -> Floats:
-        """R² of Σ = k D(w), w = u⁺ + u⁻, through the origin, of each crowd: 1 − ‖Σ −
-        kD(w)‖²/‖Σ‖² with the best k ≥ 0."""
-        shares = []
-        for s in self.samples:
-            total = s.flow.gradient + s.left.gradient
-            rate = 0.5 * (total + total.transpose(0, 2, 1))
-            sigma = s.stress.stress
-            along = max(float((sigma * rate).sum()), 0.0)
-            shares.append(along**2 / ((sigma**2).sum() * (rate**2).sum()))
-        return np.array(shares)
-
-    @property
-    def compression(self) -> Floats:
-        """How much of the compression that people want is left, ∫(div u⁺)₋/∫(div u⁻)₋."""
-
-        def negative(flow: FlowField) -> float:
-            return float(np.maximum(-np.trace(flow.gradient, axis1=1, axis2=2), 0.0).sum())
-
-        return np.array([negative(s.flow) / negative(s.left) for s in self.samples])
-
-    @property
-    def kept(self) -> Floats:
-        """Share of the kinetic energy that each crowd keeps."""
-        return np.array([s.kept for s in self.samples])
-
-    @property
-    def wall_load(self) -> Floats:
-        """Load of the walls in each crowd, kN·s."""
-        return np.array([s.wall_load for s in self.samples]) / 1e3
+    def each(self, name: str) -> Floats:
+        """One quantity of every crowd, (s,…)."""
+        return np.array([getattr(s, name) for s in self.samples])
 
     @property
     def spread(self) -> float | None:
@@ -398,7 +378,7 @@ class Size:
         a single crowd."""
         if len(self.samples) < 2:
             return None
-        every = np.array([s.stress.pressure for s in self.samples])
+        every = self.each("pressure")
         variance = every.var(axis=0, ddof=1).sum()
         return float(np.sqrt(variance) / np.linalg.norm(self.models.first_order.pressure))
 
@@ -444,8 +424,8 @@ def trends(sizes: Sequence[Size]) -> Figure:
     figure, (kept, deviator, smooth, rough) = drawing.panels(10.0, 7.4, 2, 2)
     last = sizes[-1]
     models = last.models
-    _trend(kept, sizes, lambda size: size.kept)
-    _trend(deviator, sizes, lambda size: size.deviator)
+    _trend(kept, sizes, lambda size: size.each("kept"))
+    _trend(deviator, sizes, lambda size: size.each("deviator"))
     _trend(smooth, sizes, lambda size: size.pressure_distance(size.models.first_order))
     _trend(rough, sizes, lambda size: size.pressure_distance(size.rough))
     free, flow, blocked = models.unhindered, models.first_order, models.blocked
@@ -491,7 +471,7 @@ def profiles(sizes: Sequence[Size]) -> Figure:
     for axes, (packing, same) in zip(every, kinds.items(), strict=True):
         shades = np.linspace(0.65, 0.0, len(same))
         for number, size in enumerate(same):
-            mean = np.mean([s.stress.pressure for s in size.samples], axis=0)
+            mean = size.each("pressure").mean(0)
             look = {"marker": drawing.MARKERS[number % len(drawing.MARKERS)], "ms": 4, "lw": 1}
             label = f"{size.n:,} disks"
             axes.plot(*_banded(mean), **look, color=str(shades[number]), label=label)
@@ -529,9 +509,7 @@ def pressure_maps(sizes: Sequence[Size]) -> Figure:
     models."""
     kinds, last = by_packing(sizes), sizes[-1]
     picked = [(packing, same[pick]) for pick in (0, -1) for packing, same in kinds.items()]
-    shown = [
-        (f"{packing}, N = {size.n:,}", size.samples[0].stress.pressure) for packing, size in picked
-    ]
+    shown = [(f"{packing}, N = {size.n:,}", size.samples[0].pressure) for packing, size in picked]
     models = (last.models.first_order, last.rough, last.best)
     shown += [(model.name, model.pressure) for model in models[: len(kinds)]]
     figure, every = drawing.panels(9.5, 12.0, 3, len(kinds), sharex=True, sharey=True)
@@ -594,12 +572,20 @@ def both(values: Floats, places: int = 2) -> str:
 
 
 def _crowds(size: Size) -> list[Cell]:
-    shares = [both(share, 3) for share in (size.deviator, size.dissipative, size.compression)]
-    coordination = float(np.mean([s.coordination for s in size.samples]))
+    names = "deviator", "dissipative", "compression"
+    shares = [both(size.each(name), 3) for name in names]
+    coordination = float(size.each("coordination").mean())
     crowd: list[Cell] = [str(size.packing), size.n, len(size.samples), coordination]
     spread = NONE if size.spread is None else size.spread
     status = "not all solved" if size.warnings else "solved"
-    return [*crowd, both(size.kept, 3), both(size.wall_load, 1), spread, *shares, status]
+    return [
+        *crowd,
+        both(size.each("kept"), 3),
+        both(size.each("wall_load"), 1),
+        spread,
+        *shares,
+        status,
+    ]
 
 
 def _model(model: Model) -> list[Cell]:

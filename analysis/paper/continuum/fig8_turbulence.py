@@ -4,7 +4,7 @@ of the "error of the order of 10⁻²", errors against k_v, and how the rival de
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache, cached_property
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from analysis.pages.fields import draw_map, rounded
 from analysis.pages.section import Cell, Section, Verdict
 from analysis.pages.words import Words
 from analysis.paper.answers import Answer, unsolved
-from analysis.paper.continuum.exit_room import BODY, EXIT, MESH, SIDE, Map, map_of
+from analysis.paper.continuum.exit_room import BODY, EXIT, MESH, SIDE, map_of
 from analysis.support.parallel import Progress
 from nscd.arrays import Floats
 from nscd.continuum.collision import CollisionAnswer, collide
@@ -45,7 +45,9 @@ FINER = 9.0  # the k_v that is tried on half the mesh too
 LARGEST_OF_ORDER = 10**-1.5  # 10⁻² to the nearest power of ten
 SETTLED = 0.2  # an error that changes by more on a mesh of half the side is the mesh's
 DEPENDS = 1.1  # forces that differ by this factor depend on δt
-CELL = "mean difference of |F| over the largest |F_t| in any triangle"
+PRESSURE, LARGEST = "‖p − δt p_t‖ / ‖δt p_t‖", "largest pressure over a body"
+MEAN = "mean difference of |F|"
+CELL = f"{MEAN} over the largest |F_t| in any triangle"
 VOLUMES = (1.0, 2.0, 4.0, 9.0, 16.0, 25.0, 50.0, 100.0, 200.0)  # k_v
 CURVE_STEPS = (0.001, 0.01, 0.1)  # s
 STEPS = (0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # s
@@ -136,44 +138,25 @@ def _step(case: Case, setting: Setting) -> TurbulenceStep:
     return turbulence_step(mesh, DENSITY, left, model, time_step=setting.time_step)
 
 
-@dataclass(frozen=True, eq=False)
 class Forces:
-    """One case in one setting: the crowd turbulence, and (11) for each k_v that is asked for."""
+    """One case in one setting: the crowd turbulence, which knows nothing of (11), and (11) for each
+    k_v that is asked for.
 
-    case: Case
-    setting: Setting
-    pairs: dict[float, Pair] = field(default_factory=dict)
+    map: where body means are taken
+    area, theirs: (m,) m² and N·s/m², of the cells and of |−δt∇·σ| of the crowd turbulence there
+    their_pressure: N·s/m, δt p_t from (16)"""
 
-    @cached_property
-    def room(self) -> Room:
-        """The square."""
-        return _mesh(self.setting.side, self.setting.mesh)[0]
-
-    @cached_property
-    def space(self) -> Space:
-        """Of (11)."""
-        return _space(self.setting.side, self.setting.mesh, self.setting.order)
-
-    @property
-    def map(self) -> Map:
-        """Where body means are taken."""
-        return map_of(self.room)
-
-    @cached_property
-    def area(self) -> Floats:
-        """(m,) m² of the cells."""
-        return Cells(self.space.mesh).measure
-
-    @cached_property
-    def turbulence(self) -> TurbulenceStep:
-        """One step of the crowd turbulence, which knows nothing of (11)."""
-        alone = replace(self.setting, wall=Wall.PRESSED, order=1, mixed_units=False)
-        return _step(self.case, alone)
-
-    @cached_property
-    def theirs(self) -> Floats:
-        """(m,) N·s/m², |−δt∇·σ| of the crowd turbulence in the cells."""
-        return np.asarray(np.hypot(*self.turbulence.percussion_density.T))
+    def __init__(self, case: Case, setting: Setting) -> None:
+        self.case, self.setting = case, setting
+        self.pairs: dict[float, Pair] = {}
+        self.room = _mesh(setting.side, setting.mesh)[0]
+        self.space = _space(setting.side, setting.mesh, setting.order)
+        self.map, self.area = map_of(self.room), Cells(self.space.mesh).measure
+        alone = replace(setting, wall=Wall.PRESSED, order=1, mixed_units=False)
+        self.turbulence = _step(case, alone)
+        self.theirs = np.hypot(*self.turbulence.percussion_density.T)
+        p = setting.person * float(TurbulencePressure().pressure(DENSITY))
+        self.their_pressure = setting.time_step * p
 
     @cached_property
     def theirs_on_bodies(self) -> Floats:
@@ -182,12 +165,6 @@ class Forces:
         density = np.hstack([np.ones((len(middle), 1)), self.turbulence.percussion_density])
         sums, _ = smear(middle, self.area[:, None] * density, BODY, self.map.points)
         return np.asarray(np.hypot(*(sums[:, 1:] / sums[:, :1]).T))
-
-    @property
-    def their_pressure(self) -> float:
-        """N·s/m, δt p_t from (16)."""
-        p = self.setting.person * float(TurbulencePressure().pressure(DENSITY))
-        return self.setting.time_step * p
 
     def pair(self, volume: float) -> Pair:
         """Solve (11) with this k_v, and set it beside the crowd turbulence."""
@@ -212,24 +189,16 @@ class Forces:
         return [(f"crowd turbulence, {where}", self.turbulence), *pairs]
 
 
-@dataclass(frozen=True, eq=False)
 class Pair:
-    """The answer of (11) beside the crowd turbulence, and ways to measure their difference."""
+    """The answer of (11) beside the crowd turbulence, and ways to measure their difference.
 
-    forces: Forces
-    answer: CollisionAnswer
+    vectors, ours: (m,2) and (m,) N·s/m², div σ of (11) in the cells and its modulus"""
 
-    @cached_property
-    def vectors(self) -> Floats:
-        """(m,2) N·s/m², div σ of (11) in the cells."""
-        weight = self.answer.space.basis.dx
-        mean = (percussion_density(self.answer) * weight).sum(2) / weight.sum(1)
-        return np.asarray(mean.T)
-
-    @cached_property
-    def ours(self) -> Floats:
-        """(m,) N·s/m², its modulus."""
-        return np.asarray(np.hypot(*self.vectors.T))
+    def __init__(self, forces: Forces, answer: CollisionAnswer) -> None:
+        self.forces, self.answer = forces, answer
+        weight = answer.space.basis.dx
+        self.vectors = ((percussion_density(answer) * weight).sum(2) / weight.sum(1)).T
+        self.ours = np.hypot(*self.vectors.T)
 
     @cached_property
     def fields(self) -> BodyFields:
@@ -333,19 +302,13 @@ def readings(mesh: float = MESH) -> list[Reading]:
         Reading("‖|F| − |F_t|‖ / ‖F_t‖, L² over the room", Pair.of_moduli, plain),
         Reading("‖F − F_t‖ / ‖F_t‖, of the vectors", Pair.of_vectors, plain),
         Reading("the same of |F|, as means over a body", Pair.on_bodies, plain),
-        Reading("mean difference of |F| over the mean of |F_t|", Pair.of_mean, plain),
-        Reading(
-            "mean difference of |F| over the largest |F_t| over a body", Pair.of_largest_body, plain
-        ),
+        Reading(f"{MEAN} over the mean of |F_t|", Pair.of_mean, plain),
+        Reading(f"{MEAN} over the largest |F_t| over a body", Pair.of_largest_body, plain),
         Reading(CELL, Pair.of_largest_cell, plain),
         Reading(f"{CELL}, half the mesh", Pair.of_largest_cell, _halved(plain)),
         Reading(f"{CELL}, p_t = 0 on the exit", Pair.of_largest_cell, opened),
-        Reading(
-            "pressure: ‖p − δt p_t‖ / ‖δt p_t‖ over a body, p_t of (16)", Pair.of_pressures, plain
-        ),
-        Reading(
-            "largest pressure over a body: |p − δt p_t| / δt p_t", Pair.of_largest_pressures, plain
-        ),
+        Reading(f"pressure: {PRESSURE} over a body, p_t of (16)", Pair.of_pressures, plain),
+        Reading(f"{LARGEST}: |p − δt p_t| / δt p_t", Pair.of_largest_pressures, plain),
         Reading("largest pressure in any triangle: the same", Pair.of_raw_pressures, plain),
     ]
     varied = [
