@@ -1,22 +1,24 @@
 """percussions advise."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import typer
 
-from analysis.cli.app import Out, Runs, SceneName, progress
+from analysis.cli.app import progress
+from analysis.cli.options import Out
 
 
 def advise(
-    scene: SceneName,
-    error: Annotated[str, typer.Option()],
+    scene: str,
+    *,
+    error: str,
     quantity: str = "disk-load",
     against: Literal["rigid", "model"] = "rigid",
     method: list[str] | None = None,
     body: str | None = None,
     chart: Path | None = None,
-    runs: Runs = Path("out"),
+    runs: Out = Path("out"),
     out: Out = Path("advice"),
 ) -> None:
     """Choose the cheapest method whose measured error is within what is asked.
@@ -35,47 +37,31 @@ def advise(
     chart: Folder of a chart of this very scene, to read instead of the stored library.
 
     Example: percussions advise arch --error 5% --quantity wall-load"""
-    from analysis.advice.bodies import (
-        advise_bodies,
-        body_lines,
-        ladder_lines,
-        write_body_advice,
-    )
+    from analysis.advice import bodies, choice, motion
     from analysis.advice.candidates import Question, asked_error
-    from analysis.advice.choice import advise as choose
-    from analysis.advice.choice import left_out, methods_here, report, write_advice
     from analysis.advice.library import stored_library
-    from analysis.advice.motion import (
-        FILE,
-        QUANTITIES,
-        advise_motion,
-        motion_lines,
-        write_motion_advice,
-    )
     from analysis.scene.scene import read_scene
     from analysis.work_precision.point import read_points
 
-    chosen = read_scene(scene)
+    chosen, allowed, methods = read_scene(scene), asked_error(error), choice.methods_here(method)
     if body is not None:
-        soft = advise_bodies(chosen, asked_error(error), quantity, methods_here(method), body)
-        print(*body_lines(soft), write_body_advice(soft, out), sep="\n")
+        soft = bodies.advise_bodies(chosen, allowed, quantity, methods, body)
+        print(*bodies.body_lines(soft), bodies.write_body_advice(soft, out), sep="\n")
         raise typer.Exit(not soft.engine)
-    ladder = ["", *ladder_lines(chosen)] if chosen.drive else []
-    if quantity in QUANTITIES:
-        own = None if chart is None else chart / FILE
-        moving = advise_motion(chosen, asked_error(error), quantity, methods_here(method), own)
-        print(*motion_lines(moving), *ladder, write_motion_advice(moving, out), sep="\n")
+    ladder = ["", *bodies.ladder_lines(chosen)] if chosen.drive else []
+    if quantity in motion.QUANTITIES:
+        own = None if chart is None else chart / motion.FILE
+        moving = motion.advise_motion(chosen, allowed, quantity, methods, own)
+        written = motion.write_motion_advice(moving, out)
+        print(*motion.motion_lines(moving), *ladder, written, sep="\n")
         raise typer.Exit(moving.choice is None)
     points = None if chart is None else read_points(chart / "points.json")
-    methods = methods_here(method)
-    question = Question(
-        error=asked_error(error), quantity=quantity, against=against, methods=methods
-    )
-    advice = choose(chosen, question, library=stored_library(), chart=points)
+    question = Question(error=allowed, quantity=quantity, against=against, methods=methods)
+    advice = choice.advise(chosen, question, library=stored_library(), chart=points)
     with progress() as bars:
         bars(f"{chosen.name}: what it can do without", 0.0)
-        left = left_out(chosen, runs / "work_precision" / chosen.name)
+        left = choice.left_out(chosen, runs / "work_precision" / chosen.name)
         bars(f"{chosen.name}: what it can do without", 1.0)
-    print(*report(advice, left), *ladder, write_advice(advice, left, out), sep="\n")
-    if advice.choice is None:
-        raise typer.Exit(1)
+    written = choice.write_advice(advice, left, out)
+    print(*choice.report(advice, left), *ladder, written, sep="\n")
+    raise typer.Exit(advice.choice is None)

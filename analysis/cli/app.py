@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import math
 import os
 import shlex
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from analysis.support.extras import missing_extra
-from analysis.support.files import or_shipped, whole_file
+from analysis.support.files import whole_file
 from analysis.support.parallel import Progress
 
 if TYPE_CHECKING:
@@ -29,22 +28,15 @@ if TYPE_CHECKING:
 # Where there is no terminal, a line of progress every so many seconds.
 BETWEEN_LINES_S = 5.0
 UNFOLDED = 1000  # columns
-MOST_PROCESSES = 1024
 
 
 class _Commands(TyperGroup):
     """The commands with the whole of their first sentence."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        first = {name: (one.help or "").split("\n\n")[0] for name, one in self.commands.items()}
         with formatter.section("Commands"):
-            formatter.write_dl(
-                [
-                    (name, " ".join((found.help or "").split("\n\n")[0].split()))
-                    for name, found in commands
-                    if found
-                ]
-            )
+            formatter.write_dl([(name, " ".join(words.split())) for name, words in first.items()])
 
 
 # Without rich, whose pages take longer to import than the help to write.
@@ -56,84 +48,6 @@ app = typer.Typer(
     help="Contact forces in a dense crowd: penalty (LAMMPS, YADE) against rigid (percussions), "
     "side by side.",
 )
-
-
-def path(text: str) -> Path:
-    """Read the path of an option: an option in its place is one whose own value was left out."""
-    if str(text).startswith("--"):
-        raise typer.BadParameter(
-            f"{text}: a path is needed; write ./{text} for a file of that name"
-        )
-    return Path(text)
-
-
-def input_file(text: str) -> Path:
-    """Read the path of a file to be read; from any folder `scenes/…` are the product's own."""
-    return or_shipped(path(text))
-
-
-def positive(text: str) -> float:
-    """Read the number of an option, which must be finite and above 0."""
-    number = _number(text)
-    if not 0 < number < math.inf:
-        raise typer.BadParameter(f"{text}: a finite number above 0 is needed")
-    return number
-
-
-def not_negative(text: str) -> float:
-    """Read the number of an option, which must be finite and at least 0."""
-    number = _number(text)
-    if not 0 <= number < math.inf:
-        raise typer.BadParameter(f"{text}: a finite number of at least 0 is needed")
-    return number
-
-
-def share(text: str) -> float:
-    """Read the number of an option, which must be from 0 to 1."""
-    number = _number(text)
-    if not 0 <= number <= 1:
-        raise typer.BadParameter(f"{text}: a number from 0 to 1 is needed")
-    return number
-
-
-def count(text: str) -> int:
-    """Read the number of an option, which must be whole and above 0."""
-    number = _number(text)
-    if not (0 < number < math.inf and number == int(number)):
-        raise typer.BadParameter(f"{text}: a whole number above 0 is needed")
-    return int(number)
-
-
-def processes(text: str) -> int:
-    """Read a number of processes, from 1 to 1024."""
-    number = count(text)
-    if number > MOST_PROCESSES:
-        raise typer.BadParameter(f"{text}: at most {MOST_PROCESSES} processes are started")
-    return number
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
-Out = Annotated[Path, typer.Option("--out", parser=path, help="Folder for the results.")]
-Runs = Annotated[
-    Path, typer.Option(parser=path, help="Folder for the runs; unchanged ones are used again.")
-]
-SceneName = Annotated[str, typer.Argument(help="Name of a scene, or its .toml file.")]
-Scheduler = Annotated[
-    str | None, typer.Option(help="Address of a Dask scheduler, instead of this machine's cores.")
-]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
-Limits = Annotated[
-    list[Path] | None, typer.Option(help="TOML file with further limits; several times.")
-]
-Jobs = Annotated[
-    int | None, typer.Option(parser=processes, help="Processes; as many as cores if left out.")
-]
 
 
 @app.callback(invoke_without_command=True)
@@ -283,12 +197,19 @@ def warn(words: str) -> None:
     print(f"warning: {words}", file=sys.stderr)
 
 
+def show_page(page: Path) -> None:
+    """Say where a page is, as a browser opens it."""
+    print(page.resolve().as_uri())
+
+
 def command_line() -> str:
     """Return the command as it was typed, for the pages."""
     return shlex.join(["percussions", *sys.argv[1:]])
 
 
-def show(head: list[str], rows: list[list[str]], *, numbers_from: int = 1, title: str = "") -> None:
+def show(
+    head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers_from: int = 1, title: str = ""
+) -> None:
     """Print a table, the columns from `numbers_from` on aligned to the right."""
     from rich.console import Console
     from rich.table import Table
@@ -296,8 +217,9 @@ def show(head: list[str], rows: list[list[str]], *, numbers_from: int = 1, title
 
     table = Table(title=title or None, title_justify="left")
     for place, name in enumerate(head):
-        side: Literal["left", "right"] = "left" if place < numbers_from else "right"
-        table.add_column(Text(name), justify=side, overflow="fold")
+        table.add_column(
+            Text(name), justify="left" if place < numbers_from else "right", overflow="fold"
+        )
     for row in rows:
         table.add_row(*map(Text, row))
     # where nobody looks at it, nothing is folded

@@ -4,22 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from analysis.cli.app import (
-    Jobs,
-    Out,
-    Runs,
-    SceneName,
-    Scheduler,
-    command_line,
-    progress,
-    say_expected,
-    show,
-    warn,
-)
+from analysis.cli.app import command_line, progress, say_expected, show, show_page, warn
+from analysis.cli.options import Out, Processes, Replicates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,12 +20,13 @@ SEEDS = 3
 
 
 def chart(
-    scene: SceneName,
-    quick: Annotated[bool, typer.Option("--quick")] = False,
-    seeds: Annotated[int | None, typer.Option(min=0, max=1000)] = None,
-    runs: Runs = Path("out"),
-    scheduler: Scheduler = None,
-    jobs: Jobs = None,
+    scene: str,
+    *,
+    quick: bool = False,
+    seeds: Replicates | None = None,
+    runs: Out = Path("out"),
+    scheduler: str | None = None,
+    jobs: Processes | None = None,
     out: Out = Path("chart"),
 ) -> None:
     """Measure cost against error of every method on a scene.
@@ -52,43 +41,32 @@ def chart(
 
     Example: percussions chart arch --out chart/arch"""
     from analysis.scene.scene import read_scene
-    from analysis.work_precision.chart import build_chart
-    from analysis.work_precision.page import front_table, write_chart
-    from analysis.work_precision.point import write_points
-    from analysis.work_precision.soft import check_chart
-    from analysis.work_precision.whole_runs import (
-        NAME,
-        WholeRunPoint,
-        measure_whole_runs,
-        whole_runs_of,
-        whole_runs_section,
-    )
+    from analysis.work_precision import chart as instants
+    from analysis.work_precision import page, point, soft, whole_runs
 
     chosen = read_scene(scene)
-    check_chart(chosen)
+    soft.check_chart(chosen)
     crowds = (0 if quick else SEEDS) if seeds is None else seeds
-    whole = whole_runs_of(chosen, crowds, runs)
+    whole = whole_runs.whole_runs_of(chosen, crowds, runs)
     _say_expected(chosen, runs, quick, jobs, whole)
+    found, sections = None, []
     with progress() as bars:
-        made = build_chart(
+        made = instants.build_chart(
             chosen, runs, quick=quick, processes=jobs, scheduler=scheduler, progress=bars
         )
-        found = measure_whole_runs(chosen, whole, progress=bars, processes=jobs) if whole else None
-    page = write_chart(made, out, command_line(), [whole_runs_section(found)] if found else ())
+        if whole:
+            found = whole_runs.measure_whole_runs(chosen, whole, progress=bars, processes=jobs)
+            sections = [whole_runs.whole_runs_section(found)]
+    written = page.write_chart(made, out, command_line(), sections)
     if found:
-        write_points(out, found.points, NAME, WholeRunPoint)
+        point.write_points(out, found.points, whole_runs.NAME, whole_runs.WholeRunPoint)
     for quantity in made.measured.quantities:
-        head, rows = front_table(made, quantity)
+        head, rows = page.front_table(made, quantity)
         title = f"Pareto fronts, all methods and soft contacts alone: {quantity.words}"
-        show(
-            list(head),
-            [list(row) for row in rows],
-            numbers_from=2,
-            title=f"{title} ({quantity.unit})",
-        )
+        show(head, rows, numbers_from=2, title=f"{title} ({quantity.unit})")
     for warning in made.warnings:
         warn(warning)
-    print(page.resolve().as_uri())
+    show_page(written)
 
 
 def _say_expected(
@@ -96,27 +74,17 @@ def _say_expected(
 ) -> None:
     from analysis.advice.library import expected_seconds
     from analysis.engines import PENALTY
-    from analysis.work_precision.soft import (
-        FULL,
-        QUICK,
-        pressing,
-        run_folder,
-        scene_of,
-        settings_of,
-    )
+    from analysis.work_precision import soft
     from analysis.work_precision.window import driven_window, impact_window
 
     driven = scene.drive is not None
     window = driven_window(scene, scene.snapshot.position) if driven else impact_window(scene)
     folder = runs / "work_precision" / scene.name
     names = [engine.NAME for engine in PENALTY if engine.find()]
-    missing = [
-        setting
-        for setting in settings_of(window, names, QUICK if quick else FULL)
-        if not run_folder(folder, setting).exists()
-    ]
-    seconds = sum(expected_seconds(scene_of(window, one), one.engine) for one in missing)
-    start = pressing(scene)
+    settings = soft.settings_of(window, names, soft.QUICK if quick else soft.FULL)
+    missing = [one for one in settings if not soft.run_folder(folder, one).exists()]
+    seconds = sum(expected_seconds(soft.scene_of(window, one), one.engine) for one in missing)
+    start = soft.pressing(scene)
     if start is not None and names and not (folder / "start.npz").exists():
         # on one core, before anything else
         seconds += (jobs or os.cpu_count() or 1) * expected_seconds(start, names[0])

@@ -1,27 +1,17 @@
-"""All commands, in the order of `--help`. A new one is a file with a function, and a line here."""
+"""All commands, in the order of `--help`. A new one is a function in a file of its name, and its name
+here."""
 
-from analysis.cli.advise import advise
+import importlib
+
 from analysis.cli.app import app
-from analysis.cli.chart import chart
-from analysis.cli.compare import compare
-from analysis.cli.doctor import doctor
-from analysis.cli.export import export
-from analysis.cli.exposure import exposure
-from analysis.cli.film import film
-from analysis.cli.import_crowd import import_
 from analysis.cli.options import with_options
-from analysis.cli.paper import paper
-from analysis.cli.push import push
-from analysis.cli.report import report
-from analysis.cli.run import run
-from analysis.cli.scenes import new, scenes
-from analysis.cli.solve import solve
-from analysis.cli.stability import stability
 
 __all__ = ["app"]
+COMMANDS = (
+    "scenes", "new", "run", "import_", "solve", "compare", "film", "export", "exposure", "report", "chart",
+    "stability", "advise", "paper", "push", "doctor",
+)  # fmt: skip
 
-for command in (
-    scenes, new, run, import_, solve, compare, film, export, exposure, report, chart, stability, advise, paper,
-    push, doctor,
-):  # fmt: skip
-    app.command(name=command.__name__.rstrip("_").replace("_", "-"))(with_options(command))
+for name in COMMANDS:
+    command = getattr(importlib.import_module(f"analysis.cli.{name}"), name)
+    app.command(name=name.rstrip("_"))(with_options(command))

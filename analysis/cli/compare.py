@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from analysis.cli.app import positive, show, warn
-from analysis.cli.options import RigidLaw, law_words
+from analysis.cli.app import show, warn
+from analysis.cli.options import Positive, RigidLaw
 
 if TYPE_CHECKING:
     from analysis.motion.pairwise import WindowComparison
@@ -21,9 +21,10 @@ MOST_ROWS = 12
 
 def compare(
     runs: list[Path],
+    *,
     time: float | None = None,
-    window: Annotated[float | None, typer.Option(parser=positive)] = None,
-    last: Annotated[float | None, typer.Option(parser=positive)] = None,
+    window: Positive | None = None,
+    last: Positive | None = None,
     rigid_law: RigidLaw = None,
 ) -> None:
     """Compare runs with each other, and each with the percussions of its snapshot.
@@ -46,6 +47,7 @@ def compare(
 
     Example: percussions compare out/arch/lammps_hooke_k1e+06 out/arch/rigid_moreau_jean --window
         0.1"""
+    from analysis.dumps import DumpError
     from analysis.engines.record import RunRecord
     from analysis.engines.rigid import NAME as RIGID
 
@@ -55,25 +57,17 @@ def compare(
         for other in runs[1:]:
             _by_windows(runs[0], other, window, last)
         return
-    rigid = [RunRecord.read(folder).engine == RIGID for folder in runs]
     # forces of a rigid run are means since the frame before; alone it is looked at all the same
-    soft = [folder for folder, known in zip(runs, rigid, strict=True) if not known]
-    solved = _by_snapshot(soft or runs, time, rigid_law) if soft or len(runs) < 2 else True
-    compared = [_by_windows_if_possible(runs[0], other, last) for other in runs[1:]]
-    if not (solved and all(compared)):
-        raise typer.Exit(1)
-
-
-def _by_windows_if_possible(first: Path, other: Path, last: float | None) -> bool:
-    """By windows of 0.1 s; a sentence where these two runs cannot be."""
-    from analysis.dumps import DumpError
-
-    try:
-        _by_windows(first, other, None, last)
-    except DumpError as error:
-        warn(f"not compared by windows: {error}")
-        return False
-    return True
+    engines = [RunRecord.read(folder).engine for folder in runs]
+    soft = [folder for folder, engine in zip(runs, engines, strict=True) if engine != RIGID]
+    well = _by_snapshot(soft or runs, time, rigid_law) if soft or len(runs) < 2 else True
+    for other in runs[1:]:
+        try:
+            _by_windows(runs[0], other, None, last)
+        except DumpError as error:
+            warn(f"not compared by windows: {error}")
+            well = False
+    raise typer.Exit(not well)
 
 
 def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
@@ -101,12 +95,10 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
         row = [more, decimals(found.autocorrelation, 2), significant(found.independent, 2)]
         rows.append([f"{measure.title} ({measure.unit})", *means, *row])
     head = ["mean over windows", *titles, "second above first", "its autocorrelation"]
-    head.append("independent windows")
-    show(head, rows, title=title)
+    show([*head, "independent windows"], rows, title=title)
     print("one pair of runs: no verdict; replicates have one: percussions report SCENE --seeds 5")
     show(*_window_rows(compared), title="window by window, second against first")
-    for path in paths:
-        print(path)
+    print(*paths, sep="\n")
 
 
 def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]]:
@@ -131,6 +123,12 @@ def _window_rows(compared: WindowComparison) -> tuple[list[str], list[list[str]]
     return [*head, "load on walls", "sum of all"], rows
 
 
+def _law_words(law: ContactLaw) -> str:
+    """Say a law in a few words."""
+    bouncing = "inelastic" if not law.restitution else f"restitution {law.restitution:g}"
+    return f"{bouncing}, friction {law.friction:g}" if law.friction else bouncing
+
+
 def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw | None) -> bool:
     """Each run with the percussions of its snapshot; whether all were solved."""
     from analysis.compare.comparison import compare_run, write_contacts
@@ -149,7 +147,7 @@ def _by_snapshot(runs: Sequence[Path], time: float | None, rigid_law: ContactLaw
         words = {
             "status": str(comparison.answer.status),
             "unit": comparison.unit,
-            "rigid_law": law_words(comparison.law),
+            "rigid_law": _law_words(comparison.law),
         }
         said = remarks(comparison)
         write_contacts(folder / "comparison.csv", comparison)

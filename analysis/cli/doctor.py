@@ -12,22 +12,10 @@ def doctor() -> None:
     from analysis.engines.doctor import examine
 
     findings = examine()
-    show(
-        ["what", "part", "state", "version", "where"],
-        [
-            [
-                finding.name,
-                finding.extra or "–",
-                finding.state,
-                finding.version or "–",
-                str(finding.path or "–"),
-            ]
-            for finding in findings
-        ],
-        numbers_from=5,
-    )
+    head = ["what", "part", "state", "version", "where"]
+    rows = [(one.name, one.extra, one.state, one.version, one.path) for one in findings]
+    show(head, [[str(cell or "–") for cell in row] for row in rows], numbers_from=5)
     for finding in findings:
         if finding.advice:
             print(f"{finding.name}: {finding.advice}")
-    if any(finding.state == "missing" for finding in findings):
-        raise typer.Exit(1)
+    raise typer.Exit(any(finding.state == "missing" for finding in findings))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from analysis.cli.app import command_line, drop_none, path, warn
-from analysis.cli.options import Openness, Taken
+from analysis.cli.app import command_line, drop_none, warn
+from analysis.cli.options import Openness, Out, Taken
 
 if TYPE_CHECKING:
     from analysis.percussions import SnapshotPercussions
@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 def export(
     target: Path,
-    fclib: Annotated[Path, typer.Option(parser=path)],
+    *,
+    fclib: Out,
     taken: Taken,
     frame: int | None = None,
-    local: Annotated[bool, typer.Option("--local")] = False,
+    local: bool = False,
     openness: Openness = "ranges",
 ) -> None:
     """Write the contact problem of one instant as an FCLIB file, with its answer.
@@ -57,9 +58,10 @@ def export(
     )
     print(f"{len(found.snapshot)} people, {len(found.contacts)} contacts")
     print(fclib)
-    if found.answer.status != "solved":
+    solved = found.answer.status == "solved"
+    if not solved:
         print(f"{fclib}: {found.answer.status}: {found.answer.reason}", file=sys.stderr)
-        raise typer.Exit(1)
+    raise typer.Exit(not solved)
 
 
 def _of_dump(

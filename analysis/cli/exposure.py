@@ -1,18 +1,12 @@
 """percussions exposure."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from analysis.cli.app import Limits, positive, show
+from analysis.cli.app import show
+from analysis.cli.options import Positive
 
 
-def exposure(
-    run: Path,
-    limits: Limits = None,
-    window: Annotated[float, typer.Option(parser=positive)] = 0.1,
-) -> None:
+def exposure(run: Path, *, limits: list[Path] | None = None, window: Positive = 0.1) -> None:
     """Say who bears more than people can, for how long, and what the walls bear.
 
     Writes exposure_people.csv, exposure_walls.csv, exposure_crowd.csv and exposure_limits.csv into
@@ -34,5 +28,4 @@ def exposure(
         f"the run lasts {found.time[-1]:g} s"
     )
     show(HEAD, exposure_rows(found, known), numbers_from=len(HEAD), title=title)
-    for path in written:
-        print(path)
+    print(*written, sep="\n")

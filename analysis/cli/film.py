@@ -8,21 +8,12 @@ from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from analysis.cli.app import (
-    Out,
-    Scheduler,
-    command_line,
-    input_file,
-    positive,
-    processes,
-    progress,
-    show,
-)
-from analysis.cli.options import FrameRate, Mass, Unit
+from analysis.cli.app import command_line, progress, show, show_page
+from analysis.cli.options import InputFile, Out, Positive, Processes, Unit
 from analysis.support.extras import load
 
 if TYPE_CHECKING:
@@ -39,17 +30,18 @@ class Form(StrEnum):
 
 
 def film(
-    target: Annotated[list[Path], typer.Argument(parser=input_file)],
+    target: list[InputFile],
+    *,
     frames: str | None = None,
-    room: Annotated[Path | None, typer.Option(parser=input_file)] = None,
-    radius: Annotated[list[float] | None, typer.Option(parser=positive)] = None,
-    mass: Mass = 75.0,
-    unit: Unit = None,
-    frame_rate: FrameRate = None,
+    room: InputFile | None = None,
+    radius: list[Positive] | None = None,
+    mass: Positive = 75.0,
+    unit: Unit | None = None,
+    frame_rate: Positive | None = None,
     export: list[Form] | None = None,
-    parquet: Annotated[bool, typer.Option("--parquet")] = False,
-    jobs: Annotated[int, typer.Option(parser=processes)] = 1,
-    scheduler: Scheduler = None,
+    parquet: bool = False,
+    jobs: Processes = 1,
+    scheduler: str | None = None,
     out: Out = Path("film"),
 ) -> None:
     """Make a film of the contact forces of a run, or of a real trajectory.
@@ -71,11 +63,10 @@ def film(
 
     Example: percussions film scenes/gate_excerpt.txt --frames 400:410:5 --room scenes/rooms/gate.toml"""
     load("matplotlib")
-    from analysis.film.export import export as export_film
-    from analysis.film.export import film_heads, film_runs
+    from analysis.film import export as exports
     from analysis.film.frame import Frames
     from analysis.film.page import write_film
-    from analysis.film.summary import write_table
+    from analysis.film.summary import headline_rows, write_table
 
     if parquet:
         load("pyarrow")
@@ -84,7 +75,7 @@ def film(
     if all(folders):
         if room or radius or unit or frame_rate:
             raise ValueError("--room, --radius, --unit and --frame-rate: only of a trajectory file")
-        make = partial(film_runs, target, chosen)
+        make = partial(exports.film_runs, target, chosen)
     elif len(target) > 1:
         odd = target[folders.index(False)]
         raise ValueError(f"{odd}: no folder of a run; a film is of runs, or of one trajectory file")
@@ -94,18 +85,20 @@ def film(
         from analysis.scene.real.trajectory import Recording
 
         recording = Recording.read(target[0], unit=unit, frame_rate=frame_rate)
-        make = partial(film_heads, recording, room, sorted(radius or RADII), chosen, mass=mass)
+        radii = sorted(radius or RADII)
+        make = partial(exports.film_heads, recording, room, radii, chosen, mass=mass)
     reels = _made(make, jobs, scheduler)
-    for path in write_table(reels, out, parquet=parquet):
-        print(path)
+    print(*write_table(reels, out, parquet=parquet), sep="\n")
     for form in dict.fromkeys(export or []):
-        for path in export_film(reels, form.value, out):
-            print(path)
+        print(*exports.export(reels, form.value, out), sep="\n")
     page = write_film(reels, out, command_line(), "" if all(folders) else target[0].name)
-    _say(reels)
-    print(page.resolve().as_uri())
-    if any(reel.unsolved for reel in reels):
-        raise typer.Exit(1)
+    columns, rows = headline_rows(reels)
+    show(["median (nine tenths)", *columns], rows)
+    unsolved = [(reel.title, frame) for reel in reels for frame in reel.unsolved]
+    for title, frame in unsolved:
+        print(f"{title}, frame {frame.number}: {frame.status}: {frame.reason}", file=sys.stderr)
+    show_page(page)
+    raise typer.Exit(bool(unsolved))
 
 
 def _is_folder(target: Path) -> bool:
@@ -123,17 +116,3 @@ def _made(make: Callable[..., list[Reel]], jobs: int, scheduler: str | None) -> 
         if jobs > 1 or scheduler:
             executor = stack.enter_context(workers(jobs, scheduler))
         return make(progress=stack.enter_context(progress()), executor=executor)
-
-
-def _say(reels: list[Reel]) -> None:
-    """The headline numbers, and every frame that is not solved."""
-    from analysis.film.summary import headline_rows
-
-    columns, rows = headline_rows(reels)
-    show(["median (nine tenths)", *columns], rows)
-    for reel in reels:
-        for frame in reel.unsolved:
-            print(
-                f"{reel.title}, frame {frame.number}: {frame.status}: {frame.reason}",
-                file=sys.stderr,
-            )

@@ -1,55 +1,161 @@
-"""Options that commands share."""
+"""Options of commands: their types, the help of those that commands share, and what makes a command
+of a function."""
 
 import dataclasses
 import functools
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import typer
+from typer.models import OptionInfo
 
-from analysis.cli.app import drop_none, input_file, not_negative, positive
+from analysis.cli.app import drop_none
+from analysis.support.files import or_shipped
+
+MOST_PROCESSES = 1024
+# What is said of an option of this name where its command says nothing else.
+SHARED = {
+    "scene": "Name of a scene, or its .toml file.",
+    "out": "Folder for the results.",
+    "runs": "Folder for the runs; unchanged ones are used again.",
+    "jobs": "Processes; as many as cores if left out.",
+    "scheduler": "Address of a Dask scheduler, instead of this machine's cores.",
+    "seed": "Seed of the random numbers.",
+    "limits": "TOML file with further limits; several times.",
+    "mass": "Mass of each person in kg.",
+    "unit": "Unit of the file, where it does not say.",
+    "frame_rate": "Frames per second, where the file does not say.",
+    "openness": "What is said of reactions that the mechanics may leave open: nothing, whether "
+    "each is determined, or also its least and largest value. The first is about 20 times "
+    "faster than the second, the last slow.",
+    "rigid_law": "Contact law of the percussions: scene (an impact has the scene's restitution), "
+    "inelastic, or a restitution. Left out: scene.",
+}
 
 
-def _parameters_in(names: Iterable[str], text: str) -> tuple[dict[str, str], str]:
+def _number(needed: str, fits: Callable[[float], bool]) -> Callable[[str], float]:
+    """What reads the number of an option, which must fit."""
+
+    def read(text: str) -> float:
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not fits(number):
+            raise typer.BadParameter(f"{text}: {needed} is needed")
+        return number
+
+    return read
+
+
+def _count(text: str) -> int:
+    fits = _number("a whole number above 0", lambda n: 0 < n < math.inf and n == int(n))
+    return int(fits(text))
+
+
+def _processes(text: str) -> int:
+    number = _count(text)
+    if number > MOST_PROCESSES:
+        raise typer.BadParameter(f"{text}: at most {MOST_PROCESSES} processes are started")
+    return number
+
+
+def _path(text: str) -> Path:
+    """Read a path: an option in its place is one whose own value was left out."""
+    if str(text).startswith("--"):
+        raise typer.BadParameter(
+            f"{text}: a path is needed; write ./{text} for a file of that name"
+        )
+    return Path(text)
+
+
+def _input_file(text: str) -> Path:
+    """Read the path of a file to be read; from any folder `scenes/…` are the product's own."""
+    return or_shipped(_path(text))
+
+
+def _law(text: str) -> Any:
+    """Read a law: scene (None: the scene's own), inelastic, or a restitution."""
+    from nscd import ContactLaw
+
+    if text == "scene":
+        return None
+    needed = "scene, inelastic or a restitution from 0 to below 1"
+    read = _number(needed, lambda number: 0 <= number < 1)
+    return ContactLaw(restitution=0.0 if text == "inelastic" else read(text))
+
+
+# Types of options, with what reads their words.
+Positive = Annotated[float, _number("a finite number above 0", lambda x: 0 < x < math.inf)]
+NotNegative = Annotated[
+    float, _number("a finite number of at least 0", lambda x: 0 <= x < math.inf)
+]
+Share = Annotated[float, _number("a number from 0 to 1", lambda x: 0 <= x <= 1)]
+Count = Annotated[int, _count]
+Processes = Annotated[int, _processes]
+Seed = Annotated[int, typer.Option(min=0)]
+Replicates = Annotated[int, typer.Option(min=0, max=1000)]
+Out = Annotated[Path, _path]
+InputFile = Annotated[Path, _input_file]
+RigidLaw = Annotated[Any, typer.Option(parser=_law, metavar="LAW")]
+Openness = Literal["none", "determined", "ranges"]
+Unit = Literal["m", "cm"]
+
+
+def _reader(hint: Any) -> Any:
+    """What reads a type of options, or the type in it."""
+    if hasattr(hint, "__metadata__"):
+        return hint.__metadata__[0]
+    return next(filter(None, map(_reader, get_args(hint))), None)
+
+
+def _options_of(function: Any) -> dict[str, inspect.Parameter]:
+    """The parameters of a command, or the fields of a dataclass, as typer takes them: options if they
+    can only be given by name, else arguments."""
+    plain, hints = get_type_hints(function), get_type_hints(function, include_extras=True)
+    parameters = inspect.signature(function).parameters
+    said, _ = _words_of(function)
+    options: dict[str, inspect.Parameter] = {}
+    for name, one in parameters.items():
+        reader, kind = _reader(hints[name]), plain[name]
+        make = typer.Option if one.kind is inspect.Parameter.KEYWORD_ONLY else typer.Argument
+        if dataclasses.is_dataclass(kind):
+            options |= _options_of(kind)
+        elif kind is typer.Context:
+            options[name] = one.replace(annotation=kind)
+        else:
+            info = copy(reader) if isinstance(reader, OptionInfo) else make(parser=reader)
+            if kind is bool:
+                info = typer.Option(f"--{name.replace('_', '-')}")
+            info.help = said.get(name) or SHARED.get(name)
+            options[name] = one.replace(annotation=Annotated[kind, info])
+    return options
+
+
+def _words_of(function: Callable[..., Any]) -> tuple[dict[str, str], str]:
     """What a docstring says of parameters, by their names, and all the rest of it."""
-    line = rf"^({'|'.join(names)}): (.+(?:\n +\S.*)*)\n?"
-    found = {one[1]: " ".join(one[2].split()) for one in re.finditer(line, text, re.M)}
-    return found, re.sub(r"\n{3,}", "\n\n", re.sub(line, "", text, flags=re.M)).strip()
-
-
-def _with_help(field: inspect.Parameter, hint: Any, said: str | None) -> inspect.Parameter:
-    """A parameter as typer takes it: an option where it has a default."""
-    kind, *infos = get_args(hint) if hasattr(hint, "__metadata__") else (hint,)
-    default = field.default is not inspect.Parameter.empty
-    info = copy(infos[0]) if infos else typer.Option() if default else typer.Argument()
-    if said and not info.help:
-        info.help = said
-    known = bool(infos) or bool(said)
-    return field.replace(annotation=Annotated[kind, info] if known else hint)
+    names = "|".join(inspect.signature(function).parameters)
+    line = re.compile(rf"^({names}): (.+(?:\n +\S.*)*)\n?", re.M)
+    text = inspect.getdoc(function) or ""
+    said = {one[1]: " ".join(one[2].split()) for one in line.finditer(text)}
+    return said, re.sub(r"\n{3,}", "\n\n", line.sub("", text)).strip()
 
 
 def with_options(command: Callable[..., None]) -> Callable[..., None]:
     """Make a function a command: its parameters, and the fields of those that are dataclasses, are
-    options with the help that the docstrings of both have."""
-    hints = get_type_hints(command, include_extras=True)
-    own, options = inspect.signature(command).parameters, dict[str, inspect.Parameter]()
-    shared = {name: hints[name] for name in own if dataclasses.is_dataclass(hints[name])}
-    said, words = _parameters_in(own, inspect.getdoc(command) or "")
-    for name, one in own.items():
-        fields, kinds, told = {name: one}, hints, said
-        if name in shared:
-            fields = dict(inspect.signature(shared[name]).parameters)
-            kinds = get_type_hints(shared[name], include_extras=True)
-            told, _ = _parameters_in(fields, inspect.getdoc(shared[name]) or "")
-        for key, field in fields.items():
-            made = _with_help(field, kinds[key], told.get(key))
-            options[key] = made.replace(kind=one.kind)
+    options with the help that the docstrings of both have, or that all commands share."""
+    hints = get_type_hints(command)
+    shared: dict[str, Any] = {
+        name: hint for name, hint in hints.items() if dataclasses.is_dataclass(hint)
+    }
+    # no argument follows an option in a signature, and typer takes all by name
+    options = sorted(_options_of(command).values(), key=lambda one: one.kind)
 
     @functools.wraps(command)
     def called(*values: Any, **named: Any) -> None:
@@ -57,15 +163,14 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
         bound.apply_defaults()
         given = bound.arguments
         for name, kind in shared.items():
-            given[name] = kind(
-                **{key.name: given.pop(key.name) for key in dataclasses.fields(kind)}
-            )
+            fields = {key.name: given.pop(key.name) for key in dataclasses.fields(kind)}
+            given[name] = kind(**fields)
         command(**given)
 
-    signature = inspect.Signature(list(options.values()))
+    signature = inspect.Signature(options)
     called.__signature__ = signature  # type: ignore[attr-defined]
-    called.__annotations__ = {key: one.annotation for key, one in options.items()}
-    called.__doc__ = words
+    called.__annotations__ = {one.name: one.annotation for one in options}
+    _, called.__doc__ = _words_of(command)
     return called
 
 
@@ -88,16 +193,16 @@ class Taken:
         out.
     tolerance: Residual up to which a frame counts as solved."""
 
-    room: Annotated[Path | None, typer.Option("--room", "--walls", parser=input_file)] = None
+    room: Annotated[Path | None, typer.Option("--room", "--walls", parser=_input_file)] = None
     left_velocity: Literal["desired", "dump", "free"] | None = None
-    friction: Annotated[float | None, typer.Option(parser=not_negative)] = None
-    wall_friction: Annotated[float | None, typer.Option(parser=not_negative)] = None
-    window: Annotated[float | None, typer.Option(parser=positive)] = None
-    time_step: Annotated[float | None, typer.Option(parser=positive)] = None
+    friction: NotNegative | None = None
+    wall_friction: NotNegative | None = None
+    window: Positive | None = None
+    time_step: Positive | None = None
     unit: Literal["m", "cm", "mm"] | None = None
-    contact_tolerance: Annotated[float | None, typer.Option(parser=positive)] = None
-    largest_overlap: Annotated[float | None, typer.Option(parser=positive)] = None
-    tolerance: Annotated[float, typer.Option(parser=positive)] = 1e-8
+    contact_tolerance: Positive | None = None
+    largest_overlap: Positive | None = None
+    tolerance: Positive = 1e-8
 
     def setting(self) -> dict[str, Any]:
         """Give what is said of the problem itself, as `Setting` calls it."""
@@ -107,57 +212,3 @@ class Taken:
     def of_dump(self) -> dict[str, Any]:
         """Give what is said of the dump."""
         return drop_none(time_step=self.time_step, unit=self.unit)
-
-
-Openness = Annotated[
-    Literal["none", "determined", "ranges"],
-    typer.Option(
-        help="What is said of reactions that the mechanics may leave open: nothing, whether "
-        "each is determined, or also its least and largest value. The first is about 20 times "
-        "faster than the second, the last slow."
-    ),
-]
-Unit = Annotated[
-    Literal["m", "cm"] | None, typer.Option(help="Unit of the file, where it does not say.")
-]
-FrameRate = Annotated[
-    float | None,
-    typer.Option(parser=positive, help="Frames per second, where the file does not say."),
-]
-Mass = Annotated[float, typer.Option(parser=positive, help="Mass of each person in kg.")]
-
-
-def _law(text: str) -> Any:
-    """Read a law: scene (None: the scene's own), inelastic, or a restitution."""
-    from nscd import ContactLaw
-
-    if text == "scene":
-        return None
-    if text == "inelastic":
-        return ContactLaw()
-    try:
-        restitution = float(text)
-    except ValueError:
-        restitution = math.nan
-    if not 0 <= restitution < 1:
-        raise typer.BadParameter(
-            f"{text}: scene, inelastic or a restitution from 0 to below 1 is needed"
-        )
-    return ContactLaw(restitution=restitution)
-
-
-def law_words(law: Any) -> str:
-    """Say a law in a few words."""
-    bouncing = "inelastic" if not law.restitution else f"restitution {law.restitution:g}"
-    return f"{bouncing}, friction {law.friction:g}" if law.friction else bouncing
-
-
-RigidLaw = Annotated[
-    Any,
-    typer.Option(
-        parser=_law,
-        metavar="LAW",
-        help="Contact law of the percussions: scene (an impact has the scene's restitution), "
-        "inelastic, or a restitution. Left out: scene.",
-    ),
-]

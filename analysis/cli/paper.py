@@ -2,11 +2,9 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from analysis.cli.app import Out, Runs, command_line, progress, say_expected, warn
+from analysis.cli.app import command_line, progress, say_expected, show_page, warn
+from analysis.cli.options import Out
 
 
 class PaperSection(StrEnum):
@@ -17,9 +15,10 @@ class PaperSection(StrEnum):
 
 
 def paper(
-    section: Annotated[PaperSection | None, typer.Argument()] = None,
+    section: PaperSection | None = None,
+    *,
     figure: list[str] | None = None,
-    runs: Runs = Path("out"),
+    runs: Out = Path("out"),
     out: Out = Path("paper"),
 ) -> None:
     """Recompute the paper's figures, and say which of its statements hold.
@@ -33,14 +32,14 @@ def paper(
     Example: percussions paper discrete --figure 1 --figure 3 --out paper"""
     from analysis.paper.page import write_pages
 
-    names = [str(one) for one in PaperSection] if section is None else [str(section)]
+    names = [str(one) for one in ([section] if section else PaperSection)]
     _say_expected(names, runs, figure)
     with progress() as bars:
         pages, warnings = write_pages(names, out, runs, command_line(), figure, bars)
     for warning in warnings:
         warn(warning)
     for page in pages:
-        print(page.resolve().as_uri())
+        show_page(page)
 
 
 def _say_expected(names: list[str], runs: Path, figures: list[str] | None) -> None:

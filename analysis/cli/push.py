@@ -1,26 +1,16 @@
 """percussions push."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from analysis.cli.app import (
-    Out,
-    command_line,
-    input_file,
-    progress,
-    say_expected,
-    share,
-    show,
-    warn,
-)
+from analysis.cli.app import command_line, progress, say_expected, show, show_page, warn
+from analysis.cli.options import InputFile, Out, Share
 
 
 def push(
-    file: Annotated[Path, typer.Argument(parser=input_file)],
+    file: InputFile,
+    *,
     wall: float | None = None,
-    arms: Annotated[list[float] | None, typer.Option(parser=share)] = None,
+    arms: list[Share] | None = None,
     out: Out = Path("push"),
 ) -> None:
     """Compute a push trial after the event: which models beat the baselines?
@@ -47,10 +37,9 @@ def push(
     say_expected(expected_seconds(trial), f"rows of {len(trial.people)} people")
     with progress() as bars:
         found = hindcast(trial, arms or ARMS, progress=bars)
-    written = write_hindcast(found, out, command_line())
+    *tables, page = write_hindcast(found, out, command_line())
     show(HEAD, summary(found), title=f"{file.name}: median (5 – 95 %) of the possible cases")
     for line in verdicts(found):
         print(f"- {line.replace('**', '')}")
-    for name in written[:-1]:
-        print(name)
-    print(written[-1].resolve().as_uri())
+    print(*tables, sep="\n")
+    show_page(page)

@@ -1,42 +1,27 @@
 """percussions report."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import (
-    Limits,
-    Out,
-    Runs,
-    Scheduler,
-    command_line,
-    positive,
-    progress,
-    say_runs,
-    warn,
-)
-from analysis.cli.options import RigidLaw
-
-if TYPE_CHECKING:
-    from analysis.report.page import Reported
+from analysis.cli.app import command_line, progress, say_runs, show_page, warn
+from analysis.cli.options import Out, Positive, Replicates, RigidLaw
 
 
 def report(
     scenes: list[str],
+    *,
     engine: list[str] | None = None,
-    stiffness: Annotated[list[float] | None, typer.Option(parser=positive)] = None,
-    seeds: Annotated[int, typer.Option(min=0, max=1000)] = 5,
-    last: Annotated[float, typer.Option(parser=positive)] = 1.0,
+    stiffness: list[Positive] | None = None,
+    seeds: Replicates = 5,
+    last: Positive = 1.0,
     rigid_law: RigidLaw = None,
-    limits: Limits = None,
-    sheet: Annotated[bool, typer.Option("--sheet")] = False,
-    scheduler: Scheduler = None,
-    runs: Runs = Path("out"),
+    limits: list[Path] | None = None,
+    sheet: bool = False,
+    scheduler: str | None = None,
+    runs: Out = Path("out"),
     out: Out = Path("report"),
 ) -> None:
     """Run, solve and compare: one HTML page, CSV and JSON beside it.
@@ -82,21 +67,16 @@ def report(
         page = write_report(reported, out, command_line(), own)
         for path in write_sheets(reported, out, command_line()) if sheet else ():
             print(path)
-    well = _say(reported)
-    print(page.resolve().as_uri())
-    raise typer.Exit(0 if well else 1)
-
-
-def _say(reported: Sequence[Reported]) -> bool:
-    """Say warnings and failures; tell whether there was no failure and all is solved."""
-    for one in reported:
-        for warning in one.study.warnings:
-            warn(f"{one.study.scene.name}: {warning}")
-        for failure in one.failures:
-            print(f"failed: {one.study.scene.name}: {failure}", file=sys.stderr)
-    answers = [comparison.answer for one in reported for comparison in one.study.comparisons]
-    failures = [failure for one in reported for failure in one.failures]
-    return not failures and all(answer.status == "solved" for answer in answers)
+    well = True
+    for done in reported:
+        for warning in done.study.warnings:
+            warn(f"{done.study.scene.name}: {warning}")
+        for failure in done.failures:
+            print(f"failed: {done.study.scene.name}: {failure}", file=sys.stderr)
+        solved = all(one.answer.status == "solved" for one in done.study.comparisons)
+        well = well and solved and not done.failures
+    show_page(page)
+    raise typer.Exit(not well)
 
 
 def _with_springs(names: Sequence[str]) -> list[str]:

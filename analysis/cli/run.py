@@ -2,35 +2,24 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from analysis.cli.app import (
-    Out,
-    SceneName,
-    drop_none,
-    positive,
-    processes,
-    progress,
-    say_runs,
-    share,
-    warn,
-)
+from analysis.cli.app import drop_none, progress, say_runs, warn
+from analysis.cli.options import Out, Positive, Processes, Share
 
 
 def run(
-    scene: SceneName,
+    scene: str,
+    *,
     engine: str | None = None,
     error: str | None = None,
-    stiffness: Annotated[float | None, typer.Option(parser=positive)] = None,
-    wall_stiffness: Annotated[float | None, typer.Option(parser=positive)] = None,
-    restitution: Annotated[float | None, typer.Option(parser=share)] = None,
+    stiffness: Positive | None = None,
+    wall_stiffness: Positive | None = None,
+    restitution: Share | None = None,
     law: str | None = None,
-    time_step: Annotated[float | None, typer.Option(parser=positive)] = None,
-    duration: Annotated[float | None, typer.Option(parser=positive)] = None,
-    impulses: Annotated[bool, typer.Option("--impulses")] = False,
-    ranks: Annotated[int, typer.Option(parser=processes)] = 1,
+    time_step: Positive | None = None,
+    duration: Positive | None = None,
+    impulses: bool = False,
+    ranks: Processes = 1,
     out: Out = Path("out"),
 ) -> None:
     """Run a scene with one engine.
@@ -59,14 +48,10 @@ def run(
         )
     for warning in chosen.check(scene):
         warn(warning)
-    contact = drop_none(
-        stiffness_N_per_m=stiffness,
-        wall_stiffness_N_per_m=wall_stiffness,
-        restitution=restitution,
-        law=law,
-    )
+    contact = {"stiffness_N_per_m": stiffness, "wall_stiffness_N_per_m": wall_stiffness}
+    chosen = chosen.with_contact(**drop_none(**contact, restitution=restitution, law=law))
     timing = drop_none(time_step_s=time_step, duration_s=duration, impulses=impulses or None)
-    chosen = chosen.with_contact(**contact).with_run(**timing)
+    chosen = chosen.with_run(**timing)
     if error is not None:
         from analysis.advice.choice import scene_within
 

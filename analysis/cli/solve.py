@@ -1,43 +1,29 @@
 """percussions solve."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import (
-    Scheduler,
-    count,
-    drop_none,
-    path,
-    processes,
-    progress,
-    say_expected,
-    share,
-    show,
-)
-from analysis.cli.options import Openness, Taken
-
-if TYPE_CHECKING:
-    from analysis.percussions.solving import DumpToSolve, SolvedDump
+from analysis.cli.app import drop_none, progress, say_expected, show
+from analysis.cli.options import Count, Openness, Out, Processes, Share, Taken
 
 
 def solve(
     dump: Path,
+    *,
     taken: Taken,
-    restitution: Annotated[float | None, typer.Option(parser=share)] = None,
+    restitution: Share | None = None,
     openness: Openness = "determined",
-    workers: Annotated[int, typer.Option(parser=processes)] = 1,
-    threads: Annotated[int, typer.Option(parser=count)] = 1,
-    scheduler: Scheduler = None,
-    part_frames: Annotated[int | None, typer.Option(parser=count)] = None,
-    out: Annotated[Path, typer.Option(parser=path)] = Path("contacts.csv"),
+    workers: Processes = 1,
+    threads: Count = 1,
+    scheduler: str | None = None,
+    part_frames: Count | None = None,
+    out: Out = Path("contacts.csv"),
 ) -> None:
     """Compute the percussions at every contact of every frame of a dump, or of an FCLIB problem.
 
@@ -58,19 +44,23 @@ def solve(
     --out contacts.csv"""
     from analysis.exchange.problem import is_hdf5
     from analysis.percussions.setting import setting_beside
-    from analysis.percussions.solving import DumpToSolve
+    from analysis.percussions.solving import (
+        DumpToSolve,
+        executor_for,
+        solve_dump,
+        solve_in_chunks,
+    )
+    from analysis.percussions.table import is_parquet
 
     if out.is_file() and any(
         out.samefile(file) for file in (dump, taken.room) if file and file.exists()
     ):
         raise ValueError(f"--out: {out}: the table would replace what it is made of")
     options = taken.setting()
-    others = (
-        drop_none(room=taken.room, restitution=restitution, scheduler=scheduler) | taken.of_dump()
-    )
     if is_hdf5(dump):
-        others |= drop_none(part_frames=part_frames)
-        _solve_problem(dump, out, taken.tolerance, openness, [*options, *others])
+        others = {"room": taken.room, "restitution": restitution, "scheduler": scheduler}
+        others |= taken.of_dump() | {"part_frames": part_frames}
+        _solve_problem(dump, out, taken.tolerance, openness, [*options, *drop_none(**others)])
         return
     setting = setting_beside(dump, taken.room, **options)
     job = DumpToSolve(
@@ -83,30 +73,22 @@ def solve(
         openness=openness,
         threads=threads,
     )
-    found = _solve_dump(job, out, part_frames, workers, scheduler)
-    _say(found, dump, out)
-    if found.unsolved:
-        raise typer.Exit(1)
-
-
-def _solve_dump(
-    job: DumpToSolve, out: Path, part_frames: int | None, workers: int, scheduler: str | None
-) -> SolvedDump:
-    """Solve a dump into one table, or into parts."""
-    from analysis.percussions.solving import executor_for, solve_dump, solve_in_chunks
-    from analysis.percussions.table import is_parquet
-
     if part_frames and not is_parquet(out):
         raise ValueError(f"--part-frames: {out}: parts are Parquet; end --out in .parquet")
     with contextlib.ExitStack() as stack:
         executor = stack.enter_context(executor_for(job, workers, scheduler))
         bars = stack.enter_context(progress())
         if part_frames:
-            return solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
-        expected = functools.partial(say_expected, what=f"percussions of {job.path}")
-        return solve_dump(
-            job, out, executor=executor, workers=workers, progress=bars, expected=expected
-        )
+            found = solve_in_chunks(job, out, part_frames, executor=executor, progress=bars)
+        else:
+            expected = functools.partial(say_expected, what=f"percussions of {dump}")
+            found = solve_dump(
+                job, out, executor=executor, workers=workers, progress=bars, expected=expected
+            )
+    largest = f"{found.largest:.4g} {found.unit} at {found.when}"
+    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
+    rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
+    _say(dump, out, rows, found.unsolved)
 
 
 def _solve_problem(
@@ -125,18 +107,14 @@ def _solve_problem(
     rows = [["contacts", str(found.contacts)], ["residual", f"{found.residual:.1e}"]]
     if found.difference is not None:
         rows.append(["largest difference of u from /solution", f"{found.difference:.1e}"])
-    show([str(problem), ""], rows)
-    print(out)
-    if found.why:
-        print(f"{problem}: {found.why}", file=sys.stderr)
-        raise typer.Exit(1)
+    _say(problem, out, rows, [f"{problem}: {found.why}"] if found.why else [])
 
 
-def _say(found: SolvedDump, dump: Path, out: Path) -> None:
-    for line in found.unsolved:
+def _say(solved: Path, out: Path, rows: list[list[str]], unsolved: Sequence[str]) -> None:
+    """Print numbers, where the table is and what is not solved, which is the exit status."""
+    for line in unsolved:
         print(line, file=sys.stderr)
-    largest = f"{found.largest:.4g} {found.unit} at {found.when}"
-    rows = [["frames", str(found.frames)], ["contacts", str(found.contacts)]]
-    rows += [["largest per contact", largest], ["worst residual", f"{found.residual:.1e}"]]
-    show([str(dump), ""], rows)
+    show([str(solved), ""], rows)
     print(out)
+    if unsolved:
+        raise typer.Exit(1)

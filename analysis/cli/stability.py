@@ -2,22 +2,21 @@
 
 import time
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from analysis.cli.app import Jobs, Out, Runs, Scheduler, command_line, progress, say_expected
+from analysis.cli.app import command_line, progress, say_expected, show_page
+from analysis.cli.options import Out, Processes
 
 # CPU seconds of an attempt, start of its engine included.
 ATTEMPT_S = 2.0
 
 
 def stability(
+    *,
     case: list[str] | None = None,
-    quick: Annotated[bool, typer.Option("--quick")] = False,
-    runs: Runs = Path("out"),
-    scheduler: Scheduler = None,
-    jobs: Jobs = None,
+    quick: bool = False,
+    runs: Out = Path("out"),
+    scheduler: str | None = None,
+    jobs: Processes | None = None,
     out: Out = Path("stability"),
 ) -> None:
     """Find where each method fails, by provoked failures, and compare with theory.
@@ -35,6 +34,5 @@ def stability(
     with progress() as bars:
         maps = build(cases, runs, quick, bars, jobs, scheduler)
     page = write_atlas(maps, out, command_line(), quick, time.perf_counter() - started)
-    for line in summary(maps):
-        print(line)
-    print(page.resolve().as_uri())
+    print(*summary(maps), sep="\n")
+    show_page(page)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from analysis.cli.app import Out, input_file, positive, refuse_beside, share, warn
-from analysis.cli.options import FrameRate, Mass, Unit
+from analysis.cli.app import refuse_beside, warn
+from analysis.cli.options import InputFile, Out, Positive, Seed, Share, Unit
 
 if TYPE_CHECKING:
     from analysis.scene.real.import_crowd import ImportedCrowd
@@ -22,21 +22,22 @@ OF_HEADS = (
 
 def import_(
     context: typer.Context,
-    file: Annotated[Path, typer.Argument(parser=input_file)],
-    room: Annotated[Path, typer.Option(parser=input_file)],
+    file: InputFile,
+    *,
+    room: InputFile,
     frame: int | None = None,
-    one_disk: Annotated[bool, typer.Option("--one-disk")] = False,
-    radius: Annotated[float, typer.Option(parser=positive)] = 0.18,
-    mass: Mass = 75.0,
-    radius_spread: Annotated[float, typer.Option(parser=share)] = 0.0,
+    one_disk: bool = False,
+    radius: Positive = 0.18,
+    mass: Positive = 75.0,
+    radius_spread: Share = 0.0,
     people: str | None = None,
-    seed: Annotated[int, typer.Option(min=0)] = 1,
+    seed: Seed = 1,
     name: str | None = None,
-    unit: Unit = None,
-    frame_rate: FrameRate = None,
-    window: Annotated[float, typer.Option(parser=positive)] = 0.4,
+    unit: Unit | None = None,
+    frame_rate: Positive | None = None,
+    window: Positive = 0.4,
     others: Annotated[int, typer.Option(min=0, max=100)] = 4,
-    apart: Annotated[float, typer.Option(parser=positive)] = 1.0,
+    apart: Positive = 1.0,
     out: Out = Path("."),
 ) -> None:
     """Turn a frame of a real trajectory, and frames near it, or a crowd of LEMONS into a scene.
@@ -81,16 +82,14 @@ def import_(
         return import_crowd(heads, radius=radius, room=room, mass=mass, name=name, varied=varied)
 
     _check_place(out / f"{name or room.stem}.toml", room)
-    _write(*with_other_frames(crowd_of(frame), recording, others, apart, crowd_of), out)
-
-
-def _write(imported: ImportedCrowd, refused: list[str], out: Path) -> None:
+    crowd = crowd_of(frame)
+    imported, refused = with_other_frames(crowd, recording, others, apart, crowd_of)
     for reason in refused:
         warn(f"left out of the other frames: {reason}")
     print(imported.write(out))
     print(imported.statement)
-    if others := imported.scene.other_frames:
-        print(others.statement)
+    if more := imported.scene.other_frames:
+        print(more.statement)
 
 
 def _check_place(scene: Path, room: Path) -> None:
