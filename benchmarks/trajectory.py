@@ -103,7 +103,7 @@ def alone(dump: Path) -> None:
     for block in job.blocks(range(trajectory.n_frames)):
         text = trajectory.index.text(block)
         bodies = trajectory.bodies(block, text, needs_velocity=False)
-        found = solve_batch(bodies, job.setting, job.tolerance).found
+        found = solve_batch(bodies, job.setting, job.tolerance)
         for number in range(len(block)):
             snapshot = bodies.snapshot(number)
             once = partial(percussions_of, job.setting, snapshot, tolerance=job.tolerance)

@@ -10,6 +10,7 @@ array([[75.,  0.]])
 
 from __future__ import annotations
 
+import ast
 import importlib
 import sys
 import warnings
@@ -80,41 +81,15 @@ if TYPE_CHECKING:
 
     __version__: str
 
-_FOLDERS = {
-    "nscd": ("continuum", "friction", "indeterminacy", "stepping"),
-    "analysis": ("compare", "dumps", "engines", "percussions", "scene"),
+_PACKAGES = ("nscd", "analysis")
+# The names above, and where each is from: this file says it once, to readers of types and to Python.
+_HOMES = {
+    alias.name: node.module or ""
+    for node in ast.walk(ast.parse(Path(__file__).read_text(encoding="utf-8")))
+    if isinstance(node, ast.ImportFrom)
+    for alias in node.names
+    if alias.name == alias.asname
 }
-_NAMES = {
-    "nscd": (
-        *("ContactLaw", "ContactState", "Contacts", "Percussions", "Snapshot", "Status", "Walls"),
-        *("find_contacts", "solve"),
-    ),
-    "nscd.indeterminacy": ("Determinacy", "determinacy"),
-    "nscd.indeterminacy.intervals": ("interval", "weights_of_contacts"),
-    "nscd.show": ("draw",),
-    "nscd.stepping": ("Motion",),
-    "analysis.advice.choice": ("advise",),
-    "analysis.advice.library": ("stored_library",),
-    "analysis.advice.candidates": ("Question",),
-    "analysis.scene": (
-        *("Crowd", "Doorway", "Inside", "Scene", "SceneError", "from_geometry", "opposing"),
-        *("read_room", "read_scene", "room", "scene_names"),
-    ),
-    "analysis.scene.real.import_crowd": ("import_crowd",),
-    "analysis.scene.real.trajectory": ("read_heads",),
-    "analysis.scene.shipped_scenes": ("make",),
-    "analysis.support.files": ("shipped",),
-    "analysis.dumps": ("DumpError", "open_bodies", "read_contacts", "snapshot_of"),
-    "analysis.engines": ("EngineError",),
-    "analysis.engines.run": ("simulate",),
-    "analysis.exchange.fclib": ("read_problem", "write_answer", "write_problem"),
-    "analysis.exposure.limits": ("known_limits",),
-    "analysis.exposure.loads": ("read_exposure",),
-    "analysis.percussions": ("PercussionAnalysis", "Setting", "percussions_of"),
-    "analysis.compare": ("Comparison", "compare_run"),
-}
-_HOMES = {name: home for home, names in _NAMES.items() for name in names}
-_HOMES |= {name: home for home, names in _FOLDERS.items() for name in names}
 
 __all__ = sorted(_HOMES)
 
@@ -127,13 +102,13 @@ class _Beside:
     @classmethod
     def find_spec(cls, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
         """Find a package as Python's import asks for it."""
-        return PathFinder.find_spec(name, [str(cls.root)]) if name in _FOLDERS else None
+        return PathFinder.find_spec(name, [str(cls.root)]) if name in _PACKAGES else None
 
     @classmethod
     def first(cls) -> None:
         """Be asked first. Raises ImportError where another package of the name is in use, and warns
         of one that can no longer be imported."""
-        for name in _FOLDERS:
+        for name in _PACKAGES:
             had = getattr(sys.modules.get(name), "__file__", None)
             found = PathFinder.find_spec(name)
             other = had or (found.origin if found else None)
@@ -159,12 +134,10 @@ def __getattr__(name: str) -> Any:
     """Import what is asked for, once."""
     if name == "__version__":
         found: Any = importlib.import_module("importlib.metadata").version("crowd-percussions")
-    elif name not in _HOMES:
-        raise AttributeError(f"crowd_percussions has no {name!r}; dir(crowd_percussions) lists all")
-    elif name in _FOLDERS.get(_HOMES[name], ()):
-        found = importlib.import_module(f"{_HOMES[name]}.{name}")
+    elif name in _HOMES:
+        found = getattr(__import__(_HOMES[name], fromlist=[name]), name)
     else:
-        found = getattr(importlib.import_module(_HOMES[name]), name)
+        raise AttributeError(f"crowd_percussions has no {name!r}; dir(crowd_percussions) lists all")
     globals()[name] = found
     return found
 

@@ -19,8 +19,8 @@ from analysis.dumps import (
 )
 from analysis.dumps.contacts import integrate_contacts
 from analysis.engines.record import RunRecord, read_finished
-from analysis.percussions.snapshot import FORCE, SnapshotPercussions, law_of, percussions_of
-from analysis.percussions.table import openness_of
+from analysis.percussions.setting import FORCE, law_of
+from analysis.percussions.snapshot import SnapshotPercussions, openness_of, percussions_of
 from analysis.scene.anthropometry import apart
 from analysis.scene.scene import Scene, SceneError
 from analysis.support.files import write_columns
@@ -317,7 +317,8 @@ def _determined(found: SnapshotPercussions, known: Determinacy) -> Flags:
     friction False where that was not found."""
     answer = found.answer
     if answer.friction is not None:
-        return np.array([value == 1 for value in openness_of(found, False).determined], dtype=bool)
+        every: Flags = openness_of(found, False).determined == 1
+        return every
     if answer.status == "failed":
         return known.determined
     return admissible_determinacy(found.contacts, answer).determined

@@ -11,7 +11,8 @@ import numpy as np
 
 from analysis.exchange.problem import GlobalProblem, Group, put_numbers, put_whole, put_words
 from analysis.percussions import Setting, SnapshotPercussions
-from analysis.percussions.table import Openness, openness_of
+from analysis.percussions.snapshot import openness_of
+from analysis.percussions.table import Openness
 from nscd import Contacts, Snapshot, Walls, solve
 from nscd.arrays import Floats, Indices
 from nscd.indeterminacy import determinacy
@@ -98,17 +99,13 @@ def put_truth(group: Any, found: SnapshotPercussions, openness: Openness) -> Non
     put_whole(group, "rank", known.rank)
     group["rank"].attrs["meaning"] = "of the normal columns of H"
     left_open = openness_of(found, openness == "ranges")
-    flags = [-1 if flag is None else flag for flag in left_open.determined]
-    group.create_dataset("determined", data=np.array(flags, dtype=np.int32))
+    group.create_dataset("determined", data=left_open.determined.astype(np.int32))
     group["determined"].attrs["meaning"] = "1: the same in every answer, 0: not, -1: not known"
     if openness != "ranges":
         return
-    ends = {"lower": left_open.lower, "upper": left_open.upper}
-    if answer.friction is not None:
-        for name in ("friction_lower", "friction_upper"):
-            ends[name] = getattr(left_open, name) or [None] * len(flags)
-    for name, values in ends.items():
-        put_numbers(group, name, [math.nan if end is None else end for end in values], "N s")
+    ends = ("lower", "upper", "friction_lower", "friction_upper")
+    for name in ends[: 2 if answer.friction is None else 4]:
+        put_numbers(group, name, getattr(left_open, name), "N s")
         group[name].attrs["meaning"] = "nan: no end, or none is known"
 
 

@@ -30,8 +30,7 @@ from analysis.exchange.problem import (
     put_words,
 )
 from analysis.percussions import SnapshotPercussions
-from analysis.percussions.table import COLUMNS, Cells, Openness, cells_of
-from analysis.support.files import write_rows
+from analysis.percussions.table import Column, Openness, csv_lines, table_file
 from nscd.arrays import Floats
 from nscd.friction.planar import solve_planar
 from nscd.percussions import Status
@@ -286,16 +285,16 @@ def solve_file(path: Path, out: Path, tolerance: float, openness: Openness) -> S
                 f"{path}: /solution/u: {known.size} numbers where {velocity.size} are needed"
             )
         difference = float(np.abs(velocity - known).max())
-    write_rows(out, list(cells), zip(*cells.values(), strict=True))
+    with table_file(out) as add:
+        add(cells, csv_lines(cells.values()))
     return SolvedFile(contacts=len(velocity), residual=residual, difference=difference, why=why)
 
 
 def _of_crowd(
     problem: CrowdProblem, tolerance: float, openness: Openness
-) -> tuple[Cells, Floats, float, str]:
+) -> tuple[dict[str, Column], Floats, float, str]:
     found = problem.solve(tolerance)
-    answer, every = found.answer, cells_of(found, openness, time=found.snapshot.time)
-    cells = {name: every[name] for name in COLUMNS if name in every}
+    answer, cells = found.answer, found.columns(openness, time=found.snapshot.time)
     moved = np.column_stack([answer.right_velocity, answer.right_spin]).ravel()
     matrices = problem.matrices(np.zeros(len(problem.contacts)))
     velocity = (matrices.transfer.T @ moved).reshape(-1, 2)
@@ -303,12 +302,14 @@ def _of_crowd(
     return cells, velocity, answer.residual, why
 
 
-def _of_local(problem: LocalProblem, tolerance: float) -> tuple[Cells, Floats, float, str]:
+def _of_local(
+    problem: LocalProblem, tolerance: float
+) -> tuple[dict[str, Column], Floats, float, str]:
     found = solve_planar(problem.delassus, problem.free, problem.friction, tolerance)
     k, solved = len(problem.friction), found.residual <= tolerance
     status = Status.SOLVED if solved else Status.INACCURATE
-    columns = [range(1, k + 1), problem.friction, *found.reaction.T, *found.velocity.T]
+    columns: list[Any] = [range(1, k + 1), problem.friction, *found.reaction.T, *found.velocity.T]
     columns += [[str(status)] * k, [found.residual] * k]
-    cells = {name: list(column) for name, column in zip(BARE, columns, strict=True)}
+    cells = dict(zip(BARE, columns, strict=True))
     why = "" if solved else f"{status}: residual {found.residual:.1e}, tolerance {tolerance:.1e}"
     return cells, found.velocity, found.residual, why

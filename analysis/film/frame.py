@@ -15,8 +15,7 @@ from analysis.dumps.windows import Window
 from analysis.exposure.limits import Quantity
 from analysis.exposure.loads import MEASURES, loads_of, near_door, people_above, values_of
 from analysis.percussions.setting import FORCE
-from analysis.percussions.snapshot import SnapshotPercussions
-from analysis.percussions.table import openness_of
+from analysis.percussions.snapshot import SnapshotPercussions, openness_of
 from analysis.scene.scene import Scene
 from analysis.scene.schema import Reconciliation
 from nscd import Snapshot
@@ -87,7 +86,7 @@ def openness_at(
     friction, or where the frame is not solved, no bounds are computed."""
     k, window = len(found.contacts), found.window or 1.0
     known = openness_of(found, False)
-    determined = np.array([-1 if one is None else one for one in known.determined], dtype=np.int64)
+    determined = known.determined
     is_open, nothing = determined == 0, np.full((2, k), np.nan)
     exact = {key: (value, value) for key, value in values.items()}
     if not k and found.answer.status == "solved":
@@ -99,7 +98,7 @@ def openness_at(
     many = is_open.sum() > MOST_OPEN
     if not many:
         known = openness_of(found, True)
-    bounds = np.array([known.lower, known.upper], dtype=np.float64) / window
+    bounds = np.array([known.lower, known.upper]) / window
     if many:
         bounds[:, is_open] = np.nan
     try:

@@ -1,4 +1,4 @@
-"""What surrounds a snapshot and presses it, and the rigid answer as data."""
+"""What surrounds a snapshot and presses it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from analysis.dumps import Bodies
 from analysis.engines.record import FILE, RunRecord
 from analysis.scene.scene import Drive, Room, Scene, read_room
-from nscd import ContactLaw, Contacts, Percussions, Snapshot, Walls, find_contacts
+from nscd import ContactLaw, Contacts, Snapshot, Walls, find_contacts
 from nscd.arrays import Floats
 
 LeftVelocity = Literal["desired", "dump", "free"]
@@ -220,40 +220,3 @@ def left_velocity_of(
         raise ValueError("left velocity `free` needs a window > 0 s (--window)")
     driven = 0.0 if force is None else force / snapshot.mass[:, None]
     return snapshot.velocity + window * (driven + np.array(acceleration)), window
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solved:
-    """The percussions of a snapshot as data: the fields of `SnapshotPercussions`."""
-
-    setting: Setting
-    snapshot: Snapshot
-    contacts: Contacts
-    left_velocity: Floats
-    window: float | None
-    answer: Percussions
-
-    @property
-    def unit(self) -> str:
-        """What the contacts carry is measured in: N where a window is known, else N·s."""
-        return IMPULSE if self.window is None else FORCE
-
-    @property
-    def pressing(self) -> Floats:
-        """(k,2) in `unit`: forces p/window where a window is known, else impulses p."""
-        pressing: Floats = self.answer.impulse / (self.window or 1.0)
-        return pressing
-
-    @property
-    def force(self) -> Floats:
-        """(k,2) N: contact forces p/window that the first body gives to the second.
-
-        Raises ValueError for an impact, which has impulses and no forces."""
-        if self.window is None:
-            raise ValueError("force: an impact has impulses (N·s), no forces; read answer.impulse")
-        return self.pressing
-
-    @property
-    def largest(self) -> float:
-        """The largest magnitude that a contact carries, in `unit`; 0 without contacts."""
-        return float(np.hypot(*self.pressing.T).max(initial=0.0))

@@ -1,48 +1,34 @@
-"""The central act: the percussions of one snapshot in one scene."""
+"""The central act: the percussions of one snapshot in one scene, and what they leave open."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
-from analysis.percussions.setting import (
-    FORCE,
-    IMPULSE,
-    LeftVelocity,
-    Setting,
-    Solved,
-    law_of,
-    left_velocity_of,
-)
-from analysis.percussions.table import dataframe
+from analysis.percussions.setting import FORCE, IMPULSE, Setting
+from analysis.percussions.table import Column, Openness, known, table_columns
 from analysis.scene.scene import Scene
-from nscd import ContactLaw, Contacts, Snapshot, solve
-from nscd.arrays import Floats
-from nscd.show import as_html, draw
+from nscd import ContactLaw, Contacts, Percussions, Snapshot, solve
+from nscd.arrays import Floats, Indices
+from nscd.indeterminacy.admissible import Admissible, ProgramError
+from nscd.indeterminacy.determinacy import determinacy_of
+from nscd.indeterminacy.intervals import Intervals, weights_of_contacts
+from nscd.percussions import Status
+from nscd.show import arrays, as_frame, as_html, draw
 from nscd.solve import Search
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "FORCE",
-    "IMPULSE",
-    "LeftVelocity",
-    "Setting",
-    "SnapshotPercussions",
-    "law_of",
-    "left_velocity_of",
-    "percussions_of",
-]
 # Left velocities that differ by less (relative to the largest) leave the closed contacts nearly as
 # they were.
 ALIKE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class SnapshotPercussions(Solved):
+class SnapshotPercussions:
     """Hold the rigid answer for one snapshot in its setting.
 
     setting, snapshot: what was solved, n disks
@@ -51,9 +37,64 @@ class SnapshotPercussions(Solved):
     window: s, the time that turns percussions into forces; None for an impact
     answer: percussions with their certificate"""
 
-    def to_dataframe(self) -> pd.DataFrame:
+    setting: Setting
+    snapshot: Snapshot
+    contacts: Contacts
+    left_velocity: Floats
+    window: float | None
+    answer: Percussions
+
+    @property
+    def unit(self) -> str:
+        """What the contacts carry is measured in: N where a window is known, else N·s."""
+        return IMPULSE if self.window is None else FORCE
+
+    @property
+    def pressing(self) -> Floats:
+        """(k,2) in `unit`: forces p/window where a window is known, else impulses p."""
+        pressing: Floats = self.answer.impulse / (self.window or 1.0)
+        return pressing
+
+    @property
+    def force(self) -> Floats:
+        """(k,2) N: contact forces p/window that the first body gives to the second.
+
+        Raises ValueError for an impact, which has impulses and no forces."""
+        if self.window is None:
+            raise ValueError("force: an impact has impulses (N·s), no forces; read answer.impulse")
+        return self.pressing
+
+    @property
+    def largest(self) -> float:
+        """The largest magnitude that a contact carries, in `unit`; 0 without contacts."""
+        return float(np.hypot(*self.pressing.T).max(initial=0.0))
+
+    def columns(
+        self, openness: Openness = "none", *, time: float | None = None, step: int | None = None
+    ) -> dict[str, Column]:
+        """Name the columns of k rows, those of contacts.csv that have something to say: arrays, or
+        lists of words or of what may be None."""
+        contacts, answer = self.contacts, self.answer
+        cells: dict[str, Column] = {
+            **arrays(self.snapshot, contacts, answer.reaction, answer.impulse, self.window)
+        }
+        if answer.friction is not None:
+            cells |= answer.friction.columns()
+        if openness != "none":
+            found = openness_of(self, openness == "ranges")
+            cells["determined"] = known(found.determined, found.determined >= 0)
+        if openness == "ranges":
+            names = OPEN_COLUMNS[: 2 if answer.friction is None else 4]
+            cells |= {name: known(ends) for name, ends in zip(names, found[1:], strict=False)}
+        certificate = str(answer.status), answer.residual, answer.velocity_error
+        return table_columns(cells, self.setting, contacts, (time, step), certificate)
+
+    def to_dataframe(
+        self, time: float | None = None, openness: Openness = "determined"
+    ) -> pd.DataFrame:
         """Return one row per contact, with the columns of contacts.csv."""
-        return dataframe(self)
+        frame = as_frame(self.columns(openness, time=time))
+        return frame if openness == "none" else frame.astype({"determined": "Int64"})
 
     def plot(self, axes: Any = None) -> Any:
         """Draw disks, walls and what the contacts carry into matplotlib axes; return them."""
@@ -76,7 +117,7 @@ class SnapshotPercussions(Solved):
         )
 
     def _repr_html_(self) -> str:
-        return as_html(repr(self)[1:-1], dataframe(self, openness="none"))
+        return as_html(repr(self)[1:-1], self.to_dataframe(openness="none"))
 
 
 def percussions_of(
@@ -133,3 +174,49 @@ def _alike(before: SnapshotPercussions, contacts: Contacts, left: Floats) -> boo
         earlier.second, contacts.second
     )
     return same and bool(np.abs(left - pressed).max() <= ALIKE * np.abs(left).max())
+
+
+class Open(NamedTuple):
+    """Say what the mechanics leaves open of k reactions.
+
+    determined: (k,) 1 where every admissible percussion has the same reaction (and friction), 0
+        where not, −1 where that is not known
+    lower, upper: (k,) N·s, least and largest reaction of all admissible percussions; NaN where
+        there is no end, or none was proven
+    friction_lower, friction_upper: (k,) N·s, the same of τ; NaN without friction"""
+
+    determined: Indices
+    lower: Floats
+    upper: Floats
+    friction_lower: Floats
+    friction_upper: Floats
+
+
+OPEN_COLUMNS = ("lower_Ns", "upper_Ns", "friction_lower_Ns", "friction_upper_Ns")
+
+
+def openness_of(found: SnapshotPercussions, ranges: bool) -> Open:
+    """Find what the balance and reactions that only push leave open; `ranges`: and how far.
+
+    Nothing is known where the answer is not solved, or no linear program proves it."""
+    k, contacts, answer = len(found.contacts), found.contacts, found.answer
+    nothing = Open(np.full(k, -1), *np.full((4, k), np.nan))
+    if answer.status != Status.SOLVED or not k:
+        return nothing
+    ends, rough = np.full((4, k), np.nan), answer.friction is not None
+    try:
+        held = (Admissible.with_friction if rough else Admissible.of)(contacts, answer)
+        determined = determinacy_of(held).determined
+        ends[:2] = answer.reaction
+        if ranges and (rough or not determined.all()):
+            intervals = Intervals(held)
+            for row in range(k) if rough else np.flatnonzero(~determined).tolist():
+                weights = weights_of_contacts(contacts, row)
+                span = intervals.of(weights)
+                ends[:2, row] = span.lower, span.upper
+                if rough:
+                    span = intervals.of(weights, tangential=True)
+                    ends[2:, row] = span.lower, span.upper
+    except (ProgramError, ValueError):
+        return nothing
+    return Open(determined.astype(int), *np.where(np.isfinite(ends), ends, np.nan))

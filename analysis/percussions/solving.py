@@ -7,40 +7,35 @@ import contextlib
 import dataclasses
 import functools
 import hashlib
+import itertools
 import json
 import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel
 
 from analysis.dumps import Bodies, DumpError, open_bodies
-from analysis.percussions.setting import Setting
-from analysis.percussions.snapshot import FORCE, IMPULSE, SnapshotPercussions, percussions_of
+from analysis.percussions.setting import FORCE, IMPULSE, Setting
+from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
 from analysis.percussions.table import (
-    COLUMNS,
-    Column,
     Openness,
     Rows,
-    certificate,
-    columns_of,
     is_parquet,
     rows_of,
-    schema_of,
+    table_columns,
     table_file,
-    walls_of,
-    when,
 )
 from analysis.support.extras import load
-from analysis.support.files import whole_file, write_json
+from analysis.support.files import write_json
 from analysis.support.parallel import Progress
 from analysis.support.parallel import workers as processes
 from analysis.support.reading import read_text
@@ -50,58 +45,56 @@ from nscd.frames import Asked, Disks, Found, solve_frames
 from nscd.percussions import Status
 from nscd.show import arrays
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Batch:
-    """Hold the answers of f frames."""
-
-    bodies: Bodies  # what was solved
-    setting: Setting  # what was solved
-    found: Found  # contacts, and what they carry
-    window: float | None  # s, the time that turns percussions into forces; None for an impact
-
-    def columns(self, first: int, end: int) -> dict[str, Any]:
-        """Name the columns of the contacts of some frames, as `columns_of` does for one."""
-        found, bodies = self.found, self.bodies
-        start = found.start[first : end + 1]
-        those = slice(start[0], start[-1])
-        some = found._replace(
-            first=found.first[those], second=found.second[those], is_wall=found.is_wall[those],
-            normal=found.normal[those], gap=found.gap[those],
-        )  # fmt: skip
-        each = np.repeat(np.arange(first, end), np.diff(start))
-        known = not np.isnan(bodies.times).any()
-        cells = when(bodies.times[each] if known else None, np.array(bodies.steps)[each])
-        cells |= arrays(bodies, some, found.reaction[those], found.impulse[those], self.window)
-        cells |= walls_of(self.setting, some)
-        return cells | certificate(
-            str(Status.SOLVED), found.residual[each], found.velocity_error[each]
-        )
-
-    def largest(self, number: int) -> float:
-        """Give the largest magnitude that a contact of a frame carries: N, or N·s in an impact."""
-        impulse = self.found.impulse[slice(*self.found.start[number : number + 2].tolist())]
-        return float(np.hypot(*(impulse / (self.window or 1.0)).T).max(initial=0.0))
+# Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
+BLOCK, MOST = 1 << 22, 64
+# Blocks under way for each worker: the answers need not fit in memory.
+AHEAD = 2
+# The file that is read is one for all threads.
+_READING = threading.Lock()
 
 
-def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Batch | None:
+@dataclass(slots=True, kw_only=True)
+class SolvedDump:
+    """Frames in numbers: how many, their contacts, the largest that a contact carries (in `unit`) and
+    when, the worst residual, and a line per frame that is not solved."""
+
+    frames: int = 0
+    contacts: int = 0
+    largest: float = 0.0
+    unit: str = ""
+    when: str = ""
+    residual: float = 0.0
+    unsolved: list[str] = dataclasses.field(default_factory=list)
+
+    def join(self, later: SolvedDump) -> None:
+        """Count later frames."""
+        self.frames += later.frames
+        self.contacts += later.contacts
+        self.residual = max(self.residual, later.residual)
+        if not self.when or later.largest > self.largest:
+            self.largest, self.unit, self.when = later.largest, later.unit, later.when
+        self.unsolved += later.unsolved
+
+
+class SolvedRows(NamedTuple):
+    """Some solved frames: columns and rows of the table, and what is said of them."""
+
+    columns: list[str]
+    rows: Rows
+    said: SolvedDump
+
+
+def solve_batch(bodies: Bodies, setting: Setting, tolerance: float) -> Found | None:
     """Solve frames without friction and dissipation; those that are not `answered` are left to
     `percussions_of`, and all of them where this gives None.
 
     Raises ValueError where the left velocity lacks a drive or a window."""
-    left, window = setting.left(bodies)
+    left, _ = setting.left(bodies)
     if not np.abs(left).max(initial=0.0) <= LARGEST:
         return None
     disks = Disks(bodies.start, bodies.ids, bodies.position, left, bodies.radius, bodies.mass)
     asked = Asked(setting.contact_tolerance, setting.largest_overlap, tolerance)
-    found = solve_frames(disks, setting.walls, asked)
-    return Batch(bodies=bodies, setting=setting, found=found, window=window)
-
-
-# Frames are solved in blocks of about so many bytes of the dump, but no more than MOST of them.
-BLOCK, MOST = 1 << 22, 64
-# The file that is read is one for all threads.
-_READING = threading.Lock()
+    return solve_frames(disks, setting.walls, asked)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,8 +129,7 @@ class DumpToSolve:
 
     def read(self, numbers: range) -> bytes | None:
         """Read what `solve` needs of frames that are solved at once."""
-        text: bytes | None = _trajectory(self).index.text(numbers) if self.in_batches else None
-        return text
+        return _trajectory(self).index.text(numbers) if self.in_batches else None
 
     def solve(self, numbers: range, text: bytes | None = None) -> list[SolvedRows]:
         """Solve some frames, those of one block.
@@ -159,40 +151,51 @@ class DumpToSolve:
         if found is None:
             return list(self._one_by_one(bodies, range(len(bodies))))
         solved: list[SolvedRows] = []
-        answered = found.found.answered
-        first = 0
-        while first < len(bodies):
-            end = first + 1
-            while answered[first] and end < len(bodies) and answered[end]:
-                end += 1
-            if answered[first]:
-                solved.append(self._together(found, first, end))
+        for answered, group in itertools.groupby(range(len(bodies)), found.answered.__getitem__):
+            frames = list(group)
+            if answered:
+                solved.append(self._together(bodies, found, frames))
             else:
-                solved += self._one_by_one(bodies, range(first, first + 1))
-            first = end
+                solved += self._one_by_one(bodies, frames)
         return solved
 
-    def _together(self, found: Batch, first: int, end: int) -> SolvedRows:
-        """The rows of frames that are answered."""
-        said = SolvedDump(unsolved=[])
-        for number in range(first, end):
+    def _together(self, bodies: Bodies, found: Found, frames: list[int]) -> SolvedRows:
+        """The rows of frames that are answered and follow each other."""
+        _, window = self.setting.left(bodies)
+        start = found.start[frames[0] : frames[-1] + 2]
+        those = slice(start[0], start[-1])
+        some = found._replace(
+            first=found.first[those], second=found.second[those], is_wall=found.is_wall[those],
+            normal=found.normal[those], gap=found.gap[those],
+        )  # fmt: skip
+        impulse = found.impulse[those]
+        each, size = np.repeat(frames, np.diff(start)), np.hypot(*(impulse / (window or 1.0)).T)
+        said = SolvedDump()
+        for number, first, end in zip(frames, start - start[0], start[1:] - start[0], strict=False):
             said.join(
                 SolvedDump(
                     frames=1,
-                    contacts=int(np.diff(found.found.start[number : number + 2])[0]),
-                    largest=found.largest(number),
-                    unit=IMPULSE if found.window is None else FORCE,
-                    when=_when(found.bodies.steps[number], float(found.bodies.times[number])),
-                    residual=float(found.found.residual[number]),
-                    unsolved=[],
+                    contacts=int(end - first),
+                    largest=float(size[first:end].max(initial=0.0)),
+                    unit=IMPULSE if window is None else FORCE,
+                    when=_when(bodies.steps[number], float(bodies.times[number])),
+                    residual=float(found.residual[number]),
                 )
             )
-        return SolvedRows.of(found.columns(first, end), said, self.parquet)
+        times = None if np.isnan(bodies.times).any() else bodies.times[each]
+        cells = table_columns(
+            arrays(bodies, some, found.reaction[those], impulse, window),
+            self.setting,
+            some,
+            (times, np.array(bodies.steps)[each]),
+            (str(Status.SOLVED), found.residual[each], found.velocity_error[each]),
+        )
+        return SolvedRows(list(cells), rows_of(cells, self.parquet), said)
 
-    def _one_by_one(self, bodies: Bodies, numbers: range) -> Iterator[SolvedRows]:
+    def _one_by_one(self, bodies: Bodies, frames: Iterable[int]) -> Iterator[SolvedRows]:
         """Solve some of the frames, one after the other."""
         before: SnapshotPercussions | None = None
-        for number in numbers:
+        for number in frames:
             step, seconds = bodies.steps[number], float(bodies.times[number])
             try:
                 found = percussions_of(
@@ -205,9 +208,7 @@ class DumpToSolve:
                 )
             except ValueError as error:
                 raise DumpError(f"{self.path}, step {step}: {error}") from None
-            before, answer = found, found.answer
-            known = None if math.isnan(seconds) else seconds
-            when = _when(step, seconds)
+            before, answer, when = found, found.answer, _when(step, seconds)
             why = f"{self.path}, {when}: {answer.status}: {answer.reason}"
             said = SolvedDump(
                 frames=1,
@@ -218,56 +219,13 @@ class DumpToSolve:
                 residual=answer.residual,
                 unsolved=[] if answer.status == "solved" else [why],
             )
-            cells = columns_of(found, self.openness, time=known, step=step)
-            yield SolvedRows.of(cells, said, self.parquet)
+            known = None if math.isnan(seconds) else seconds
+            cells = found.columns(self.openness, time=known, step=step)
+            yield SolvedRows(list(cells), rows_of(cells, self.parquet), said)
 
 
 def _when(step: int, seconds: float) -> str:
     return f"step {step}" if math.isnan(seconds) else f"{seconds:g} s"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SolvedRows:
-    """Some solved frames: columns and rows of the table, and what is said of them."""
-
-    columns: list[str]
-    rows: Rows
-    said: SolvedDump
-
-    @classmethod
-    def of(cls, cells: Mapping[str, Column], said: SolvedDump, parquet: bool) -> SolvedRows:
-        """Make rows of the columns of all contacts."""
-        names = [name for name in COLUMNS if name in cells]
-        return cls(columns=names, rows=rows_of(cells, parquet), said=said)
-
-
-@dataclass(slots=True, kw_only=True)
-class SolvedDump:
-    """Frames in numbers: how many, their contacts, the largest that a contact carries (in `unit`) and
-    when, the worst residual, and a line per frame that is not solved."""
-
-    frames: int = 0
-    contacts: int = 0
-    largest: float = 0.0
-    unit: str = ""
-    when: str = ""
-    residual: float = 0.0
-    unsolved: list[str]
-
-    def join(self, later: SolvedDump) -> None:
-        """Count later frames."""
-        self.frames += later.frames
-        self.contacts += later.contacts
-        self.residual = max(self.residual, later.residual)
-        if not self.when or later.largest > self.largest:
-            self.largest, self.unit, self.when = later.largest, later.unit, later.when
-        self.unsolved += later.unsolved
-
-
-def frames_in(dump: DumpToSolve) -> int:
-    """Count the frames of the dump."""
-    frames: int = _trajectory(dump).n_frames
-    return frames
 
 
 def _trajectory(dump: DumpToSolve) -> Any:
@@ -282,10 +240,6 @@ def _trajectory(dump: DumpToSolve) -> Any:
 @functools.lru_cache(maxsize=1)
 def _opened(path: Path, time_step: float | None, unit: str | None, _changed: int) -> Any:
     return open_bodies(path, time_step, unit).trajectory
-
-
-# Blocks under way for each worker: the answers need not fit in memory.
-AHEAD = 2
 
 
 @contextlib.contextmanager
@@ -322,21 +276,24 @@ def solve_dump(
     Neither the dump nor the answers need to fit in memory. Raises DumpError for a damaged dump and
     one without any contact; then `out` stays as it was."""
     dump = dataclasses.replace(dump, parquet=is_parquet(out))
-    frames = frames_in(dump)
-    whole = SolvedDump(unsolved=[])
+    frames = _trajectory(dump).n_frames
+    whole = SolvedDump()
     with table_file(out) as add:
-        for some in _rows(dump, frames, executor, workers, expected):
-            if some.said.contacts:
-                add(some.columns, some.rows)
-            whole.join(some.said)
+        for columns, rows, said in _rows(dump, frames, executor, workers, expected):
+            if said.contacts:
+                add(columns, rows)
+            whole.join(said)
             if progress:
                 progress(f"percussions of {dump.path}", whole.frames / frames)
-        if not whole.contacts:
-            raise DumpError(
-                f"{dump.path}: no contact in any frame (gap ≤ "
-                f"{dump.setting.contact_tolerance:g} m); nothing was written"
-            )
+        _refuse_none(dump, whole, "; nothing was written")
     return whole
+
+
+def _refuse_none(dump: DumpToSolve, whole: SolvedDump, end: str = "") -> None:
+    if not whole.contacts:
+        raise DumpError(
+            f"{dump.path}: no contact in any frame (gap ≤ {dump.setting.contact_tolerance:g} m){end}"
+        )
 
 
 def _rows(
@@ -401,7 +358,7 @@ def solve_in_chunks(
     Raises ValueError for a folder that has something else, DumpError as `solve_dump` does; then the
     chunks that are finished stay."""
     dump = dataclasses.replace(dump, parquet=True)
-    count = frames_in(dump)
+    count = _trajectory(dump).n_frames
     job = _claim(folder, dump, frames, count)
     chunks = [
         _Chunk(range(start, min(start + frames, count)), folder, job)
@@ -417,13 +374,10 @@ def solve_in_chunks(
             progress(f"percussions of {dump.path}", len(found) / len(chunks))
     for left in folder.glob(".frames_*.part"):  # by workers that were lost
         left.unlink(missing_ok=True)
-    whole = SolvedDump(unsolved=[])
+    whole = SolvedDump()
     for part in chunks:
         whole.join(found[part])
-    if not whole.contacts:
-        raise DumpError(
-            f"{dump.path}: no contact in any frame (gap ≤ {dump.setting.contact_tolerance:g} m)"
-        )
+    _refuse_none(dump, whole)
     return whole
 
 
@@ -441,21 +395,22 @@ class _Chunk:
 
     def solve(self, dump: DumpToSolve) -> SolvedDump:
         """Solve the frames and write them; what comes back is small."""
-        arrow, parquet = load("pyarrow"), load("pyarrow.parquet")
-        summary, batches, columns = SolvedDump(unsolved=[]), [], None
-        for block in dump.blocks(self.numbers):
-            for some in dump.solve(block):
-                summary.join(some.said)
-                if some.said.contacts or columns is None:
-                    columns = some.columns
-                if some.said.contacts:
-                    batches.append(some.rows)
-        schema = schema_of(columns or [])
-        said = json.dumps(dataclasses.asdict(summary))
-        about = {SUMMARY: said, SEAL: self._seal(said)}
-        table = arrow.Table.from_batches(batches, schema).replace_schema_metadata(about)
-        with whole_file(self.path, "wb") as file:
-            parquet.write_table(table, file, write_page_checksum=True)
+        summary = SolvedDump()
+
+        def about() -> dict[bytes, str]:
+            said = json.dumps(dataclasses.asdict(summary))
+            return {SUMMARY: said, SEAL: self._seal(said)}
+
+        with table_file(self.path, about) as add:
+            none = None
+            for block in dump.blocks(self.numbers):
+                for columns, rows, said in dump.solve(block):
+                    if said.contacts:
+                        add(columns, rows)
+                    none = none or (columns, rows)
+                    summary.join(said)
+            if not summary.contacts and none:
+                add(*none)
         return summary
 
     def _seal(self, said: str) -> str:
@@ -470,7 +425,7 @@ class _Chunk:
         arrow, parquet = load("pyarrow"), load("pyarrow.parquet")
         try:
             with parquet.ParquetFile(self.path, page_checksum_verification=True) as file:
-                about = file.schema_arrow.metadata or {}
+                about = file.metadata.metadata or {}
                 rows = sum(len(batch) for batch in file.iter_batches())
         except (arrow.ArrowException, OSError):
             return None  # cut off or damaged, as by a full disk: it is computed again

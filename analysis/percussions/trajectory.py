@@ -9,9 +9,9 @@ from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import Results, ResultsGroup
 
 from analysis.dumps import DumpError, snapshot_of
-from analysis.percussions.setting import setting_beside
-from analysis.percussions.snapshot import Setting, SnapshotPercussions, percussions_of
-from analysis.percussions.table import Openness, dataframe
+from analysis.percussions.setting import Setting, setting_beside
+from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
+from analysis.percussions.table import Openness
 from analysis.scene.scene import Scene
 from analysis.support.extras import load
 from nscd import ContactLaw
@@ -142,9 +142,7 @@ class PercussionAnalysis(AnalysisBase):  # type: ignore[misc]
     def _table(self, openness: Openness) -> pd.DataFrame:
         pandas = load("pandas")
         frames = zip(self.results.frames, self.results.times, self.results.steps, strict=True)
-        tables = [
-            dataframe(found, time, openness).assign(step=step) for found, time, step in frames
-        ]
+        tables = [one.to_dataframe(time, openness).assign(step=step) for one, time, step in frames]
         table: pd.DataFrame = pandas.concat(tables, ignore_index=True)
         return table
 

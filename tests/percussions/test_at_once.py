@@ -7,7 +7,6 @@ from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.percussions import percussions_of
 from analysis.percussions.setting import Setting
 from analysis.percussions.solving import DumpToSolve, executor_for, solve_dump
-from analysis.percussions.table import cells_of
 from analysis.scene.shipped_scenes import make
 from analysis.support.frames import write_frame
 from benchmarks.problems.families import jammed
@@ -59,16 +58,16 @@ def test_each_frame_is_answered_as_alone(film, left):
         snapshot = snapshot_of(frame, dump.path)
         alone = percussions_of(dump.setting, snapshot, tolerance=1e-10)
         assert alone.answer.canonical
-        cells = cells_of(alone, step=frame.data["step"])
+        cells = alone.columns(step=frame.data["step"])
         rows = [
             dict(zip(found.columns, line, strict=True))
             for line in lines[at : at + len(alone.contacts)]
         ]
         at += len(rows)
         for name in ("step", "first", "second", "is_wall", "nx", "ny", "gap_m"):
-            assert [float(row[name]) for row in rows] == cells[name], name
+            assert [float(row[name]) for row in rows] == list(cells[name]), name
         for name in ("wall", "status"):
-            assert [row[name] for row in rows] == cells[name], name
+            assert [row[name] for row in rows] == list(cells[name]), name
         largest = alone.answer.reaction.max()
         for name in ("reaction_Ns", "impulse_x_Ns", "impulse_y_Ns"):
             of_rows = np.array([float(row[name]) for row in rows])

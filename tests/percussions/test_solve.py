@@ -10,7 +10,6 @@ from analysis.dumps import DumpError, open_bodies, snapshot_of
 from analysis.percussions import PercussionAnalysis, Setting, percussions_of
 from analysis.percussions.setting import setting_beside
 from analysis.percussions.solving import DumpToSolve, solve_dump
-from analysis.percussions.table import cells_of
 from analysis.scene.scene import SceneError, read_scene
 from analysis.scene.shipped_scenes import make
 from nscd import ContactLaw, Walls
@@ -279,7 +278,7 @@ def test_ranges_hold_the_reaction(pressed):
     r = 0.25
     square = disks_at([[-r, -r], [r, -r], [-r, r], [r, r]], [[1, 1], [-1, 1], [1, -1], [-1, -1]], r)
     found = percussions_of(Setting(), square)
-    cells = cells_of(found, "ranges", step=0)
+    cells = found.columns("ranges", step=0)
     assert len(cells["first"]) == 4
     for low, reaction, high in zip(
         cells["lower_Ns"], cells["reaction_Ns"], cells["upper_Ns"], strict=True
@@ -288,7 +287,7 @@ def test_ranges_hold_the_reaction(pressed):
     assert set(cells["determined"]) <= {0, 1}
     beam = Walls(start=[[-1, -2 * r]], end=[[1, -2 * r]])
     named = percussions_of(Setting(walls=beam, wall_names=("floor",)), square)
-    assert cells_of(named)["wall"].count("floor") == 2
+    assert named.columns()["wall"].count("floor") == 2
 
 
 def test_overlaps_that_no_crowd_has(tmp_path):

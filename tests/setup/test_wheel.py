@@ -2,7 +2,6 @@
 network: what it depends on is lent from the environment of the tests. `crowd_percussions`: the
 whole product under one name, imported when it is used; one version."""
 
-import ast
 import doctest
 import importlib
 import os
@@ -169,16 +168,6 @@ def test_what_is_shown_of_each_kind_of_thing_is_short():
 
 def test_its_example():
     assert doctest.testmod(cp) == (0, 3)
-
-
-def test_types_know_the_same_names():
-    tree = ast.parse(Path(cp.__file__).read_text(encoding="utf-8"))
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
-    typed = {
-        alias.asname: node.module for node in block.body if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }  # fmt: skip
-    assert typed == cp._HOMES
 
 
 def test_nothing_is_imported_before_it_is_used():
