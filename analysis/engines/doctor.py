@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from analysis.engines import Engine, lammps, why_not, yade
+from analysis.engines import LAMMPS, YADE, Engine, why_not
 from analysis.engines.process import version_said
 from analysis.support.extras import BASE, EXTRAS, Extra, install
 
@@ -40,7 +40,7 @@ def examine() -> list[Finding]:
         _library(extra, library)
         for extra in (BASE, *EXTRAS)
         for library, name in extra.libraries.items()
-        if name != lammps.NAME
+        if name != LAMMPS.NAME
     ]
     return [_python(), *_engines(), *libraries, _browser()]
 
@@ -51,10 +51,10 @@ def made_with() -> list[Finding]:
 
 
 def _engines() -> list[Finding]:
-    without = f"runs are made with LAMMPS only; on Debian: sudo {yade.INSTALL}"
+    without = f"runs are made with LAMMPS only; on Debian: sudo {YADE.INSTALL}"
     return [
-        _engine(lammps, f"its soft runs need it: {lammps.INSTALL}", "engines"),
-        _engine(yade, without),
+        _engine(LAMMPS, f"its soft runs need it: {LAMMPS.INSTALL}", "engines"),
+        _engine(YADE, without),
     ]
 
 

@@ -60,8 +60,13 @@ FULL_BYTES = 1 << 20
 class RunStoppedError(EngineError):
     """A run that did not end well; `record` says how: exit_state, reason and stopped_at_s."""
 
-    def __init__(self, message: str, record: RunRecord) -> None:
-        super().__init__(message)
+    def __init__(
+        self, record: RunRecord, said: str, step: int | None, advice: str = "", when: str = "t"
+    ) -> None:
+        time_s = record.stopped_at_s
+        where = "" if time_s is None else f", {when} = {time_s:.6g} s (step {step})"
+        words = f"{said}; {advice}" if advice else said
+        super().__init__(f"{record.engine}, {record.scene}{where}: {words}")
         self.record = record
 
 
@@ -84,38 +89,26 @@ class Verdict:
         return None
 
 
-def stopped(record: RunRecord, verdict: Verdict) -> RunStoppedError:
-    """Return the end of a run that its guard stopped."""
-    reason = f"{verdict.kind}: {verdict.words}"
-    ended = dataclasses.replace(
-        record, exit_state=STOPPED, reason=reason, stopped_at_s=verdict.time_s
-    )
-    return RunStoppedError(
-        f"{record.engine}, {record.scene}, t = {verdict.time_s:.6g} s (step {verdict.step}): "
-        f"stopped by its guard: {reason}; {ADVICE[verdict.kind]}",
-        ended,
-    )
-
-
 def died(
     record: RunRecord, status: int | None, step: int, last: Iterable[str], folder: Path
 ) -> RunStoppedError:
     """Return the end of a run whose engine ended with a status other than 0 while it worked in the
     folder: stopped by its guard, or by itself."""
-    lines = list(last)
+    lines, time_s = list(last), step * record.time_step_s
     verdict = Verdict.of(lines) if status == STOPPED_STATUS else None
-    if verdict:
-        return stopped(record, verdict)
-    time_s = step * record.time_step_s
-    if any(line.startswith(_NOT_A_NUMBER) for line in lines):
+    if verdict is None and any(line.startswith(_NOT_A_NUMBER) for line in lines):
         words = "the kinetic energy is not a finite number"
-        return stopped(record, Verdict(kind="finite", words=words, time_s=time_s, step=step))
+        verdict = Verdict(kind="finite", words=words, time_s=time_s, step=step)
+    if verdict:
+        reason = f"{verdict.kind}: {verdict.words}"
+        ended = dataclasses.replace(
+            record, exit_state=STOPPED, reason=reason, stopped_at_s=verdict.time_s
+        )
+        said = f"stopped by its guard: {reason}"
+        return RunStoppedError(ended, said, verdict.step, ADVICE[verdict.kind])
     reason, advice = _cause(status, lines, folder)
-    return RunStoppedError(
-        f"{record.engine}, {record.scene}, after t = {time_s:.6g} s (step {step}): {reason}"
-        + (f"; {advice}" if advice else ""),
-        dataclasses.replace(record, exit_state=FAILED, reason=reason, stopped_at_s=time_s),
-    )
+    ended = dataclasses.replace(record, exit_state=FAILED, reason=reason, stopped_at_s=time_s)
+    return RunStoppedError(ended, reason, step, advice, "after t")
 
 
 def _cause(status: int | None, lines: list[str], folder: Path) -> tuple[str, str]:
@@ -148,14 +141,10 @@ def garbage(
     """Return the end of a run that finished with status 0 and whose dumps cannot be right; `step`:
     of the first bad frame; `kind`: as of a verdict."""
     time_s = None if step is None else step * record.time_step_s
-    where = "" if step is None else f", t = {time_s:.6g} s (step {step})"
-    return RunStoppedError(
-        f"{record.engine}, {record.scene}{where}: its dumps cannot be right: {reason}"
-        + (f"; {ADVICE[kind]}" if kind else ""),
-        dataclasses.replace(
-            record, exit_state=FAILED, reason=f"{reason} (found in the dumps)", stopped_at_s=time_s
-        ),
-    )
+    noted = f"{reason} (found in the dumps)"
+    ended = dataclasses.replace(record, exit_state=FAILED, reason=noted, stopped_at_s=time_s)
+    said = f"its dumps cannot be right: {reason}"
+    return RunStoppedError(ended, said, step, ADVICE.get(kind, ""))
 
 
 def speed_most(scene: Scene) -> float:

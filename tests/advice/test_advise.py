@@ -11,13 +11,13 @@ from analysis.advice.choice import scene_within
 from analysis.advice.library import stored_library
 from analysis.cli.commands import app
 from analysis.compare.comparison import compare_run
-from analysis.engines import lammps
+from analysis.engines import LAMMPS
 from analysis.engines.penalty import penalty_of
 from analysis.engines.record import RunRecord
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision.point import write_points
 
-no_lammps = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
+no_lammps = pytest.mark.skipif(LAMMPS.version() is None, reason="no LAMMPS")
 
 
 def test_advise(percussions, tmp_path):

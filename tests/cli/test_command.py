@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.engines import yade
+from analysis.engines import YADE
 from analysis.scene.shipped_scenes import make
 from tests.crowds import two_people
 from tests.docs.documented import columns
@@ -133,7 +133,7 @@ def test_empty_contact_set(percussions, tmp_path):
     "engine",
     [
         "lammps",
-        pytest.param("yade", marks=pytest.mark.skipif(yade.find() is None, reason="YADE is not installed")),
+        pytest.param("yade", marks=pytest.mark.skipif(YADE.find() is None, reason="YADE is not installed")),
     ],
 )  # fmt: skip
 def test_interruption_leaves_nothing_half_written(tmp_path, engine):

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 from analysis.cli import app, main
-from analysis.engines import lammps, why_not
+from analysis.engines import LAMMPS, why_not
 from analysis.engines.doctor import examine
 from analysis.scene import scene as scene_module
 from tests.forked import PROGRAM, ROOT, python
@@ -208,7 +208,7 @@ def test_a_lammps_that_does_not_start_counts_as_none(monkeypatch, tmp_path):
     )
     broken.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
-    assert lammps.find() == Path(broken)
+    assert LAMMPS.find() == Path(broken)
     finding = findings()["LAMMPS"]
     assert finding.state == "optional"
     assert "libmpi.so.12" in finding.advice

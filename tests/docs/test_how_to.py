@@ -108,10 +108,8 @@ def test_a_law_of_your_own(tmp_path, monkeypatch):
         before, squared, after = place.read_text().partition('if "${apart} == yes" then "variable')
         place.write_text(before + written[name] + squared + after)
     exec(written["law.py"], vars(law))
-    monkeypatch.setattr(engines.lammps, "decks_folder", lambda: tmp_path / "lammps_inputs")
-    monkeypatch.setattr(engines.yade, "scripts_folder", lambda: tmp_path / "yade_scripts")
-    for one in (engines.lammps, engines.yade):
-        monkeypatch.setattr(one, "deck_digest", lambda: "another")
+    for one in engines.PENALTY:
+        monkeypatch.setattr(one, "DECKS", str(tmp_path / one.DECKS))
     try:
         scene = few("square", None)
         for name in [known.NAME for known in engines.PENALTY if known.find()]:

@@ -19,7 +19,7 @@ from analysis.dumps import (
     read_contacts,
     snapshot_of,
 )
-from analysis.engines.lammps import find
+from analysis.engines import LAMMPS
 from tests import crowds
 
 COLUMNS = "id type x y z radius mass vx vy vz omegaz fx fy"
@@ -356,7 +356,7 @@ def written(tmp_path, content, name="some.dump"):
 @pytest.mark.parametrize("more", ["", "units yes time yes"])
 def test_a_dump_of_lammps_has_the_bits_of_its_text(tmp_path, more):
     (tmp_path / "deck").write_text(DECK.format(columns=" ".join(NAMES), more=more))
-    words = [str(find()), "-in", "deck", "-log", "none", "-screen", "none"]
+    words = [str(LAMMPS.find()), "-in", "deck", "-log", "none", "-screen", "none"]
     subprocess.run(words, cwd=tmp_path, check=True, timeout=60, env={"OMP_NUM_THREADS": "1"})
     text, bits = (
         open_bodies(tmp_path / name, 1e-3).trajectory for name in ("text.dump", "bits.bin")

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from analysis.compare.study import study
-from analysis.engines import EngineError, RunRecord
+from analysis.engines import LAMMPS, EngineError, RunRecord
 from analysis.engines import lammps as lammps_engine
 from analysis.engines.guard import died, garbage
 from analysis.engines.run import run_folder, simulate, staged
@@ -260,7 +260,7 @@ def test_a_killed_lammps_leaves_no_shared_memory_behind_the_next_run(tmp_path):
     require("lammps")
     shared = Path("/dev/shm")
     lammps = subprocess.Popen(
-        [lammps_engine.find()], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, process_group=0
+        [LAMMPS.find()], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, process_group=0
     )
 
     def segments():
@@ -275,14 +275,14 @@ def test_a_killed_lammps_leaves_no_shared_memory_behind_the_next_run(tmp_path):
 
     left = wait(segments)
     assert left
-    lammps_engine.write_input(make("pair"), tmp_path / "while it works")
+    LAMMPS.write_input(make("pair"), tmp_path / "while it works")
     assert segments() == left
     os.killpg(lammps.pid, signal.SIGKILL)
     lammps.communicate()
     assert all(path.exists() for path in left)
     kept = Path("/proc") / str(int(left[0].name.split("_")[2], 16)) / "maps"
     assert wait(lambda: not kept.exists() or not kept.read_text())  # the killed one is dead
-    lammps_engine.write_input(make("pair"), tmp_path / "decks")
+    LAMMPS.write_input(make("pair"), tmp_path / "decks")
     assert not any(path.exists() for path in left)
 
 
@@ -293,5 +293,5 @@ def test_a_lammps_may_end_while_it_is_looked_at(tmp_path, monkeypatch):
     monkeypatch.setattr(lammps_engine, "SHARED", left.parent)
     ever = Path.exists
     monkeypatch.setattr(Path, "exists", lambda path: "/proc/" in str(path) or ever(path))
-    lammps_engine.write_input(make("pair"), tmp_path / "decks")
+    LAMMPS.write_input(make("pair"), tmp_path / "decks")
     assert not left.exists()

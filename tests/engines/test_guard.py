@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.dumps import index_dump
-from analysis.engines import EngineError, RunRecord
+from analysis.engines import LAMMPS, EngineError, RunRecord
 from analysis.engines.guard import CENTRES_SHARE, ENERGY_SHARE, STEP_SHARE
 from analysis.engines.lammps import scene_deck
 from analysis.engines.run import run_engine
@@ -190,7 +190,7 @@ def test_what_is_not_a_number_stops_lammps(tmp_path, monkeypatch):
     )
     assert broken != law
     (decks / "law.in").write_text(broken)
-    monkeypatch.setattr("analysis.engines.lammps.decks_folder", lambda: decks)
+    monkeypatch.setattr(LAMMPS, "DECKS", str(decks))
     folder = tmp_path / "run"
     with pytest.raises(
         EngineError, match="stopped by its guard: finite: the kinetic energy is not a finite"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.dumps import contacts_at, index_contacts, index_dump, open_bodies, snapshot_of
-from analysis.engines import EngineError, rigid
+from analysis.engines import RIGID, EngineError
 from analysis.engines.programs.rigid import NAMES, main
 from analysis.engines.run import simulate
 from analysis.scene.scene import Scene
@@ -169,6 +169,6 @@ def test_a_step_without_an_answer_stops_the_run(tmp_path, monkeypatch):
 def test_each_setting_has_a_folder_of_its_own():
     scene = crowd()
     named = [scene, scene.with_run(rigid_step_s=0.001), scene.with_run(rigid_tolerance=1e-4)]
-    assert [rigid.setting(one) for one in named] == [
+    assert [RIGID.setting(one) for one in named] == [
         "moreau_jean", "h0.001", "moreau_jean_tol0.0001"
     ]  # fmt: skip

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from analysis.compare.statistics import exponent, statistics
-from analysis.engines import lammps, yade
+from analysis.engines import LAMMPS, YADE
 from analysis.engines.run import EngineRun
 from analysis.pages.section import Verdict
 from analysis.paper.discrete import fig1_four_disks
@@ -96,7 +96,7 @@ def test_a_second_build_of_figure_1_runs_no_engine(first_figure):
 
 
 def test_figures_without_engines_warn_and_go_on(monkeypatch, tmp_path):
-    for module in (lammps, yade):
+    for module in (LAMMPS, YADE):
         monkeypatch.setattr(module, "find", lambda: None)
         monkeypatch.setattr(module, "version", lambda: None)
     monkeypatch.setattr(corridor, "TIME_S", 0.02)

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from analysis.cli.commands import app
-from analysis.engines import lammps
+from analysis.engines import LAMMPS
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import workers
@@ -24,7 +24,7 @@ from analysis.work_precision.window import driven_window, impact_window
 from nscd import ContactLaw, find_contacts, solve
 from tests.pages.browser import answers_first
 
-pytestmark = pytest.mark.skipif(lammps.version() is None, reason="no LAMMPS")
+pytestmark = pytest.mark.skipif(LAMMPS.version() is None, reason="no LAMMPS")
 
 
 def setting(share, law="hooke", stiffness=1e6):
@@ -136,7 +136,7 @@ def test_seeds_put_whole_runs_on_the_page(measured, tmp_path, monkeypatch):
     scene = make("four_disks").with_run(duration_s=0.02, frames=20, time_step_s=None)
     at_hand = Chart(scene=scene, measured=measured, scaling=(), warnings=())
     monkeypatch.setattr("analysis.work_precision.chart.build_chart", lambda *_, **__: at_hand)
-    monkeypatch.setattr("analysis.work_precision.whole_runs.ENGINES", (lammps,))
+    monkeypatch.setattr("analysis.work_precision.whole_runs.ENGINES", (LAMMPS,))
     monkeypatch.setattr("analysis.work_precision.whole_runs.STIFFER", (1.0,))
     monkeypatch.setattr("analysis.work_precision.whole_runs.LONGER_AT", 0)
     scene.write(tmp_path)

@@ -8,6 +8,7 @@ percussion itself (N·s). Where the folder holds dumps of the same run, it goes 
 whole frame, to the same digits."""
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -27,22 +28,10 @@ from nscd.arrays import Floats
 from nscd.stepping import Motion, Push, StepError, WindowImpulses, WindowSums
 
 BODIES, CONTACTS, IMPULSES = NAMES = ("bodies.dump", "contacts.dump", "impulses.dump")
-BODY_COLUMNS = [
-    "id",
-    "type",
-    "x",
-    "y",
-    "z",
-    "radius",
-    "mass",
-    "vx",
-    "vy",
-    "vz",
-    "omegaz",
-    "fx",
-    "fy",
-]
-DRIVE_COLUMNS = ["drive_x", "drive_y"]
+BODY_COLUMNS = (
+    "id", "type", "x", "y", "z", "radius", "mass", "vx", "vy", "vz", "omegaz", "fx", "fy",
+)  # fmt: skip
+DRIVE_COLUMNS = ("drive_x", "drive_y")
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -58,12 +47,9 @@ def main(words: Sequence[str] | None = None) -> int:
     given.out.mkdir(parents=True, exist_ok=True)
     step, state = _last_frame(given.out, scene)
     mode = "a" if step else "w"
-    opened = [(given.out / name).open(mode, encoding="utf-8") for name in NAMES]
-    try:
-        return _Run(scene, state, step, *opened).to_the_end()
-    finally:
-        for file in opened:
-            file.close()
+    with contextlib.ExitStack() as stack:
+        opened = [(given.out / name).open(mode, encoding="utf-8") for name in NAMES]
+        return _Run(scene, state, step, *map(stack.enter_context, opened)).to_the_end()
 
 
 def motion_of(scene: Scene, state: Snapshot) -> Motion:
@@ -120,17 +106,9 @@ def _cut(path: Path, kind: str) -> list[tuple[int, int]]:
 class _Run:
     """A motion that writes its frames."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        state: Snapshot,
-        step: int,
-        bodies: IO[str],
-        contacts: IO[str],
-        impulses: IO[str],
-    ) -> None:
+    def __init__(self, scene: Scene, state: Snapshot, step: int, *files: IO[str]) -> None:
         self.scene, self.timing, self.step = scene, timing(scene), step
-        self.bodies, self.contacts, self.impulses = bodies, contacts, impulses
+        self.bodies, self.contacts, self.impulses = files
         self.motion = motion_of(scene, state)
 
     def to_the_end(self) -> int:
@@ -170,27 +148,23 @@ class _Run:
         mean_force = disks.mass[:, None] * (motion.velocity - before) / duration
         columns = [disks.ids, np.ones(len(disks), int), *motion.position.T, none, disks.radius]
         columns += [disks.mass, *motion.velocity.T, none, motion.spin, *mean_force.T]
-        names = BODY_COLUMNS
+        names: tuple[str, ...] = BODY_COLUMNS
         if drive := self.scene.drive:
             desired = drive.desired_velocity(motion.position, disks.ids)
             names = names + DRIVE_COLUMNS
             push = disks.mass[:, None] * (desired - motion.velocity) / drive.relaxation_time_s
             columns += [*push.T]
         write_frame(self.bodies, "ATOMS", step, names, columns)
-        ids = disks.ids
-        wall = window.is_wall
-        bodies = (
-            ids[window.first],
-            np.where(wall, window.second + 1, ids[np.where(wall, 0, window.second)]),
-        )
-        swapped = ~wall & (bodies[0] > bodies[1])
+        # the smaller id first; numbers of walls from 1
+        wall, first = window.is_wall, disks.ids[window.first]
+        second = np.where(wall, window.second + 1, disks.ids[np.where(wall, 0, window.second)])
+        swapped = ~wall & (first > second)
         sign = np.where(swapped, -1.0, 1.0)[:, None]
-        pairs = [np.where(swapped, *bodies[::-1]), np.where(swapped, *bodies), wall.astype(int)]
+        pairs = [np.where(swapped, second, first), np.where(swapped, first, second), wall]
         impulse = sign * window.impulse
         write_frame(self.impulses, "ENTRIES", step, IMPULSE_COLUMNS, [*pairs, *impulse.T])
         overlap = np.maximum(0.0, -window.gap)
-        force = impulse / duration
-        table = [*pairs, *(sign * window.normal).T, overlap, *force.T]
+        table = [*pairs, *(sign * window.normal).T, overlap, *(impulse / duration).T]
         write_frame(self.contacts, "ENTRIES", step, CONTACT_COLUMNS, table)
         kinetic = 0.5 * float(disks.mass @ (motion.velocity**2).sum(1))
         _say(f"{step:10d} {step * self.timing.time_step:.6g} {len(disks)} {kinetic:.8g}")
