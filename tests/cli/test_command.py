@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -97,25 +98,6 @@ def test_friction_and_restitution_are_of_the_law_that_is_solved(
     assert float(row["impulse_y_Ns"]) == pytest.approx(across)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("run", "nowhere"), "unknown scene 'nowhere'"),
-        (("run", "pair", "--engine", "magic"), "unknown engine 'magic'"),
-        (("solve", "absent.dump"), "absent.dump"),
-        (("compare", "absent"), "absent"),
-        (("report", "nowhere"), "unknown scene"),
-        (("report", "pair", "--engine", "magic"), "unknown engine"),
-        (("scenes", "--make", "arch", "--disks", "1"), "needs at least 2"),
-        (("scenes", "--make", "pair", "--disks", "5"), "fixed number"),
-        (("scenes", "--make", "arc"), "unknown scene"),
-        (("import", "absent.txt", "--frame", "3", "--room", "absent.toml"), "absent"),
-    ],
-)
-def test_bad_words(refused, words, message):
-    assert message in refused(*words)
-
-
 def test_empty_contact_set(percussions, tmp_path):
     (tmp_path / "far.dump").write_text(two_people(apart=5))
     (tmp_path / "contacts.csv").write_text("earlier\n")
@@ -158,82 +140,71 @@ def test_interruption_leaves_nothing_half_written(tmp_path, engine):
     assert not any(path.is_file() for path in (tmp_path / "out").rglob("*"))
 
 
-POSITIVE = "a finite number above 0 is needed"
-
-
-@pytest.mark.parametrize("value", ["-1", "0", "nan", "inf", "-inf", "much"])
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("run", "pair", "--time-step"),
-        ("run", "pair", "--duration"),
-        ("run", "pair", "--stiffness"),
-        ("solve", "a.dump", "--time-step"),
-        ("solve", "a.dump", "--window"),
-        ("solve", "a.dump", "--tolerance"),
-        ("solve", "a.dump", "--contact-tolerance"),
-        ("report", "pair", "--stiffness"),
-        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--frame-rate"),
-        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--radius"),
-        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--mass"),
-        ("import", "a.txt", "--frame", "1", "--room", "a.toml", "--window"),
-    ],
-)
-def test_numbers_that_must_be_positive(refused, words, value):
-    assert refused(*words, value) == f"percussions: {words[-1]}: {value}: {POSITIVE}"
-
-
-@pytest.mark.parametrize("value", ["-0.1", "1.1", "nan"])
-def test_restitution_is_a_share(refused, value):
-    said = refused("run", "pair", "--restitution", value)
-    assert said == f"percussions: --restitution: {value}: a number from 0 to 1 is needed"
+IMPORT = "import a.txt --frame 1 --room a.toml"
+POSITIVE = ["-1", "0", "nan", "inf", "-inf", "much"], "a finite number above 0 is needed"
+SHARE = ["-0.1", "1.1", "nan"], "a number from 0 to 1 is needed"
+COUNT = ["0", "-3", "2.5", "many"], "a whole number above 0 is needed"
+MANY = ["1e9"], "at most 1024 processes are started"
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "kind"),
     [
-        ("solve", "a.dump", "--workers"),
-        ("chart", "pair", "--jobs"),
-        ("stability", "--jobs"),
-        ("scenes", "--make", "arch", "--disks"),
+        *((f"run pair {name}", POSITIVE) for name in ("--time-step", "--duration", "--stiffness")),
+        *((f"solve a.dump {name}", POSITIVE) for name in ("--time-step", "--window")),
+        *((f"solve a.dump {name}", POSITIVE) for name in ("--tolerance", "--contact-tolerance")),
+        ("report pair --stiffness", POSITIVE),
+        *((f"{IMPORT} {name}", POSITIVE) for name in ("--frame-rate", "--radius", "--mass", "--window")),
+        ("run pair --restitution", SHARE),
+        *((words, COUNT) for words in ("solve a.dump --workers", "chart pair --jobs")),
+        *((words, COUNT) for words in ("stability --jobs", "scenes --make arch --disks")),
+        *((words, MANY) for words in ("solve a.dump --workers", "chart pair --jobs")),
     ],
-)
-@pytest.mark.parametrize("value", ["0", "-3", "2.5", "many"])
-def test_counts_are_whole_and_positive(refused, words, value):
-    said = refused(*words, value)
-    assert said == f"percussions: {words[-1]}: {value}: a whole number above 0 is needed"
+)  # fmt: skip
+def test_numbers_that_an_option_does_not_take(refused, words, kind):
+    values, needed = kind
+    for value in values:
+        said = refused(*words.split(), value)
+        assert said == f"percussions: {words.split()[-1]}: {value}: {needed}"
 
 
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("run",), "scene"),
-        (("run", "pair", "--speed", "3"), "--speed"),
-        (("nonsense",), "nonsense"),
-        (("run", "pair", "pair"), "pair"),
-        (("scenes", "--make", "arch", "--disks", "1e18"), "--disks 1000000000000000000: at most"),
-        (
-            ("run", "arch", "--stiffness", "1e20"),
-            "arch: 5.74e+10 steps of 3.48e-11 s for 594 disks",
-        ),
-        (("run", "arch", "--stiffness", "1e300"), "would not end within a month"),
-        (("run", "arch", "--duration", "1e300", "--stiffness", "1e300"), "too many steps"),
-        (("run", "arch", "--duration", "1e12"), "would not end within a month"),
-        (("run", "pair", "--time-step", "1e-300"), "run.time_step_s: 1e-300 is nearer to 0"),
-        (("run", "pair", "--time-step", "1e-99"), "would not end within a month"),
+        ("run nowhere", "unknown scene 'nowhere'"),
+        ("run pair --engine magic", "unknown engine 'magic'"),
+        ("solve absent.dump", "absent.dump"),
+        ("compare absent", "absent"),
+        ("report nowhere", "unknown scene"),
+        ("report pair --engine magic", "unknown engine"),
+        ("scenes --make arch --disks 1", "needs at least 2"),
+        ("scenes --make pair --disks 5", "fixed number"),
+        ("scenes --make arc", "unknown scene"),
+        ("import absent.txt --frame 3 --room absent.toml", "absent"),
+        ("run", "scene"),
+        ("run pair --speed 3", "--speed"),
+        ("nonsense", "nonsense"),
+        ("run pair pair", "pair"),
+        ("scenes --make arch --disks 1e18", "--disks 1000000000000000000: at most"),
+        ("run arch --stiffness 1e20", "arch: 5.74e+10 steps of 3.48e-11 s for 594 disks"),
+        ("run arch --stiffness 1e300", "would not end within a month"),
+        ("run arch --duration 1e300 --stiffness 1e300", "too many steps"),
+        ("run arch --duration 1e12", "would not end within a month"),
+        ("run pair --time-step 1e-300", "run.time_step_s: 1e-300 is nearer to 0"),
+        ("run pair --time-step 1e-99", "would not end within a month"),
+        ("solve pair.dump --wall-friction 0.3 --out a.csv", "wall_friction: 0.3; there are no walls"),
+        ("export pair --wall-friction 0.3 --fclib a.hdf5", "wall_friction: 0.3; there are no walls"),
+        ("solve a.dump --out ''", "--out: empty; a value is needed"),
+        ("solve a.dump --out=", "--out: empty; a value is needed"),
+        ("run pair --out '' --stiffness 1e5", "--out: empty; a value is needed"),
+        ("compare ''", "argument: empty; a value is needed"),
+        ("solve a.dump --out --out", "--out: --out: a path is needed"),
+        ("run pair --out --out", "--out: --out: a path is needed"),
     ],
-)
-def test_words_that_are_not_known(refused, words, says):
-    assert says in refused(*words)
-
-
-@pytest.mark.parametrize(
-    "words", [("solve", "pair.dump", "--out", "a.csv"), ("export", "pair", "--fclib", "a.hdf5")]
-)
-def test_friction_of_walls_that_are_not_there(refused, tmp_path, words):
+)  # fmt: skip
+def test_words_that_are_refused(refused, tmp_path, words, says):
     (tmp_path / "pair.dump").write_text(two_people())
-    said = refused(*words, "--wall-friction", "0.3")
-    assert said == "percussions: wall_friction: 0.3; there are no walls"
+    assert says in refused(*shlex.split(words)).removeprefix("percussions: ")
 
 
 def test_friction_of_one_wall_is_no_key_of_a_scene(refused, tmp_path):
@@ -249,30 +220,6 @@ def test_more_than_fits_on_the_disk(refused, tmp_path):
     path = make("arch", 100).with_run(frames=10**9, time_step_s=1.0).write(tmp_path)
     said = refused("run", path)
     assert "run.frames: 1000000000 frames of 100 disks need about 5e+04 GB" in said
-
-
-@pytest.mark.parametrize("words", [("solve", "a.dump", "--workers"), ("chart", "pair", "--jobs")])
-def test_more_processes_than_any_machine_runs(refused, words):
-    assert "1e9: at most 1024 processes are started" in refused(*words, "1e9")
-
-
-@pytest.mark.parametrize(
-    ("words", "names"),
-    [
-        (("solve", "a.dump", "--out", ""), "--out"),
-        (("solve", "a.dump", "--out="), "--out"),
-        (("run", "pair", "--out", "", "--stiffness", "1e5"), "--out"),
-        (("compare", ""), "argument"),
-    ],
-)
-def test_an_empty_word_is_not_the_current_folder(refused, words, names):
-    assert refused(*words) == f"percussions: {names}: empty; a value is needed"
-
-
-@pytest.mark.parametrize("words", [("solve", "a.dump", "--out"), ("run", "pair", "--out")])
-def test_an_option_is_no_path(refused, words):
-    said = refused(*words, "--out")
-    assert said.startswith("percussions: --out: --out: a path is needed")
 
 
 def test_a_table_does_not_replace_its_dump(refused, tmp_path):
