@@ -46,9 +46,8 @@ if not str(getattr(yade.remote, "__file__", "")).startswith(str(HERE)):
 
 atexit.register(remove_temporary_folder)
 sys.path.insert(0, str(HERE))
-from crowd_dumps import Dumps  # noqa: E402
+from crowd_dumps import Dumps, Impulses  # noqa: E402
 from crowd_guard import STOPPED, Guard  # noqa: E402
-from crowd_impulses import Impulses  # noqa: E402
 from crowd_law import interactions, law_of  # noqa: E402
 from crowd_motion import Motion  # noqa: E402
 from crowd_walls import Walls  # noqa: E402

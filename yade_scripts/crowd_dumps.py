@@ -1,9 +1,11 @@
-"""The two dumps of a run, frame by frame, in the form of the LAMMPS decks."""
+"""The dumps of a run, frame by frame, in the form of the LAMMPS decks."""
 
 import numpy as np
 
 CONTACT_ROW = "%d %d %d %.17g %.17g %.17g %.17g %.17g\n"
 CONTACT_NAMES = "first second is_wall nx ny overlap fx fy"
+IMPULSE_ROW = "%d %d %d %.17g %.17g\n"
+IMPULSE_NAMES = "first second is_wall impulse_x impulse_y"
 
 
 class Dumps:
@@ -42,6 +44,15 @@ class Dumps:
         file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {kind}\n{count}\n")
         file.write(f"ITEM: BOX BOUNDS ff ff pp\n{box}ITEM: {kind} {names}\n")
 
+    def bodies_of(self, first, second):
+        """Who touches whom: the index of the first disk, the second's id or the wall's number,
+        whether it is a wall, and -1 where the two are swapped: the smaller one is first, a wall
+        second."""
+        wall, way = first in self.walls or second in self.walls, 1.0
+        if first in self.walls or (not wall and first > second):
+            first, second, way = second, first, -1.0
+        return first, self.walls[second] if wall else self.ids[second], wall, way
+
     def contact(self, interaction):
         """A row: the first disk, the second disk or the wall, and what the first does to it."""
         geom, phys = interaction.geom, interaction.phys
@@ -49,12 +60,38 @@ class Dumps:
         if overlap <= 0:
             return None
         normal, pressing, sliding = geom.normal, phys.normalForce, phys.shearForce
-        first, second, way = interaction.id1, interaction.id2, 1.0
-        wall = first in self.walls or second in self.walls
-        if first in self.walls or (not wall and first > second):
-            first, second, way = second, first, -1.0
-        other = self.walls[second] if wall else self.ids[second]
+        first, other, wall, way = self.bodies_of(interaction.id1, interaction.id2)
         # + 0.0: no negative zeros
         along = [way * normal[axis] + 0.0 for axis in (0, 1)]
         force = [way * (pressing[axis] + sliding[axis]) + 0.0 for axis in (0, 1)]
         return (self.ids[first], other, wall, *along, overlap, *force)
+
+
+class Impulses:
+    """Sums the forces of every step, and writes frames to an open file. The force of a frame counts
+    half before it and half after it, as in the step of the velocities, so that the impulses between
+    two frames are the change of momentum. time_step: s"""
+
+    def __init__(self, dumps, file, time_step):
+        self.dumps, self.file, self.time_step = dumps, file, time_step
+        self.sums = {}
+
+    def add(self, interactions, share=1.0):
+        """Add the forces of a step over a share of it."""
+        sums, time = self.sums, share * self.time_step
+        for interaction in interactions:
+            force = interaction.phys.normalForce + interaction.phys.shearForce
+            had = sums.setdefault((interaction.id1, interaction.id2), [0.0, 0.0])
+            had[0] += time * force[0]
+            had[1] += time * force[1]
+
+    def write(self, step):
+        """One frame: the sums since the last one, the smaller id first, walls last."""
+        rows = []
+        for bodies, (x, y) in self.sums.items():
+            first, other, wall, way = self.dumps.bodies_of(*bodies)
+            if x or y:
+                rows.append((wall, self.dumps.ids[first], other, way * x + 0.0, way * y + 0.0))
+        self.dumps.head(self.file, step, len(rows), "ENTRIES", IMPULSE_NAMES)
+        self.file.writelines(IMPULSE_ROW % (*row[1:3], row[0], *row[3:]) for row in sorted(rows))
+        self.sums = {}

@@ -6,7 +6,7 @@ import importlib.metadata
 import platform
 import shutil
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -58,21 +58,24 @@ def _engines() -> list[Finding]:
     ]
 
 
+def _finding(
+    name: str, version: str | None, path: Path | None, *, advice: str = "", extra: str = ""
+) -> Finding:
+    """What was found, with what to do where it has no version."""
+    state: Literal["ok", "optional"] = "ok" if version else "optional"
+    advice = "" if version else advice
+    return Finding(name=name, extra=extra, version=version, path=path, state=state, advice=advice)
+
+
 def _python() -> Finding:
-    return Finding(
-        name="Python", version=platform.python_version(), path=Path(sys.executable), state="ok"
-    )
+    return _finding("Python", platform.python_version(), Path(sys.executable))
 
 
 def _engine(known: Engine, advice: str, extra: str = "") -> Finding:
     path, version = known.find(), known.version()
-    if path is not None and version is not None:
-        return Finding(name=known.TITLE, extra=extra, version=version, path=path, state="ok")
-    if path is not None:
+    if path is not None and version is None:
         advice = f"{why_not(known)}; {advice}"
-    return Finding(
-        name=known.TITLE, extra=extra, version=None, path=path, state="optional", advice=advice
-    )
+    return _finding(known.TITLE, version, path, advice=advice, extra=extra)
 
 
 def _library(extra: Extra, library: str) -> Finding:
@@ -81,19 +84,14 @@ def _library(extra: Extra, library: str) -> Finding:
         module = importlib.import_module(library)
         version = importlib.metadata.version(name)
     except (ImportError, OSError) as error:
-        lost = f"{extra.what} need it: {install(extra.extra)}"
-        again = f"{str(error) or type(error).__name__}: pip install --force-reinstall {name}"
-        broken = not extra.extra or not isinstance(error, ModuleNotFoundError)
-        return Finding(
-            name=name,
-            extra=extra.extra,
-            version=None,
-            path=None,
-            state="optional" if extra.extra else "missing",
-            advice=again if broken else lost,
-        )
+        advice = f"{extra.what} need it: {install(extra.extra)}"
+        if not extra.extra or not isinstance(error, ModuleNotFoundError):
+            why = str(error) or type(error).__name__
+            advice = f"{why}: pip install --force-reinstall {name}"
+        missed = _finding(name, None, None, advice=advice, extra=extra.extra)
+        return missed if extra.extra else replace(missed, state="missing")
     path = Path(module.__file__).parent if module.__file__ else None
-    return Finding(name=name, extra=extra.extra, version=version, path=path, state="ok")
+    return _finding(name, version, path, extra=extra.extra)
 
 
 def _browser() -> Finding:
@@ -102,12 +100,6 @@ def _browser() -> Finding:
     )
     found = next((path for path in map(shutil.which, BROWSERS) if path), None)
     version = version_said(found, "--version", r"^\S+ (.+)")
-    if found is not None and version is None:
+    if found is not None:
         advice = f"{found} does not start; {advice}"
-    return Finding(
-        name="Chromium",
-        version=version,
-        path=Path(found) if found else None,
-        state="ok" if version else "optional",
-        advice="" if version else advice,
-    )
+    return _finding("Chromium", version, Path(found) if found else None, advice=advice)

@@ -14,12 +14,13 @@ import ctypes
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from analysis.lammps_process import WALLS
-from analysis.lammps_process.impulse_sums import ImpulseSums
+from analysis.support.frames import IMPULSE_COLUMNS, write_frame
+from nscd import _core
 
 if TYPE_CHECKING:
     from nscd.arrays import Floats
@@ -42,7 +43,7 @@ def main(words: Sequence[str]) -> int:
     engine.command(f"fix {LOOK} all external pf/callback 1 1")
     walls = (Path(decks) / WALLS).read_text(encoding="utf-8").split()
     with (Path(engine.extract_variable("out")) / OUT).open("w", encoding="utf-8") as file:
-        engine.set_fix_external_callback(LOOK, _Look(engine, walls, ImpulseSums(file)).step, None)
+        engine.set_fix_external_callback(LOOK, _Look(engine, walls, file).step, None)
         engine.command(f"include {decks}/run.in")
     engine.close()
     return 0
@@ -53,8 +54,8 @@ class _Look:
 
     Its arrays are taken by their addresses: its own ways to them cost twice the step itself."""
 
-    def __init__(self, engine: Any, walls: Sequence[str], sums: ImpulseSums) -> None:
-        self.engine, self.sums = engine, sums
+    def __init__(self, engine: Any, walls: Sequence[str], file: IO[str]) -> None:
+        self.engine, self.file, self.sums = engine, file, _core.EngineSums()
         self.fixes = [f"wall_{name}".encode() for name in walls]
         self.interval = int(engine.extract_variable("frame_interval"))
         self.time_step = float(engine.extract_variable("time_step"))
@@ -72,7 +73,7 @@ class _Look:
             return
         if number:
             self._add(count, tags, 0.5)
-        self.sums.write(number)
+        write_frame(self.file, "ENTRIES", number, IMPULSE_COLUMNS, self.sums.close())
         self._add(count, tags, 0.5)
 
     def _add(self, count: int, tags: Any, share: float) -> None:

@@ -23,7 +23,8 @@ from analysis.pages.names import engine_label, engine_name
 from analysis.pages.numbers import number, percent
 from analysis.pages.section import Cell, Picture, Section
 from analysis.pages.words import Words
-from analysis.percussions.snapshot import FORCE, percussions_of
+from analysis.percussions.setting import FORCE
+from analysis.percussions.snapshot import percussions_of
 from analysis.scene.scene import Scene
 from nscd import Snapshot
 from nscd.indeterminacy.determinacy import determinacy

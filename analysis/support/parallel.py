@@ -96,29 +96,28 @@ def do_all(
 ) -> list[Any]:
     """The results of all tasks, in their order; the most work is begun first, or, without an
     executor, what comes first."""
-    if not tasks:
-        return []
     total, done = sum(task.work for task in tasks) or 1.0, 0.0
-    if progress:
+    if progress and tasks:
         progress(label, 0.0)
-    if executor is None:
-        made = []
-        for task in tasks:
-            made.append(task.call(*task.arguments))
-            done += task.work
-            if progress:
-                progress(label, done / total)
-        return made
-    order = sorted(range(len(tasks)), key=lambda number: -tasks[number].work)
-    pending = {executor.submit(_call, tasks[number]): number for number in order}
     results: list[Any] = [None] * len(tasks)
-    for future in as_completed(pending):
-        number = pending[future]
-        results[number] = future.result()
+    for number, result in _finished(tasks, executor):
+        results[number] = result
         done += tasks[number].work
         if progress:
             progress(label, done / total)
     return results
+
+
+def _finished(tasks: Sequence[Task], executor: Executor | None) -> Iterator[tuple[int, Any]]:
+    """The numbers and results of tasks as they end."""
+    if executor is None:
+        for number, task in enumerate(tasks):
+            yield number, task.call(*task.arguments)
+        return
+    order = sorted(range(len(tasks)), key=lambda number: -tasks[number].work)
+    pending = {executor.submit(_call, tasks[number]): number for number in order}
+    for future in as_completed(pending):
+        yield pending[future], future.result()
 
 
 def _call(task: Task) -> Any:

@@ -4,7 +4,6 @@ of an engine's contact forces balances what its disks gain."""
 
 import dataclasses
 import importlib.util
-import io
 
 import numpy as np
 import pytest
@@ -13,9 +12,9 @@ from analysis.compare.comparison import compare_run
 from analysis.dumps import index_dump, open_bodies, snapshot_of
 from analysis.engines import EngineError
 from analysis.engines.run import simulate
-from analysis.lammps_process.impulse_sums import ImpulseSums
 from analysis.scene.scene import read_scene
 from analysis.scene.shipped_scenes import make
+from nscd import _core
 from nscd.stress import Kernel, smear, stress_field
 from tests.engines.at_hand import require
 
@@ -84,8 +83,8 @@ def test_lammps_without_its_python_module_says_how_to_install_it(tmp_path, monke
 class Plain:
     """The same in plain Python."""
 
-    def __init__(self, file):
-        self.file, self.sums = file, {}
+    def __init__(self):
+        self.sums = {}
 
     def add(self, key, x, y):
         had = self.sums.get(key, (0.0, 0.0))
@@ -103,46 +102,39 @@ class Plain:
             if touches:
                 self.add((1, one, wall), times * x, times * y)
 
-    def write(self, step):
-        del step
-        for (is_wall, first, second), (x, y) in sorted(self.sums.items()):
-            self.file.write(f"{first} {second} {is_wall} {x!r} {y!r}\n")
+    def close(self):
+        rows = [(*key[1:], key[0], *sums) for key, sums in sorted(self.sums.items())]
         self.sums = {}
+        return np.array(rows).T
 
 
-def summed(kind):
-    file, draw = io.StringIO(), np.random.default_rng(3)
-    sums = kind(file)
+def summed(sums):
+    """The frames of some sums, each (rows, 5): first, second, is_wall, x, y."""
+    frames, draw = [], np.random.default_rng(3)
     for step in range(12):
         ids = draw.integers(1, 90, (1500, 2)).astype(float)
         forces = draw.normal(size=(1500, 4)) * (draw.random((1500, 1)) < 0.7)
         sums.add_pairs(ids, forces, -0.5e-3)
         rows = np.column_stack([draw.random(39) < 0.3, draw.normal(size=(39, 2))])
         sums.add_wall(2, np.arange(1, 40, dtype=np.int32), rows, 1e-3)
-        if step % 5 == 4:
-            sums.write(step)
-    sums.write(12)
-    return file.getvalue()
+        if step in (4, 9, 11):
+            frames.append(np.column_stack(sums.close()))
+    return frames
 
 
 def test_the_same_sums_as_a_dictionary_has():
     """To the last digit, of more pairs than the table has room for at first."""
-    lines = [line.split() for line in summed(ImpulseSums).splitlines()]
-    frames = sum(line == ["ITEM:", "TIMESTEP"] for line in lines)
-    rows = [[float(word) for word in line] for line in lines if len(line) == 5]
-    plain = [[float(word) for word in line.split()] for line in summed(Plain).splitlines()]
-    assert frames == 3
-    assert len(rows) > 7000
-    assert rows == plain
+    found = summed(_core.EngineSums())
+    assert sum(map(len, found)) > 7000
+    for one, other in zip(found, summed(Plain()), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_a_pair_and_a_wall_by_hand():
-    file = io.StringIO()
-    sums = ImpulseSums(file)
+    sums = _core.EngineSums()
     sums.add_pairs(np.array([[5.0, 2.0]]), np.array([[1.0, 2.0, 3.0, 4.0]]), 0.5)
     sums.add_wall(1, np.array([7], np.int32), np.array([[1.0, 8.0, -2.0]]), 0.25)
-    sums.write(0)
-    assert file.getvalue().splitlines()[-2:] == ["2 5 0 -2 -3", "7 1 1 2 -0.5"]
+    assert np.column_stack(sums.close()).tolist() == [[2, 5, 0, -2, -3], [7, 1, 1, 2, -0.5]]
 
 
 KERNEL = Kernel(width=0.4, cutoff=9.0)
