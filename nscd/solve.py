@@ -1,5 +1,6 @@
 """`solve`: percussions of a snapshot, with a certificate recomputed from the answer. They are solved
-in the native core: `nscd/core/answer.cpp` has the way from one method to the next."""
+in the native core: `nscd/core/answer.cpp`, and with friction `nscd/core/friction_answer.cpp`, have the
+way from one method to the next."""
 
 import math
 import time
@@ -13,7 +14,7 @@ from nscd.arrays import Floats, count, flag, instance, number, read_only, shown
 from nscd.bodies import Snapshot
 from nscd.contacts import Contacts
 from nscd.laws import ContactLaw
-from nscd.percussions import GAIN, Percussions, Status
+from nscd.percussions import GAIN, FrictionPart, Percussions, Status
 
 INELASTIC = ContactLaw()
 # Solvers that can be asked for; the place of a name is its number in the core.
@@ -32,6 +33,13 @@ CHOICES = (
     ("interior_point", "{n} disks, dissipative contacts"),
     ("maintained", "every contact stays closed"),
     ("", "asked for"),
+    ("closed_form", "nothing presses: u⁻ is an answer"),
+    ("sets", "Newton's method on the sets of open, stuck and sliding contacts"),
+    ("proximal", "proximal steps of Newton's method, smoothed by Gauss–Seidel sweeps"),
+    ("proximal_point", "proximal point method, each step a path of pivots"),
+    ("sweeps", "Gauss–Seidel sweeps, some accelerated"),
+    ("path", "a path from the answer of Gauss–Seidel sweeps"),
+    ("none", "no method reached the tolerance"),
 )
 
 
@@ -102,18 +110,13 @@ def solve(
     law = INELASTIC if law is None else instance(law, ContactLaw, "law")
     canonical, starts, threads = _read(search) if search else (True, 1, 1)
     _check(snapshot, contacts, law, tolerance, solver)
-    if law.frictional:
-        from nscd.friction.answer import solve_with_friction
-
-        left = _left(snapshot, left_velocity)
-        contacts.check_disks(len(snapshot))
-        return solve_with_friction(snapshot, contacts, left, law, tolerance, starts)
     left = _unread(snapshot, left_velocity)
     asked: dict[str, Any] = {}
     if guess is not None and len(instance(guess, Percussions, "guess").reaction) == len(contacts):
         asked["guess"] = guess.reaction
     if not law.plain:
-        asked |= _dissipating(snapshot, contacts, _left(snapshot, left_velocity), law, solver)
+        asked |= _told(snapshot, contacts, _left(snapshot, left_velocity), law, solver)
+        asked["starts"] = starts
     said = _core.solve_impact(
         contacts.first, contacts.second, contacts.is_wall, contacts.normal, snapshot.position,
         snapshot.radius, snapshot.mass, left, tolerance=tolerance, least=canonical,
@@ -123,7 +126,7 @@ def solve(
         contacts.check_disks(len(snapshot))
         _left(snapshot, left_velocity)
         raise AssertionError("contacts and velocities that the core refuses and Python does not")
-    found, finite, energy, rung, disks, _, shared = said
+    found, finite, energy, rung, disks, _, shared, rough = said
     status, reason = _status_of(found, finite, tolerance)
     name, why = CHOICES[rung]
     if "{" in why:
@@ -133,8 +136,13 @@ def solve(
     if "right_spin" not in found:
         found["right_spin"] = snapshot.spin
     change = found["energy_change"]
+    part = None
+    if rough:
+        start, mu = _start_of(disks), asked["friction"]
+        part = FrictionPart(coefficient=mu, start=start, starts=starts, **rough)
     return Percussions(
         **found,
+        friction=part,
         status=status,
         reason=reason,
         warnings=(f"energy grew by {change:.3g} J: {GAIN}",) if change > 1e-9 * energy else (),
@@ -146,11 +154,18 @@ def solve(
     )
 
 
-def _dissipating(
+def _start_of(seed: int) -> str:
+    """Where a search with friction began, by its seed."""
+    if seed < 0:
+        return "rest"
+    return f"random states {seed}" if seed else "convex programme"
+
+
+def _told(
     snapshot: Snapshot, contacts: Contacts, left: Floats, law: ContactLaw, solver: str
 ) -> dict[str, Any]:
-    """What the core is told of a law with dissipation: k_n and k_t (k,) kg of contacts that do not open,
-    and spins where tangential dissipation needs them."""
+    """What the core is told of a law with dissipation or friction: μ (k,), k_n and k_t (k,) kg of
+    contacts that do not open, and spins where something acts across."""
     contacts.check_disks(len(snapshot))
     along, across = law.acting(contacts, snapshot.mass, left)
     told: dict[str, Any] = {"maintained": law.maintained}
@@ -158,8 +173,10 @@ def _dissipating(
         if solver in FIRST_ORDER:
             raise ValueError(f"solver: {solver} is for contacts without dissipation")
         told |= {"along": along, "across": across}
-    if across.any():
+    if across.any() or law.frictional:
         told["spin"] = snapshot.spin
+    if law.frictional:
+        told["friction"] = law.frictions(contacts.is_wall)
     return told
 
 
@@ -202,7 +219,7 @@ def _check(
 
 def _status_of(said: dict[str, Any], finite: bool, tolerance: float) -> tuple[Status, str]:
     """The status of an answer with these numbers, and the reason where it is not solved."""
-    if not (finite and math.isfinite(said["velocity_error"])):
+    if not finite:
         for name, value in said.items():
             sound = math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()
             if not sound:

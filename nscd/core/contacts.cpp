@@ -103,7 +103,27 @@ void find_walls(Touching& found, In position, In radius, const Segments& walls, 
     }
 }
 
+// A key has the id of the first disk so many times, and keys of walls are behind those of pairs.
+constexpr std::int64_t NUMBERS = std::int64_t{1} << 31, WALL = std::int64_t{1} << 62;
+
 }  // namespace
+
+std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids) {
+    std::vector<std::int64_t> keys(at.size());
+    for (std::size_t c = 0; c < keys.size(); ++c)
+        keys[c] = NUMBERS * ids[at.first[c]] + (std::int64_t(c) < at.pairs ? ids[at.second[c]] : WALL + at.second[c]);
+    return keys;
+}
+
+Carried carried_over(std::span<const std::int64_t> keys, In values, std::span<const std::int64_t> wanted) {
+    Carried of{Numbers(wanted.size(), 0.0)};
+    std::size_t at = 0;
+    for (std::size_t c = 0; c < wanted.size(); ++c) {
+        while (at < keys.size() && keys[at] < wanted[c]) ++at;
+        if (at < keys.size() && keys[at] == wanted[c]) of.values[c] = values[at], ++of.known;
+    }
+    return of;
+}
 
 Touching touching(In position, In radius, const Segments& walls, double most) {
     Touching found;

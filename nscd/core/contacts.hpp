@@ -27,6 +27,16 @@ struct Touching {
 // position (n·2) m, radius (n) m
 Touching touching(In position, In radius, const Segments& walls, double most);
 
+// A number of each contact from the ids of who touches: rising, as the contacts do.
+std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids);
+
+// What contacts with rising keys have, for those that are wanted, 0 for new ones; how many were there.
+struct Carried {
+    Numbers values;
+    std::size_t known = 0;
+};
+Carried carried_over(std::span<const std::int64_t> keys, In values, std::span<const std::int64_t> wanted);
+
 // What gaps of such coordinates may be wrong by (m).
 inline double rounding_of(double far) { return 4.0 * EPSILON * far; }
 

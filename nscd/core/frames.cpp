@@ -10,8 +10,6 @@ namespace {
 
 // The answer of the frame before helps where it has this share of the contacts.
 constexpr double ALIKE = 0.8;
-// A key has the id of the first disk so many times, and keys of walls are behind those of pairs.
-constexpr std::int64_t NUMBERS = std::int64_t{1} << 31, WALL = std::int64_t{1} << 62;
 // Centres that are nearer to each other, or to a wall, than this (m) have no normal, or none that is known.
 constexpr double SAME_PLACE = 1e-290;
 
@@ -22,33 +20,20 @@ struct Before {
     Numbers reaction, velocity;                // empty where it was not answered
 };
 
-// A number of each contact from the ids of who touches: rising, as the contacts do.
-std::vector<std::int64_t> keys_of(const Touching& at, std::span<const std::int64_t> ids) {
-    std::vector<std::int64_t> keys(at.size());
-    for (std::size_t c = 0; c < keys.size(); ++c)
-        keys[c] = NUMBERS * ids[at.first[c]] + (std::int64_t(c) < at.pairs ? ids[at.second[c]] : WALL + at.second[c]);
-    return keys;
-}
-
 // The answer before for the contacts and disks of this frame; none where few of them were there.
 void guess(const Before& before, const std::vector<std::int64_t>& keys, std::span<const std::int64_t> ids, In left, Asked& asked) {
     asked.reaction.clear(), asked.velocity.clear();
     if (before.reaction.empty()) return;
-    Numbers reaction(keys.size(), 0.0);
-    std::size_t at = 0, same = 0;
-    for (std::size_t c = 0; c < keys.size(); ++c) {
-        while (at < before.keys.size() && before.keys[at] < keys[c]) ++at;
-        if (at < before.keys.size() && before.keys[at] == keys[c]) reaction[c] = before.reaction[at], ++same;
-    }
-    if (double(same) < ALIKE * double(keys.size()) || largest(reaction) == 0.0) return;
+    Carried reaction = carried_over(before.keys, before.reaction, keys);
+    if (double(reaction.known) < ALIKE * double(keys.size()) || largest(reaction.values) == 0.0) return;
     asked.velocity.assign(left.begin(), left.end());
-    at = 0;
+    std::size_t at = 0;
     for (std::size_t i = 0; i < ids.size(); ++i) {
         while (at < before.ids.size() && before.ids[at] < ids[i]) ++at;
         if (at < before.ids.size() && before.ids[at] == ids[i])
             for (int a = 0; a < 2; ++a) asked.velocity[2 * i + a] = before.velocity[2 * at + a];
     }
-    asked.reaction = std::move(reaction);
+    asked.reaction = std::move(reaction.values);
 }
 
 // Whether contacts can be computed with: see `find_contacts`, which says what is wrong.

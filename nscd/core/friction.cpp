@@ -10,6 +10,8 @@ namespace {
 
 // A contact slides if it does so faster than this share of the scale of velocities.
 constexpr double SLIDING = 1e-9;
+// Velocities are measured in no less, m/s: squares of what is far below are no numbers.
+constexpr double SLOWEST = 1e-100;
 
 double infinite_if_none(double value) { return value < INFINITE ? value : INFINITE; }
 
@@ -48,6 +50,26 @@ void Rubbing::prepare() {
     }
     contact_velocities(*this, left, left_v, left_s);
     islands = components(n, first, second, island);
+}
+
+Rubbing rubbing_of(const System& flat, In radius, In spin, In inertia, Numbers friction) {
+    Rubbing p;
+    static_cast<System&>(p) = flat;
+    p.friction = std::move(friction);
+    p.scale = std::max(p.scale, SLOWEST);
+    p.mass.clear(), p.left.clear();
+    for (int i = 0; i < p.n; ++i) {
+        p.mass.insert(p.mass.end(), {flat.mass[2 * i], flat.mass[2 * i + 1], inertia[i]});
+        p.left.insert(p.left.end(), {flat.left[2 * i], flat.left[2 * i + 1], spin[i]});
+        p.scale = std::max(p.scale, std::abs(spin[i]) * radius[i]);
+    }
+    p.lever_first.resize(p.k), p.lever_second.resize(p.k);
+    for (int c = 0; c < p.k; ++c) {
+        p.lever_first[c] = radius[p.first[c]];
+        p.lever_second[c] = p.second[c] >= 0 ? radius[p.second[c]] : 0.0;
+    }
+    p.prepare();
+    return p;
 }
 
 Rubbing chosen(const Rubbing& whole, std::span<const Index> contact, std::span<const Index> disk) {

@@ -27,6 +27,9 @@ struct Rubbed {
     Numbers lam, tau, u;
 };
 
+// The problem of disks that roll: of one without spins, with the radius, spin and inertia (n) of each, and μ (k).
+Rubbing rubbing_of(const System& flat, In radius, In spin, In inertia, Numbers friction);
+
 Rubbing chosen(const Rubbing& whole, std::span<const Index> contact, std::span<const Index> disk);
 
 void contact_velocities(const Rubbing& p, In u, Out v, Out s);  // v = C u, s = T u

@@ -6,8 +6,6 @@ namespace nscd {
 
 namespace {
 
-using Said = nb::typed<nb::dict, nb::str, nb::any>;
-
 // λ, τ (k) N·s and u (n, 3).
 auto give_rubbed(Rubbed&& at) {
     return std::make_tuple(give(std::move(at.lam)), give(std::move(at.tau)), give<2>(std::move(at.u), 3));
@@ -15,7 +13,7 @@ auto give_rubbed(Rubbed&& at) {
 
 double worst_of(const Numbers& errors) { return errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()); }
 
-// `nscd.friction.FrictionProblem` with the places of its disks.
+// `nscd.friction.FrictionProblem` with the places of its disks: parts of the solver, for tests and measurements.
 class Problem {
 public:
     Problem(const Given<Index, 1>& first, const Given<Index, 1>& second, const Matrix& normal, const Matrix& lever, const Vector& friction,
@@ -40,39 +38,6 @@ public:
         p_.x = column(position, n, 0), p_.y = column(position, n, 1);
         p_.scale = scale;
         p_.prepare();
-    }
-
-    Said solve(double tolerance, int starts, const Vector& radius) const {
-        need(int(radius.size()) == p_.n, "radius: (n,) is needed");
-        Rubbing acting = p_;
-        FrictionAnswer found;
-        FrictionCertificate of;
-        {
-            nb::gil_scoped_release others;
-            found = solve_friction(acting, tolerance, starts, span(radius));
-            of = certified(acting, found.at);
-        }
-        Said said;
-        said["route"] = int(found.route), said["seed"] = found.seed, said["iterations"] = found.pairs + found.pivots;
-        said["spread"] = found.spread, said["momentum_error"] = of.momentum_error;
-        said["signorini"] = of.signorini, said["cone"] = of.cone, said["natural_map"] = of.natural_map, said["dissipation"] = of.dissipation;
-        said["energy"] = of.energy, said["change"] = of.change, said["work"] = of.work;
-        said["impulse"] = give<2>(std::move(of.impulse), 2), said["state"] = give(std::move(of.state));
-        auto [reaction, tangential, velocity] = give_rubbed(std::move(found.at));
-        said["reaction"] = reaction, said["tangential"] = tangential, said["velocity"] = velocity;
-        return said;
-    }
-
-    // λ, τ, u; error, pairs, route.
-    auto step(const Vector& lam, const Vector& tau, double tolerance) const {
-        need(lam.size() == tau.size() && (lam.size() == 0 || int(lam.size()) == p_.k), "guess: (2, k) is needed");
-        FrictionAnswer found;
-        {
-            nb::gil_scoped_release others;
-            found = step_friction(p_, span(lam), span(tau), tolerance);
-        }
-        const double error = worst_of(measure(p_, found.at));
-        return std::make_tuple(give_rubbed(std::move(found.at)), error, found.pairs, int(found.route));
     }
 
     // λ, τ, u of plain sweeps from percussions; natural map, pairs.
@@ -141,8 +106,6 @@ void bind_friction(nb::module_& m) {
              "first"_a.noconvert(), "second"_a.noconvert(), "normal"_a.noconvert(), "lever"_a.noconvert(), "friction"_a.noconvert(),
              "along"_a.noconvert(), "across"_a.noconvert(), "offset"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(),
              "position"_a.noconvert(), "scale"_a)
-        .def("solve", &Problem::solve, "tolerance"_a, "starts"_a, "radius"_a.noconvert())
-        .def("step", &Problem::step, "lam"_a.noconvert(), "tau"_a.noconvert(), "tolerance"_a)
         .def("sweep", &Problem::sweep, "along"_a.noconvert(), "across"_a.noconvert(), "pairs"_a, "tolerance"_a)
         .def("by", &Problem::by, "method"_a, "tolerance"_a, "effort"_a)
         .def("solve_matrix", &Problem::solve_matrix, "weights"_a.noconvert(), "b"_a.noconvert(), "c"_a.noconvert());

@@ -69,23 +69,23 @@ Bodies bodies_of(const Matrix& position, const Matrix& velocity, const Matrix& f
     return {span(position), span(velocity), span(free), span(radius), span(mass), walls.segments()};
 }
 
-// Neighbours, reaction, velocity, error, iterations, rung, repeats of `Stepped`.
+// Neighbours, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats of `Stepped`; known (2, m): reaction
+// and friction of the keys of the step before.
 auto step(const Matrix& position, const Matrix& velocity, const Matrix& free, const Vector& radius, const Vector& mass, const Walls& walls,
-          double seconds, double restitution, double gained, double tolerance) {
+          double seconds, double restitution, double gained, double tolerance, double friction, const Vector& spin, const Vector& inertia,
+          const Whole& keys, const Matrix& known) {
     const Bodies bodies = bodies_of(position, velocity, free, radius, mass, walls);
+    need(spin.size() == radius.size() && inertia.size() == radius.size() && known.size() == 2 * keys.size(), "step: shapes differ");
+    const In both = span(known);
+    const Rough rough{friction, span(spin), span(inertia), span(keys), both.first(keys.size()), both.last(keys.size())};
     Stepped found;
     {
         nb::gil_scoped_release others;
-        found = make_step(bodies, seconds, restitution, gained, tolerance);
+        found = make_step(bodies, rough, seconds, restitution, gained, tolerance);
     }
-    return std::make_tuple(give_neighbours(std::move(found.neighbours)), give(std::move(found.reaction)), give<2>(std::move(found.velocity), 2),
-                           found.error, found.iterations, found.rung, found.repeats);
-}
-
-bool missed_of(const Matrix& position, const Vector& radius, const Walls& walls, const Matrix& velocity, double seconds, double margin) {
-    need_bodies(position, radius);
-    need(velocity.size() == position.size(), "velocity: (n, 2) is needed");
-    return missed({span(position), {}, {}, span(radius), {}, walls.segments()}, span(velocity), seconds, margin);
+    return std::make_tuple(give_neighbours(std::move(found.neighbours)), give(std::move(found.reaction)), give(std::move(found.tangential)),
+                           give<2>(std::move(found.velocity), 2), give(std::move(found.spin)), give(std::move(found.keys)), found.error,
+                           found.iterations, found.rung, found.repeats);
 }
 
 Numbers numbers(const auto& given) { return Numbers(given.data(), given.data() + given.size()); }
@@ -182,27 +182,71 @@ auto islands(const Whole& first, const Whole& second, const Marks& is_wall, cons
     return std::make_tuple(give(std::move(of.label)), give(std::move(of.contacts)), give(std::move(of.disks)), give_marks(std::move(of.pressed)));
 }
 
-// Fields of `nscd.Percussions` by name; whether every number is finite, energy before (J), rung, disks, rounds, threads.
-using Said = std::tuple<nb::typed<nb::dict, nb::str, nb::any>, bool, double, int, int, int, int>;
+using Fields = nb::typed<nb::dict, nb::str, nb::any>;
+// Fields of `nscd.Percussions` by name; whether every number is finite, energy before (J), rung, disks (with friction the seed
+// of the search), rounds, threads; fields of `nscd.percussions.FrictionPart`, empty without.
+using Said = std::tuple<Fields, bool, double, int, int, int, int, Fields>;
+
+// What `solve_impact` says of an answer (u: n·d) whether or not there is friction.
+Fields said_of(Numbers&& reaction, Numbers&& impulse, const Numbers& u, int d, double energy, double change, double work) {
+    const std::size_t n = u.size() / d;
+    Numbers turning(d == 3 ? n : 0), moving(2 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+        for (int a = 0; a < 2; ++a) moving[2 * i + a] = u[d * i + a];
+        if (d == 3) turning[i] = u[3 * i + 2];
+    }
+    Fields said;
+    said["reaction"] = give(std::move(reaction));
+    said["impulse"] = give<2>(std::move(impulse), 2);
+    said["right_velocity"] = give<2>(std::move(moving), 2);
+    if (d == 3) said["right_spin"] = give(std::move(turning));
+    said["energy_change"] = change;
+    said["energy_error"] = std::abs(change + 0.5 * work) / (energy != 0.0 ? energy : 1.0);
+    return said;
+}
+
+// Percussions with Coulomb's law of a problem without spins.
+Said solve_with_friction(const System& s, const Vector& radius, const Vector& spin, const Vector& friction, double tolerance, int starts) {
+    Numbers inertia(s.n);
+    for (int i = 0; i < s.n; ++i) inertia[i] = 0.5 * s.mass[2 * i] * radius(i) * radius(i);
+    Rubbing p = rubbing_of(s, span(radius), span(spin), inertia, numbers(friction));
+    FrictionAnswer found;
+    FrictionCertificate of;
+    {
+        nb::gil_scoped_release others;
+        found = solve_friction(p, tolerance, starts, span(radius));
+        of = certified(p, found.at);
+    }
+    Fields said = said_of(std::move(found.at.lam), std::move(of.impulse), found.at.u, 3, of.energy, of.change, of.work), part;
+    said["residual"] = of.natural_map, said["momentum_error"] = of.momentum_error;
+    said["iterations"] = found.pairs + found.pivots, said["canonical"] = false;
+    said["velocity_error"] = INFINITE;
+    part["tangential"] = give(std::move(found.at.tau)), part["state"] = give(std::move(of.state));
+    part["signorini"] = of.signorini, part["cone"] = of.cone, part["natural_map"] = of.natural_map;
+    part["dissipation"] = of.dissipation, part["spread"] = found.spread;
+    const bool finite = std::isfinite(of.momentum_error + of.natural_map);
+    return {std::move(said), finite, of.energy, choice_of(found.route), found.seed, 0, 1, std::move(part)};
+}
 
 std::optional<Said> solve_impact(const Whole& first, const Whole& second, const Marks& is_wall, const Matrix& normal, const Matrix& position,
                   const Vector& radius, const Vector& mass, const Matrix& left, std::optional<Vector> spin, std::optional<Vector> along,
                   std::optional<Vector> across, bool maintained, std::optional<Vector> offset, std::optional<Matrix> free,
                   double least_scale, double tolerance, bool least, bool bounded, int method, int threads,
-                  std::optional<Vector> guess, int shared) {
+                  std::optional<Vector> guess, int shared, std::optional<Vector> friction, int starts) {
     const std::size_t n = mass.size(), k = first.size();
-    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n, "solve: shapes differ");
+    need(second.size() == k && is_wall.size() == k && normal.size() == 2 * k && left.size() == 2 * n && position.size() == 2 * n && radius.size() == n && (!friction || (spin && friction->size() == k && starts > 0)), "solve: shapes differ");
     System s;
-    s.n = int(n), s.k = int(k), s.d = spin ? 3 : 2, s.maintained = maintained, s.least_scale = least_scale;
+    const bool turns = spin && !friction;
+    s.n = int(n), s.k = int(k), s.d = turns ? 3 : 2, s.maintained = maintained, s.least_scale = least_scale;
     s.first.resize(k), s.second.resize(k), s.nx.resize(k), s.ny.resize(k), s.inverse_mass.resize(k);
-    if (spin) s.lever_first.resize(k), s.lever_second.resize(k);
+    if (turns) s.lever_first.resize(k), s.lever_second.resize(k);
     for (std::size_t c = 0; c < k; ++c) {
         const std::int64_t i = first(c), j = is_wall(c) ? -1 : second(c);
         if (i < 0 || i >= std::int64_t(n) || j >= std::int64_t(n)) return std::nullopt;
         s.first[c] = Index(i), s.second[c] = Index(j);
         s.nx[c] = normal(c, 0), s.ny[c] = normal(c, 1);
         s.inverse_mass[c] = 1.0 / mass(i) + (j >= 0 ? 1.0 / mass(j) : 0.0);
-        if (spin) s.lever_first[c] = radius(i), s.lever_second[c] = j >= 0 ? radius(j) : 0.0;
+        if (turns) s.lever_first[c] = radius(i), s.lever_second[c] = j >= 0 ? radius(j) : 0.0;
     }
     s.offset = offset ? numbers(*offset) : Numbers(k, 0.0);
     if (along) s.along = numbers(*along), s.across = numbers(*across);
@@ -210,11 +254,12 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
     for (std::size_t i = 0; i < n; ++i) {
         s.x[i] = position(i, 0), s.y[i] = position(i, 1);
         for (int a = 0; a < 2; ++a) s.mass[s.d * i + a] = mass(i), s.left[s.d * i + a] = left(i, a);
-        if (spin) s.mass[3 * i + 2] = 0.5 * mass(i) * radius(i) * radius(i), s.left[3 * i + 2] = (*spin)(i);
+        if (turns) s.mass[3 * i + 2] = 0.5 * mass(i) * radius(i) * radius(i), s.left[3 * i + 2] = (*spin)(i);
     }
     if (!(largest(s.left) <= LARGEST)) return std::nullopt;
     s.free = free ? numbers(*free) : s.left;
     s.measure();
+    if (friction) return solve_with_friction(s, radius, *spin, *friction, tolerance, starts);
     Asked asked{tolerance, least, bounded, Method(method), threads, {}, {}, {.shared = shared}};
     if (guess) asked.reaction = numbers(*guess);
     Answer found;
@@ -226,24 +271,13 @@ std::optional<Said> solve_impact(const Whole& first, const Whole& second, const 
         of = certified(s, found.reaction, found.velocity);
     }
     for (std::size_t i = 0; i < n; ++i) mass_of_all += mass(i);
-    Numbers turning(spin ? n : 0), moving(2 * n);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (int a = 0; a < 2; ++a) moving[2 * i + a] = found.velocity[s.d * i + a];
-        if (spin) turning[i] = found.velocity[3 * i + 2];
-    }
-    nb::typed<nb::dict, nb::str, nb::any> said;
-    said["reaction"] = give(std::move(found.reaction));
-    said["impulse"] = give<2>(std::move(of.impulse), 2);
-    said["right_velocity"] = give<2>(std::move(moving), 2);
-    if (spin) said["right_spin"] = give(std::move(turning));
+    Fields said = said_of(std::move(found.reaction), std::move(of.impulse), found.velocity, s.d, of.energy, of.change, of.work);
     said["residual"] = of.residual;
     said["velocity_error"] = found.distance / std::sqrt(mass_of_all > 0.0 ? mass_of_all : 1.0);
     said["momentum_error"] = of.momentum_error;
-    said["energy_change"] = of.change;
-    said["energy_error"] = std::abs(of.change + 0.5 * of.work) / (of.energy != 0.0 ? of.energy : 1.0);
     said["iterations"] = found.iterations;
     said["canonical"] = found.least;
-    return Said{std::move(said), of.finite, of.energy, int(found.rung), found.disks, found.rounds, found.threads};
+    return Said{std::move(said), of.finite && std::isfinite(found.distance), of.energy, int(found.rung), found.disks, found.rounds, found.threads, Fields()};
 }
 
 // Parts of the solver, for tests and measurements.
@@ -328,8 +362,8 @@ NB_MODULE(_core, m) {
     m.def("touching", &touching_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "most"_a);
     m.def("neighbours", &neighbours, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "margin"_a);
     m.def("step", &step, "position"_a.noconvert(), "velocity"_a.noconvert(), "free"_a.noconvert(), "radius"_a.noconvert(),
-          "mass"_a.noconvert(), "walls"_a, "seconds"_a, "restitution"_a, "gained"_a, "tolerance"_a);
-    m.def("missed", &missed_of, "position"_a.noconvert(), "radius"_a.noconvert(), "walls"_a, "velocity"_a.noconvert(), "seconds"_a, "margin"_a);
+          "mass"_a.noconvert(), "walls"_a, "seconds"_a, "restitution"_a, "gained"_a, "tolerance"_a, "friction"_a,
+          "spin"_a.noconvert(), "inertia"_a.noconvert(), "keys"_a.noconvert(), "known"_a.noconvert());
     m.def("freed", &freed_of, "velocity"_a.noconvert(), "desired"_a.noconvert(), "share"_a, "x"_a, "y"_a);
     m.def("drifts", &drifts_of, "before"_a.noconvert(), "after"_a.noconvert(), "first"_a.noconvert(), "second"_a.noconvert(),
           "normal"_a.noconvert(), "gap"_a.noconvert(), "reaction"_a.noconvert(), "seconds"_a, "slack"_a);
@@ -364,5 +398,5 @@ NB_MODULE(_core, m) {
           "position"_a.noconvert(), "radius"_a.noconvert(), "mass"_a.noconvert(), "left"_a.noconvert(), "spin"_a = nb::none(),
           "along"_a = nb::none(), "across"_a = nb::none(), "maintained"_a = false, "offset"_a = nb::none(), "free"_a = nb::none(),
           "least_scale"_a = TINY, "tolerance"_a = 1e-8, "least"_a = true, "bounded"_a = true, "method"_a = 0, "threads"_a = 1,
-          "guess"_a = nb::none(), "shared"_a = SHARED);
+          "guess"_a = nb::none(), "shared"_a = SHARED, "friction"_a = nb::none(), "starts"_a = 1);
 }

@@ -90,7 +90,8 @@ Neighbours neighbours_of(In position, In radius, const Segments& walls, double m
     return named(touching(position, radius, walls, margin));
 }
 
-bool missed(const Bodies& bodies, In velocity, double step, double margin) {
+// Whether velocities would close within a step (s) a gap beyond the margin (m) within which contacts were looked for.
+static bool missed(const Bodies& bodies, In velocity, double step, double margin) {
     const double needed = 2.0 * step * fastest(velocity);
     if (needed <= margin) return false;
     const Neighbours near = neighbours_of(bodies.position, bodies.radius, bodies.walls, needed);
@@ -135,13 +136,33 @@ Numbers drifts(In before, In after, const Neighbours& near, In reaction, double 
     return drift;
 }
 
-Stepped make_step(const Bodies& bodies, double step, double restitution, double gained, double tolerance) {
+// The same with Coulomb's law.
+static void solve_rough(const System& s, const Touching& at, In radius, const Rough& rough, double tolerance, Stepped& found) {
+    std::vector<std::int64_t> every(s.n);
+    std::iota(every.begin(), every.end(), 0);
+    found.keys = keys_of(at, every);
+    const Rubbing p = rubbing_of(s, radius, rough.spin, rough.inertia, Numbers(s.k, rough.friction));
+    const Carried lam = carried_over(rough.keys, rough.reaction, found.keys), tau = carried_over(rough.keys, rough.tangential, found.keys);
+    FrictionAnswer by = step_friction(p, lam.values, tau.values, tolerance);
+    const Numbers errors = measure(p, by.at);
+    found.error = *std::max_element(errors.begin(), errors.end());
+    found.velocity.resize(2 * std::size_t(s.n));
+    for (int i = 0; i < s.n; ++i) {
+        std::copy_n(by.at.u.begin() + 3 * i, 2, found.velocity.begin() + 2 * i);
+        found.spin[i] = by.at.u[3 * i + 2];
+    }
+    found.reaction = std::move(by.at.lam), found.tangential = std::move(by.at.tau);
+    found.iterations = by.pairs, found.rung = choice_of(by.route);
+}
+
+Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double restitution, double gained, double tolerance) {
     double margin = 2.0 * step * std::max(fastest(bodies.free), fastest(bodies.velocity));
     for (int repeats = 0;; ++repeats) {
         const Touching at = touching(bodies.position, bodies.radius, bodies.walls, margin);
         Stepped found;
         found.neighbours = named(at);
         found.repeats = repeats;
+        found.tangential.assign(at.size(), 0.0), found.spin.assign(rough.spin.begin(), rough.spin.end());
         if (at.size() == 0) {
             found.velocity.assign(bodies.free.begin(), bodies.free.end());
             found.rung = int(Rung::NO_CONTACTS);
@@ -159,7 +180,8 @@ Stepped make_step(const Bodies& bodies, double step, double restitution, double 
             if (restitution > 0.0 && closing[c] >= s.offset[c] && before[c] > std::max(2.0 * gained, 0.0))
                 s.offset[c] = std::min(s.offset[c], -restitution * before[c]);
         }
-        solve_step(s, bodies.velocity, tolerance, found);
+        if (rough.friction > 0.0) solve_rough(s, at, bodies.radius, rough, tolerance, found);
+        else solve_step(s, bodies.velocity, tolerance, found);
         if (repeats == REPEATS || !missed(bodies, found.velocity, step, margin)) return found;
         margin = 2.0 * step * fastest(found.velocity);
     }

@@ -3,6 +3,7 @@
 
 #include "answer.hpp"
 #include "contacts.hpp"
+#include "friction_answer.hpp"
 
 namespace nscd {
 
@@ -12,6 +13,17 @@ struct Bodies {
     In radius, mass;        // (n) m; kg, with what the drive adds
     Segments walls;
 };
+
+// Coulomb's law in a step. The search for the percussions begins from those of the step before.
+struct Rough {
+    double friction = 0.0;                // μ; all else counts only where it is not 0
+    In spin, inertia;                     // (n) rad/s, kg m²
+    std::span<const std::int64_t> keys;   // (m) of contacts of the step before, see `Stepped`
+    In reaction, tangential;              // (m) N·s
+};
+
+// What gave an answer, by its number in nscd.solve.CHOICES: rungs, then the ways with friction.
+inline int choice_of(Route route) { return int(Rung::ASKED_FOR) + 1 + int(route); }
 
 // Candidates for contact.
 struct Neighbours {
@@ -24,19 +36,18 @@ Neighbours neighbours_of(In position, In radius, const Segments& walls, double m
 struct Stepped {
     Neighbours neighbours;
     Numbers reaction, velocity;  // (k) N·s, (n·2) m/s
+    Numbers tangential, spin;    // (k) N·s along (−n_y, n_x), (n) rad/s
+    std::vector<std::int64_t> keys;  // (k) with friction: a number of each contact, the same in every step
     double error = 0.0;          // the residual or the imbalance of momentum, recomputed
     int iterations = 0;
-    int rung = 0;                // of `Rung`; GRADIENT where accelerated gradient served
+    int rung = 0;                // of `Rung` or `choice_of`; GRADIENT where accelerated gradient served
     int repeats = 0;             // how often contacts were missed
 };
 inline constexpr int GRADIENT = -1;
 
-// Make a step of `step` s without friction; with restitution e a contact that closes within it with v⁻ > 0 has
+// Make a step of `step` s; with restitution e a contact that closes within it with v⁻ > 0 has
 // C u⁺ ≤ −e v⁻ (Moreau's law), unless v⁻ is at most twice `gained` m/s, what the drive gives in a step: that contact rests.
-Stepped make_step(const Bodies& bodies, double step, double restitution, double gained, double tolerance);
-
-// Whether velocities would close within a step (s) a gap beyond the margin (m) within which contacts were looked for.
-bool missed(const Bodies& bodies, In velocity, double step, double margin);
+Stepped make_step(const Bodies& bodies, const Rough& rough, double step, double restitution, double gained, double tolerance);
 
 // Velocities after a step without contacts, (u + g + a u_d)/(1 + a), and the largest component (m/s) of what they gained.
 // Where nobody drives, desired is empty.

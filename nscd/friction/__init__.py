@@ -1,6 +1,6 @@
-"""Percussions with Coulomb friction: the exact law of Signorini and Coulomb in two dimensions."""
+"""Percussions with Coulomb friction written out: the exact law of Signorini and Coulomb in two
+dimensions. `nscd.solve` solves them, and `nscd.stepping.Motion` those of a step."""
 
-from nscd.friction.answer import StepAnswer, carried_over, solve_step
-from nscd.friction.problem import FrictionProblem, problem_of
+from nscd.friction.problem import FrictionProblem, friction_problem
 
-__all__ = ["FrictionProblem", "StepAnswer", "carried_over", "problem_of", "solve_step"]
+__all__ = ["FrictionProblem", "friction_problem"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from nscd.bodies import Snapshot, Walls
 from nscd.contacts import NO_WALLS, Contacts, connected
 from nscd.projection import project
 from nscd.solve import CHOICES
-
-if TYPE_CHECKING:
-    from nscd.friction import StepAnswer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,8 +166,6 @@ class WindowSums:
         return window
 
 
-# A step with friction is repeated so often, at most, with a larger margin.
-REPEATS = 20
 # An answer whose recomputed error is this many times what was asked is not used.
 STALLED = 10.0
 # Bodies that overlap at the start are pushed apart together with all within this many radii.
@@ -309,11 +304,27 @@ class Motion:
         h, a = self.step, self._share
         desired = self._desired(self.position) if self._desired else np.empty((0, 2))
         free, gained = _core.freed(self.velocity, desired, a, *self._gain)
-        done, velocity = (self._rough if self._friction else self._smooth)(free, gained)
-        before, self.velocity = self.velocity, np.ascontiguousarray(velocity[:, :2])
-        if self._friction:
-            self.spin = np.ascontiguousarray(velocity[:, 2])
-            self._known = self._keys(done.neighbours), np.stack([done.reaction, done.friction])
+        near, reaction, friction, velocity, spin, keys, error, iterations, rung, repeats = _core.step(
+            self.position, self.velocity, free, self.radius, (1 + a) * self.mass, self._walls, h,
+            self._restitution, gained, self._tolerance, self._friction, self.spin, self._inertia,
+            *self._known,
+        )  # fmt: skip
+        if not error <= STALLED * self._tolerance:
+            raise StepError(
+                f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
+                f"where {self._tolerance:.1e} was asked"
+            )
+        done = StepReport(
+            neighbours=Neighbours(*near),
+            reaction=reaction,
+            friction=friction,
+            residual=error,
+            iterations=iterations,
+            repeats=repeats,
+            solver="projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0],
+        )
+        before, self.velocity, self.spin = self.velocity, velocity, spin
+        self._known = keys, np.stack([reaction, friction])[:, : len(keys)]
         self.position = self.position + h * self._drift(before, done)
         self.time += h
         return done
@@ -327,100 +338,6 @@ class Motion:
         return _core.drifts(
             before, self.velocity, first, second, normal, gap, done.reaction, self.step, slack
         )
-
-    def _smooth(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
-        """The step without friction, in the core."""
-        near, reaction, velocity, error, iterations, rung, repeats = _core.step(
-            self.position, self.velocity, free, self.radius, self._heavier(), self._walls,
-            self.step, self._restitution, gained, self._tolerance,
-        )  # fmt: skip
-        self._accept(error)
-        report = StepReport(
-            neighbours=Neighbours(*near),
-            reaction=reaction,
-            friction=np.zeros(len(reaction)),
-            residual=error,
-            iterations=iterations,
-            repeats=repeats,
-            solver="projected_gradient" if rung == _core.GRADIENT else CHOICES[rung][0],
-        )
-        return report, velocity
-
-    def _rough(self, free: Floats, gained: float) -> tuple[StepReport, Floats]:
-        """The step with friction."""
-        h = self.step
-        margin = 2 * h * max(fastest(free), fastest(self.velocity))
-        repeats = -1
-        while True:
-            repeats += 1
-            near = neighbours(self.position, self.radius, self._walls, margin)
-            found = self._rubbing(near, free, self._offset(near, free, gained))
-            self._accept(found.error)
-            moving = np.ascontiguousarray(found.velocity[:, :2])
-            missed = _core.missed(self.position, self.radius, self._walls, moving, h, margin)
-            if repeats == REPEATS or not missed:
-                break
-            margin = 2 * h * fastest(moving)
-        report = StepReport(
-            neighbours=near,
-            reaction=found.reaction,
-            friction=found.friction,
-            residual=found.error,
-            iterations=found.pairs,
-            repeats=repeats,
-            solver=found.solver,
-        )
-        return report, found.velocity
-
-    def _accept(self, error: float) -> None:
-        if not error <= STALLED * self._tolerance:
-            raise StepError(
-                f"t = {self.time:.6g} s: the contacts are not solved: residual {error:.1e} "
-                f"where {self._tolerance:.1e} was asked"
-            )
-
-    def _heavier(self) -> Floats:
-        """The masses (n,) kg with what the drive adds."""
-        return (1 + self._share) * self.mass
-
-    def _rubbing(self, near: Neighbours, free: Floats, offset: Floats) -> StepAnswer:
-        """The answer with Coulomb's law, velocities with spins (n,3)."""
-        # slow to import, and most crowds have none
-        from nscd.friction import carried_over, problem_of, solve_step
-
-        mass = self._heavier()
-        rubbing = problem_of(
-            pairs=(near.first, near.second),
-            normal=near.normal,
-            friction=np.full(len(near.gap), self._friction),
-            radius=self.radius,
-            mass=np.column_stack([mass, mass, self._inertia]),
-            left=np.column_stack([free, self.spin]),
-        )._replace(offset=offset)
-        guess = carried_over(*self._known, self._keys(near))
-        return solve_step(rubbing, self.position, guess, self._tolerance)
-
-    def _keys(self, near: Neighbours) -> Any:
-        """A number (k,) of each pair, or of each disk and wall."""
-        n = len(self.mass)
-        other = np.where(near.wall >= 0, n + near.wall.astype(np.int64), near.second)
-        return near.first.astype(np.int64) * (n + len(self._walls)) + other
-
-    def _offset(self, near: Neighbours, free: Floats, gained: float) -> Floats:
-        """b (k,) m/s of C u ≤ b: the gap over the step, or a rebound."""
-        offset = near.gap / self.step
-        if not self._restitution:
-            return offset
-        before, closing = (_approach(near, velocity) for velocity in (self.velocity, free))
-        bouncing = (closing >= offset) & (before > 2 * gained) & (before > 0)
-        return np.where(bouncing, np.minimum(offset, -self._restitution * before), offset)
-
-
-def _approach(near: Neighbours, velocity: Floats) -> Floats:
-    """C u (k,) m/s, positive where a gap closes."""
-    other = np.where(near.second[:, None] >= 0, velocity[near.second], 0.0)
-    approach: Floats = (near.normal * (velocity[near.first] - other)).sum(1)
-    return approach
 
 
 def fastest(velocity: Floats) -> float:

@@ -1,5 +1,5 @@
 """Friction against answers that are known in closed form. Steps of a moving crowd with friction:
-the array entry against `solve`, and what a guess is worth."""
+the core against `solve`, and what a guess is worth."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nscd import ContactLaw, Contacts, ContactState, Walls, find_contacts, solve
-from nscd.friction import carried_over, problem_of, solve_step
+from nscd.stepping import Motion
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, velocities, violation
 
@@ -231,18 +231,13 @@ def touching(snapshot):
     return find_contacts(snapshot, FLOOR, tolerance=1e-9)
 
 
-def arrays(snapshot, contacts, mu):
-    return problem_of(
-        pairs=(
-            contacts.first.astype(np.int32),
-            np.where(contacts.is_wall, -1, contacts.second).astype(np.int32),
-        ),
-        normal=np.array(contacts.normal),
-        friction=np.full(len(contacts), mu),
-        radius=snapshot.radius,
-        mass=np.column_stack([snapshot.mass, snapshot.mass, snapshot.inertia]),
-        left=np.column_stack([snapshot.velocity, snapshot.spin]),
-    )
+def step_of(snapshot, mu, *, tolerance=1e-9, known=None):
+    """A step so short that only those that touch at first are in contact: velocities (n,3), the
+    report, and what the next step begins from."""
+    motion = Motion(snapshot, FLOOR, step=1e-6, friction=mu, tolerance=tolerance)
+    motion._known = known or motion._known
+    report = motion.advance()
+    return np.column_stack([motion.velocity, motion.spin]), report, motion._known
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.2])
@@ -250,29 +245,28 @@ def test_a_step_finds_what_solve_finds(mu):
     snapshot = pile()
     contacts = touching(snapshot)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
-    step = solve_step(arrays(snapshot, contacts, mu), snapshot.position, tolerance=1e-9)
-    assert step.error <= 1e-9
-    np.testing.assert_allclose(step.velocity[:, :2], found.right_velocity, atol=1e-6)
-    np.testing.assert_allclose(step.velocity[:, 2], found.right_spin, atol=1e-6)
+    velocity, step, _ = step_of(snapshot, mu)
+    assert step.residual <= 1e-9
+    np.testing.assert_allclose(velocity[:, :2], found.right_velocity, atol=1e-6)
+    np.testing.assert_allclose(velocity[:, 2], found.right_spin, atol=1e-6)
 
 
 def test_a_guess_that_is_the_answer_costs_one_block():
     snapshot = pile()
-    problem = arrays(snapshot, touching(snapshot), 0.2)
-    first = solve_step(problem, snapshot.position)
-    again = solve_step(problem, snapshot.position, np.array([first.reaction, first.friction]))
-    assert again.pairs <= 10 < first.pairs
+    _, first, known = step_of(snapshot, 0.2, tolerance=1e-6)
+    _, again, _ = step_of(snapshot, 0.2, tolerance=1e-6, known=known)
+    assert again.iterations <= 10 < first.iterations
 
 
 def test_a_step_and_solve_may_find_different_answers_both_of_which_obey_the_law():
     snapshot, mu = pile(), 0.6
     contacts = touching(snapshot)
     found = solve(snapshot, contacts, law=ContactLaw(friction=mu), tolerance=1e-12)
-    step = solve_step(arrays(snapshot, contacts, mu), snapshot.position, tolerance=1e-9)
+    velocity, step, _ = step_of(snapshot, mu)
     dense = Dense(snapshot, contacts, snapshot.velocity)
     friction = np.full(len(contacts), mu)
     mine = velocities(found)
-    theirs = step.velocity.ravel()
+    theirs = velocity.ravel()
     assert violation(dense, found.reaction, found.friction.tangential, friction, mine) < 1e-6
     assert violation(dense, step.reaction, step.friction, friction, theirs) < 1e-6
     assert np.abs(mine - theirs).max() > 0.1
@@ -282,42 +276,41 @@ def test_a_step_and_solve_may_find_different_answers_both_of_which_obey_the_law(
 def test_a_pile_that_slides_is_solved_where_sweeps_do_not_reach(mu):
     snapshot = pile(14)
     contacts = touching(snapshot)
-    problem = arrays(snapshot, contacts, mu)
-    step = solve_step(problem, snapshot.position, tolerance=1e-9)
-    again = solve_step(problem, snapshot.position, tolerance=1e-9)
+    (velocity, step, _), (again, _, _) = step_of(snapshot, mu), step_of(snapshot, mu)
     assert step.solver in {"proximal", "path"}
-    assert step.error <= 1e-9
-    np.testing.assert_array_equal(step.velocity, again.velocity)
+    assert step.residual <= 1e-9
+    np.testing.assert_array_equal(velocity, again)
     dense = Dense(snapshot, contacts, snapshot.velocity)
     friction = np.full(len(contacts), mu)
-    wrong = violation(dense, step.reaction, step.friction, friction, step.velocity.ravel())
+    wrong = violation(dense, step.reaction, step.friction, friction, velocity.ravel())
     assert wrong < 1e-6 * dense.mass.max()
 
 
 def test_an_island_that_nothing_presses_keeps_its_velocities_whatever_the_guess():
-    snapshot = pile(2)
-    contacts = touching(snapshot)
-    still = arrays(snapshot, contacts, 0.3)
-    still = still._replace(left=np.tile([0.1, 0.0, 0.0], (len(snapshot), 1)))
-    step = solve_step(still, snapshot.position, np.ones((2, len(contacts))))
-    np.testing.assert_array_equal(step.velocity, still.left)
+    still = disks_at(pile(2).position, [0.1, 0.0], 1.0, spin=np.zeros(3))
+    _, _, (keys, none) = step_of(still, 0.3)
+    velocity, step, _ = step_of(still, 0.3, known=(keys, none + 1.0))
+    np.testing.assert_array_equal(velocity, [[0.1, 0.0, 0.0]] * 3)
+    assert len(keys) == len(step.reaction) == 5
     assert not step.reaction.any()
     assert not step.friction.any()
 
 
-def test_contacts_too_far_to_close_in_the_step_stay_open():
-    snapshot = disks_at([[0.0, 1.0]], [1.0, -0.5], 1.0, spin=[0.0])
-    contacts = touching(snapshot)
-    problem = arrays(snapshot, contacts, 0.3)
-    far = solve_step(problem._replace(offset=np.array([0.6])), snapshot.position)
-    near = solve_step(problem._replace(offset=np.array([0.2])), snapshot.position)
-    np.testing.assert_array_equal(far.velocity, [[1.0, -0.5, 0.0]])
+@pytest.mark.parametrize(
+    ("gap", "velocity"),
     # the floor takes 0.3 m/s of the fall, and friction 0.3 of that along it
-    np.testing.assert_allclose(near.velocity, [[0.91, -0.2, -0.18]], atol=1e-12)
+    [(6e-7, [1.0, -0.5, 0.0]), (2e-7, [0.91, -0.2, -0.18])],
+)
+def test_contacts_too_far_to_close_in_the_step_stay_open(gap, velocity):
+    found, _, _ = step_of(disks_at([[0.0, 1.0 + gap]], [1.0, -0.5], 1.0, spin=[0.0]), 0.3)
+    np.testing.assert_allclose(found, [velocity], atol=1e-9)
 
 
-def test_percussions_are_carried_over_by_key():
-    before = np.array([[1.0, 2.0, 3.0], [0.1, 0.2, 0.3]])
-    guess = carried_over(np.array([7, 3, 5]), before, np.array([5, 4, 7, 9]))
-    np.testing.assert_array_equal(guess, [[3.0, 0.0, 1.0, 0.0], [0.3, 0.0, 0.1, 0.0]])
-    assert carried_over(np.empty(0, int), np.empty((2, 0)), np.array([1])).tolist() == [[0.0]] * 2
+def test_percussions_of_contacts_that_are_gone_are_not_carried_over():
+    _, first, (keys, known) = step_of(pile(), 0.2)
+    keep = np.flatnonzero(first.reaction > 0)[::2]
+    some = keys[keep], np.ascontiguousarray(known[:, keep])
+    more = np.append(keys[keep], 2**62 + 2**61), np.column_stack([some[1], [1e3, 1e3]])
+    (one, cost, _), (other, same, _) = (step_of(pile(), 0.2, known=these) for these in (some, more))
+    np.testing.assert_array_equal(one, other)
+    assert cost.iterations == same.iterations > 10

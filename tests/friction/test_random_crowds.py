@@ -10,9 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nscd import ContactLaw, solve
+from nscd.friction import friction_problem
 from tests.crowds import disks_at
 from tests.friction.coulomb import Dense, all_answers, velocities, violation
-from tests.friction.test_friction_closed_forms import arrays, pile, touching
+from tests.friction.test_friction_closed_forms import pile, touching
 
 MU = st.sampled_from([0.05, 0.1, 0.3, 0.5, 1.0, 2.0])
 
@@ -68,6 +69,11 @@ def test_friction_dissipates_and_stays_in_its_cone(snapshot, mu):
     assert (np.abs(part.tangential) <= mu * found.reaction + 1e-8).all()
 
 
+def in_core(snapshot, contacts, mu):
+    problem = friction_problem(snapshot, contacts, snapshot.velocity, ContactLaw(friction=mu))
+    return problem.in_core(snapshot.position)
+
+
 # As the core numbers them.
 METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}
 
@@ -77,7 +83,7 @@ METHODS = {"proximal": 0, "proximal_point": 1, "random": 2}
 def test_each_method_alone_finds_an_answer_that_obeys_the_law(method, mu):
     snapshot = pile(rows=8)
     contacts = touching(snapshot)
-    problem = arrays(snapshot, contacts, mu).in_core(snapshot.position)
+    problem = in_core(snapshot, contacts, mu)
     (lam, tau, u), error, _ = problem.by(METHODS[method], 1e-11, 5000)
     assert error <= 1e-11
     dense = Dense(snapshot, contacts, snapshot.velocity)
@@ -118,13 +124,13 @@ def test_a_search_that_finds_nothing_says_how_far_its_best_answer_is_and_gains_n
     assert found.solver == "none"
     assert found.friction.natural_map > 1e-12
     assert found.energy_change <= 1e-12 * (snapshot.mass @ (snapshot.velocity**2).sum(1))
-    assert f"residual {max(found.friction.natural_map, found.momentum_error):.1e}" in found.reason
+    assert f"residual {found.friction.natural_map:.1e}" in found.reason
 
 
 def test_the_effort_of_the_proximal_point_method_is_bounded():
     snapshot, mu = pile(rows=12), 0.15
     contacts = touching(snapshot)
-    problem = arrays(snapshot, contacts, mu).in_core(snapshot.position)
+    problem = in_core(snapshot, contacts, mu)
     _, error, once = problem.by(METHODS["proximal_point"], 1e-30, 600)
     _, less, twice = problem.by(METHODS["proximal_point"], 1e-30, 1200)
     assert once <= 600
@@ -136,7 +142,7 @@ def test_the_matrix_of_contacts_that_stick_and_slide_is_solved_for_one_and_for_t
     snapshot = pile(rows=8)
     contacts = touching(snapshot)
     n, k = len(snapshot), len(contacts)
-    problem = arrays(snapshot, contacts, 0.3).in_core(snapshot.position)
+    problem = in_core(snapshot, contacts, 0.3)
     rng = np.random.default_rng(1)
     weight = 1e4 * rng.random((4, k))
     weight[2:] *= rng.choice([-0.3, 0.0, 0.3], (2, k))
