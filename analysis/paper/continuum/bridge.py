@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from skfem import MeshTri1
 
 from analysis.pages import drawing
 from analysis.pages.numbers import NONE, decimals
@@ -190,37 +189,24 @@ class Model:
     answer: Answer | None  # of the solver; None for what is known without one
 
 
-@dataclass(frozen=True, eq=False)
 class Crowd:
     """The continuum that a crowd of disks stands for: x < 0 within `size` (m, R) of the exit, 45
-    t, and its models."""
+    t, and its models.
 
-    size: float
+    density: kg/m²; mesh: walls on x = 0, the exit in their middle, a free border at R; space: its
+    P1 vector elements."""
 
-    @property
-    def density(self) -> float:
-        """kg/m²."""
-        return MASS / area(self.size)
-
-    @cached_property
-    def mesh(self) -> MeshTri1:
-        """Walls on x = 0, the exit in their middle, a free border at R."""
+    def __init__(self, size: float) -> None:
+        self.size, self.density = size, MASS / area(size)
         angle = np.linspace(0.0, 0.5 * np.pi, ARC + 1)
-        upper = np.column_stack([-np.sin(angle), np.cos(angle)]) * self.size + [0.0, HALF_DOOR]
-        lower = np.column_stack([-np.cos(angle), -np.sin(angle)]) * self.size - [0.0, HALF_DOOR]
+        upper = np.column_stack([-np.sin(angle), np.cos(angle)]) * size + [0.0, HALF_DOOR]
+        lower = np.column_stack([-np.cos(angle), -np.sin(angle)]) * size - [0.0, HALF_DOOR]
         outline = np.vstack([upper, lower, [[0.0, -HALF_DOOR], [0.0, HALF_DOOR]]])
         border: list[Border] = ["free"] * (len(outline) - 3)
-        return mesh_of(Room(outline=outline, border=(*border, "wall", "exit", "wall")), MESH)
-
-    @cached_property
-    def space(self) -> Space:
-        """P1 vector elements."""
-        return Space(self.mesh)
-
-    @cached_property
-    def _spread(self) -> Floats:
-        """(m,), ∫φ over the crowd at `points()`."""
-        return smear(self.space.points, self.space.weights[:, None], KERNEL, points())[0][:, 0]
+        self.mesh = mesh_of(Room(outline=outline, border=(*border, "wall", "exit", "wall")), MESH)
+        self.space = Space(self.mesh)
+        # ∫φ over the crowd at `points()`, (m,)
+        self._spread = smear(self.space.points, self.space.weights[:, None], KERNEL, points())[0]
 
     def _model(self, name: str, pressure: Floats, right: Floats, load: float, **more: Any) -> Model:
         """A model of pressure (q,) N·s/m and right velocity (q,2) m/s at the quadrature points."""
@@ -230,7 +216,7 @@ class Crowd:
         return Model(
             name=name,
             pressure=values[:, 0],
-            velocity=values[:, 1:] / self._spread[:, None],
+            velocity=values[:, 1:] / self._spread,
             kept=float((weight * (right**2).sum(1)).sum() / (weight.sum() * SPEED**2)),
             wall_load=load,
             **{"answer": None} | more,
@@ -452,11 +438,8 @@ def _trend(axes: Axes, sizes: Sequence[Size], number: Callable[[Size], Floats]) 
     for place, (packing, same) in enumerate(by_packing(sizes).items()):
         values = [number(size) for size in same]
         bars = [v.std(ddof=1) / np.sqrt(len(v)) if len(v) > 1 else 0.0 for v in values]
-        style: dict[str, Any] = {
-            "color": COLOURS[packing],
-            "marker": drawing.MARKERS[place],
-            "ls": drawing.LINES[place],
-        }
+        style: dict[str, Any] = {"marker": drawing.MARKERS[place], "ls": drawing.LINES[place]}
+        style["color"] = COLOURS[packing]
         means, counts = [v.mean() for v in values], [size.n for size in same]
         axes.errorbar(counts, means, yerr=bars, capsize=3, label=str(packing), **style)
     axes.set(xscale="log", xlabel="disks N in the same room")

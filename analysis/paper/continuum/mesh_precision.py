@@ -4,7 +4,7 @@ uniform and graded meshes, in a room against a fine solution and in the half-ann
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,9 +125,9 @@ def study(plan: Plan, progress: Progress | None = None) -> Study:
 
     in_room(mesh_of(ROOM, 4.0), 1)  # what the first call loads and compiles is not counted
     coarse, fine = (
-        Reference(in_room(mesh_of(ROOM, size, grading=REFERENCE_GRADING), 2))
-        for size in plan.references
+        in_room(mesh_of(ROOM, size, grading=REFERENCE_GRADING), 2) for size in plan.references
     )
+    errors = compared_with(fine)
     tell("meshes", 0.2)
     room, annulus = list[Point](), list[Point]()
     for order, sizes in zip((1, 2), plan.room, strict=True):
@@ -135,7 +135,7 @@ def study(plan: Plan, progress: Progress | None = None) -> Study:
             for size in sizes:
                 make = partial(mesh_of, ROOM, size, grading=grading)
                 solve = partial(in_room, order=order)
-                room.append(point(f"P{order} {name}", size, make, solve, fine.errors))
+                room.append(point(f"P{order} {name}", size, make, solve, errors))
             tell("meshes", 0.2 + 0.6 * len(room) / (2 * sum(map(len, plan.room))))
     for order, counts in zip((1, 2), plan.annulus, strict=True):
         for cells in counts:
@@ -146,9 +146,9 @@ def study(plan: Plan, progress: Progress | None = None) -> Study:
     return Study(
         room=room,
         annulus=annulus,
-        reference_unknowns=int(fine.answer.space.basis.N),
-        uncertainty=fine.errors(coarse.answer),
-        reference_solved=all(r.answer.status is Status.SOLVED for r in (coarse, fine)),
+        reference_unknowns=int(fine.space.basis.N),
+        uncertainty=errors(coarse),
+        reference_solved=all(one.status is Status.SOLVED for one in (coarse, fine)),
     )
 
 
@@ -172,44 +172,36 @@ def point(
     return Point(family, size, unknowns, mesh_s, solve_s, errors(answer), answer.status)
 
 
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """A fine solution; others are compared at its quadrature points."""
+def compared_with(reference: CollisionAnswer) -> Callable[[CollisionAnswer], Errors]:
+    """Compare answers in the same room with a fine solution, at its quadrature points."""
+    basis = reference.space.basis
+    points = np.asarray(basis.global_coordinates()).reshape(2, -1)
+    exact, exact_strain = evaluated(reference, points)
+    area, load = np.asarray(basis.dx).ravel(), float(reference.wall_force.sum())
+    # places near the exit where pressures over a body are compared
+    steps = np.arange(-NEAR, NEAR + APART / 2, APART)
+    x, y = np.meshgrid(steps[: len(steps) // 2 + 1], steps)
+    at = np.column_stack([x[np.hypot(x, y) <= NEAR], y[np.hypot(x, y) <= NEAR]])
 
-    answer: CollisionAnswer
+    def over_bodies(strain: Floats) -> Floats:
+        """−½k_v tr D averaged with BODY."""
+        p = -0.5 * TABLE.k_v * (strain[0, 0] + strain[1, 1])
+        columns = np.column_stack([area, area * p])
+        sums, _ = smear(np.ascontiguousarray(points.T), columns, BODY, at)
+        return np.asarray(sums[:, 1] / sums[:, 0])
 
-    @cached_property
-    def points(self) -> Floats:
-        """Quadrature points (2,q) m."""
-        return np.asarray(self.answer.space.basis.global_coordinates()).reshape(2, -1)
+    exact_p = over_bodies(exact_strain)
 
-    @cached_property
-    def fields(self) -> tuple[Floats, Floats]:
-        """w (2,q) and D(w) (2,2,q) there."""
-        return evaluated(self.answer, self.points)
-
-    def errors(self, other: CollisionAnswer) -> Errors:
-        """Compare another answer in the same room."""
-        (w, strain), (exact, exact_strain) = evaluated(other, self.points), self.fields
-        p, exact_p = self._over_bodies(strain), self._over_bodies(exact_strain)
-        load = float(self.answer.wall_force.sum())
-        area = np.asarray(self.answer.space.basis.dx).ravel()
+    def errors(other: CollisionAnswer) -> Errors:
+        w, strain = evaluated(other, points)
         difference, of = (w - exact, strain - exact_strain), (exact, exact_strain)
         return Errors(
             energy=_share(difference, of, area, TABLE),
-            pressure=float(np.abs(p - exact_p).max() / exact_p.max()),
+            pressure=float(np.abs(over_bodies(strain) - exact_p).max() / exact_p.max()),
             load=abs(float(other.wall_force.sum()) - load) / load,
         )
 
-    def _over_bodies(self, strain: Floats) -> Floats:
-        """−½k_v tr D averaged with BODY, at places APART near the exit."""
-        steps = np.arange(-NEAR, NEAR + APART / 2, APART)
-        x, y = np.meshgrid(steps[: len(steps) // 2 + 1], steps)
-        at = np.column_stack([x[np.hypot(x, y) <= NEAR], y[np.hypot(x, y) <= NEAR]])
-        area = np.asarray(self.answer.space.basis.dx).reshape(-1, 1)
-        p = -0.5 * TABLE.k_v * (strain[0, 0] + strain[1, 1])[:, None]
-        sums, _ = smear(np.ascontiguousarray(self.points.T), np.hstack([area, area * p]), BODY, at)
-        return np.asarray(sums[:, 1] / sums[:, 0])
+    return errors
 
 
 def annulus_errors(answer: CollisionAnswer) -> Errors:
@@ -315,25 +307,17 @@ def build(progress: Progress | None = None, plan: Plan | None = None) -> Section
     )
 
 
-class Reached(NamedTuple):
-    """What each family of meshes needs to come to the goal in one quantity."""
+def _reached(points: Sequence[Point], name: str) -> dict[str, Any]:
+    """What each family of meshes needs to come to the goal in one quantity.
 
-    seconds: dict[str, float]  # s, CPU time, of the families that get there
-    best: dict[str, float]  # the least error of each family
-
-    @property
-    def cheapest(self) -> str | None:
-        """The family that needs least."""
-        return min(self.seconds, key=self.seconds.__getitem__, default=None)
-
-
-def _reached(points: Sequence[Point], name: str) -> Reached:
+    seconds: s, CPU time, of the families that get there; best: the least error of each family;
+    cheapest: the family that needs least, None where none gets there."""
     of = families(points)
     needed = {family: seconds_to(some, name, GOAL) for family, some in of.items()}
-    return Reached(
-        {family: s for family, s in needed.items() if s is not None},
-        {family: min(getattr(p.errors, name) for p in some) for family, some in of.items()},
-    )
+    seconds = {family: s for family, s in needed.items() if s is not None}
+    best = {family: min(getattr(p.errors, name) for p in some) for family, some in of.items()}
+    cheapest = min(seconds, key=seconds.__getitem__, default=None)
+    return {"seconds": seconds, "best": best, "cheapest": cheapest}
 
 
 def seconds_to(points: Sequence[Point], name: str, goal: float) -> float | None:

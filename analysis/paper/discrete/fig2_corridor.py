@@ -171,12 +171,10 @@ def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
     or fails."""
     scene, record = run.scene, run.record(progress)
     trajectory = open_bodies(run.folder / "bodies.dump", record.time_step_s).trajectory
-    times, speeds = [], []
-    for frame in trajectory:
-        times.append(float(frame.time))
-        speeds.append(np.hypot(frame.data["vx"], frame.data["vy"]))
+    frames = [(f.time, np.hypot(f.data["vx"], f.data["vy"])) for f in trajectory]
+    times, speeds = map(np.array, zip(*frames, strict=True))
     pushing = float(np.hypot(*scene.snapshot.velocity.T).max())
-    arrival = crossing_times(np.array(times), np.array(speeds), REACHED * pushing)
+    arrival = crossing_times(times, speeds, REACHED * pushing)
     first = first_arrivals(scene.snapshot.position[:, 0], arrival)
     # the paper's percussions are inelastic, whatever the soft contacts are
     comparison = compare_run(run.folder, law=ContactLaw())
@@ -197,17 +195,13 @@ def run_push(run: EngineRun, progress: Progress | None = None) -> Push:
 def crossing_times(times: Floats, values: Floats, level: float) -> Floats:
     """Find when each column of values (frames, n) first reaches the level (s), linear between
     frames; NaN where never."""
-    above = values >= level
-    crossing = np.full(values.shape[1], np.nan)
-    for column in np.flatnonzero(above.any(0)):
-        frame = int(np.argmax(above[:, column]))
-        if frame == 0:
-            crossing[column] = times[0]
-            continue
-        before, after = values[frame - 1 : frame + 1, column]
-        share = (level - before) / (after - before)
-        crossing[column] = times[frame - 1] + share * (times[frame] - times[frame - 1])
-    return crossing
+    above, each_column = values >= level, np.arange(values.shape[1])
+    frame = above.argmax(0)
+    before = np.maximum(frame - 1, 0)
+    start, end = values[before, each_column], values[frame, each_column]
+    share = np.divide(level - start, end - start, out=np.zeros_like(start), where=frame > 0)
+    crossing = times[before] + share * (times[frame] - times[before])
+    return np.where(above.any(0), crossing, np.nan)
 
 
 # s: the push has gone through the corridor several times
@@ -244,11 +238,6 @@ def rigid_final(scene: Scene) -> Final:
     for _ in range(round(TIME_S / STEP_S)):
         motion.advance()
     return final_of("rigid disks, k = 0", scene, motion.position)
-
-
-def soft_final(run: EngineRun) -> Final:
-    """Read where an engine's run ends. Raises EngineError, DumpError."""
-    return final_of(ENGINE_NAMES[run.engine], run.scene, end_of(run).position)
 
 
 INELASTIC, ELASTIC = 0.05, 1.0
@@ -324,6 +313,10 @@ def corridor_of(runs: Path, warnings: list[str], progress: Progress | None) -> C
     scene = read_scene("corridor")
     found = percussions_of(scene, scene.snapshot, tolerance=1e-10)
     warnings += unsolved([("percussions", found.answer)])
+
+    def soft_final(run: EngineRun) -> Final:
+        return final_of(ENGINE_NAMES[run.engine], run.scene, end_of(run, progress).position)
+
     size = np.hypot(*found.answer.impulse.T)
     return Corridor(
         scene=scene,

@@ -14,6 +14,7 @@ from analysis.compare.comparison import compare_run
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.pages.names import ENGINE_NAMES
 from analysis.paper.answers import unsolved
+from analysis.paper.discrete.engine_runs import told
 from analysis.paper.discrete.pressed_crowd import AT_REST_M_PER_S, Arch, Blocked
 from analysis.percussions.snapshot import percussions_of
 from analysis.scene.real.separate import reconcile
@@ -110,9 +111,8 @@ def chain_forces(scene: Scene, relaxation_time: float) -> ChainForces:
     law = SocialForceLaw()
     rest, error = _social_rest(snapshot, walls, drive, law)
     if error > 1e-6:
-        warnings.append(
-            f"{scene.name}, social force at rest: a force of {error:.1e} N is left unbalanced"
-        )
+        left = f"a force of {error:.1e} N is left unbalanced"
+        warnings.append(f"{scene.name}, social force at rest: {left}")
     nearest = all_pairs(rest, walls)
     nearest = nearest.select(_next_to(nearest, len(rest)))
     tolerance = scene.analysis.contact_tolerance_m
@@ -199,10 +199,9 @@ def _across_sections(snapshot: Snapshot, pairs: Contacts, law: SocialForceLaw) -
 
 def chain_rows(chain: ChainForces) -> list[tuple[float, ...]]:
     """Tabulate the forces of one chain, a row per contact."""
-    social = chain.social, chain.social_section, chain.social_at_rest, 1e3 * chain.gap_at_rest
-    laws = chain.percussion, chain.first_order, *social, chain.loehner_printed, chain.loehner_text
-    rows = zip(chain.mass, *laws, strict=True)
-    return [(number, *map(float, row)) for number, row in enumerate(rows, start=1)]
+    columns = chain._replace(gap_at_rest=1e3 * chain.gap_at_rest)[:9]
+    rows = enumerate(zip(*columns, strict=True), start=1)
+    return [(number, *map(float, row)) for number, row in rows]
 
 
 PERCUSSIONS, FIRST_ORDER, SOCIAL = "percussions p/τ", "first-order model λ m̄/τ", "social force"
@@ -466,15 +465,8 @@ def room() -> tuple[Walls, Drive]:
     half, side = 0.5 * EXIT_M, 0.5 * SIDE_M
     corners = [(0, half), (0, side), (-SIDE_M, side), (-SIDE_M, -side), (0, -side), (0, -half)]
     walls = Walls(start=np.array(corners[:-1]), end=np.array(corners[1:]))
-    drive = Drive(
-        speed_m_per_s=1.0,
-        relaxation_time_s=TIME_S,
-        door_start_m=(0.0, -half),
-        door_end_m=(0.0, half),
-        outward=(1.0, 0.0),
-        aim="centre",
-    )
-    return walls, drive
+    door: Any = {"door_start_m": (0.0, -half), "door_end_m": (0.0, half), "outward": (1.0, 0.0)}
+    return walls, Drive(speed_m_per_s=1.0, relaxation_time_s=TIME_S, aim="centre", **door)
 
 
 def placed(people: int, seed: int) -> Snapshot:
@@ -512,12 +504,8 @@ def evacuate(speed: float, seed: int, people: int = PEOPLE, until: float = UNTIL
 
 def evacuations(tell: Progress) -> list[Evacuation]:
     """Evacuate the room at each speed with each seed."""
-    found = []
-    for number, (speed, seed) in enumerate(product(SPEEDS, SEEDS)):
-        tell("evacuations", number / (len(SPEEDS) * len(SEEDS)))
-        found.append(evacuate(speed, seed))
-    tell("evacuations", 1.0)
-    return found
+    wanted = list(product(SPEEDS, SEEDS))
+    return [evacuate(*one) for one in told(wanted, "evacuations", tell)]
 
 
 def advance(crowd: Snapshot, walls: Walls, drive: Drive, steps: int) -> Snapshot:
