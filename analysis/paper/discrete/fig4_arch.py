@@ -1,6 +1,6 @@
 """Figure 4: a crowd pressed to an exit, its seeds, and what the dissipation changes."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -21,6 +21,7 @@ from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.discrete import pressed_crowd
 from analysis.paper.discrete.engine_runs import SeededRun, each, seeded_runs, told
+from analysis.paper.discrete.pressed_crowd import NEIGHBOURHOOD_M, RING_M, Arch, Blocked
 from analysis.scene.scene import Scene, read_scene
 from analysis.scene.shipped_scenes import make
 from analysis.support.parallel import Progress
@@ -33,7 +34,7 @@ DISSIPATIONS = (0.0, 1.0, 3.0, 10.0, 30.0, 37.5, 100.0, 300.0, 1e3, 1e4)
 EFFECTIVE_MASS = 37.5
 
 
-def maintained_forces(arch: pressed_crowd.Arch) -> dict[str, Any]:
+def maintained_forces(arch: Arch) -> dict[str, Any]:
     """Find what the equality W λ = C u⁻ (paper (2), (8)) asks of an arch, by its shortest solution
     λ/τ: singular values of the dense M^(-1/2) Cᵀ, which do not square the condition as W does.
 
@@ -65,7 +66,7 @@ class Trial(NamedTuple):
 
     dissipation: float  # kg, k
     across: bool  # whether k acts across contacts too, as the paper's single k does
-    arch: pressed_crowd.Arch  # with the answer under that law
+    arch: Arch  # with the answer under that law
     most: int  # the person who carries most
     lower: float
     upper: float
@@ -76,9 +77,7 @@ class Trial(NamedTuple):
     energy_share: float
 
 
-def dissipation_trials(
-    arch: pressed_crowd.Arch, dissipations: Sequence[float] = DISSIPATIONS
-) -> list[Trial]:
+def dissipation_trials(arch: Arch, dissipations: Sequence[float] = DISSIPATIONS) -> list[Trial]:
     """Solve the arch with each k, along and across the contacts (paper (1)) and along the normals
     only."""
     trials = []
@@ -114,7 +113,7 @@ Sample = Mapping[str, Any]
 """One random arch in numbers, by `sample_of`."""
 
 
-def sample_of(arch: pressed_crowd.Arch, seed: int) -> Sample:
+def sample_of(arch: Arch, seed: int) -> Sample:
     """Compute the numbers of an arch: of its people inside, forces (N) and their distances (m) from
     the middle of the exit.
 
@@ -249,17 +248,18 @@ def _forces(axis: Axes, trials: Sequence[Trial]) -> None:
 def seeds(crowds: Mapping[str, Sequence[Sample]]) -> Figure:
     """Draw where the maxima lie, and the sum of magnitudes against the distance, a row for each
     kind of crowd."""
-    figure = Figure(figsize=(9.5, 3.2 * len(crowds) + 0.4), layout="constrained")
-    rows = figure.subplots(len(crowds), 2, squeeze=False, sharex="col")
-    for (places, profile), (kind, samples) in zip(rows, crowds.items(), strict=True):
-        _places(places, samples)
+    figure, every = panels(9.5, 3.2 * len(crowds) + 0.4, len(crowds), 2, sharex="col")
+    for place, profile, (kind, samples) in zip(
+        every[::2], every[1::2], crowds.items(), strict=True
+    ):
+        _places(place, samples)
         _profile(profile, samples)
-        for axes in (places, profile):
+        for axes in (place, profile):
             axes.set_title(f"{len(samples)} {kind}", fontsize=10)
-    for axes in rows[-1]:
+    for axes in every[-2:]:
         axes.set_xlabel("distance from the middle of the exit (m)")
-    rows[0, 0].legend(fontsize=8, loc="upper right")
-    rows[0, 1].legend(fontsize=8)
+    every[0].legend(fontsize=8, loc="upper right")
+    every[1].legend(fontsize=8)
     return figure
 
 
@@ -271,10 +271,10 @@ def _places(axes: Axes, samples: Sequence[Sample]) -> None:
     axes.hist(sums, bins, **filled, label="largest sum of magnitudes")
     axes.hist(vectors, bins, **hatched, label="largest vector sum")
     axes.axvline(
-        pressed_crowd.NEIGHBOURHOOD_M,
+        NEIGHBOURHOOD_M,
         color=BLACK,
         ls=":",
-        label=f"{pressed_crowd.NEIGHBOURHOOD_M:g} m",
+        label=f"{NEIGHBOURHOOD_M:g} m",
     )
     axes.set_ylabel("crowds")
     axes.locator_params(axis="y", integer=True)
@@ -284,7 +284,7 @@ def _places(axes: Axes, samples: Sequence[Sample]) -> None:
 def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
     count = min(len(s["profile"]) for s in samples)
     values = np.array([s["profile"][:count] for s in samples])
-    ring = (np.arange(count) + 0.5) * pressed_crowd.RING_M
+    ring = (np.arange(count) + 0.5) * RING_M
     axes.plot(ring, values.T, color=GREY, lw=0.7)
     mean, spread = np.nanmean(values, 0), np.nanstd(values, 0)
     label = "mean and standard deviation"
@@ -296,31 +296,28 @@ def _profile(axes: Axes, samples: Sequence[Sample]) -> None:
 def sizes(samples: Sequence[Sample]) -> Figure:
     """Draw how mean, maximum and the place of the maximum change with the number of people."""
     figure, (forces, places) = panels(9.5, 3.8, 1, 2)
-    _error_bars(forces, samples, "largest_N", "s--", ORANGE, "largest sum of magnitudes")
-    _error_bars(forces, samples, "mean_N", "o-", BLUE, "mean sum of magnitudes")
-    _error_bars(forces, samples, "largest_resultant_N", "D:", BLACK, "largest vector sum")
+    groups = _by_people(samples)
+    for axes, name, style, colour, label in (
+        (forces, "largest_N", "s--", ORANGE, "largest sum of magnitudes"),
+        (forces, "mean_N", "o-", BLUE, "mean sum of magnitudes"),
+        (forces, "largest_resultant_N", "D:", BLACK, "largest vector sum"),
+        (places, "reach_m", "^-.", BLUE, "farthest person"),
+        (places, "distance_m", "s--", ORANGE, "largest sum of magnitudes"),
+        (places, "resultant_distance_m", "D:", BLACK, "largest vector sum"),
+    ):
+        values = [_numbers(same, name) for same in groups.values()]
+        means, spreads = [v.mean() for v in values], [v.std() for v in values]
+        look = {"fmt": style, "color": colour, "capsize": 3, "ms": 5, "label": label}
+        axes.errorbar(list(groups), means, spreads, **look)
     forces.set(yscale="log", ylabel="force (N)")
     forces.set_ylim(top=20 * forces.get_ylim()[1])
-    _error_bars(places, samples, "reach_m", "^-.", BLUE, "farthest person")
-    _error_bars(places, samples, "distance_m", "s--", ORANGE, "largest sum of magnitudes")
-    _error_bars(places, samples, "resultant_distance_m", "D:", BLACK, "largest vector sum")
     places.set_ylabel("distance from the middle of the exit (m)")
-    people = sorted({s["people"] for s in samples})
     for axes in (forces, places):
         axes.set(xscale="log", xlabel="people")
-        axes.set_xticks(people, [str(n) for n in people])
+        axes.set_xticks(list(groups), [str(n) for n in groups])
         axes.set_xticks([], minor=True)
         axes.legend(fontsize=8, loc="upper left")
     return figure
-
-
-def _error_bars(
-    axes: Axes, samples: Sequence[Sample], name: str, style: str, colour: str, label: str
-) -> None:
-    groups = _by_people(samples)
-    values = [_numbers(same, name) for same in groups.values()]
-    mean, spread = [v.mean() for v in values], [v.std() for v in values]
-    axes.errorbar(list(groups), mean, spread, fmt=style, color=colour, capsize=3, ms=5, label=label)
 
 
 # Readings of “the force is maximum”: the distance of the maximum, and what is meant.
@@ -350,13 +347,10 @@ def places(words: Words, crowds: Crowds) -> list[Claim]:
     return [*found, rings(words, crowds)]
 
 
-def _of_all(verdicts: Iterable[Verdict]) -> Verdict:
+def _of_all(found: Sequence[Mapping[str, Any]]) -> Verdict:
     """Holds where it does in every kind of crowd, fails where it does in every kind."""
-    every = list(verdicts)
-    holds, fails = (
-        all(one == verdict for one in every) for verdict in (Verdict.HOLDS, Verdict.FAILS)
-    )
-    return Verdict.of(holds, not fails)
+    verdicts = {kind["verdict"] for kind in found}
+    return verdicts.pop() if len(verdicts) == 1 else Verdict.PARTLY
 
 
 def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
@@ -365,14 +359,12 @@ def place(words: Words, crowds: Crowds, distance: str, quantity: str) -> Claim:
     found: list[dict[str, Any]] = []
     for kind, samples in crowds.items():
         at = _numbers(samples, distance)
-        near, middle, far = (
-            int((at <= radius).sum()) for radius in (pressed_crowd.NEIGHBOURHOOD_M, 2.0, 3.0)
-        )
+        near, middle, far = (int((at <= radius).sum()) for radius in (NEIGHBOURHOOD_M, 2.0, 3.0))
         verdict = Verdict.of(near == len(at), 2 * near >= len(at))
         counts: dict[str, Any] = {"near": near, "middle": middle, "far": far, "all": len(at)}
         found.append(counts | {"kind": kind, "verdict": verdict, "median": np.median(at)})
-    verdict, near_m = _of_all(kind["verdict"] for kind in found), pressed_crowd.NEIGHBOURHOOD_M
-    return words.claim("place", verdict, quantity=quantity, neighbourhood=near_m, crowds=found)
+    values = {"quantity": quantity, "neighbourhood": NEIGHBOURHOOD_M, "crowds": found}
+    return words.claim("place", _of_all(found), **values)
 
 
 def rings(words: Words, crowds: Crowds) -> Claim:
@@ -388,8 +380,7 @@ def rings(words: Words, crowds: Crowds) -> Claim:
         levels = [float(np.nanmean([s["profile"][ring] for s in samples])) for ring in shown]
         counts: dict[str, Any] = {"first": first, "near": near, "all": len(peaks)}
         found.append(counts | {"kind": kind, "verdict": verdict, "levels": levels})
-    verdict = _of_all(kind["verdict"] for kind in found)
-    return words.claim("rings", verdict, ring=pressed_crowd.RING_M, crowds=found)
+    return words.claim("rings", _of_all(found), ring=RING_M, crowds=found)
 
 
 def contact_forces(
@@ -418,7 +409,7 @@ def contact_forces(
     return words.claim("contact_forces", verdict, kind=kind, found=found, moving=moving)
 
 
-def maintained(words: Words, arch: pressed_crowd.Arch, pulling: int, crowds: Crowds) -> Claim:
+def maintained(words: Words, arch: Arch, pulling: int, crowds: Crowds) -> Claim:
     """Judge “contacts are maintained”: holds where none opens and none pulls, in part where few
     open."""
     opening, contacts = arch.opening(), len(arch.contacts)
@@ -502,11 +493,8 @@ def sizes_table(words: Words, samples: Sequence[Sample]) -> Table:
 
 def engine_runs(runs: Path) -> list[EngineRun]:
     """List the crowd by every engine, and the random ones; without an engine none of the latter."""
-    return [
-        *pressed_crowd.arch_runs(read_scene("arch"), runs),
-        *survey_runs(runs),
-        *pressed_crowd.blocked_runs(runs),
-    ]
+    wanted = pressed_crowd.arch_runs(read_scene("arch"), runs) + survey_runs(runs)
+    return wanted + pressed_crowd.blocked_runs(runs)
 
 
 def build(runs: Path, progress: Progress | None = None) -> Section:
@@ -523,12 +511,9 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
 
 
 def _section(
-    found: Study,
-    samples: Sequence[Sample],
-    jams: Sequence[pressed_crowd.Blocked],
-    grown: Sequence[Sample],
+    found: Study, samples: Sequence[Sample], jams: Sequence[Blocked], grown: Sequence[Sample]
 ) -> Section:
-    arch = pressed_crowd.Arch.of(found.scene, found.comparisons[0].snapshot)
+    arch = Arch.of(found.scene, found.comparisons[0].snapshot)
     trials, pull = dissipation_trials(arch), maintained_forces(arch)
     soft = [jam for jam in jams if jam.stiffness == pressed_crowd.STIFFNESSES[0]]
     several = len(_by_people(samples)) > 1
@@ -572,11 +557,7 @@ def _section(
             maintained(words, arch, pull["pulling"], crowds),
             dissipation_claim(words, trials),
         ],
-        warnings=[
-            *crowd.warnings,
-            *warnings_of([*samples, *grown]),
-            *_trial_warnings(trials),
-        ],
+        warnings=[*crowd.warnings, *warnings_of([*samples, *grown]), *_trial_warnings(trials)],
     )
     return replace(section, words=[*crowd.items, *section.words])
 
@@ -591,7 +572,7 @@ def _by_people(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
     return {people: [s for s in samples if s["people"] == people] for people in sizes}
 
 
-def _as_printed(arch: pressed_crowd.Arch) -> Floats:
+def _as_printed(arch: Arch) -> Floats:
     """The right velocities (n,2) m/s of (7) as printed: u⁺ = u⁻ + Cᵀλ with the λ that solve (8)."""
     push = arch.answer.reaction[:, None] * arch.contacts.normal
     return np.asarray(arch.left_velocity - arch.contacts.momentum_change(push, len(arch.snapshot)))
