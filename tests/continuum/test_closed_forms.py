@@ -46,9 +46,8 @@ def test_orders_of_chain(order, surface, sticks):
         answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(surface), [SPEED])
         assert answer.status is Status.SOLVED
         assert answer.energy.error < 1e-10
-        found.append(
-            errors(answer, exact.right_velocity, lambda x: -exact.internal_percussion(x) / 9)
-        )
+        slope = lambda x: -exact.internal_percussion(x) / 9  # noqa: E731
+        found.append(errors(answer, exact.right_velocity, slope))
         wall.append(abs(answer.wall_percussion[0] - exact.wall_percussion))
         assert answer.active.all() == sticks
     assert orders(found) == pytest.approx([order + 1, order], abs=0.03)
@@ -64,11 +63,11 @@ def test_closed_form_holds_its_own_equation():
     x, step = np.linspace(0.5, 9.5, 19), 1e-5
     for surface in (0.0, 3.0, THRESHOLD * 0.999, THRESHOLD * 1.001, 20.0):
         chain = Chain(medium=medium(surface), length=LENGTH, left_velocity=SPEED)
-        slope = (chain.right_velocity(x + step) - chain.right_velocity(x - step)) / (2 * step)
-        assert chain.internal_percussion(x) == pytest.approx(-9 * slope, rel=1e-6)
-        spread = (chain.internal_percussion(x + step) - chain.internal_percussion(x - step)) / (
-            2 * step
+        slope, spread = (
+            (field(x + step) - field(x - step)) / (2 * step)
+            for field in (chain.right_velocity, chain.internal_percussion)
         )
+        assert chain.internal_percussion(x) == pytest.approx(-9 * slope, rel=1e-6)
         assert 7 * (chain.right_velocity(x) - SPEED) == pytest.approx(-spread, rel=1e-6)
         end = float(chain.right_velocity(LENGTH))
         assert chain.internal_percussion(LENGTH) == pytest.approx(
@@ -88,11 +87,11 @@ def test_plane_mode_of_chain_that_leaves_its_wall(waves, order):
     for cells in (40, 80):
         answer = collide(Space(chain_mesh(LENGTH, cells), order), medium(), lambda x: np.cos(q * x))
         assert not answer.active.any()
-        found.append(
-            errors(
-                answer, lambda x: ratio * np.cos(q * x), lambda x: -(1 + ratio) * q * np.sin(q * x)
-            )
+        exact, slope = (
+            (lambda x: ratio * np.cos(q * x)),
+            (lambda x: -(1 + ratio) * q * np.sin(q * x)),
         )
+        found.append(errors(answer, exact, slope))
     assert orders(found) == pytest.approx([order + 1, order], abs=0.05)
 
 
@@ -156,9 +155,8 @@ def test_closed_form_holds_the_equation():
     f, slope = EXACT.radial, EXACT.slope
     assert slope(r) == pytest.approx((f(r + d) - f(r - d)) / (2 * d), rel=1e-6)
     second = (slope(r + d) - slope(r - d)) / (2 * d)
-    assert second + slope(r) / r - f(r) / r**2 - f(r) / h**2 == pytest.approx(
-        2 * 1.5 / h**2, rel=1e-6
-    )
+    balance = second + slope(r) / r - f(r) / r**2 - f(r) / h**2
+    assert balance == pytest.approx(2 * 1.5 / h**2, rel=1e-6)
     assert slope(1.0) == pytest.approx(0, abs=1e-12)
     assert 9 * slope(4.0) == pytest.approx(2.0)
 

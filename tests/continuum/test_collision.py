@@ -11,14 +11,9 @@ from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.medium import Medium, table_1_medium
 from nscd.continuum.mesh import mesh_of
-from nscd.continuum.pressure import (
-    body_fields,
-    body_wall_percussion,
-    largest_pressures,
-    percussion_density,
-    pressure,
-    stress,
-)
+from nscd.continuum.pressure import body_fields, body_wall_percussion, largest_pressures
+
+from nscd.continuum.pressure import percussion_density, pressure, stress  # isort: skip
 from nscd.continuum.room import room_of_outline, square_room
 from nscd.continuum.space import Space
 from nscd.percussions import Status
@@ -53,16 +48,14 @@ def test_interior_point_solver_finds_the_same(order, surface):
     left = swirl(points.reshape(2, -1).T).T.reshape(points.shape)
     free = space.border("free")
     push = np.array([0.4, 0.1])[:, None, None] * np.ones_like(free.dx)
-    load = 2 * forms.momentum.assemble(basis, rho=rho, u=left) + forms.traction.assemble(
-        free, r=push
-    )
+    load = 2 * forms.momentum.assemble(basis, rho=rho, u=left)
+    load = load + forms.traction.assemble(free, r=push)
     bound = (swirl(space.wall.point) * space.wall.normal).sum(1)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-10
-    settings.equilibrate_enable = (
-        False  # its scaling of these problems ends in InsufficientProgress
-    )
+    # its scaling of these problems ends in InsufficientProgress
+    settings.equilibrate_enable = False
     solver = clarabel.DefaultSolver(
         sparse.csc_matrix(sparse.triu(matrix)), -load, sparse.csc_matrix(space.constraints), bound,
         [clarabel.NonnegativeConeT(len(bound))], settings,
@@ -143,14 +136,11 @@ def test_mirrored_room_gives_mirrored_answer():
 
 
 def test_largest_pressure_grows_raw_and_settles_over_a_body():
-    rows = largest_pressures(
-        ROOM, PAPER, toward_exit(ROOM, 1.7), Kernel(width=0.2), [0.5, 0.25, 0.125]
-    )
+    crowd = ROOM, PAPER, toward_exit(ROOM, 1.7), Kernel(width=0.2)
+    rows = largest_pressures(*crowd, [0.5, 0.25, 0.125])
     raw, body = (np.array([getattr(row, name) for row in rows]) for name in ("raw", "body"))
     assert raw[2] / raw[0] == pytest.approx(2, abs=0.3)
-    graded = largest_pressures(
-        ROOM, PAPER, toward_exit(ROOM, 1.7), Kernel(width=0.2), [0.4, 0.2], grading=0.4
-    )
+    graded = largest_pressures(*crowd, [0.4, 0.2], grading=0.4)
     # size^(−1/(2 grading))
     assert graded[1].raw / graded[0].raw == pytest.approx(2**1.25, abs=0.25)
     assert graded[1].body == pytest.approx(graded[0].body, rel=0.02)

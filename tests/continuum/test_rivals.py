@@ -10,23 +10,12 @@ from skfem import MeshTri, MeshTri2
 from nscd.continuum.closed_forms import chain_mesh
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.mesh import mesh_of
+from nscd.continuum.rivals import density_laws as laws
+from nscd.continuum.rivals import turbulence
 from nscd.continuum.rivals.cells import Cells
-from nscd.continuum.rivals.density_laws import (
-    TurbulencePressure,
-    crowd_pressure,
-    exponential_speed,
-    kladek_speed,
-    measured_speed,
-    power_pressure,
-)
+from nscd.continuum.rivals.density_laws import TurbulencePressure, crowd_pressure, measured_speed
 from nscd.continuum.rivals.first_order import PlaceEquation, first_order_flow
-from nscd.continuum.rivals.turbulence import (
-    Congestion,
-    TurbulenceLaw,
-    friction_problem,
-    time_step_dependence,
-    turbulence_step,
-)
+from nscd.continuum.rivals.turbulence import Congestion, TurbulenceLaw, turbulence_step
 from nscd.continuum.room import room_of_outline, square_room
 from nscd.percussions import Status
 
@@ -58,26 +47,18 @@ def room():
 
 
 @pytest.mark.parametrize(
-    ("equation", "share"), [("complementarity", 1.0), ("equality", 1.0), ("printed", 0.0)]
+    ("equation", "into", "away"),
+    [("complementarity", 1.0, 0.0), ("equality", 1.0, -1.0), ("printed", 0.0, 0.0)],
 )
-def test_crowd_that_walks_into_a_wall(equation, share):
-    """p = Ux and u⁺ = 0; as printed nobody is pressed and everybody walks through."""
+def test_crowd_that_walks_into_a_wall_and_one_that_leaves_it(equation, into, away):
+    """p = Ux and u⁺ = 0; as printed nobody is pressed and everybody walks through. Who leaves goes
+    with p ≥ 0; the equality's wall pulls him back, p = −Ux."""
     mesh = chain_mesh(10.0, 40)
-    flow = first_order_flow(mesh, [U], equation=equation)
-    assert flow.status is Status.SOLVED
-    np.testing.assert_allclose(flow.pressure, share * U * mesh.p[0], atol=1e-11)
-    np.testing.assert_allclose(flow.right_velocity, (1 - share) * U, atol=1e-11)
-
-
-@pytest.mark.parametrize(
-    ("equation", "share"), [("complementarity", 0.0), ("equality", -1.0), ("printed", 0.0)]
-)
-def test_crowd_that_leaves_a_wall(equation, share):
-    """With p ≥ 0 it goes; the equality's wall pulls it back, p = −Ux."""
-    mesh = chain_mesh(10.0, 40)
-    flow = first_order_flow(mesh, [-U], equation=equation)
-    assert flow.status is Status.SOLVED
-    np.testing.assert_allclose(flow.pressure, share * U * mesh.p[0], atol=1e-11)
+    for speed, share in ((U, into), (-U, away)):
+        flow = first_order_flow(mesh, [speed], equation=equation)
+        assert flow.status is Status.SOLVED
+        np.testing.assert_allclose(flow.pressure, share * U * mesh.p[0], atol=1e-11)
+        np.testing.assert_allclose(flow.right_velocity, speed - share * U, atol=1e-11)
     assert flow.pressed.any() == (equation != "complementarity")
 
 
@@ -96,11 +77,9 @@ def test_chain_is_an_isotonic_regression():
 
 LOG = np.log(OUTER / INNER)
 RADIAL = {
-    ("complementarity", "wall"): lambda r: (
-        U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER))
-    ),
-    ("complementarity", "free"): lambda r: (
-        U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER))
+    **dict.fromkeys(
+        (("complementarity", "wall"), ("complementarity", "free")),
+        lambda r: U * ((OUTER - INNER) * np.log(r / INNER) / LOG - (r - INNER)),
     ),
     ("equality", "wall"): lambda r: -U * (r - INNER),
     ("printed", "wall"): lambda r: U * (OUTER * np.log(r / INNER) - (r - INNER)),
@@ -190,15 +169,15 @@ def test_turbulence_pressure_is_continuous_or_jumps():
 
 
 def test_speed_and_pressure_laws():
-    assert float(power_pressure(7.0)) == pytest.approx(0.245)
-    assert float(exponential_speed(8.5)) == pytest.approx(2 * np.exp(-7.5))
-    assert float(exponential_speed(1e-9)) == pytest.approx(2.0)
+    assert float(laws.power_pressure(7.0)) == pytest.approx(0.245)
+    assert float(laws.exponential_speed(8.5)) == pytest.approx(2 * np.exp(-7.5))
+    assert float(laws.exponential_speed(1e-9)) == pytest.approx(2.0)
     # Weidmann's own constants: greatest flow 1.22 people/(m s) at 1.75 people/m²
     rho = np.linspace(0.2, 5.4, 5201)
-    flow = rho * kladek_speed(rho, free_speed=1.34, greatest_density=5.4)
+    flow = rho * laws.kladek_speed(rho, free_speed=1.34, greatest_density=5.4)
     assert flow.max() == pytest.approx(1.22, abs=0.01)
     assert rho[flow.argmax()] == pytest.approx(1.75, abs=0.02)
-    assert (kladek_speed([8.5, 9.0]) == 0).all()
+    assert (laws.kladek_speed([8.5, 9.0]) == 0).all()
 
 
 def test_measured_speed_of_a_crowd_in_step():
@@ -215,13 +194,9 @@ def test_measured_speed_of_a_crowd_in_step():
     np.testing.assert_allclose(measured_speed(position, speed, at, printed=True), 7 * U, rtol=1e-6)
     # as a field: points that stand for ρ times an area each, however fine
     half = np.concatenate([position, position])
-    np.testing.assert_allclose(
-        measured_speed(
-            half, np.full(len(half), U), at, people=np.full(len(half), 0.5), printed=True
-        ),
-        7 * U,
-        rtol=1e-6,
-    )
+    speed, people = np.full(len(half), U), np.full(len(half), 0.5)
+    found = measured_speed(half, speed, at, people=people, printed=True)
+    np.testing.assert_allclose(found, 7 * U, rtol=1e-6)
 
 
 def test_crowd_pressure_of_random_speeds():
@@ -234,9 +209,8 @@ def test_crowd_pressure_of_random_speeds():
         position = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
         at = rng.uniform(4, 56, (4000, 2))
         measured = measured_speed(position, rng.normal(U, 0.5, len(position)), at, reach=0.7)
-        assert float(crowd_pressure(density, measured)) == pytest.approx(
-            0.25 / (2 * np.pi * 0.49), rel=0.1
-        )
+        wanted = pytest.approx(0.25 / (2 * np.pi * 0.49), rel=0.1)
+        assert float(crowd_pressure(density, measured)) == wanted
 
 
 @pytest.mark.parametrize(
@@ -244,12 +218,12 @@ def test_crowd_pressure_of_random_speeds():
     [
         (lambda: TurbulencePressure(epsilon=0.0), "epsilon: 0"),
         (lambda: TurbulencePressure(critical_density=6.0), "critical_density: 6"),
-        (lambda: power_pressure(7.0, exponent=1.0), "exponent: 1"),
-        (lambda: power_pressure(7.0, coefficient=np.nan), "coefficient: nan"),
-        (lambda: exponential_speed(7.0, steepness=-1.0), "steepness: -1"),
-        (lambda: kladek_speed(7.0, decay=0.0), "decay: 0"),
-        (lambda: kladek_speed([1.0, 0.0]), "density: 0"),
-        (lambda: power_pressure(np.inf), "density: not a finite number"),
+        (lambda: laws.power_pressure(7.0, exponent=1.0), "exponent: 1"),
+        (lambda: laws.power_pressure(7.0, coefficient=np.nan), "coefficient: nan"),
+        (lambda: laws.exponential_speed(7.0, steepness=-1.0), "steepness: -1"),
+        (lambda: laws.kladek_speed(7.0, decay=0.0), "decay: 0"),
+        (lambda: laws.kladek_speed([1.0, 0.0]), "density: 0"),
+        (lambda: laws.power_pressure(np.inf), "density: not a finite number"),
         (lambda: Congestion(greatest_density=0.0), "greatest_density: 0"),
         (lambda: measured_speed([[0, 0]], [1.0, 2.0], [[0, 0]]), "speed: shape"),
         (lambda: measured_speed([[0, 0]], [1.0], [[0, 0]], reach=0.0), "reach: 0"),
@@ -290,16 +264,10 @@ def test_rotating_crowd_is_braked_by_its_rough_wall():
     errors = []
     for cells in (2, 4, 8):
         mesh = ring(cells)
-        answer = turbulence_step(
-            mesh,
-            people,
-            lambda x: omega * np.stack([-x[:, 1], x[:, 0]], axis=1),
-            TurbulenceLaw(
-                pressure=np.full(mesh.nvertices, pressure), friction=beta, mass_per_person=mass
-            ),
-            time_step=step,
-            tolerance=1e-8,
-        )
+        given = {"pressure": np.full(mesh.nvertices, pressure), "friction": beta}
+        law, how = TurbulenceLaw(**given, mass_per_person=mass), {"time_step": step}
+        turning = lambda x: omega * np.stack([-x[:, 1], x[:, 0]], axis=1)  # noqa: E731
+        answer = turbulence_step(mesh, people, turning, law, **how, tolerance=1e-8)
         assert answer.status is Status.SOLVED, answer.reason
         np.testing.assert_allclose(answer.pressed_velocity, answer.left_velocity)
         change = answer.right_velocity - (1 - brake / omega) * answer.left_velocity
@@ -321,14 +289,8 @@ def test_friction_against_a_general_optimiser():
     rng = np.random.default_rng(5)
     people, pressure = rng.uniform(4, 8, mesh.nvertices), rng.uniform(0, 400, mesh.nvertices)
     velocity, beta, step = rng.normal(0, 1.5, (mesh.nelements, 2)), 0.75, 0.02
-    answer = turbulence_step(
-        mesh,
-        people,
-        velocity,
-        TurbulenceLaw(pressure=pressure, friction=beta, mass_per_person=1.0),
-        time_step=step,
-        tolerance=1e-9,
-    )
+    law = TurbulenceLaw(pressure=pressure, friction=beta, mass_per_person=1.0)
+    answer = turbulence_step(mesh, people, velocity, law, time_step=step, tolerance=1e-9)
     assert answer.status is Status.SOLVED, answer.reason
     inside = np.flatnonzero(~cells.open)
     gx, gy = (g.toarray()[:, inside] for g in cells.slopes)
@@ -342,12 +304,8 @@ def test_friction_against_a_general_optimiser():
     def energy(s):
         v = after(s)
         weighted = -step * cells.measure[:, None] * v
-        slope = np.concatenate(
-            [
-                gx.T @ weighted[:, 0] - gy.T @ weighted[:, 1],
-                gy.T @ weighted[:, 0] + gx.T @ weighted[:, 1],
-            ]
-        )
+        x, y = weighted.T
+        slope = np.concatenate([gx.T @ x - gy.T @ y, gy.T @ x + gx.T @ y])
         return 0.5 * (cells.measure * answer.density) @ (v**2).sum(1), slope
 
     def room_left(s):
@@ -356,14 +314,9 @@ def test_friction_against_a_general_optimiser():
     def room_slope(s):
         return np.hstack([np.diag(-2 * part) for part in s.reshape(2, -1)])
 
-    found = minimize(
-        energy,
-        np.zeros(2 * len(inside)),
-        jac=True,
-        method="SLSQP",
-        constraints={"type": "ineq", "fun": room_left, "jac": room_slope},
-        options={"maxiter": 1000, "ftol": 1e-15},
-    )
+    held = {"type": "ineq", "fun": room_left, "jac": room_slope}
+    how = {"jac": True, "method": "SLSQP", "options": {"maxiter": 1000, "ftol": 1e-15}}
+    found = minimize(energy, np.zeros(2 * len(inside)), constraints=held, **how)
     assert 0 < answer.sliding.sum() < len(inside)
     np.testing.assert_allclose(answer.right_velocity, after(found.x), atol=2e-5)
     # and no worse than what the general optimiser found
@@ -386,10 +339,8 @@ def by_cone(problem):
     unit, cones = 1 / np.abs(load).max(), [clarabel.SecondOrderConeT(3)] * k
     square = sparse.triu(unit * (scaled.T @ scaled)).tocsc()
     right = np.tile([1.0, 0.0, 0.0], k)
-    return (
-        bound
-        * clarabel.DefaultSolver(square, -unit * load, matrix, right, cones, settings).solve().x
-    )
+    solver = clarabel.DefaultSolver(square, -unit * load, matrix, right, cones, settings)
+    return bound * solver.solve().x
 
 
 @pytest.mark.parametrize("pressure", [TurbulencePressure(), Congestion()])
@@ -400,7 +351,7 @@ def test_gradient_agrees_with_a_conic_solver(room, pressure):
     law = TurbulenceLaw(pressure=pressure, mass_per_person=1.0)
     first = turbulence_step(mesh, 7.0, field, law, time_step=0.01)
     bound = np.where(cells.open, 0.0, law.friction * 0.01 * first.pressure)
-    problem = friction_problem(cells, first.density, first.pressed_velocity, bound)
+    problem = turbulence.friction_problem(cells, first.density, first.pressed_velocity, bound)
     y, area = by_cone(problem), first.density * cells.measure
     expected = problem.velocity(y).reshape(2, -1).T
     size = np.sqrt(area @ (first.pressed_velocity**2).sum(1))
@@ -419,9 +370,8 @@ def test_frictionless_congestion_against_a_bounded_optimiser(room):
     cells = Cells(mesh)
     people = 5.5 + 0.4 * np.sin(mesh.p[0])
     step, mass = 0.05, 70.0
-    law = TurbulenceLaw(
-        pressure=Congestion(greatest_density=5.5), friction=0.0, mass_per_person=mass
-    )
+    full = Congestion(greatest_density=5.5)
+    law = TurbulenceLaw(pressure=full, friction=0.0, mass_per_person=mass)
     answer = turbulence_step(mesh, people, toward_exit(room, U), law, time_step=step)
     assert answer.status is Status.SOLVED
     assert not answer.deviator.any()
@@ -435,14 +385,9 @@ def test_frictionless_congestion_against_a_bounded_optimiser(room):
         v = start - slopes @ pi / rho
         return 0.5 * (area * rho) @ v**2 + gap @ pi, gap - slopes.T @ (area * v)
 
-    found = minimize(
-        energy,
-        np.zeros(len(inside)),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=[(0, None)] * len(inside),
-        options={"maxiter": 5000, "ftol": 1e-16, "gtol": 1e-11, "maxcor": 50},
-    )
+    ends = {"maxiter": 5000, "ftol": 1e-16, "gtol": 1e-11, "maxcor": 50}
+    how = {"jac": True, "method": "L-BFGS-B", "bounds": [(0, None)] * len(inside), "options": ends}
+    found = minimize(energy, np.zeros(len(inside)), **how)
     np.testing.assert_allclose(answer.pressure[inside] * step, found.x, atol=1e-4 * found.x.max())
     assert energy(answer.pressure[inside] * step)[0] <= found.fun + 1e-9 * abs(found.fun)
     assert 0 < (answer.pressure[inside] == 0).mean() < 1
@@ -469,7 +414,9 @@ def test_time_step_decides_with_a_law_and_not_in_congestion(room):
         TurbulenceLaw(pressure=pressure, mass_per_person=1.0)
         for pressure in (TurbulencePressure(), Congestion())
     )
-    rows = time_step_dependence(mesh, 7.0, field, law, [1e-7, 2e-7, 3e-3, 1e-2, 1.0, 2.0])
+    rows = turbulence.time_step_dependence(
+        mesh, 7.0, field, law, [1e-7, 2e-7, 3e-3, 1e-2, 1.0, 2.0]
+    )
     assert all(row.status is Status.SOLVED for row in rows)
     force, percussion = [row.force for row in rows], [row.percussion for row in rows]
     assert force[1] == pytest.approx(force[0], rel=1e-3)
@@ -477,10 +424,10 @@ def test_time_step_decides_with_a_law_and_not_in_congestion(room):
     assert force[2] > 1.3 * force[3]
     assert percussion[3] > 1.3 * percussion[2]
     assert (np.diff([row.energy_left for row in rows]) < 1e-6).all()
-    rows = time_step_dependence(mesh, 7.0, field, congested, [1e-3, 0.1])
+    rows = turbulence.time_step_dependence(mesh, 7.0, field, congested, [1e-3, 0.1])
     assert rows[0].percussion == pytest.approx(rows[1].percussion, rel=1e-6)
     # a crowd with room left feels the step
-    rows = time_step_dependence(mesh, 5.0, field, congested, [1e-3, 0.1])
+    rows = turbulence.time_step_dependence(mesh, 5.0, field, congested, [1e-3, 0.1])
     assert rows[0].percussion < 0.5 * rows[1].percussion
 
 
