@@ -12,10 +12,11 @@ import itertools
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from analysis.advice.candidates import Candidate, Question, rates_of
 from analysis.advice.choice import SHARES, advise, setting
@@ -54,29 +55,6 @@ QUESTIONS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """One question, one scene, one asked error.
-
-    times_best: its measured cost over that of the cheapest setting that reaches the asked error;
-    None where none does."""
-
-    scene: str
-    words: str  # the question, in words
-    asked: float
-    choice: Candidate | None  # None: refused
-    measured: float | None  # with that very setting; None where the run did not end well
-    times_best: float | None
-    reachable: bool
-
-    @property
-    def held(self) -> bool:
-        """Whether the choice is within the asked error; for a refusal, whether nothing is."""
-        if self.choice is None:
-            return not self.reachable
-        return self.measured is not None and self.measured <= self.asked
-
-
 def entries(cases: Makers, runs: Path, executor: Executor) -> Iterator[tuple[Scene, Entry]]:
     """Each scene, measured over the grid of its kind."""
     for number, (name, make) in enumerate(cases.items()):
@@ -90,30 +68,34 @@ def entries(cases: Makers, runs: Path, executor: Executor) -> Iterator[tuple[Sce
         yield scene, Entry.of(scene, measured.points)
 
 
-def outcome(scene: Scene, entry: Entry, words: str, asked: float, library: Library) -> Outcome:
-    """Ask, and look up what was measured."""
-    question = dataclasses.replace(QUESTIONS[words], error=asked)
-    advice = advise(scene, question, library=library)
-    points = [p for p in entry.points if p.load == question.load and p.method in question.methods]
-    if question.against == "model":
+def outcome(scene: Scene, entry: Entry, asked_for: Question, library: Library) -> dict[str, Any]:
+    """Ask, and look up what was measured: the choice (None: refused), what it promised, the measured
+    error of that very setting (NaN where the run did not end well), its measured cost over that of
+    the cheapest setting that reaches the asked error (NaN where none does), and whether the choice
+    held; for a refusal, whether nothing reaches the error."""
+    choice = advise(scene, asked_for, library=library).choice
+    points = [p for p in entry.points if p.load == asked_for.load and p.method in asked_for.methods]
+    if asked_for.against == "model":
         own = scene.contact.law, entry.stiffness_N_per_m
         points = [p for p in points if (p.law, p.stiffness_N_per_m) == own]
-    reaching = [p for p in points if (e := error_of(p, question)) is not None and e <= asked]
-    best = min((p.cpu_seconds or 0.0 for p in reaching), default=None)
-    measured, times = None, None
-    if advice.choice is not None:
-        same = next((p for p in points if is_setting(p, advice.choice)), None)
-        measured = None if same is None else error_of(same, question)
-        if same is not None and best is not None and same.cpu_seconds is not None:
-            times = same.cpu_seconds / best
-    return Outcome(entry.name, words, asked, advice.choice, measured, times, best is not None)
+    errors = {p: error_of(p, asked_for) for p in points}
+    reaching = [p for p, error in errors.items() if error <= asked_for.error]
+    best = min((p.cpu_seconds or 0.0 for p in reaching), default=np.nan)
+    row = {"choice": choice, "promised": np.nan, "measured": np.nan, "times": np.nan}
+    if choice is None:
+        return row | {"held": not reaching}
+    same = next((p for p in points if is_setting(p, choice)), None)
+    if same is not None:
+        times = np.nan if same.cpu_seconds is None else same.cpu_seconds / best
+        row |= {"measured": errors[same], "times": times}
+    held = row["measured"] <= asked_for.error
+    return row | {"promised": choice.promised_error, "held": held}
 
 
-def error_of(point: Point, question: Question) -> float | None:
-    """The measured error that the question is about; None where the run did not end well."""
-    if point.status != PointStatus.OK:
-        return None
-    return point.total_error if question.against == "rigid" else point.numerical_error
+def error_of(point: Point, question: Question) -> float:
+    """The measured error that the question is about; NaN where the run did not end well."""
+    error = point.total_error if question.against == "rigid" else point.numerical_error
+    return np.nan if error is None or point.status != PointStatus.OK else error
 
 
 def is_setting(point: Point, candidate: Candidate) -> bool:
@@ -127,32 +109,30 @@ def is_setting(point: Point, candidate: Candidate) -> bool:
     return same and abs(point.stiffness_N_per_m / candidate.stiffness_N_per_m - 1) < 1e-9
 
 
-def summary(outcomes: Sequence[Outcome]) -> str:
+def summary(outcomes: pd.DataFrame) -> str:
     """A Markdown table: each question at each asked error."""
     rows = []
     for words, asked in itertools.product(QUESTIONS, ASKED):
-        ours = [o for o in outcomes if o.words == words and o.asked == asked]
-        made, refused = [o for o in ours if o.choice], [o for o in ours if not o.choice]
-        times = [o.times_best for o in made if o.times_best is not None]
-        cost = f"{np.median(times):.2f}, {max(times):.2f}" if times else "–"
-        counts = [n for some in (made, refused) for n in (len(some), sum(o.held for o in some))]
+        ours = outcomes[(outcomes.question == words) & (outcomes.asked == asked)]
+        made, refused = ours[ours.choice.notna()], ours[ours.choice.isna()]
+        times = made.times.dropna()
+        cost = f"{times.median():.2f}, {times.max():.2f}" if len(times) else "–"
+        counts = [n for some in (made, refused) for n in (len(some), int(some.held.sum()))]
         rows.append([words, percent(asked, 2), *counts, cost])
     names = ("question", "asked", "promised", "held", "refused", "rightly")
     return table([*names, "cost over the cheapest found, median and most"], rows)
 
 
-def details(outcomes: Sequence[Outcome]) -> str:
+def details(outcomes: pd.DataFrame) -> str:
     """A Markdown table: every scene and question at one asked error."""
     rows = []
-    for o in (o for o in outcomes if o.asked == SHOWN):
-        if o.choice is None:
-            rightly = "nothing reaches it" if o.held else "**but something reaches it**"
-            rows.append([o.scene, o.words, "refused", "–", rightly, "–"])
-            continue
-        measured = "did not end well" if o.measured is None else percent(o.measured, 2)
-        told = [setting(o.choice), percent(o.choice.promised_error, 2)]
-        times = "–" if o.times_best is None else f"{o.times_best:.2f}"
-        rows.append([o.scene, o.words, *told, measured if o.held else f"**{measured}**", times])
+    for o in outcomes[outcomes.asked == SHOWN].itertuples():
+        told, times = ["refused", "–"], "–" if np.isnan(o.times) else f"{o.times:.2f}"
+        found = "nothing reaches it" if o.held else "but something reaches it"
+        if o.choice is not None:
+            told = [setting(o.choice), percent(o.promised, 2)]
+            found = "did not end well" if np.isnan(o.measured) else percent(o.measured, 2)
+        rows.append([o.scene, o.question, *told, found if o.held else f"**{found}**", times])
     names = ("scene", "question", f"choice for {percent(SHOWN, 2)}", "promised", "measured")
     return table([*names, "cost over the cheapest found"], rows)
 
@@ -160,29 +140,34 @@ def details(outcomes: Sequence[Outcome]) -> str:
 def test(runs: Path, processes: int | None, names: Sequence[str]) -> None:
     """Print both tables for the unseen scenes, or those of these names, and for how many of them
     all promises held."""
-    library, outcomes = stored_library(), []
-    chosen = {name: make for name, make in UNSEEN.items() if not names or name in names}
+    library, found = stored_library(), []
     with workers(processes) as executor:
-        for scene, entry in entries(chosen, runs, executor):
+        for scene, entry in entries(chosen(UNSEEN, names), runs, executor):
             known = {point.load for point in entry.points}
-            for words, question in QUESTIONS.items():
+            for (words, question), asked in itertools.product(QUESTIONS.items(), ASKED):
                 if question.load in known:
-                    outcomes += [outcome(scene, entry, words, asked, library) for asked in ASKED]
-    made = [o for o in outcomes if o.choice is not None]
-    scenes = dict.fromkeys(o.scene for o in outcomes)
-    kept = [name for name in scenes if all(o.held for o in made if o.scene == name)]
-    dear = [o for o in made if o.times_best is not None and o.times_best > 2]
-    refused = [o for o in outcomes if o.choice is None]
-    closer = sum(
-        o.measured <= o.choice.promised_error for o in made if o.choice and o.measured is not None
-    )
+                    one = {"scene": entry.name, "question": words, "asked": asked}
+                    question = dataclasses.replace(question, error=asked)
+                    found.append(one | outcome(scene, entry, question, library))
+    outcomes = pd.DataFrame(found)
+    made, refused = outcomes[outcomes.choice.notna()], outcomes[outcomes.choice.isna()]
+    broken = set(made[~made.held].scene)
+    scenes = outcomes.scene.nunique()
     print(
-        f"{len(made)} promises, {sum(o.held for o in made)} within the asked error; every promise "
-        f"held on {len(kept)} of\n{len(scenes)} unseen scenes. {closer} are also within the smaller "
-        f"error that the choice itself promised.\n{len(dear)} choices cost more than twice the "
-        f"cheapest found. {len(refused)} refusals, of which\n{sum(o.held for o in refused)} rightly: "
+        f"{len(made)} promises, {made.held.sum()} within the asked error; every promise held on "
+        f"{scenes - len(broken)} of\n{scenes} unseen scenes. "
+        f"{(made.measured <= made.promised).sum()} are also within the smaller error that the "
+        f"choice itself promised.\n{(made.times > 2).sum()} choices cost more than twice the "
+        f"cheapest found. {len(refused)} refusals, of which\n{refused.held.sum()} rightly: "
         f"no setting measured reaches the asked error.\n\n{summary(outcomes)}\n\n{details(outcomes)}"
     )
+
+
+def chosen(cases: Makers, names: Sequence[str]) -> Makers:
+    """Those of these names, or all."""
+    if unknown := set(names) - set(cases):
+        sys.exit(f"scenes: {', '.join(unknown)}; there are: {', '.join(cases)}")
+    return {name: make for name, make in cases.items() if not names or name in names}
 
 
 def impacts(runs: Path, processes: int | None) -> None:
@@ -213,10 +198,9 @@ def impacts(runs: Path, processes: int | None) -> None:
 
 def make_library(runs: Path, processes: int | None, names: Sequence[str]) -> None:
     """Measure the library's scenes, or those of these names, and write it."""
-    chosen = {name: make for name, make in LIBRARY.items() if not names or name in names}
     known = {entry.name: entry for entry in stored_library().entries} if names else {}
     with workers(processes) as executor:
-        known |= {entry.name: entry for _, entry in entries(chosen, runs, executor)}
+        known |= {entry.name: entry for _, entry in entries(chosen(LIBRARY, names), runs, executor)}
     measured = tuple(known[name] for name in LIBRARY)
     write_text(STORED, library_text(Library(entries=measured, rates=rates_of(measured))))
     print(STORED)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.machine import describe, head, least, line, options, table
+from benchmarks.machine import describe, head, least, line, options, power, table
 from nscd.continuum.collision import collide
 from nscd.continuum.left_velocity import random_speeds, toward_exit
 from nscd.continuum.medium import table_1_medium
@@ -54,13 +54,11 @@ def measure(order: int, left: str, wanted: float) -> Row:
 
 def growth(name: str, rows: list[Row]) -> str:
     """How the CPU seconds grow with the unknowns."""
-    n, t = np.log([r.unknowns for r in rows]), np.log([r.cpu_s for r in rows])
-    slope, start = np.polyfit(n, t, 1)
-    upper = (t[-1] - t[-2]) / (n[-1] - n[-2])
-    worst = np.exp(np.abs(t - slope * n - start).max()) - 1
+    sizes, seconds = [r.unknowns for r in rows], [r.cpu_s for r in rows]
+    upper = power(sizes[-2:], seconds[-2:])
     return (
-        f"{name}: CPU seconds grow as N^{slope:.2f} over all sizes (farthest from the line: "
-        f"{worst:.0%}), as N^{upper:.2f} between the two largest."
+        f"{name}: CPU seconds grow as N^{power(sizes, seconds):.2f} over all sizes, as "
+        f"N^{upper:.2f} between the two largest."
     )
 
 

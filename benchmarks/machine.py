@@ -11,6 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from analysis.support.machine import machine
 
 PACKAGES = ("numpy", "scipy", "piqp", "clarabel", "osqp", "qoco", "cvxopt", "qpalm", "proxsuite")
@@ -74,6 +76,13 @@ def head(*names: str) -> str:
 def table(names: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
     """A table in Markdown."""
     return "\n".join([head(*names), *map(line, rows)])
+
+
+def power(sizes: Sequence[float], seconds: Sequence[float]) -> float:
+    """The power of the size that seconds grow with, by least squares; NaN for less than two."""
+    if len(sizes) < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
 
 
 def timed(call: Callable[[], Any]) -> tuple[float, Any]:

@@ -12,7 +12,7 @@ from analysis.pages.drawing import EVERY_COLOUR, GRID
 from analysis.pages.numbers import decimals, number
 from benchmarks.contest.compete import NEAR, TARGET, Outcome
 from benchmarks.contest.peers import CANONICAL, PEERS
-from benchmarks.machine import table
+from benchmarks.machine import power, table
 from benchmarks.problems.families import Case
 
 
@@ -94,11 +94,9 @@ def exponents(rows: Sequence[Row]) -> str:
     large = [row for row in rows if row.residual <= TARGET and row.disks >= 500]
 
     def fit(solver: str, family: str) -> str:
-        good = [(r.disks, r.cpu_s) for r in large if (r.solver, r.family) == (solver, family)]
-        if len(good) < 2:
-            return "–"
-        sizes, seconds = np.log(good).T
-        return f"{np.polyfit(sizes, seconds, 1)[0]:.2f} ({len(good)})"
+        good = [row for row in large if (row.solver, row.family) == (solver, family)]
+        grown = power([row.disks for row in good], [row.cpu_s for row in good])
+        return "–" if np.isnan(grown) else f"{grown:.2f} ({len(good)})"
 
     solvers, families = (
         list(dict.fromkeys(getattr(row, name) for row in rows)) for name in ("solver", "family")

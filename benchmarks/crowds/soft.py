@@ -8,14 +8,12 @@ s = 3.5. Runs that are in the folder are taken as they are, and what was read of
 FOLDER/soft.csv: with --read nothing is run. Writes FOLDER/soft.png and prints the tables of
 docs/results/rigid_or_soft.md."""
 
-import csv
-import dataclasses
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from analysis.dumps.windows import RunWindows
@@ -27,7 +25,7 @@ from analysis.pages.drawing import COLOURS, GRID, SKY, VERMILION
 from analysis.pages.numbers import signed
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import crowd_before_a_door, make, room_with_a_door
-from analysis.support.files import write_rows
+from analysis.support.files import write_text
 from benchmarks.machine import options, table
 
 # Push of a person (N) → desired speed (m/s), relaxation time (s), and when 1,200 people who begin at
@@ -35,9 +33,10 @@ from benchmarks.machine import options, table
 PUSHES = {300.0: (2.0, 0.5, 2.0), 100.0: (2.0, 1.5, 4.0), 30.0: (0.6, 1.5, 7.0)}
 RIGID = 0.0
 SOFTNESS = (RIGID, 0.35, 1.0, 3.0, 9.0, 17.0)
-# People, push (N), crowds.
+# People, push (N), each of so many crowds.
+CROWDS = 3
 FAMILIES = tuple(
-    (people, push, 3)
+    (people, push)
     for people in (75, 150, 300, 594, 1200)
     for push in (PUSHES if people in (150, 1200) else (300.0,))
 )
@@ -61,8 +60,7 @@ RADII, HARD_M = (0.17, 0.2, 0.23, 0.26), 0.17
 BODY_PUSHES, BODY_PEOPLE, BODY_CROWDS = (100.0, 30.0), 150, 2
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(NamedTuple):
     """Name one run: people, push (N), s as words (0: rigid; body: the law of a chest), number of the
     crowd, mean radius (m)."""
 
@@ -92,8 +90,7 @@ class Case:
             scene = scene.with_contact(
                 stiffness_N_per_m=k, wall_stiffness_N_per_m=max(k, total / WALLS)
             )
-        name = "_".join(str(value) for value in dataclasses.astuple(self))
-        return EngineRun(scene=scene, engine=engine, folder=out / name)
+        return EngineRun(scene=scene, engine=engine, folder=out / "_".join(map(str, self)))
 
 
 def _crowd(people: int, seed: int, radius: float) -> Scene:
@@ -110,14 +107,10 @@ def _crowd(people: int, seed: int, radius: float) -> Scene:
 
 def cases() -> list[Case]:
     """List all runs: small crowds first, and of these one crowd after the other."""
-    found = []
-    for crowd in range(max(crowds for *_, crowds in FAMILIES)):
-        if crowd < BODY_CROWDS:
-            for push, radius in itertools.product(BODY_PUSHES, RADII):
-                found.append(Case(BODY_PEOPLE, push, BODY, crowd, radius))
-        for people, push, crowds in FAMILIES:
-            if crowd < crowds:
-                found += [Case(people, push, f"{s:g}", crowd) for s in SOFTNESS]
+    bodies = itertools.product(BODY_PUSHES, [BODY], range(BODY_CROWDS), RADII)
+    found = [Case(BODY_PEOPLE, *one) for one in bodies]
+    hard = itertools.product(FAMILIES, SOFTNESS, range(CROWDS))
+    found += [Case(*family, f"{s:g}", crowd) for family, s, crowd in hard]
     return sorted(found, key=lambda case: (case.people > BODY_PEOPLE, case.crowd))
 
 
@@ -146,104 +139,75 @@ def measured(run: EngineRun, begin: float) -> dict[str, float]:
     return means | {"overlap_largest": record.overlap_largest, "cpu_s": record.cpu_seconds}
 
 
-def table_of(path: Path) -> dict[Case, dict[str, float]]:
-    """Read what is known of the runs."""
+def read(path: Path) -> pd.DataFrame:
+    """Read what is known of the runs: a row each, their measures beside what names them."""
     if not path.exists():
-        return {}
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    kinds = {field.name: field.type for field in dataclasses.fields(Case)}
-    return {
-        Case(**{name: kind(row.pop(name)) for name, kind in kinds.items()}): {
-            key: float(value) for key, value in row.items()
-        }
-        for row in rows
-    }
+        return pd.DataFrame(columns=[*Case._fields, *MEASURES, "overlap_largest", "cpu_s"])
+    return pd.read_csv(path, dtype={"softness": str})
 
 
-def keep(path: Path, known: dict[Case, dict[str, float]]) -> None:
-    """Write what is known of the runs."""
-    rows = [dataclasses.asdict(case) | values for case, values in known.items()]
-    write_rows(path, list(rows[0]), (row.values() for row in rows))
+def over_rigid(known: pd.DataFrame) -> pd.DataFrame:
+    """Give each measure over that of the rigid run of the same crowd, where there is one and it is
+    not 0."""
+    rigid = known[known.softness == f"{RIGID:g}"].drop(columns="softness")
+    same = [name for name in Case._fields if name != "softness"]
+    both = known[known.radius == HARD_M].merge(rigid, on=same, suffixes=("", "_rigid"))
+    for key in MEASURES:
+        both[key] /= both[f"{key}_rigid"].replace(0.0, np.nan)
+    return both
 
 
-Known = dict[Case, dict[str, float]]
-
-
-def relative(known: Known, people: int, push: float, s: str, key: str) -> Sequence[float]:
-    """Give a measure over that of the rigid run, crowd by crowd."""
-    pairs = (
-        (values[key], known.get(dataclasses.replace(case, softness=f"{RIGID:g}")))
-        for case, values in known.items()
-        if (case.people, case.push, case.softness, case.radius) == (people, push, s, HARD_M)
-    )
-    return [mine / rigid[key] for mine, rigid in pairs if rigid and rigid[key]]
-
-
-def picture(known: Known) -> Figure:
+def picture(known: pd.DataFrame) -> Figure:
     """Draw each measure over the rigid one against s: a family of crowds each, means and the range
     over crowds."""
+    relative = over_rigid(known).query("softness not in ('0', 'body')").astype({"softness": float})
     figure = Figure(figsize=(11.0, 6.4), layout="constrained")
     for axes, (key, title) in zip(figure.subplots(2, 3).ravel(), MEASURES.items(), strict=True):
         axes.axhline(1.0, color=GRID, zorder=0)
         axes.axvspan(VALID, WITH_CARE, color=GRID, alpha=0.35, zorder=0)
-        for number, (people, push, _) in enumerate(FAMILIES):
-            found = {s: relative(known, people, push, f"{s:g}", key) for s in SOFTNESS[1:]}
-            xs = [s for s, values in found.items() if values]
-            if not xs:
-                continue
-            means = [float(np.mean(found[s])) for s in xs]
-            ends = [(m - min(found[s]), max(found[s]) - m) for s, m in zip(xs, means, strict=True)]
-            axes.errorbar(
-                np.array(xs) * 1.04 ** (number - 4), means, yerr=np.array(ends).T,
-                fmt=LOOKS[people] + LINES[push], color=COLOUR_OF[people], capsize=3, lw=1, ms=5,
-                label=f"{people} people, {push:g} N",
-            )  # fmt: skip
+        for number, (people, push) in enumerate(FAMILIES):
+            family = relative[(relative.people == people) & (relative.push == push)]
+            found = family.groupby("softness")[key].agg(["mean", "min", "max"]).dropna()
+            if len(found):
+                axes.errorbar(
+                    np.array(found.index) * 1.04 ** (number - 4), found["mean"],
+                    yerr=[found["mean"] - found["min"], found["max"] - found["mean"]],
+                    fmt=LOOKS[people] + LINES[push], color=COLOUR_OF[people], capsize=3, lw=1,
+                    ms=5, label=f"{people} people, {push:g} N",
+                )  # fmt: skip
         axes.set(xscale="log", title=title, xlabel="s = N F/(k r)", ylabel="over the rigid value")
         axes.set_ylim(bottom=0.0)
     figure.axes[0].legend(fontsize=8, loc="lower left")
     return figure
 
 
-def tables(known: Known) -> str:
+def tables(known: pd.DataFrame) -> str:
     """Write the tables of the page: each measure relative to rigid at each s, over all families;
     soft people of other radii; cost."""
-    lines: list[list[str]] = []
+    relative, lines = over_rigid(known), []
     for s in SOFTNESS[1:]:
-        name = f"{s:g}"
-        every = [
-            [v for n, f, _ in FAMILIES for v in relative(known, n, f, name, key)]
-            for key in MEASURES
-        ]
-        deep = [v["overlap_largest"] for c, v in known.items() if c.softness == name]
-        lines.append([name, *map(_cell, every), f"{max(deep, default=np.nan):.2f}"])
+        here = relative[relative.softness == f"{s:g}"]
+        deep = known[known.softness == f"{s:g}"].overlap_largest.max()
+        lines.append([f"{s:g}", *(_cell(here[key].dropna()) for key in MEASURES), f"{deep:.2f}"])
     text = table(["s", *MEASURES.values(), "largest overlap (r)"], lines)
-    lines = []
-    for push in BODY_PUSHES:
-        for law, radius in [(f"{RIGID:g}", HARD_M), *((BODY, radius) for radius in RADII)]:
-            wanted = Case(BODY_PEOPLE, push, law, 0, radius)
-            rows = [
-                values
-                for case, values in known.items()
-                if case.crowd < BODY_CROWDS and dataclasses.replace(case, crowd=0) == wanted
-            ]
-            if rows:
-                means = [f"{np.mean([row[key] for row in rows]):.3g}" for key in MEASURES]
-                deep = max(row["overlap_largest"] for row in rows)
-                name = f"{radius:g}" + (" rigid" if law != BODY else "")
-                lines.append([f"{push:g}", name, *means, f"{deep:.2f}"])
+    lines, small = [], known[(known.people == BODY_PEOPLE) & (known.crowd < BODY_CROWDS)]
+    laws = [(f"{RIGID:g}", HARD_M), *((BODY, radius) for radius in RADII)]
+    for push, (law, radius) in itertools.product(BODY_PUSHES, laws):
+        rows = small[(small.push == push) & (small.softness == law) & (small.radius == radius)]
+        if len(rows):
+            means = [f"{mean:.3g}" for mean in rows[list(MEASURES)].mean()]
+            name = f"{radius:g}" + (" rigid" if law != BODY else "")
+            lines.append([f"{push:g}", name, *means, f"{rows.overlap_largest.max():.2f}"])
     text += "\n\n" + table(["push (N)", "radius (m)", *MEASURES, "largest overlap (r)"], lines)
-    total = sum(values["cpu_s"] for values in known.values())
-    return f"{text}\n\n{len(known)} runs, {total:.0f} CPU s"
+    return f"{text}\n\n{len(known)} runs, {known.cpu_s.sum():.0f} CPU s"
 
 
-def _cell(values: Sequence[float]) -> str:
+def _cell(values: pd.Series) -> str:
     """The mean difference from 1 in percent, and the range of 90 % of the crowds."""
-    if not values:
+    if values.empty:
         return "–"
-    low, high = np.quantile(values, [0.05, 0.95])
-    shares = [signed(value - 1) for value in (float(np.mean(values)), float(low), float(high))]
-    return f"{shares[0]} ({shares[1]} to {shares[2]})"
+    mean, low, high = map(signed, (values.mean() - 1, *(values.quantile([0.05, 0.95]) - 1)))
+    return f"{mean} ({low} to {high})"
 
 
 def main() -> None:
@@ -251,17 +215,19 @@ def main() -> None:
     given = options(__doc__, "out", read=False)
     given.out.mkdir(parents=True, exist_ok=True)
     path = given.out / "soft.csv"
-    known = table_of(path)
+    known = read(path)
+    done = set(known[list(Case._fields)].itertuples(index=False, name=None))
     for case in [] if given.read else cases():
-        if case in known:
+        if case in done:
             continue
         try:
-            known[case] = measured(case.run(given.out / "runs"), PUSHES[case.push][-1])
+            found = measured(case.run(given.out / "runs"), PUSHES[case.push][-1])
         except EngineError as error:
             print(error, flush=True)
             continue
-        keep(path, known)
-        print(*dataclasses.astuple(case), f"{known[case]['cpu_s']:.1f} CPU s", flush=True)
+        known.loc[len(known)] = {**case._asdict(), **found}
+        write_text(path, known.to_csv(index=False))
+        print(*case, f"{found['cpu_s']:.1f} CPU s", flush=True)
     print(tables(known))
     picture(known).savefig(given.out / "soft.png", dpi=120)
 

@@ -30,7 +30,7 @@ from analysis.pages.drawing import BLUE, GREEN, GRID, ORANGE, VERMILION
 from analysis.scene.scene import Scene, Wall, read_scene
 from analysis.support.files import write_rows, write_text
 from benchmarks.cases import accuracy
-from benchmarks.machine import apart, describe, least, options, table, timed
+from benchmarks.machine import apart, describe, least, options, power, table, timed
 from benchmarks.problems.families import Case, heap
 from nscd import find_contacts, solve
 
@@ -40,6 +40,8 @@ WARM = (99, 900, 2500, 20_000)
 # Disks times steps of LAMMPS' long run; the short one has SHARE of them.
 DISK_STEPS, LEAST_STEPS, MOST_STEPS, SHARE = 4e6, 120, 10_000, 0.2
 RIGID_STEPS, RIGID_STEP_S = 3, 0.005
+# Growth is of crowds of so many and more.
+LARGE = 10_000
 
 
 class Point(NamedTuple):
@@ -172,9 +174,11 @@ def table_of(points: list[Point]) -> str:
         contacts = next(iter(here.values())).contacts
         cells = [_cell(here[what]) if what in here else "–" for what in whats]
         lines.append([f"{disks:,}", f"{contacts:,}", *cells])
-    growth = [f"N^{_growth([p for p in points if p.what == what]):.2f}" for what in whats]
+    large = {what: [p for p in points if p.what == what and p.disks >= LARGE] for what in whats}
+    powers = [power([p.disks for p in some], [p.unit_s for p in some]) for some in large.values()]
+    growth = [f"N^{one:.2f}" for one in powers]
     names = ["disks", "contacts", *(LOOKS[what][0] for what in whats)]
-    return table(names, [*lines, ["from 10,000 on", "", *growth]])
+    return table(names, [*lines, [f"from {LARGE:,} on", "", *growth]])
 
 
 def _cell(point: Point) -> str:
@@ -182,15 +186,6 @@ def _cell(point: Point) -> str:
     seconds = point.unit_s if np.isnan(point.second_s) else point.second_s
     residual = "" if np.isnan(point.residual) else f", {point.residual:.0e}"
     return f"{float(f'{seconds:.2g}'):,g} s{residual}, {point.peak_GB:.2g} GB"
-
-
-def _growth(points: list[Point]) -> float:
-    """The power of N that the unit's cost follows, by least squares."""
-    large = [p for p in points if p.disks >= 10_000 and p.unit_s > 0]
-    if len(large) < 2:
-        return float("nan")
-    sizes, seconds = np.log([(p.disks, p.unit_s) for p in large]).T
-    return float(np.polyfit(sizes, seconds, 1)[0])
 
 
 def picture(points: list[Point]) -> Figure:

@@ -56,9 +56,8 @@ def test_my_room(example):
 def test_my_trajectory(example, form):
     """The shipped scene is the same crowd."""
     found = example("my_trajectory", form)
-    np.testing.assert_array_equal(
-        found["crowd"].scene.snapshot.position, read_scene("gate").snapshot.position
-    )
+    here = found["crowd"].scene.snapshot.position
+    np.testing.assert_array_equal(here, read_scene("gate").snapshot.position)
     assert found["load"][found["most"]] == found["load"].max() > 0
     assert Path("my_trajectory.png").exists() == (form == "py")
 
@@ -67,9 +66,8 @@ def test_my_trajectory(example, form):
 def test_my_dump(example, form):
     """Each contact passes on the momentum of those behind it: 75 kg · 1 m/s a person."""
     found = example("my_dump", form)
-    np.testing.assert_allclose(
-        found["percussions"].impulse, [[75, 0], [150, 0], [75, 0]], atol=1e-9
-    )
+    wanted = [[75, 0], [150, 0], [75, 0]]
+    np.testing.assert_allclose(found["percussions"].impulse, wanted, atol=1e-9)
 
 
 def test_how_stiff(example):

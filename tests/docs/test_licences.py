@@ -16,14 +16,8 @@ def name_of(requirement):
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-LIBRARIES = [
-    name_of(line)
-    for part in (
-        PROJECT["dependencies"],
-        *map(EXTRAS.get, ("engines", "continuum", "pages", "real", "exchange")),
-    )
-    for line in part
-]
+SHIPPED = map(EXTRAS.get, ("engines", "continuum", "pages", "real", "exchange"))
+LIBRARIES = [name_of(line) for part in (PROJECT["dependencies"], *SHIPPED) for line in part]
 PAGE = (ROOT / "docs/licences.md").read_text(encoding="utf-8")
 FAMILIES = ("Lesser|LGPL", "General Public|GPL", "BSD", "MPICH", "MIT", "Python Software|PSF")
 

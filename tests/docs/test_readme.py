@@ -96,15 +96,9 @@ def test_every_command_of_the_page_runs_after_those_of_readme(folder):
 
 
 def called(command, folder):
-    return subprocess.run(
-        command,
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
+    own = {**os.environ, "PYTHONPATH": str(ROOT)}
+    how = {"cwd": folder, "env": own, "capture_output": True, "text": True, "timeout": 600}
+    return subprocess.run(command, **how, check=False)
 
 
 def test_python_of_readme(folder):

@@ -48,11 +48,8 @@ class Case:
             words = tuple(damage_words(random, words, OPTIONS[words[0]]))
         else:
             files[material.target] = damage(random, files[material.target], material.target)
-        return cls(
-            material=replace(material, files=files),
-            words=words,
-            run=_runner(number, words),
-        )
+        material = replace(material, files=files)
+        return cls(material=material, words=words, run=_runner(number, words))
 
     @property
     def as_typed(self):
@@ -99,9 +96,8 @@ def _judge_refusal(case, outcome, lost, new):
         return
     failed = [line for line in lines if re.search(r", frame \d+: (failed|inaccurate): ", line)]
     if failed and case.words[0] == "film":
-        need(
-            any(name.endswith("film.html") for name in new), "no page of a film with failed frames"
-        )
+        pages = [name for name in new if name.endswith("film.html")]
+        need(pages, "no page of a film with failed frames")
         return
     # a run that its guard stopped stays, to be looked at
     stopped = {Path(name).parent for name in new if name.endswith("/run.json")}
@@ -114,9 +110,8 @@ def _judge_refusal(case, outcome, lost, new):
     need(line.startswith("percussions: "), f"not a line of the program: {line}")
     need(len(line) < 700, f"a line of {len(line)} characters: {line[:300]}")
     # of what was given: files, words, or the keys of a file
-    given = {Path(name).name for name in case.material.files} | {
-        w for w in case.words if len(w) > 1
-    }
+    given = {Path(name).name for name in case.material.files}
+    given |= {word for word in case.words if len(word) > 1}
     names = any(word in line for word in given) or re.search(
         r": [\w.]+: |--\w+|\w+:|Missing argument|extra argument|not a regular file|No such command '",
         line[13:],
@@ -236,15 +231,14 @@ def _runner(number, words):
 
 def _tree(folder):
     """Path → what is there."""
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in folder.rglob("*")
-        if path.is_file()
-    } | {
-        str(path.relative_to(folder)): "link"
-        for path in folder.rglob("*")
-        if path.is_symlink() or not (path.is_file() or path.is_dir())
-    }
+    found = {}
+    for path in folder.rglob("*"):
+        name = str(path.relative_to(folder))
+        if path.is_symlink() or not (path.is_file() or path.is_dir()):
+            found[name] = "link"
+        elif path.is_file():
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return found
 
 
 def sweep(workshop, seed, numbers, folder, limit_s=float("inf"), told=None):

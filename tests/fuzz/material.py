@@ -49,6 +49,7 @@ frames = 2
 kind = "driven"
 time_s = 0.01
 """
+OF_RUN = ("run.json", "scene.toml", "scene.data", "bodies.dump")
 PLACES = ("out", "out/deep/er", "some.dump", "/dev/null", "/dev/full", "/proc/none", "n" * 300)
 OPTIONS = {
     "solve": {
@@ -120,13 +121,9 @@ def crowd(random):
     radius = numbers.choice([0.2, 0.25], n)
     x = np.cumsum(radius) + np.concatenate([[0], np.cumsum(radius)[:-1]])
     x += np.cumsum(numbers.choice([0.0, 0.0, 0.3, -0.001], n))
-    return disks_at(
-        np.column_stack([x - x.mean(), radius + 0.0]),
-        numbers.normal(0, 1, (n, 2)).round(3),
-        radius,
-        numbers.integers(50, 100, n).astype(float),
-        ids=numbers.permutation(n) + 1,
-    )
+    position, velocity = np.column_stack([x - x.mean(), radius]), numbers.normal(0, 1, (n, 2))
+    mass, ids = numbers.integers(50, 100, n).astype(float), numbers.permutation(n) + 1
+    return disks_at(position, velocity.round(3), radius, mass, ids=ids)
 
 
 def dump_of(random, disks):
@@ -213,15 +210,14 @@ class Workshop:
         return Material(kind="run", files=files, words=("run", "mine.toml"), target=target)
 
     def _compare(self, random):
+        return self._of_run(random, "compare", ("compare", "run"))
+
+    def _of_run(self, random, kind, words):
+        """A command on the folder of a run."""
         files = self.runs[random.choice(tuple(self.runs))]
-        names = ("run.json", "scene.toml", "scene.data", "bodies.dump", "contacts.dump")
-        return Material(
-            kind="compare",
-            files={f"run/{name}": files[name] for name in names},
-            words=("compare", "run"),
-            target=f"run/{random.choice(names)}",
-            reference=files,
-        )
+        given = {f"run/{name}": files[name] for name in (*OF_RUN, "contacts.dump")}
+        target = random.choice(tuple(given))
+        return Material(kind=kind, files=given, words=words, target=target, reference=files)
 
     def _import(self, random):
         name = random.choice(tuple(strangers.STATED))
@@ -241,21 +237,13 @@ class Workshop:
         return Material(kind="film", files=files, words=words, target=random.choice(tuple(files)))
 
     def _film_runs(self, random):
-        files = self.runs[random.choice(tuple(self.runs))]
-        names = ("run.json", "scene.toml", "scene.data", "bodies.dump", "contacts.dump")
-        return Material(
-            kind="film",
-            files={f"run/{name}": files[name] for name in names},
-            words=("film", "run", "--frames", "0:1", "--out", "out"),
-            target=f"run/{random.choice(names)}",
-        )
+        return self._of_run(random, "film", ("film", "run", "--frames", "0:1", "--out", "out"))
 
     def _new(self, random):
         name = random.choice(("", *self.floors))
         if not name:
-            room = random.choice(
-                (("--room", "6x4", "--door", "0.8"), ("--room", "9x3", "--stream"))
-            )
+            rooms = ("--room", "6x4", "--door", "0.8"), ("--room", "9x3", "--stream")
+            room = random.choice(rooms)
             words = ("new", "mine", *room, "--people", "12", "--out", "out")
             return Material(kind="new", files={}, words=words, target="")
         content, doors = self.floors[name]
@@ -270,8 +258,7 @@ class Workshop:
     def _export(self, random):
         if random.random() < 0.4 and self.runs:
             run = self.runs[random.choice(tuple(self.runs))]
-            names = ("run.json", "scene.toml", "scene.data", "bodies.dump")
-            files, what = {f"run/{name}": run[name] for name in names}, "run"
+            files, what = {f"run/{name}": run[name] for name in OF_RUN}, "run"
         else:
             files = {"some.dump": dump_of(random, crowd(random)), "room.toml": ROOM.encode()}
             what = "some.dump"
@@ -283,6 +270,5 @@ class Workshop:
 
     def _problem(self, random):
         words = ("solve", "some.hdf5", "--out", "table.csv")
-        return Material(
-            kind="problem", files={"some.hdf5": self.problem}, words=words, target="some.hdf5"
-        )
+        files = {"some.hdf5": self.problem}
+        return Material(kind="problem", files=files, words=words, target="some.hdf5")

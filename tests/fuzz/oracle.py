@@ -13,6 +13,7 @@ import re
 
 import h5py
 import numpy as np
+from scipy.sparse import csc_array
 
 from tests.forked import in_fork
 
@@ -285,16 +286,19 @@ def _matrix(group):
     m, n = int(group["m"][0]), int(group["n"][0])
     need(int(group["nz"][0]) == -1 and m * n < 1e6, "another form than is written")
     starts, rows, values = (np.asarray(group[name]) for name in "pix")
-    dense = np.zeros((m, n))
-    for column in range(n):
-        for place in range(starts[column], starts[column + 1]):
-            dense[rows[place], column] += values[place]
-    return dense
+    return csc_array((values, rows, starts), shape=(m, n)).toarray()
 
 
-def _obeys(mass, transfer, vectors, reaction, tolerance):
+def _problem(file):
+    """M, H, f, w and μ of FCLIB's global form."""
+    group = file["fclib_global"]
+    vectors = (np.asarray(group["vectors"][name]) for name in ("f", "w", "mu"))
+    return [_matrix(group["M"]), _matrix(group["H"]), *vectors]
+
+
+def _obeys(problem, reaction, tolerance):
     """M v = f + H r, u = Hᵀ v + w, 0 ≤ r ⊥ u ≥ 0 along the normals, |r_t| ≤ μ r_n."""
-    momentum, offset, mu = vectors
+    mass, transfer, momentum, offset, mu = problem
     velocity = np.linalg.solve(mass, momentum + transfer @ reaction)
     left = np.linalg.solve(mass, momentum)
     u = (transfer.T @ velocity + offset).reshape(-1, 2)
@@ -310,12 +314,9 @@ def _obeys(mass, transfer, vectors, reaction, tolerance):
 def check_problem(content, tolerance):
     """A problem that was written is finite and its answer obeys it; bodies do not matter."""
     with h5py.File(io.BytesIO(content)) as file:
-        group = file["fclib_global"]
-        mass, transfer = _matrix(group["M"]), _matrix(group["H"])
-        vectors = [np.asarray(group["vectors"][name]) for name in ("f", "w", "mu")]
-        reaction = np.asarray(file["solution/r"])
-    need(all(np.isfinite(x).all() for x in (mass, transfer, *vectors, reaction)), "not finite")
-    _obeys(mass, transfer, vectors, reaction, tolerance)
+        problem, reaction = _problem(file), np.asarray(file["solution/r"])
+    need(all(np.isfinite(x).all() for x in (*problem, reaction)), "not finite")
+    _obeys(problem, reaction, tolerance)
 
 
 def check_answer(content, table, tolerance):
@@ -329,9 +330,7 @@ def _answers(content, rows, tolerance):
     """0 where the rows obey the problem, 1 where they do not, 2 where it has another form."""
     try:
         with h5py.File(io.BytesIO(content)) as file:
-            group = file["fclib_global"]
-            mass, transfer = _matrix(group["M"]), _matrix(group["H"])
-            vectors = [np.asarray(group["vectors"][name]) for name in ("f", "w", "mu")]
+            problem = _problem(file)
     except (OSError, RuntimeError, KeyError, ValueError, IndexError, FaultError):
         return 2
     if "reaction_Ns" not in rows[0]:
@@ -339,7 +338,7 @@ def _answers(content, rows, tolerance):
     along = [float(row["reaction_Ns"]) for row in rows]
     across = [float(row.get("friction_Ns", 0.0)) for row in rows]
     try:
-        _obeys(mass, transfer, vectors, np.column_stack([along, across]).ravel(), tolerance)
+        _obeys(problem, np.column_stack([along, across]).ravel(), tolerance)
     except FaultError:
         return 1
     return 0

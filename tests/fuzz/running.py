@@ -12,8 +12,8 @@ import sys
 import tempfile
 import time
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from analysis.cli import main
 from analysis.engines import run as engine_runs
@@ -28,8 +28,7 @@ LONGEST_CPU_S, LONGEST_S = 90.0, 1800.0
 DEAR = 1e6
 
 
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
+class Outcome(NamedTuple):
     """How a case ended: exit status, what it said, seconds."""
 
     status: int
@@ -45,12 +44,7 @@ def started(words, here, spare):
         ended = python(PROGRAM, *words, cwd=here, timeout=LONGEST_S, TMPDIR=str(spare))
     except subprocess.TimeoutExpired:
         raise TooLongError(f"waits for more than {LONGEST_S:g} s") from None
-    return Outcome(
-        status=ended.returncode,
-        said=ended.stderr,
-        printed=ended.stdout,
-        seconds=_cpu_of_children() - before,
-    )
+    return Outcome(ended.returncode, ended.stderr, ended.stdout, _cpu_of_children() - before)
 
 
 def forked(words, here, spare):
@@ -63,7 +57,7 @@ def forked(words, here, spare):
             return as_program(words, here)
 
     status, said, printed = in_fork(program, LONGEST_S)
-    return Outcome(status=status, said=said, printed=printed, seconds=_cpu_of_children() - before)
+    return Outcome(status, said, printed, _cpu_of_children() - before)
 
 
 def _cpu_of_children():
@@ -96,12 +90,7 @@ def call(words, here, spare):
         signal.signal(signal.SIGALRM, old)
         os.chdir(before)
         sys.argv, tempfile.tempdir = argv, home
-    return Outcome(
-        status=status,
-        said=said.getvalue(),
-        printed=printed.getvalue(),
-        seconds=time.process_time() - began,
-    )
+    return Outcome(status, said.getvalue(), printed.getvalue(), time.process_time() - began)
 
 
 def _too_long(*_):
