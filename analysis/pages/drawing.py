@@ -4,6 +4,7 @@ The colours are Okabe and Ito's, which the colour-blind tell apart; markers, das
 repeat what they say. Shades of a quantity run from light (little) to dark (much) in every picture.
 """
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
@@ -160,6 +161,44 @@ def panels(
     """Make a figure and its panels (Axes), row by row; width, height: inches; shared: what `subplots` takes."""
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False, **shared).ravel())
+
+
+def for_telephone(figure: Figure) -> None:
+    """Turn a figure that was drawn into one for a telephone: panels below each other, each with the
+    labels and ticks that it shared; words in short lines, the legend below."""
+    rows: dict[tuple[int, int], list[Axes]] = {}
+    for axes in figure.axes:
+        if place := axes.get_subplotspec():
+            rows.setdefault((place.rowspan.start, place.colspan.start), []).append(axes)
+    shown = {at: rows[at] for at in sorted(rows) if any(one.axison for one in rows[at])}
+    sizes = [together[0].get_window_extent().size for together in shown.values()]
+    heights = [(NARROW_IN - 0.8) * np.clip(high / wide, 0.5, 1.5) + 0.8 for wide, high in sizes]
+    grid = figure.add_gridspec(len(shown), 1, height_ratios=heights)
+    for number, ((row, column), together) in enumerate(shown.items()):
+        beside, *_ = shown[min(at for at in shown if at[0] == row)]
+        below, *_ = shown[max(at for at in shown if at[1] == column)]
+        for axes in together:
+            axes.set_ylabel(textwrap.fill(axes.get_ylabel() or beside.get_ylabel(), 32))
+            axes.set_xlabel(textwrap.fill(axes.get_xlabel() or below.get_xlabel(), 36))
+            axes.set_title(textwrap.fill(axes.get_title(), 36), fontsize=9)
+            axes.tick_params(labelbottom=True)
+            side: Any = axes.yaxis.get_label_position()
+            if side != "right":
+                axes.tick_params(labelleft=True)
+            axes.set_subplotspec(grid[number])
+    if figure.get_suptitle():
+        figure.suptitle(textwrap.fill(figure.get_suptitle(), 44), fontsize=10)
+    lines = 0
+    for legend in list(figure.legends):
+        names, handles = [one.get_text() for one in legend.get_texts()], legend.legend_handles
+        columns = max(1, int(50 / (max(map(len, names)) + 6)))
+        lines += -(-len(names) // columns)
+        look: dict[str, Any] = {"ncols": columns, "title": legend.get_title().get_text() or None}
+        legend.remove()
+        look |= {"handles": handles, "labels": names, "loc": "outside lower center", "fontsize": 8}
+        figure.legend(**look)
+    figure.set_size_inches(NARROW_IN, sum(heights) + 0.18 * lines + 0.2)
+    figure.draw_without_rendering()  # panels of equal scale find their place the second time
 
 
 def lead(axes: Axes, words: str, point: Any, place: Any, colour: str, **look: Any) -> None:

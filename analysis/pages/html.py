@@ -16,6 +16,7 @@ import markupsafe
 from matplotlib.figure import Figure
 
 from analysis.engines.doctor import made_with
+from analysis.pages.drawing import NARROW_IN, for_telephone
 from analysis.pages.numbers import FILTERS, number, powers
 from analysis.pages.section import Cell, Drawn, Picture, Section, Table
 from analysis.pages.words import html_of
@@ -25,6 +26,8 @@ DIGITS = 4
 # a cell of more letters than these wraps
 LONG = 28
 SOLVED = "solved"
+# So many times as wide as a telephone, a figure is drawn again for it.
+WIDE = 1.3
 # what reads as a number stands right, as numbers do
 NUMERIC = re.compile(r"[−–≈*+]*\d|–$|not measured|determined$")
 
@@ -116,11 +119,17 @@ def drawn(picture: Picture | Drawn) -> Drawn:
     """Draw a picture, without the date, so that the same picture is the same file."""
     if isinstance(picture, Drawn):
         return picture
-    png = saved(picture.figure, "png")
+    figure, narrow = picture.figure, picture.narrow
+    png, layout = saved(figure, "png"), figure.get_layout_engine()
     # the layout that the first one found serves the second
-    picture.figure.set_layout_engine("none")
-    pdf = saved(picture.figure, "pdf")
-    return Drawn(name=picture.name, caption=picture.caption, png=png, pdf=pdf)
+    figure.set_layout_engine("none")
+    pdf = saved(figure, "pdf")
+    if narrow is None and figure.get_figwidth() > WIDE * NARROW_IN and not figure.subfigs:
+        narrow = figure
+        figure.set_layout_engine(layout)
+        for_telephone(figure)
+    small = b"" if narrow is None else saved(narrow, "png")
+    return Drawn(name=picture.name, caption=picture.caption, png=png, pdf=pdf, narrow=small)
 
 
 def saved(figure: Figure, form: Literal["png", "pdf"]) -> bytes:
@@ -140,8 +149,6 @@ def write_pictures(sections: Iterable[Section], folder: Path) -> dict[str, list[
         for suffix, content in (("png", picture.png), ("pdf", picture.pdf)):
             with whole_file(folder / f"{picture.name}.{suffix}", "wb") as file:
                 file.write(content)
-        shown = [picture.png]
-        if isinstance(one, Picture) and one.narrow is not None:
-            shown.append(saved(one.narrow, "png"))
+        shown = filter(None, [picture.png, picture.narrow])
         images[picture.name] = [base64.b64encode(png).decode("ascii") for png in shown]
     return images

@@ -60,7 +60,7 @@ class Picture:
 
     name: of its files, without suffix
     caption: in Markdown
-    narrow: the same for a telephone, panels below each other; the figure itself where left out
+    narrow: the same for a telephone; where left out, a wide figure's panels below each other
     """
 
     name: str
@@ -77,6 +77,7 @@ class Drawn:
     caption: str
     png: bytes
     pdf: bytes
+    narrow: bytes = b""  # PNG for a telephone, where it is another
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

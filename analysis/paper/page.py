@@ -236,7 +236,7 @@ def kept(folder: Path) -> Built | None:
     try:
         seconds = content.pop("cpu_seconds")
         for picture in content["pictures"]:
-            picture |= {kind: base64.b64decode(picture[kind]) for kind in ("png", "pdf")}
+            picture |= {kind: base64.b64decode(picture[kind]) for kind in ("png", "pdf", "narrow")}
         content["pictures"] = [Drawn(**picture) for picture in content["pictures"]]
         content["tables"] = [Table(**table) for table in content["tables"]]
         content["claims"] = [

@@ -7,9 +7,11 @@ import threading
 from pathlib import Path
 
 import pytest
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from playwright.sync_api import sync_playwright
 
+from analysis.pages.drawing import add_scale, panels
 from analysis.pages.html import cell_html, cell_kind, render, write_pictures
 from analysis.pages.section import Claim, Picture, Section, Table
 from tests.pages.browser import BROWSER, QUIET
@@ -129,12 +131,16 @@ def test_cells(cell, shown, kind):
 
 def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
     wide, narrow = Figure(figsize=(4, 1)), Figure(figsize=(1, 4))
+    both, (left, right) = panels(9, 4, 1, 2, sharey=True)
+    left.set(ylabel="force (N)", aspect="equal")
+    add_scale(both, right, Normalize(0, 1), "shade")
     section = Section(
         number="both",
         title="both",
         pictures=[
             Picture(name="panels", caption="two", figure=wide, narrow=narrow),
             Picture(name="one", caption="one", figure=Figure(figsize=(2, 2))),
+            Picture(name="side_by_side", caption="wide", figure=both),
         ],
     )
     images = write_pictures([section], tmp_path)
@@ -142,10 +148,16 @@ def test_a_picture_for_a_telephone_stands_beside_the_other(tmp_path):
     def shape(png):
         return [int.from_bytes(base64.b64decode(png)[k : k + 4]) // 150 for k in (16, 20)]
 
-    assert [shape(png) for name in images for png in images[name]] == [[4, 1], [1, 4], [2, 2]]
+    assert [shape(png) for name in images for png in images[name]][:3] == [[4, 1], [1, 4], [2, 2]]
+    # a wide figure of two panels has them below each other, each with its label
+    assert [shape(png) for png in images["side_by_side"]] == [[9, 4], [4, 9]]
+    high, low = left.get_tightbbox(), right.get_tightbbox()
+    assert high.y0 > low.y1
+    assert min(high.x0, low.x0) > 0
+    assert right.get_ylabel() == "force (N)"
     page = page_of(section, images)
-    (source,) = re.findall(r'<source media="([^"]*)" srcset="data:image/png;base64,([^"]*)">', page)
-    assert source == ("screen and (max-width: 40rem)", images["panels"][1])
+    first, _ = re.findall(r'<source media="([^"]*)" srcset="data:image/png;base64,([^"]*)">', page)
+    assert first == ("screen and (max-width: 40rem)", images["panels"][1])
     assert {path.name for path in tmp_path.iterdir()} == {
-        "panels.png", "panels.pdf", "one.png", "one.pdf"
+        f"{name}.{kind}" for name in images for kind in ("png", "pdf")
     }  # fmt: skip
