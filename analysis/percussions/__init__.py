@@ -5,7 +5,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from analysis.percussions.setting import LeftVelocity, Setting, law_of, left_velocity_of
+    from analysis.percussions.setting import LeftVelocity, Setting, law_of
     from analysis.percussions.snapshot import SnapshotPercussions, percussions_of
     from analysis.percussions.trajectory import PercussionAnalysis
 
@@ -15,7 +15,6 @@ __all__ = [
     "Setting",
     "SnapshotPercussions",
     "law_of",
-    "left_velocity_of",
     "percussions_of",
 ]
 _HOMES = {"PercussionAnalysis": "trajectory"} | dict.fromkeys(

@@ -33,7 +33,7 @@ class Setting:
     friction, wall_friction: μ of people with each other and with walls (None: the same)
     contact_tolerance: m, gap up to which disks are in contact, at most the smallest radius
     largest_overlap: share of the smaller radius; deeper overlaps are refused
-    left_velocity: see `left_velocity_of`; None: desired where there is a drive, else dump
+    left_velocity: see `left`; None: desired where there is a drive, else dump
     window: s, Δt of the left velocity `free`
 
     Raises ValueError naming the field for what is not finite, negative or unknown, and for friction
@@ -143,10 +143,37 @@ class Setting:
         return f"wall {self.wall_names[second] if self.wall_names else second + 1}"
 
     def left(self, snapshot: Snapshot | Bodies) -> tuple[Floats, float | None]:
-        """Give u⁻ (n,2) m/s of a snapshot and the time that turns percussions into forces (s)."""
-        return left_velocity_of(
-            snapshot, self.kind, self.drive, self.window, acceleration=self.acceleration
-        )
+        """Give the left velocity u⁻ (n,2) m/s of a snapshot, and the time (s) that turns its
+        percussions into forces (None for an impact).
+
+        desired: u_d + τ g, what drive and body force make of a crowd without contacts, forces p/τ
+        dump: the velocity in the snapshot, an impact, which takes no time and so knows no body force
+        free: u + Δt (F_drive/m + g), what both make of it in `window` Δt, forces p/Δt
+
+        Raises ValueError where the drive or the window is missing."""
+        drive, window, g = self.drive, self.window, np.array(self.acceleration)
+        if self.kind == "dump":
+            return snapshot.velocity, None
+        wanted = drive.desired_velocity(snapshot.position, snapshot.ids) if drive else None
+        if self.kind == "desired":
+            if drive is None or wanted is None:
+                raise ValueError(
+                    "left velocity `desired` needs a scene with a [drive] (--room SCENE.toml)"
+                )
+            return wanted + drive.relaxation_time_s * g, drive.relaxation_time_s
+        added = g
+        if snapshot.drive is not None:
+            added = g + snapshot.drive / snapshot.mass[:, None]
+        elif drive is not None and wanted is not None:
+            added = g + (wanted - snapshot.velocity) / drive.relaxation_time_s
+        elif not g.any():
+            raise ValueError(
+                "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a "
+                "[drive] or a [body_force]"
+            )
+        if window is None:
+            raise ValueError("left velocity `free` needs a window > 0 s (--window)")
+        return snapshot.velocity + window * added, window
 
 
 def setting_beside(dump: Path, room: Path | None = None, **given: Any) -> Setting:
@@ -180,43 +207,3 @@ def law_of(scene: Scene) -> ContactLaw:
             "below 1"
         )
     return ContactLaw(restitution=restitution, friction=scene.contact.friction)
-
-
-def left_velocity_of(
-    snapshot: Snapshot | Bodies,
-    kind: LeftVelocity,
-    drive: Drive | None = None,
-    window: float | None = None,
-    *,
-    acceleration: tuple[float, float] = (0.0, 0.0),
-) -> tuple[Floats, float | None]:
-    """Choose the left velocity u⁻ (n,2) m/s, and the time (s) that turns its percussions into
-    forces (None for an impact).
-
-    desired: u_d + τ g, what drive and body force make of a crowd without contacts, forces p/τ
-    dump: the velocity in the snapshot, an impact, which takes no time and so knows no body force
-    free: u + Δt (F_drive/m + g), what both make of it in `window` Δt, forces p/Δt
-
-    Raises ValueError where the drive or the window is missing."""
-    if kind == "dump":
-        return snapshot.velocity, None
-    if kind == "desired":
-        if drive is None:
-            raise ValueError(
-                "left velocity `desired` needs a scene with a [drive] (--room SCENE.toml)"
-            )
-        wanted = drive.desired_velocity(snapshot.position, snapshot.ids)
-        return wanted + drive.relaxation_time_s * np.array(acceleration), drive.relaxation_time_s
-    force = snapshot.drive
-    if force is None and drive is not None:
-        u_d = drive.desired_velocity(snapshot.position, snapshot.ids)
-        force = snapshot.mass[:, None] * (u_d - snapshot.velocity) / drive.relaxation_time_s
-    if force is None and not any(acceleration):
-        raise ValueError(
-            "left velocity `free` needs drive_x and drive_y in the dump, or a scene with a [drive] "
-            "or a [body_force]"
-        )
-    if window is None or not window > 0:
-        raise ValueError("left velocity `free` needs a window > 0 s (--window)")
-    driven = 0.0 if force is None else force / snapshot.mass[:, None]
-    return snapshot.velocity + window * (driven + np.array(acceleration)), window

@@ -14,7 +14,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -36,7 +36,7 @@ from analysis.percussions.table import (
 )
 from analysis.support.extras import load
 from analysis.support.files import write_json
-from analysis.support.parallel import Progress
+from analysis.support.parallel import Progress, Task, finished
 from analysis.support.parallel import workers as processes
 from analysis.support.reading import read_text
 from nscd import ContactLaw, _core
@@ -368,8 +368,9 @@ def solve_in_chunks(
         raise ValueError(f"--out: {min(others)}: no part of this dump; remove it")
     found = {part: summary for part in chunks if (summary := part.summary()) is not None}
     todo = [part for part in chunks if part not in found]
-    for part, summary in _solved(dump, todo, executor):
-        found[part] = summary
+    tasks = [Task(call=part.solve, arguments=(dump,), work=len(part.numbers)) for part in todo]
+    for number, summary in finished(tasks, executor):
+        found[todo[number]] = summary
         if progress:
             progress(f"percussions of {dump.path}", len(found) / len(chunks))
     for left in folder.glob(".frames_*.part"):  # by workers that were lost
@@ -436,22 +437,6 @@ class _Chunk:
             )
         found = SolvedDump(**json.loads(said))
         return found if rows == found.contacts else None
-
-
-def _solved(
-    dump: DumpToSolve, chunks: list[_Chunk], executor: Executor | None
-) -> Iterator[tuple[_Chunk, SolvedDump]]:
-    if executor is None:
-        for part in chunks:
-            yield part, part.solve(dump)
-        return
-    pending: dict[Any, _Chunk] = {executor.submit(part.solve, dump): part for part in chunks}
-    try:
-        for future in as_completed(pending):
-            yield pending[future], future.result()
-    finally:
-        for future in pending:
-            future.cancel()
 
 
 def _claim(folder: Path, dump: DumpToSolve, frames: int, count: int) -> str:

@@ -100,7 +100,7 @@ def do_all(
     if progress and tasks:
         progress(label, 0.0)
     results: list[Any] = [None] * len(tasks)
-    for number, result in _finished(tasks, executor):
+    for number, result in finished(tasks, executor):
         results[number] = result
         done += tasks[number].work
         if progress:
@@ -108,16 +108,21 @@ def do_all(
     return results
 
 
-def _finished(tasks: Sequence[Task], executor: Executor | None) -> Iterator[tuple[int, Any]]:
-    """The numbers and results of tasks as they end."""
+def finished(tasks: Sequence[Task], executor: Executor | None) -> Iterator[tuple[int, Any]]:
+    """Give the numbers and results of tasks as they end; what is pending is cancelled when one
+    fails."""
     if executor is None:
         for number, task in enumerate(tasks):
             yield number, task.call(*task.arguments)
         return
     order = sorted(range(len(tasks)), key=lambda number: -tasks[number].work)
     pending = {executor.submit(_call, tasks[number]): number for number in order}
-    for future in as_completed(pending):
-        yield pending[future], future.result()
+    try:
+        for future in as_completed(pending):
+            yield pending[future], future.result()
+    finally:
+        for future in pending:
+            future.cancel()
 
 
 def _call(task: Task) -> Any:
