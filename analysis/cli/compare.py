@@ -73,18 +73,14 @@ def compare(
 def _by_windows(first: Path, other: Path, window: float | None, last: float | None) -> None:
     from analysis.exposure.loads import MEASURES, SHORTEST_S
     from analysis.motion.pairwise import compare_windows, write_windows
-    from analysis.motion.study import model_title, more_words
+    from analysis.motion.study import more_words
     from analysis.pages.numbers import decimals, significant
 
     compared = compare_windows(first, other, window or SHORTEST_S, last)
     paths = write_windows(other, compared, (first, other))
-    titles = [
-        model_title(scene, record.engine)
-        for scene, record in zip(compared.scenes, compared.records, strict=True)
-    ]
     starts, ends = compared.windows["start_s"], compared.windows["end_s"]
     title = (
-        f"{compared.scenes[0].name}: impulses over windows of "
+        f"{compared.scene}: impulses over windows of "
         f"{significant(ends[0] - starts[0])} s, {len(starts)} from {starts[0]:.4g} "
         f"to {ends[-1]:.4g} s"
     )
@@ -94,7 +90,7 @@ def _by_windows(first: Path, other: Path, window: float | None, last: float | No
         more = more_words(found.more, found.relative, measure.unit)
         row = [more, decimals(found.autocorrelation, 2), significant(found.independent, 2)]
         rows.append([f"{measure.title} ({measure.unit})", *means, *row])
-    head = ["mean over windows", *titles, "second above first", "its autocorrelation"]
+    head = ["mean over windows", *compared.titles, "second above first", "its autocorrelation"]
     show([*head, "independent windows"], rows, title=title)
     print("one pair of runs: no verdict; replicates have one: percussions report SCENE --seeds 5")
     show(*_window_rows(compared), title="window by window, second against first")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
@@ -126,14 +125,9 @@ def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
     quantity, the later counts.
 
     Raises LimitError naming the file, the limit and the key."""
-    shipped = resources.files(__package__).joinpath("limits.toml").read_text(encoding="utf-8")
-    every = {one.name: one for one in _read_limits(shipped, "limits.toml")}
-    for path in files:
-        try:
-            text = read_text(path)
-        except UnreadableError as error:
-            raise LimitError(str(error)) from None
-        for one in _read_limits(text, str(path)):
+    every: dict[str, Limit] = {}
+    for path in (Path(__file__).with_name("limits.toml"), *files):
+        for one in _read_limits(path):
             same = every.setdefault(one.name, one).quantity
             if one.quantity != same:
                 raise LimitError(f"{path}: limit {one.name!r} replaces one of the quantity {same}")
@@ -141,20 +135,22 @@ def known_limits(files: Sequence[Path] = ()) -> list[Limit]:
     return list(every.values())
 
 
-def _read_limits(text: str, origin: str) -> list[Limit]:
+def _read_limits(path: Path) -> tuple[Limit, ...]:
     """The limits of a file, whose names must differ."""
+    content: dict[str, object] = {}
     try:
-        content = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise LimitError(f"{origin}: {error}") from None
-    try:
-        found = list(_File.model_validate(content).limit)
+        content = tomllib.loads(read_text(path))
+        found = _File.model_validate(content).limit
+    except UnreadableError as error:
+        raise LimitError(str(error)) from None
     except ValidationError as error:
-        raise LimitError(f"{origin}: {_first_problem(error, content)}") from None
+        raise LimitError(f"{path}: {_first_problem(error, content)}") from None
+    except (ValueError, RecursionError) as error:
+        raise LimitError(f"{path}: {error}") from None
     names = [one.name for one in found]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
-        raise LimitError(f"{origin}: two limits are called {twice}")
+        raise LimitError(f"{path}: two limits are called {twice}")
     return found
 
 

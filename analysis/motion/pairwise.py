@@ -13,9 +13,10 @@ import numpy as np
 from analysis.compare.statistics import correlation, relative_difference
 from analysis.dumps import DumpError
 from analysis.dumps.windows import RunWindows
-from analysis.engines.record import RunRecord, read_finished
+from analysis.engines.record import read_finished
 from analysis.exposure.loads import MEASURES, SHORTEST_S, loads_of, passed, values_of
 from analysis.motion.inference import ROUNDING, correlation_windows, next_to_zero
+from analysis.motion.study import model_title
 from analysis.scene.scene import Scene
 from analysis.support.files import write_columns, write_json
 from nscd.arrays import Floats, Indices
@@ -63,14 +64,15 @@ UNITS = {"N": "N", "N/m": "N_per_m", "m/s": "m_per_s", "1/m²": "per_m2", "1/s":
 class WindowComparison:
     """Set two runs of one crowd side by side, window by window.
 
-    scenes, records: of the first and the second run
+    scene: name of the scene of the first
+    titles: of the models of the first and the second run
     windows: (t,) by the columns of windows.csv: the ends of the windows (s), the measures of both
         runs, and their agreement
     contacts: (k,) by the columns of window_contacts.csv: each contact that either has in a window,
         with its impulse (N·s) in both, 0 where it has not the contact"""
 
-    scenes: tuple[Scene, Scene]
-    records: tuple[RunRecord, RunRecord]
+    scene: str
+    titles: Sequence[str]
     windows: Mapping[str, Floats]
     contacts: Mapping[str, Floats | Indices]
 
@@ -119,12 +121,11 @@ def compare_windows(
             f"window: {shortest_s:g} s; below {SHORTEST_S:g} s forces depend on the time step more "
             "than on the crowd"
         )
-    (scene, record), (other, other_record) = (read_finished(folder) for folder in (first, second))
-    check_same_crowd((first, scene), (second, other))
-    runs = [
-        RunWindows(folder, one.time_step_s)
-        for folder, one in ((first, record), (second, other_record))
-    ]
+    folders = (first, second)
+    scenes, records = zip(*map(read_finished, folders), strict=True)
+    check_same_crowd(*zip(folders, scenes, strict=True))
+    steps = (record.time_step_s for record in records)
+    runs = [RunWindows(*one) for one in zip(folders, steps, strict=True)]
     frames = list(pairwise(_common(runs[0].times, runs[1].times, shortest_s)))
     if not frames:
         raise DumpError(
@@ -132,11 +133,13 @@ def compare_windows(
         )
     begins = runs[0].times[frames[-1][1][0]] - (last_s or np.inf) - SAME * shortest_s
     chosen = [ends for ends in frames if runs[0].times[ends[0][0]] >= begins]
-    made = [_window(scene, runs, begin, end) for begin, end in chosen]
+    made = [_window(scenes[0], runs, begin, end) for begin, end in chosen]
     windows, contacts = zip(*made, strict=True)
     return WindowComparison(
-        scenes=(scene, other),
-        records=(record, other_record),
+        scene=scenes[0].name,
+        titles=[
+            model_title(scene, record.engine) for scene, record in zip(scenes, records, strict=True)
+        ],
         windows={key: np.array([row[key] for row in windows]) for key in windows[0]},
         contacts={key: np.concatenate([rows[key] for rows in contacts]) for key in contacts[0]},
     )
