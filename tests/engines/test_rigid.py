@@ -56,27 +56,6 @@ def test_a_crowd_in_motion_never_overlaps(finished):
         assert near.gap.min(initial=0.0) >= -1e-9
 
 
-def test_percussions_of_each_window_close_the_momentum_of_everybody(tmp_path):
-    """Without drive, m (u_end − u_start) of everybody is what the percussions of the window
-    give."""
-    scene = crowd(0.4, 4).model_copy(update={"drive": None})
-    random = np.random.default_rng(1).normal(0.0, 3.0, (60, 2))
-    scene = scene.model_copy(
-        update={"snapshot": dataclasses.replace(scene.snapshot, velocity=random)}
-    )
-    simulate(scene, "rigid", tmp_path / "run")
-    states, windows = frames_of(tmp_path / "run"), impulses(tmp_path / "run")
-    assert sum(map(len, windows)) > 20
-    for before, after, rows in zip(states[:-1], states[1:], windows[1:], strict=True):
-        got = np.zeros((len(before), 2))
-        for first, second, is_wall, *impulse in rows:
-            got[int(first) - 1] -= impulse
-            if not is_wall:
-                got[int(second) - 1] += impulse
-        change = before.mass[:, None] * (after.velocity - before.velocity)
-        assert got == pytest.approx(change, abs=1e-6 * 75)
-
-
 def test_forces_of_the_contact_dump_are_window_means(finished):
     folder, _ = finished
     index, window = index_contacts(folder / "contacts.dump"), 0.1
