@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from analysis.exposure.limits import (
     QUANTITIES,
@@ -42,7 +43,6 @@ from analysis.pages.drawing import (
     COLOURS,
     GREY,
     LINES,
-    NARROW_IN,
     ORANGE,
     PINK,
     SHADES,
@@ -78,10 +78,9 @@ BETWEEN = 0.08
 Line = tuple[str, str]
 
 
-def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
+def draw_series(reels: Sequence[Reel]) -> Figure:
     """Draw each headline number over time, those of two units apart: of runs every model, of a
-    filmed crowd the middle radius within the band of all; crosses where percussions are not solved;
-    narrow: for a telephone."""
+    filmed crowd the middle radius within the band of all; crosses where percussions are not solved."""
     lines: list[tuple[Sequence[Reel], str, Line]] = [
         ([reel], model, (colour, line))
         for reel, colour in zip(reels, cycle(COLOURS), strict=False)
@@ -95,8 +94,7 @@ def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
     }
     if reels[0].radius is not None:
         lines = [(reels, RIGID, (BLUE, "-"))]
-    width, height = NARROW_IN if narrow else 8.0, 2.2 * len(shown) + 1.0
-    figure, every = panels(width, height, len(shown), sharex=True)
+    figure, every = panels(8.0, 2.2 * len(shown) + 1.0, len(shown), sharex=True)
     for axes, (key, unit) in zip(every, shown, strict=True):
         for mine, model, look in lines:
             if unit_of(mine[0], model, key) == unit:
@@ -111,7 +109,7 @@ def draw_series(reels: Sequence[Reel], *, narrow: bool = False) -> Figure:
         for bad in ([one.time for one in reel.unsolved] for reel in reels if reel.unsolved):
             axes.plot(bad, np.zeros(len(bad)), "x", color=VERMILION, clip_on=False, zorder=5)
     every[-1].set_xlabel("time (s)")
-    legend_below(figure, every, 1 if narrow else 2, place="outside upper center")
+    legend_below(figure, every, 2, place="outside upper center")
     return figure
 
 
@@ -158,20 +156,20 @@ def _draw_limits(axes: Axes, key: str) -> None:
             axes.text(*place, words, fontsize=6, va="center", transform=axes.transAxes)
 
 
-def draw_still(
-    reel: Reel, shown: Frame, files: tuple[Path, ...] = (), *, narrow: bool = False
-) -> Figure:
-    """Draw one frame in the first model; files: of users' limits; narrow: for a telephone."""
+def draw_still(reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> Figure:
+    """Draw one frame in the first model; files: of users' limits."""
     now = shown.now
-    size = size_of(_in_view(reel, now), float(now.radius.max()), 1, narrow=narrow)
-    figure, (axes,) = panels(*size)
-    still_on(axes, reel, shown, files)
+    figure, (axes,) = panels(*size_of(_in_view(reel, now), float(now.radius.max())))
+    if marks := still_on(axes, reel, shown, files):
+        look = {"ncols": 3, "fontsize": 7, "frameon": False}
+        figure.legend(handles=marks, loc="outside lower center", **look)
     return figure
 
 
-def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> None:
+def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ()) -> list[Line2D]:
     """Draw one frame on axes: people in the colours of the limits (files: of users) that their
-    largest force is above, and a black line for each contact, wider for more force."""
+    largest force is above, and a black line for each contact, wider for more force. Return the
+    marks of the limits, for a legend."""
     now, contacts, size = shown.now, shown.match.contacts, shown.size(reel.models[0])
     most, pairs, unit = np.zeros(len(now)), ~contacts.is_wall, shown.unit(reel.models[0])
     np.maximum.at(most, contacts.first, size)
@@ -187,13 +185,10 @@ def still_on(axes: Axes, reel: Reel, shown: Frame, files: tuple[Path, ...] = ())
     frame(axes, _in_view(reel, now), float(now.radius.max()))
     axes.set_title(f"thickest line: {significant(largest, 2)} {unit}", fontsize=8)
     named = zip(limits, colours[1:], strict=True)
-    marks = [
+    return [
         axes.plot([], [], "o", color=colour, label=f"above {significant(limit, 4)} N")[0]
         for limit, colour in named
     ]
-    if marks:
-        axes.legend(handles=marks, fontsize=7, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 0),
-                    frameon=False, borderaxespad=2.5)  # fmt: skip
 
 
 def _in_view(reel: Reel, now: Snapshot) -> Floats:
@@ -536,13 +531,11 @@ def _pictures(words: Words, reels: Sequence[Reel]) -> tuple[Picture, Picture]:
     """The frame that carries most, of the middle reel, and all numbers over time."""
     middle = reels[len(reels) // 2]
     most = max(middle.shown, key=lambda frame: frame.size(middle.models[0]).max(initial=0.0))
-    about = {"title": middle.title, "number": most.number, "time": most.time}
-    drawn = draw_series(reels)
+    still, drawn = draw_still(middle, most), draw_series(reels)
     limits = any(axes.texts for axes in drawn.axes)  # each has its number beside it
-    small = draw_still(middle, most, narrow=True), draw_series(reels, narrow=True)
     return (
-        words.picture("still", draw_still(middle, most), small[0], **about),
-        words.picture("series", drawn, small[1], limits=limits),
+        words.picture("still", still, title=middle.title, number=most.number, time=most.time),
+        words.picture("series", drawn, limits=limits),
     )
 
 

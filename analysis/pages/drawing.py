@@ -107,19 +107,12 @@ def add_scale(figure: Figure, axes: Axes | Sequence[Axes], norm: Normalize, labe
     return bar
 
 
-def size_of(
-    points: Floats, margin: float, panels: int, *, narrow: bool = False
-) -> tuple[float, float]:
-    """Return the figure size (inches) for panels side by side that show points (n,2) m at equal
-    scale, or for a telephone below each other; margin in m."""
+def size_of(points: Floats, margin: float) -> tuple[float, float]:
+    """Return the figure size (inches) for one panel that shows points (n,2) m and a margin (m)."""
     width, height = points.max(0) - points.min(0) + 4 * margin
-    if narrow:
-        tall = np.clip((NARROW_IN - 0.7) * height / width, 1.0, 6.0) + 0.7
-        return NARROW_IN, float(panels * tall) + 0.7
-    panel = min(7.0, 11.0 / panels)
-    tall = np.clip((panel - 0.7) * height / width + 1.3, 2.2, 6.5)
+    tall = np.clip(6.3 * height / width + 1.3, 2.2, 6.5)
     wide = (tall - 1.3) * width / height + 0.7
-    return float(min(panels * max(wide, 2.6), 11.0) + 1.0), float(tall)
+    return float(min(max(wide, 2.6), 11.0) + 1.0), float(tall)
 
 
 def frame(axes: Axes, points: Floats, margin: float) -> None:
@@ -231,7 +224,7 @@ def scene_picture(scene: Scene) -> Figure:
     shown = snapshot.position
     if drive and drive.goals:
         shown = np.concatenate([shown, *(exit_.door for exit_ in drive.doors)])
-    size = size_of(shown, float(snapshot.radius.max()), 1)
+    size = size_of(shown, float(snapshot.radius.max()))
     figure, (axes,) = panels(*size)
     draw_disks(axes, snapshot, PALE_BLUE)
     draw_walls(axes, [(wall.start_m, wall.end_m) for wall in scene.walls])

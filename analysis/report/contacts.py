@@ -83,10 +83,10 @@ def _apart(one: Snapshot, other: Snapshot) -> float:
     return float(np.hypot(*way.T).max(initial=0.0))
 
 
-def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figure:
+def scatter(comparisons: Sequence[Comparison]) -> Figure:
     """Draw rigid against penalty, contact by contact; filled where mechanics determines the rigid
     force."""
-    columns = 1 if narrow else min(len(comparisons), 4)
+    columns = min(len(comparisons), 4)
     rows = -(-len(comparisons) // columns)
     figure, every = panels(3.9 * columns, 3.9 * rows + 0.4, rows, columns)
     for axes, comparison in zip(every, comparisons, strict=False):
@@ -108,7 +108,7 @@ def scatter(comparisons: Sequence[Comparison], *, narrow: bool = False) -> Figur
         axes.set_title(engine_label(comparison), fontsize=10)
     for axes in every[len(comparisons) :]:
         axes.remove()
-    legend_below(figure, every[0], 1 if narrow else 3)
+    legend_below(figure, every[0], 3)
     return figure
 
 
@@ -125,14 +125,13 @@ def contacts_section(study: Study, runs: Sequence[Run]) -> Section:
         return Section(number=scene.name, title=words.text("title"), words=[words.text("nothing")])
     named = zip(study.comparisons, runs, strict=True)
     rows = [_row(engine_label(comparison), run) for comparison, run in named]
-    wide, narrow = (scatter(study.comparisons, narrow=one) for one in (False, True))
     name, caption = f"{scene.name}-scatter", words.text("scatter")
     return Section(
         number=scene.name,
         title=words.text("title", time=scene.analysis.time_s),
         introduction=[words.text("instant", friction=scene.contact.friction)],
         words=_found(words, study, runs),
-        pictures=[Picture(name=name, caption=caption, figure=wide, narrow=narrow)],
+        pictures=[Picture(name=name, caption=caption, figure=scatter(study.comparisons))],
         tables=[words.table("runs", rows)],
         files=[run["csv"] for run in runs],
     )

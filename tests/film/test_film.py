@@ -100,7 +100,11 @@ def test_the_viewer_has_the_numbers_of_the_film(reels):
 def test_the_picture_and_the_viewer_have_the_limits_of_the_user(reels, tmp_path):
     own = tmp_path / "mine.toml"
     own.write_text(OWN_LIMIT)
-    legend = draw_still(reels[0], reels[0].frames[0], (own,)).axes[0].get_legend()
+    figure = draw_still(reels[0], reels[0].frames[0], (own,))
+    (legend,) = figure.legends
+    figure.draw_without_rendering()
+    label = figure.axes[0].xaxis.label.get_window_extent()
+    assert not legend.get_window_extent().overlaps(label)
     coded = json.loads(gzip.decompress(base64.b64decode(packed(reels, (own,)))))
     named = [text.get_text() for text in legend.get_texts()]
     assert named == [f"above {significant(one['number'], 4)} N" for one in coded["limits"]]
