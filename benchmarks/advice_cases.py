@@ -1,5 +1,6 @@
 """The scenes that the advice is made from, and others, unseen by it, on which it is tested."""
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -12,18 +13,10 @@ from nscd import Snapshot
 Makers = dict[str, Callable[[], Scene]]
 
 
-def _with(
-    scene: Scene, *, mass: object = None, velocity: object = None, restitution: float | None = None
-) -> Scene:
+def _with(scene: Scene, *, restitution: float | None = None, **disks: object) -> Scene:
     """The scene with other masses (n,) kg, left velocities (n,2) m/s, or another restitution."""
-    old = scene.snapshot
-    new = Snapshot(
-        position=old.position,
-        velocity=old.velocity if velocity is None else velocity,
-        radius=old.radius,
-        mass=old.mass if mass is None else mass,
-    )
-    changed = scene.model_copy(update={"snapshot": new})
+    snapshot = dataclasses.replace(scene.snapshot, **disks)
+    changed = scene.model_copy(update={"snapshot": snapshot})
     return changed if restitution is None else changed.with_contact(restitution=restitution)
 
 
@@ -35,23 +28,17 @@ def _corridor(masses: int, pushed: tuple[float, float], restitution: float) -> S
     """The corridor with masses of that seed, and its three people on the left pushing with another
     velocity (m/s)."""
     scene = make("corridor")
-    velocity = np.zeros((len(scene.snapshot), 2))
+    velocity, mass = np.zeros((len(scene.snapshot), 2)), _masses(len(scene.snapshot), masses)
     velocity[:3] = pushed
-    return _with(
-        scene, mass=_masses(len(scene.snapshot), masses), velocity=velocity, restitution=restitution
-    )
+    return _with(scene, mass=mass, velocity=velocity, restitution=restitution)
 
 
 def _crowd(n: int, seed: int, **contact: object) -> Scene:
     """A random crowd of touching people, each with a random velocity of about 1 m/s."""
     position, radius = heap(n, seed, 0.215, 0.5)
     random = np.random.default_rng(seed)
-    snapshot = Snapshot(
-        position=position,
-        velocity=random.normal(size=(n, 2)),
-        radius=radius,
-        mass=random.uniform(50.0, 100.0, n),
-    )
+    velocity, mass = random.normal(size=(n, 2)), random.uniform(50.0, 100.0, n)
+    snapshot = Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
     base = make("pair").with_contact(**contact)
     return base.model_copy(update={"snapshot": snapshot, "name": f"crowd_{n}"})
 

@@ -6,6 +6,7 @@ Scaled, without dissipation. Primal: min ½|y|² − y⁻·y subject to G y ≤ 
 z·GGᵀz − z·Gy⁻ subject to z ≥ 0."""
 
 import hashlib
+import pickle
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -19,30 +20,18 @@ from analysis.percussions import Setting
 from analysis.scene.scene import read_scene
 from benchmarks.problems import families
 from benchmarks.problems.families import FAMILIES, Case
-from nscd import Contacts, Snapshot, Walls
-
-DISKS = ("position", "velocity", "radius", "mass")
-WALLS = ("start", "end")
-CONTACTS = ("first", "second", "is_wall", "normal", "gap", "point")
 
 
 def write_case(path: Path, case: Case) -> None:
-    """Write a case as .npz."""
-    parts = ((case.snapshot, DISKS), (case.walls, WALLS), (case.contacts, CONTACTS))
-    arrays = {name: getattr(part, name) for part, names in parts for name in names}
-    np.savez(path, name=case.name, left_velocity=case.left_velocity, **arrays)
+    """Write a case so that nscd alone can read it."""
+    path.write_bytes(pickle.dumps(tuple(case)))
 
 
 def read_case(path: Path) -> Case:
     """Read what `write_case` wrote. Ends the program if there is no such file."""
     if not path.is_file():
         sys.exit(f"{path}: no such file")
-    with np.load(path) as file:
-        disks, walls, contacts = (
-            {name: file[name] for name in names} for names in (DISKS, WALLS, CONTACTS)
-        )
-        name, left = str(file["name"]), file["left_velocity"]
-    return Case(name, Snapshot(**disks), Walls(**walls), Contacts(**contacts), left)
+    return Case(*pickle.loads(path.read_bytes()))
 
 
 def case_of(family: str, size: int, folder: Path | None) -> Case:
@@ -52,7 +41,7 @@ def case_of(family: str, size: int, folder: Path | None) -> Case:
         return FAMILIES[family](size)
     made_by = hashlib.sha256(Path(families.__file__).read_bytes()).hexdigest()[:8]
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{family}_{size}_{made_by}.npz"
+    path = folder / f"{family}_{size}_{made_by}.pickle"
     if not path.exists():
         write_case(path, FAMILIES[family](size))
     return read_case(path)

@@ -41,27 +41,25 @@ class Row(NamedTuple):
 def rows_of(case: Case, outcomes: Sequence[Outcome]) -> list[Row]:
     """The rows of a case, products first, as the outcomes come."""
     scale = float(np.abs(case.left_velocity).max())
-    found = [(outcome, outcome.best) for outcome in outcomes]
-    exact = min((best for _, best in found if best), key=lambda best: best.residual, default=None)
-    rivals = [best for outcome, best in found if best and outcome.solver in PEERS]
-    at, fastest = np.nan, np.nan
-    for level in (TARGET, NEAR):
-        if times := [best.seconds for best in rivals if best.residual <= level]:
-            at, fastest = level, min(times)
-            break
+    every = [outcome.best for outcome in outcomes if outcome.best]
+    exact = min(every, key=lambda best: best.residual, default=None)
+    rivals = [outcome.best for outcome in outcomes if outcome.best and outcome.solver in PEERS]
+    reached = (x for x in (TARGET, NEAR) if any(best.residual <= x for best in rivals))
+    at = next(reached, np.nan)
+    fastest = min((best.seconds for best in rivals if best.residual <= at), default=np.nan)
     rows = []
-    for outcome, best in found:
+    for outcome in outcomes:
         head = (case.name, len(case.snapshot), len(case.contacts), outcome.solver)
-        if best is None or exact is None:
+        if (best := outcome.best) is None or exact is None:
             nothing = ("", np.nan, np.nan, False, np.nan, np.nan, at, 0, np.nan)
             rows.append(Row(*head, *nothing, outcome.ended))
             continue
         asked = f"{best.asked:.0f} iterations" if best.asked >= 1 else f"asked {best.asked:.0e}"
         setting = ", ".join(part for part in (best.variant, asked) if part)
-        reached = best.residual <= TARGET
         error = float(np.abs(best.velocity - exact.velocity).max()) / scale
-        times = fastest / best.seconds if reached else np.nan
-        note = "" if reached else outcome.ended or "its tightest"
+        times, note = fastest / best.seconds, ""
+        if best.residual > TARGET:
+            times, note = np.nan, outcome.ended or "its tightest"
         measured = (setting, best.seconds, best.residual, best.own, error, times, at)
         rows.append(Row(*head, *measured, best.iterations, best.peak_MB, note))
     return rows
@@ -134,12 +132,12 @@ def summary(rows: Sequence[Row]) -> str:
 
 
 def _best_peer(mine: dict[str, Row]) -> str:
-    for level, words in ((TARGET, ""), (NEAR, " (to 10⁻⁸)")):
-        good = [row for name, row in mine.items() if name in PEERS and row.residual <= level]
-        if good:
-            best = min(good, key=lambda row: row.cpu_s)
-            return f"{best.solver}, {_short_time(best.cpu_s)}{words}"
-    return "none in time"
+    good = [row for name, row in mine.items() if name in PEERS and row.residual <= row.best_peer_at]
+    if not good:
+        return "none in time"
+    best = min(good, key=lambda row: row.cpu_s)
+    words = "" if best.best_peer_at == TARGET else " (to 10⁻⁸)"
+    return f"{best.solver}, {_short_time(best.cpu_s)}{words}"
 
 
 def _short_time(seconds: float) -> str:

@@ -24,6 +24,8 @@ DOOR = 0.5  # half width, m
 WIDEST, SKIN = 0.25, 0.05  # m
 # Of a pushed row: how far people stand to the left and right of it (m).
 ASIDE = 0.03
+# The ends of the wall before a chain and a row (m).
+ACROSS = [[[0.0, -1.0], [0.0, 1.0]]]
 
 
 class Case(NamedTuple):
@@ -56,19 +58,11 @@ def jammed(n: int, seed: int = 1) -> Case:
     # stiffer in a larger crowd, so that overlaps stay below a tenth of a radius
     # stiffness waves cross a larger crowd more slowly, hence the steps
     stiffness, most = 1e6 * np.sqrt(n / 594), 20_000 + int(400 * np.sqrt(n))
+    root, cell = np.sqrt(stiffness), 2 * float(radius.max()) + SKIN
     rested = _core.press(
-        position,
-        radius,
-        np.full(n, 75.0 * 2.0 / 0.5),
-        half_door=DOOR,
-        stiffness=stiffness,
-        step=0.02 / np.sqrt(stiffness),
-        longest=0.5 / np.sqrt(stiffness),
-        skin=SKIN,
-        cell=2 * float(radius.max()) + SKIN,
-        rest=REST,
-        most=most,
-    )
+        position, radius, np.full(n, 75.0 * 2.0 / 0.5), half_door=DOOR, stiffness=stiffness,
+        step=0.02 / root, longest=0.5 / root, skin=SKIN, cell=cell, rest=REST, most=most,
+    )  # fmt: skip
     if not rested:
         raise RuntimeError(f"{n} jammed disks did not come to rest")
     return _case("jammed", position, radius, np.full(n, 75.0), 0.0, closed=True)
@@ -90,11 +84,7 @@ def chain(n: int, seed: int = 1) -> Case:
     del seed
     position = np.column_stack([0.5 * np.arange(n) - 0.5 * n + 0.25, np.zeros(n)])
     velocity = np.tile([2.0, 0.0], (n, 1))
-    snapshot = Snapshot(
-        position=position, velocity=velocity, radius=np.full(n, 0.25), mass=np.full(n, 75.0)
-    )
-    walls = Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]]))
-    return Case("chain", snapshot, walls, find_contacts(snapshot, walls, tolerance=1e-9), velocity)
+    return _before("chain", ACROSS, position, velocity, np.full(n, 0.25), np.full(n, 75.0))
 
 
 def gate(n: int = 0, seed: int = 1) -> Case:
@@ -118,11 +108,7 @@ def push(n: int, seed: int = 1) -> Case:
     along = -radius[0] - np.concatenate([[0.0], np.cumsum(between)])
     velocity = np.zeros((n, 2))
     velocity[-1, 0] = 2.0
-    snapshot = Snapshot(
-        position=np.column_stack([along, aside]), velocity=velocity, radius=radius, mass=mass
-    )
-    walls = Walls(start=np.array([[0.0, -1.0]]), end=np.array([[0.0, 1.0]]))
-    return Case("push", snapshot, walls, find_contacts(snapshot, walls, tolerance=1e-9), velocity)
+    return _before("push", ACROSS, np.column_stack([along, aside]), velocity, radius, mass)
 
 
 def pressed(n: int, seed: int = 1) -> Case:
@@ -162,8 +148,22 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
     reach = float(np.abs(position).max()) + 1.0
     shut = [[[0.0, -reach], [0.0, reach]]]
     ajar = [[[0.0, -reach], [0.0, -DOOR]], [[0.0, DOOR], [0.0, reach]]]
-    ends = np.array(shut if closed else ajar)
-    walls = Walls(start=ends[:, 0], end=ends[:, 1])
+    ends = shut if closed else ajar
+    return _before(name, ends, position, velocity, radius, mass, tolerance)
+
+
+def _before(
+    name: str,
+    ends: Any,
+    position: Any,
+    velocity: Any,
+    radius: Any,
+    mass: Any,
+    tolerance: float = 1e-9,
+) -> Case:
+    """The case of disks before walls with these ends (m)."""
+    start, end = np.array(ends).swapaxes(0, 1)
+    walls = Walls(start=start, end=end)
     snapshot = Snapshot(position=position, velocity=velocity, radius=radius, mass=mass)
     contacts = find_contacts(snapshot, walls, tolerance=tolerance)
     return Case(name, snapshot, walls, contacts, velocity)
@@ -172,20 +172,11 @@ def _case(name: str, position: Any, radius: Any, mass: Any, tolerance: float, cl
 def _heap(n: int, seed: int) -> tuple[Any, Any]:
     radius = np.random.default_rng(seed).uniform(0.18, 0.25, n)
     position = np.zeros((n, 2))
+    reach = 2.0 * np.sqrt(n * 0.25) + 6.0
     placed = _core.grow(
-        position,
-        radius,
-        _arch(position, radius),
-        half_door=DOOR,
-        cell=2 * WIDEST,
-        reach=2.0 * np.sqrt(n * 0.25) + 6.0,
-        typical=0.215,
-        near=0.43,
-        beside=3.2 * WIDEST,
-        least=0.17,
-        hollow=0.9,
-        shut=False,
-    )
+        position, radius, _arch(position, radius), half_door=DOOR, cell=2 * WIDEST, reach=reach,
+        typical=0.215, near=0.43, beside=3.2 * WIDEST, least=0.17, hollow=0.9, shut=False,
+    )  # fmt: skip
     if placed < n:
         raise RuntimeError("the heap stopped growing")
     return position, radius

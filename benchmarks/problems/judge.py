@@ -57,13 +57,7 @@ class Known:
         if not isinstance(problem, CrowdProblem):
             raise ExchangeError(f"{path}: /crowd: missing; the library has it")
         k = len(problem.contacts)
-        law = problem.setting.law
-        friction = np.where(
-            problem.contacts.is_wall,
-            law.friction if law.wall_friction is None else law.wall_friction,
-            law.friction,
-        )
-        whole = problem.matrices(friction)
+        whole = problem.matrices(problem.setting.law.frictions(problem.contacts.is_wall))
         known = unique and (truth := read_truth_of(path, k)) is not None
         return cls(
             whole=whole,
@@ -98,8 +92,7 @@ def judge(problem: Path, answer: Path, *, unique: bool) -> Verdict:
     errors = {"velocity": math.nan, "determined": math.nan, "outside": math.nan}
     if known.truth is not None and known.reaction is not None and math.isfinite(residual):
         errors = _against(known, known.truth, known.reaction, reaction)
-    limits = {**THRESHOLDS, "determined": THRESHOLDS["reaction"]}
-    limits["outside"] = THRESHOLDS["reaction"]
+    limits = THRESHOLDS | dict.fromkeys(("determined", "outside"), THRESHOLDS["reaction"])
     every = {"residual": residual, **errors}
     wrong = [f"{name} {error:.1e}" for name, error in every.items() if error > limits[name]]
     return Verdict(**every, seconds=seconds, why=", ".join(wrong))

@@ -63,14 +63,8 @@ class Problem:
         setting = Setting(
             walls=case.walls, wall_names=names, friction=self.friction, left_velocity="dump"
         )
-        return SnapshotPercussions(
-            setting=setting,
-            snapshot=case.snapshot,
-            contacts=case.contacts,
-            left_velocity=case.left_velocity,
-            window=None,
-            answer=answer,
-        )
+        found = {"snapshot": case.snapshot, "contacts": case.contacts, "left_velocity": left}
+        return SnapshotPercussions(setting=setting, **found, window=None, answer=answer)
 
     def _of_frame(self) -> SnapshotPercussions:
         """A frame of the shipped excerpt before its gate."""
@@ -131,18 +125,10 @@ def write_library(
     Each answer is judged from its file alone, as anybody's. Raises ValueError naming the problem
     whose kept answer is not right, MissingExtraError without h5py or what reads real crowds."""
     hdf5()
-    if executor is None:
-        entries = []
-        for number, problem in enumerate(problems):
-            entries.append(write_one(folder, problem))
-            if progress:
-                progress("problems", (number + 1) / len(problems))
-    else:
-        tasks = [
-            Task(call=write_one, arguments=(folder, problem), work=float(problem.size))
-            for problem in problems
-        ]
-        entries = do_all(tasks, executor, "problems", progress)
+    tasks = [
+        Task(call=write_one, arguments=(folder, one), work=float(one.size)) for one in problems
+    ]
+    entries = do_all(tasks, executor, "problems", progress)
     manifest = folder / MANIFEST
     content = {
         "version": VERSION,

@@ -2,7 +2,7 @@
 the answers are the same bits; a table.
 
 Usage: python benchmarks/scaling/threads.py [--families heap …] [--sizes N …] [--threads 1 2 …]
-[--any] [--repeats N] [--cases FOLDER] [--read CASE.npz …] [--out FOLDER]
+[--any] [--repeats N] [--cases FOLDER] [--read CASE …] [--out FOLDER]
 
 Wall seconds are the least of the repeats, kernels loaded before; their ratio is to the first number
 of threads. CPU seconds are those of all threads in the repeat of the least wall seconds, waiting

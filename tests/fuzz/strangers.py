@@ -5,14 +5,11 @@ from __future__ import annotations
 
 import io
 import json
-import sqlite3
 import tempfile
 from pathlib import Path
 
-import h5py
-import numpy as np
-
 from tests.forked import as_program, in_fork
+from tests.walkers import archive, base_of, walkers
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests/data/trajectories"
@@ -25,53 +22,23 @@ STATED = {
 FLOOR = "POLYGON ((0 0, 6 0, 6 5, 0 5, 0 0), (3 2, 3.5 2, 3.5 3, 3 3, 3 2))"
 
 
-def walkers():
-    """Three people in a row: id, frame, x, y; see tests/data/trajectories/README.md."""
-    return [(i, f, 0.5 * (i - 1), 0.1 * f) for i in (1, 2, 3) for f in range(5)]
-
-
 def trajectories():
     """Name → content of the same walkers in every format."""
     found = {path.name: path.read_bytes() for path in HERE.iterdir() if path.name in STATED}
     head = "pedestrianId-PID1 simTime endTime-PID1 startX-PID1 startY-PID1 endX-PID1 endY-PID1"
     steps = [(i, f / 10, f / 10 + 0.1, x, y, x, y + 0.1) for i, f, x, y in walkers()]
     text = "\n".join([head, *(" ".join(f"{cell:.4g}" for cell in row) for row in steps)]) + "\n"
-    kinds = [("id", "i8"), ("frame", "i8"), ("x", "f8"), ("y", "f8")]
     return found | {
         "steps.traj": text.encode(),
-        "jupedsim.sqlite": sqlite_of(walkers(), FLOOR),
-        "archive.h5": hdf5_of(np.array(walkers(), dtype=kinds)),
+        "jupedsim.sqlite": jupedsim(),
+        "archive.h5": archive(io.BytesIO(), floor=FLOOR).getvalue(),
     }
 
 
-def sqlite_of(rows, floor):
-    """A trajectory of JuPedSim."""
+def jupedsim():
+    """The content of a trajectory of JuPedSim with its floor."""
     with tempfile.TemporaryDirectory() as folder:
-        base = sqlite3.connect(Path(folder) / "one")
-        with base:
-            base.execute(
-                "CREATE TABLE trajectory_data (frame INTEGER NOT NULL, id INTEGER NOT NULL, "
-                "pos_x REAL NOT NULL, pos_y REAL NOT NULL)"
-            )
-            base.execute("CREATE TABLE metadata (key TEXT NOT NULL UNIQUE, value TEXT NOT NULL)")
-            base.execute("CREATE TABLE geometry (hash INTEGER NOT NULL, wkt TEXT NOT NULL)")
-            said = [("version", "2"), ("fps", "10")]
-            base.executemany("INSERT INTO metadata VALUES (?, ?)", said)
-            base.execute("INSERT INTO geometry VALUES (1, ?)", [floor])
-            turned = [(frame, one, x, y) for one, frame, x, y in rows]
-            base.executemany("INSERT INTO trajectory_data VALUES (?, ?, ?, ?)", turned)
-        base.close()
-        return (Path(folder) / "one").read_bytes()
-
-
-def hdf5_of(table):
-    """A trajectory of the archive in Jülich."""
-    content = io.BytesIO()
-    with h5py.File(content, "w") as file:
-        made = file.create_dataset("trajectory", data=table)
-        made.attrs["fps"] = 10.0
-        file.attrs["wkt_geometry"] = FLOOR
-    return content.getvalue()
+        return base_of(Path(folder) / "one", walkers(), geometry=[FLOOR]).read_bytes()
 
 
 def floors():
@@ -94,7 +61,7 @@ def floors():
     return {
         "floor.wkt": (FLOOR.encode(), door),
         "floor.geojson": (json.dumps(polygon).encode(), door),
-        "floor.sqlite": (sqlite_of(walkers(), FLOOR), door),
+        "floor.sqlite": (jupedsim(), door),
         "floor.scenario": (json.dumps(scenario).encode(), ()),
     }
 

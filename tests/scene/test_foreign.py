@@ -22,35 +22,10 @@ from analysis.support import foreign
 from analysis.support.reading import UnreadableError
 from tests.crowds import room_text
 from tests.forked import as_program, in_fork
+from tests.walkers import KINDS, archive, base_of, walkers
 
 ROOT = Path(__file__).resolve().parents[2]
 FREE = ROOT / "tests/data/rooms/free.toml"
-TABLE = "create table trajectory_data (id int, frame int, pos_x real, pos_y real)"
-KINDS = [("id", "i8"), ("frame", "i8"), ("x", "f8"), ("y", "f8")]
-
-
-def walkers():
-    return [(i, f, 0.5 * (i - 1), 0.1 * f) for i in (1, 2, 3) for f in range(5)]
-
-
-def base_of(path, rows, *, table=TABLE, fps="10", geometry=()):
-    base = sqlite3.connect(path)
-    with base:
-        base.execute(table)
-        base.execute("create table metadata (key text, value text)")
-        base.executemany("insert into metadata values (?, ?)", [("fps", fps), ("version", "2")])
-        base.executemany("insert into trajectory_data values (?, ?, ?, ?)", rows)
-        base.execute("create table geometry (wkt text)")
-        base.executemany("insert into geometry values (?)", [(wkt,) for wkt in geometry])
-    base.close()
-    return path
-
-
-def archive(path, rows=None, kinds=KINDS, **attributes):
-    with h5py.File(path, "w") as file:
-        made = file.create_dataset("trajectory", data=np.array(rows or walkers(), dtype=kinds))
-        made.attrs.update({"fps": 10.0} | attributes)
-    return path
 
 
 def test_memory_goes_with_rows_not_with_frame_numbers(tmp_path):
