@@ -162,7 +162,11 @@ def test_no_row_is_dropped_or_bent_in_silence(name, row, said, tmp_path):
         ("exponent.csv", "name,id,t,x,y\n,,s,m,m\np,1,0,1,2\np,1,5e-1,1,3\n", 2),
         ("marked.csv", "\ufeffid;frame;time;x;y\n1;0;0;1;2\n1;1;0.5;1;3\n", 2),
         ("quoted.csv", 'who,id,frame,x,y\n"a, b",1,0,1,2\n"a, b",1,1,1,3\n', 4),
-        ("steps.traj", "pedestrianId simTime endTime startX startY endX endY\n1 0 1 1 2 1 6\n", 4),
+        (
+            "steps.traj",
+            "pedestrianId simTime endTime startX startY endX endY\n1 0 1 1 2 1 6\n1 1 2 1 6 1 10\n",
+            4,
+        ),
     ],
 )
 def test_what_other_programs_write_is_read(tmp_path, name, text, rate):
