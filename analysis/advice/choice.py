@@ -177,7 +177,7 @@ def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
         reference = soft_reference(window.variant(law, stiffness))
     except ReferenceError:
         return
-    own, looser = (window.quantities(m, stiffness) for m in (reference.motion, reference.looser))
+    own, looser = (window.quantities(motion, stiffness) for motion in reference)
     model = Converged(own=own, looser=looser, wrong="the time step is too long: wrong")
     for share in SHARES:
         near: list[list[Point]] = []
@@ -195,11 +195,12 @@ def _stepped(judge: Judge, law: str, engines: Iterable[str]) -> Iterator[Point]:
                     stiffness_N_per_m=stiffness,
                     cpu_seconds=None,
                     values=values,
+                    model=model,
                 )
                 for engine in engines
             )
             with np.errstate(all="ignore"):
-                near.append([point for one in answers for point in judge.points(one, model)])
+                near.append([point for one in answers for point in judge.points(one)])
         yield from map(_cautious, *near)
 
 

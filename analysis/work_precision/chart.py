@@ -3,14 +3,13 @@ disks."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from analysis.scene.scene import Scene
 from analysis.scene.shipped_scenes import MAKERS, OF_FIXED_SIZE, make
 from analysis.support.parallel import Progress, Task, do_all, workers
-from analysis.work_precision.continuum import COARSE, SIDES, ContinuumLadder, continuum_ladder
+from analysis.work_precision.continuum import COARSE, SIDES, continuum_ladder
 from analysis.work_precision.point import Point, PointStatus
 from analysis.work_precision.rigid_solves import solve_rigid, solve_rivals
 from analysis.work_precision.soft import (
@@ -19,11 +18,9 @@ from analysis.work_precision.soft import (
     QUICK,
     STIFFER,
     Grid,
-    SoftReference,
     SoftSetting,
     kept_reference,
     prepare_window,
-    run_folder,
     run_soft,
     scene_of,
     settings_of,
@@ -72,7 +69,7 @@ def measure(
     fraction of a second, are computed again."""
     pairs = sorted({(s.law, s.stiffness_N_per_m) for s in settings})
     groups = {
-        "references": [_integration(window, folder, *pair) for pair in pairs],
+        "models": [_integration(window, folder, *pair) for pair in pairs],
         "runs": [_run(window, folder, setting) for setting in settings],
         **_solutions(window, folder, mesh_sides),
     }
@@ -80,17 +77,21 @@ def measure(
     label = f"{name}: {len(window.scene.snapshot)} disks"
     results = iter(do_all(tasks, executor, label, progress))
     done = {name: [next(results) for _ in group] for name, group in groups.items()}
-    references = dict(zip(pairs, done["references"], strict=True))
-    (rigid,), (continuum,) = done["rigid"], done["continuum"]
+    models: dict[tuple[str, float | None], Converged] = dict(
+        zip(pairs, done["models"], strict=True)
+    )
+    (rigid,), ((continuum, no_continuum),) = done["rigid"], done["continuum"]
+    answers = [replace(run, model=models[run.law, run.stiffness_N_per_m]) for run in done["runs"]]
+    answers += [answer for solved in done["solved"] for answer in solved]
     judge = Judge(window=window, name=name, rigid=rigid)
-    failed = {pair: found for pair, found in references.items() if isinstance(found, str)}
+    failed = [(law, k, models[law, k].why) for law, k in pairs if models[law, k].own is None]
     return Measured(
         window=window,
         rigid=rigid,
         quantities=tuple(judge.exact),
-        points=tuple(_points(judge, done, references, continuum)),
-        no_continuum=continuum.reason,
-        warnings=tuple(f"reference {law}, k = {k:.3g} N/m: {f}" for (law, k), f in failed.items()),
+        points=tuple(p for answer in (*answers, *continuum) for p in judge.points(answer)),
+        no_continuum=no_continuum,
+        warnings=tuple(f"reference {law}, k = {k:.3g} N/m: {why}" for law, k, why in failed),
     )
 
 
@@ -98,17 +99,13 @@ def _integration(window: Window, folder: Path, law: str, stiffness: float) -> Ta
     setting = SoftSetting(engine="", law=law, stiffness_N_per_m=stiffness, share=1.0)
     return Task(
         call=kept_reference,
-        arguments=(window.variant(law, stiffness), folder / f"reference_{law}_k{stiffness:.6g}"),
+        arguments=(window, law, stiffness, folder),
         work=INTEGRATION * _work(window, setting),
     )
 
 
 def _run(window: Window, folder: Path, setting: SoftSetting) -> Task:
-    return Task(
-        call=run_soft,
-        arguments=(scene_of(window, setting), setting, run_folder(folder, setting)),
-        work=_work(window, setting),
-    )
+    return Task(call=run_soft, arguments=(window, setting, folder), work=_work(window, setting))
 
 
 def _solutions(window: Window, folder: Path, mesh_sides: Sequence[float]) -> dict[str, list[Task]]:
@@ -124,35 +121,6 @@ def _solutions(window: Window, folder: Path, mesh_sides: Sequence[float]) -> dic
         "rigid": [Task(call=rigid_reference, arguments=given, work=1e5 + size**2)],
         "continuum": [Task(call=continuum_ladder, arguments=meshed, work=work)],
     }
-
-
-def _points(
-    judge: Judge,
-    done: dict[str, list[Any]],
-    references: dict[tuple[str, float], SoftReference | str],
-    continuum: ContinuumLadder,
-) -> Iterator[Point]:
-    window = judge.window
-    models = {pair: _converged(window, pair[1], found) for pair, found in references.items()}
-    for run in done["runs"]:
-        model = models[run.setting.law, run.setting.stiffness_N_per_m]
-        yield from judge.points(run.on(window), model)
-    for answers in done["solved"]:
-        for answer in answers:
-            yield from judge.points(answer)
-    for answer, model in continuum.judged():
-        yield from judge.points(answer, model)
-
-
-def _converged(window: Window, stiffness: float, found: SoftReference | str) -> Converged:
-    wrong = "the run ended as if all were well, but is wrong"
-    if isinstance(found, str):
-        return Converged(why=found, wrong=wrong)
-    return Converged(
-        own=window.quantities(found.motion, stiffness),
-        looser=window.quantities(found.looser, stiffness),
-        wrong=wrong,
-    )
 
 
 def _work(window: Window, setting: SoftSetting) -> float:

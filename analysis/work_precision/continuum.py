@@ -1,7 +1,7 @@
 """The continuum by the same chart: its region, its solves, its ladder of meshes."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
@@ -273,36 +273,14 @@ FINER = (0.5, 0.25)
 EDITION = 2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ContinuumLadder:
-    """The continuum on a window.
-
-    references: of each model, on meshes twice and four times as fine as the finest of them."""
-
-    answers: tuple[Answer, ...] = ()  # of both models on each mesh
-    references: tuple[tuple[Answer, Answer], ...] = ()
-    reason: str = ""  # why there is none of all this, in words
-
-    def judged(self) -> Iterator[tuple[Answer, Converged]]:
-        """Yield each answer with its model, converged."""
-        models = {}
-        for coarse, fine in self.references:
-            sure = coarse.status == fine.status == PointStatus.OK
-            models[coarse.law] = Converged(
-                own=fine.values if sure else None,
-                looser=coarse.values if sure else None,
-                why=f"the reference is {fine.status}: {fine.reason or coarse.reason}",
-                wrong="the mesh is too coarse: wrong",
-            )
-        for answer in self.answers:
-            yield answer, models[answer.law]
-
-
-def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> ContinuumLadder:
-    """Solve on meshes of these sides (in mean radii), finest last; the references, which take long,
-    are kept in `path`_*.npz."""
+def continuum_ladder(
+    window: Window, sides: Sequence[float], path: Path
+) -> tuple[list[Answer], str]:
+    """Solve both models on meshes of these sides (in mean radii), finest last, each answer with its
+    model, converged, and why there is none of all this; the references, which take long, are kept
+    in `path`_*.npz."""
     if not sides:
-        return ContinuumLadder(reason="it was not asked for")
+        return [], "it was not asked for"
     radius = float(window.scene.snapshot.radius.mean())
     try:
         answers = [
@@ -312,8 +290,21 @@ def continuum_ladder(window: Window, sides: Sequence[float], path: Path) -> Cont
         ]
         coarse, fine = (_kept(window, share * sides[-1] * radius, path) for share in FINER)
     except ValueError as error:
-        return ContinuumLadder(reason=str(error))
-    return ContinuumLadder(answers=tuple(answers), references=tuple(zip(coarse, fine, strict=True)))
+        return [], str(error)
+    models = {two[0].law: converged(*two) for two in zip(coarse, fine, strict=True)}
+    return [replace(answer, model=models[answer.law]) for answer in answers], ""
+
+
+def converged(coarse: Answer, fine: Answer) -> Converged:
+    """Make the converged model of its answers on meshes twice and four times as fine as the finest
+    of a ladder."""
+    sure = coarse.status == fine.status == PointStatus.OK
+    return Converged(
+        own=fine.values if sure else None,
+        looser=coarse.values if sure else None,
+        why=f"the reference is {fine.status}: {fine.reason or coarse.reason}",
+        wrong="the mesh is too coarse: wrong",
+    )
 
 
 def _kept(window: Window, side_m: float, path: Path) -> tuple[Answer, ...]:

@@ -7,10 +7,10 @@ import logging
 import resource
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -29,6 +29,7 @@ from analysis.support.parallel import Progress
 from analysis.work_precision.point import PointStatus
 from analysis.work_precision.window import (
     Answer,
+    Converged,
     Motion,
     Window,
     driven_window,
@@ -141,8 +142,7 @@ class ReferenceError(RuntimeError):
     """A reference that could not be computed; the message says why."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SoftReference:
+class SoftReference(NamedTuple):
     """The soft model at the end of the scene's run.
 
     looser: the same with a tolerance 100 times looser; their difference bounds the error as long as
@@ -150,46 +150,45 @@ class SoftReference:
 
     motion: Motion  # its answer
     looser: Motion
-    steps: int  # of the integration
 
 
 def soft_reference(scene: Scene, tolerance: float = TOLERANCE) -> SoftReference:
     """Integrate the soft model of the scene over its run by DOP853 (Hairer, Nørsett, Wanner,
     Solving Ordinary Differential Equations I, II.5), twice. Raises ReferenceError, and what
     `SoftModel` raises."""
-    (looser, _), reach = _reaching(scene, lambda reach: _integrate(scene, tolerance, reach))
-    motion, steps = _integrate(scene, TIGHTER * tolerance, reach)
-    return SoftReference(motion=motion, looser=looser, steps=steps)
+    looser, reach = _reaching(scene, lambda reach: _integrate(scene, tolerance, reach))
+    return SoftReference(_integrate(scene, TIGHTER * tolerance, reach), looser)
 
 
 def leapfrog(scene: Scene) -> Motion:
     """Integrate the soft model with the scene's time step as both engines do: positions move with
     the velocity of the half step, and so do dashpots see the one of half a step before. Raises what
     `SoftModel` raises."""
-    return _reaching(scene, lambda reach: _step(scene, reach))[0][0]
+    return _reaching(scene, lambda reach: _step(scene, reach))[0]
 
 
-def kept_reference(scene: Scene, path: Path) -> SoftReference | str:
-    """Take the soft reference of the scene from `path`.npz, or compute and keep it there; return
-    why there is none, in words, where it could not be computed."""
-    file, key = path.with_name(path.name + ".npz"), f"{scene.digest()} {TOLERANCE} {EDITION}"
-    if found := kept(file, key):
-        motion, looser = (
-            Motion(displacement=found[f"{name}_displacement"], velocity=found[f"{name}_velocity"])
-            for name in ("motion", "looser")
+def kept_reference(window: Window, law: str, stiffness: float, folder: Path) -> Converged:
+    """Give the soft model of a window, converged: as kept in the folder, or computed and kept
+    there."""
+    scene = window.variant(law, stiffness)
+    file = folder / f"reference_{law}_k{stiffness:.6g}.npz"
+    key = f"{scene.digest()} {TOLERANCE} {EDITION}"
+    wrong = "the run ended as if all were well, but is wrong"
+    if (found := kept(file, key)) is None:
+        try:
+            made = soft_reference(scene)._asdict()
+        except ReferenceError as error:
+            return Converged(why=str(error), wrong=wrong)
+        parts = [(name, field) for name in made for field in ("displacement", "velocity")]
+        found = {f"{name}_{field}": getattr(made[name], field) for name, field in parts}
+        keep(file, key, found)
+    own, looser = (
+        window.quantities(
+            Motion(found[f"{name}_displacement"], found[f"{name}_velocity"]), stiffness
         )
-        return SoftReference(motion=motion, looser=looser, steps=int(found["steps"]))
-    try:
-        made = soft_reference(scene)
-    except ReferenceError as error:
-        return str(error)
-    arrays = {
-        f"{name}_{field}": getattr(getattr(made, name), field)
-        for name in ("motion", "looser")
-        for field in ("displacement", "velocity")
-    }
-    keep(file, key, {"steps": made.steps, **arrays})
-    return made
+        for name in SoftReference._fields
+    )
+    return Converged(own=own, looser=looser, wrong=wrong)
 
 
 def _speed(scene: Scene) -> float:
@@ -202,21 +201,19 @@ def _speed(scene: Scene) -> float:
     return max(speed, scene.drive.speed_m_per_s * share)
 
 
-def _reaching(
-    scene: Scene, integrate: Callable[[float], tuple[Motion, int]]
-) -> tuple[tuple[Motion, int], float]:
+def _reaching(scene: Scene, integrate: Callable[[float], Motion]) -> tuple[Motion, float]:
     """What `integrate` gives with contacts looked for as far (m) as it takes, and how far: a crowd
     can squeeze somebody out faster than anybody wants to walk."""
     reach = 2.0 * (_speed(scene) * scene.run.duration_s + 1e-4)
     while True:
         found = integrate(reach)
-        farthest = 2.0 * float(np.hypot(*found[0].displacement[1].T).max())
+        farthest = 2.0 * float(np.hypot(*found.displacement[1].T).max())
         if not farthest > 0.9 * reach:
             return found, reach
         reach = max(2.0 * reach, 1.5 * farthest)
 
 
-def _step(scene: Scene, reach: float) -> tuple[Motion, int]:
+def _step(scene: Scene, reach: float) -> Motion:
     model, penalty = SoftModel(scene, reach), penalty_of(scene)
     start = np.array(scene.snapshot.position)
     moved, velocity = np.zeros_like(start), np.array(scene.snapshot.velocity)
@@ -232,11 +229,10 @@ def _step(scene: Scene, reach: float) -> tuple[Motion, int]:
         if step in (penalty.steps // 2, penalty.steps):
             frames.append((moved.copy(), velocity + 0.5 * dt * acceleration))
         velocity += dt * acceleration
-    displacement, velocities = (np.stack(part) for part in zip(*frames, strict=True))
-    return Motion(displacement=displacement, velocity=velocities), penalty.steps
+    return Motion(*(np.stack(part) for part in zip(*frames, strict=True)))
 
 
-def _integrate(scene: Scene, tolerance: float, reach: float) -> tuple[Motion, int]:
+def _integrate(scene: Scene, tolerance: float, reach: float) -> Motion:
     snapshot, model = scene.snapshot, SoftModel(scene, reach)
     n = len(snapshot)
     period = float(
@@ -269,7 +265,7 @@ def _integrate(scene: Scene, tolerance: float, reach: float) -> tuple[Motion, in
         start = solver.y
         states.append(start.reshape(2, n, 2))
     moved = period * np.stack([state[0] for state in states])
-    return Motion(displacement=moved, velocity=np.stack([state[1] for state in states])), steps
+    return Motion(moved, np.stack([state[1] for state in states]))
 
 
 def _stay_inside(scene: Scene, model: SoftModel, before: Floats, after: Floats) -> None:
@@ -301,23 +297,6 @@ class SoftSetting:
     law: str
     stiffness_N_per_m: float  # noqa: N815  (the unit is newton)
     share: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SoftRun:
-    """What a run with a setting gave: its motion (None where it failed), and the answer without
-    values; its CPU seconds are the engine's, start included."""
-
-    setting: SoftSetting
-    motion: Motion | None
-    answer: Answer
-
-    def on(self, window: Window) -> Answer:
-        """Give the answer on the window."""
-        if self.motion is None:
-            return self.answer
-        values = window.quantities(self.motion, self.setting.stiffness_N_per_m)
-        return replace(self.answer, values=values)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -362,33 +341,33 @@ def run_folder(folder: Path, setting: SoftSetting) -> Path:
     return folder / f"{setting.engine}_{setting.law}_{size}"
 
 
-def run_soft(scene: Scene, setting: SoftSetting, folder: Path) -> SoftRun:
-    """Run the scene with the setting's engine, or take what is there: the finished run, or how it
-    failed.
+def run_soft(window: Window, setting: SoftSetting, folder: Path) -> Answer:
+    """Run the window with the setting's engine, or take what is in the folder: the finished run, or
+    how it failed. Its CPU seconds are the engine's, start included.
 
     A run that fails is a result: its status and reason say so."""
-    note = folder.with_name(folder.name + ".json")
+    scene, place = scene_of(window, setting), run_folder(folder, setting)
+    note = place.with_name(place.name + ".json")
     key = f"{scene.digest()} {_version(setting.engine)}"
     known = kept(note, key)
-    if known is None or not _is_there(known, folder):
-        known = _run(scene, setting, folder)
+    if known is None or not _is_there(known, place):
+        known = _run(scene, setting, place)
         keep(note, key, known)
-    motion, status, reason = None, PointStatus(known["status"]), known["reason"]
+    values, status, reason = None, PointStatus(known["status"]), known["reason"]
     if status == PointStatus.OK:
         try:
-            motion = _motion(scene, folder)
+            values = window.quantities(_motion(scene, place), setting.stiffness_N_per_m)
         except (DumpError, EngineError) as error:
             status, reason = PointStatus.FAILED, str(error)
-    answer = Answer(
+    return Answer(
         method=setting.engine,
         law=setting.law,
         time_step_s=penalty_of(scene).time_step,
         time_step_share=setting.share,
         stiffness_N_per_m=setting.stiffness_N_per_m,
-        values=None,
+        values=values,
         **known | {"status": status, "reason": reason},
     )
-    return SoftRun(setting=setting, motion=motion, answer=answer)
 
 
 @functools.cache
@@ -437,7 +416,7 @@ def _motion(scene: Scene, folder: Path) -> Motion:
         raise DumpError(f"{folder}: {len(trajectory)} frames where 3 are due")
     frames = [snapshot_of(trajectory[frame]) for frame in (1, 2)]
     moved = np.stack([frame.position for frame in frames]) - scene.snapshot.position
-    return Motion(displacement=moved, velocity=np.stack([frame.velocity for frame in frames]))
+    return Motion(moved, np.stack([frame.velocity for frame in frames]))
 
 
 def prepare_window(scene: Scene, folder: Path, progress: Progress | None = None) -> Window:

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.sparse.linalg import spsolve
 
 from analysis.percussions.setting import Setting, law_of
 from analysis.scene.scene import Scene
@@ -22,8 +23,7 @@ DRIVEN_SHARE = 0.04
 LARGEST_CONDITION = 1e6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Motion:
+class Motion(NamedTuple):
     """What a method makes of the window: displacement (2,n,2) m and velocity (2,n,2) m/s, halfway
     and at its end."""
 
@@ -136,14 +136,14 @@ class Window:
         if self.scene.drive is None:
             # an impact takes no time
             both = np.stack([right_velocity, right_velocity])
-            return Motion(displacement=np.zeros_like(both), velocity=both)
+            return Motion(np.zeros_like(both), both)
         tau = self.scene.drive.relaxation_time_s
         time = (
             self.duration(self.scene.contact.stiffness_N_per_m)
             * np.array([0.5, 1.0])[:, None, None]
         )
         velocity = -right_velocity * np.expm1(-time / tau)
-        return Motion(displacement=right_velocity * time - tau * velocity, velocity=velocity)
+        return Motion(right_velocity * time - tau * velocity, velocity)
 
     def rigid_values(self, right_velocity: Floats) -> Values:
         """Give the quantities of rigid disks with u⁺ (n,2) m/s."""
@@ -320,40 +320,23 @@ def rigid_reference(
 def _pressed_line(snapshot: Snapshot, contacts: Contacts, left_velocity: Floats) -> Floats | None:
     """The common velocity (n,2) m/s where all disks are one straight line, free or with one end at
     a wall, that moves along itself and in which every contact presses; else None."""
-    n, k = len(snapshot), len(contacts)
-    walls = int(contacts.is_wall.sum())
+    n, k, walls = len(snapshot), len(contacts), int(contacts.is_wall.sum())
     if walls > 1 or k != n - 1 + walls or n < 2:
         return None
     axis = contacts.normal[0]
     across = np.array([-axis[1], axis[0]])
     if np.abs(contacts.normal @ across).max() > ALIGNED or np.abs(left_velocity @ across).max() > 0:
         return None
-    order = np.argsort(snapshot.position @ axis)
-    pairs = contacts.select(~contacts.is_wall)
-    place = np.empty(n, dtype=np.int64)
-    place[order] = np.arange(n)
-    links = np.sort(np.column_stack([place[pairs.first], place[pairs.second]]), axis=1)
-    if not np.array_equal(
-        links[np.argsort(links[:, 0])], np.column_stack([np.arange(n - 1), np.arange(1, n)])
-    ):
+    mass = snapshot.mass[:, None]
+    common = (1 - walls) * (mass * left_velocity).sum(0) / mass.sum()
+    momentum = (mass * (left_velocity - common)).ravel()
+    matrix = contacts.normal_matrix(n)
+    # what each contact passes on, as many unknowns as the contacts are
+    passed = spsolve((matrix @ matrix.T).tocsc(), matrix @ momentum)
+    size = 1e-12 * np.abs(momentum).sum()
+    if (passed < -size).any() or np.abs(matrix.T @ passed - momentum).max() > 1e3 * size:
         return None
-    mass, speed = snapshot.mass[order], (left_velocity @ axis)[order]
-    if walls:
-        at = int(place[contacts.first[contacts.is_wall][0]])
-        inward = float(contacts.normal[contacts.is_wall][0] @ axis)
-        if at not in (0, n - 1) or (inward > 0) != (at == n - 1):
-            return None
-    common = 0.0 if walls else float(mass @ speed / mass.sum())
-    momentum = mass * (speed - common)
-    # what each contact passes on, counted from the free end
-    passed = (
-        np.cumsum(momentum)
-        if not walls or place[contacts.first[contacts.is_wall][0]]
-        else -np.cumsum(momentum[::-1])
-    )
-    if (passed < -1e-12 * np.abs(momentum).sum()).any():
-        return None
-    return np.tile(common * axis, (n, 1))
+    return np.tile(common, (n, 1))
 
 
 # A sum over the walls below this share of what the disks carry is rounding.
@@ -365,26 +348,6 @@ WRONG = 1.0
 def today() -> str:
     """Give the date, as ISO has it."""
     return datetime.now(UTC).date().isoformat()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Answer(Method):
-    """What a method gave on a window, and at what cost."""
-
-    cpu_seconds: float | None  # as in `Point`
-    values: Values | None  # what it says of each quantity; None without an answer
-    lacks: tuple[Quantity, ...] = ()  # quantities that the method does not have
-    status: PointStatus = PointStatus.OK  # as in `Point`
-    reason: str = ""  # as in `Point`
-    machine: str = field(default_factory=machine)  # as in `Point`
-    date: str = field(default_factory=today)  # as in `Point`
-
-
-KNOWN = tuple(
-    name
-    for name in Answer.__dataclass_fields__
-    if name not in ("values", "lacks", "status", "reason")
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -400,11 +363,26 @@ class Converged:
     wrong: str  # said of an answer that misses the model by more than all of it
 
 
-class _Errors(NamedTuple):
-    numerical_error: float | None = None
-    numerical_bar: float | None = None
-    model_error: float | None = None
-    model_bar: float | None = None
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Answer(Method):
+    """What a method gave on a window, and at what cost.
+
+    cpu_seconds, status, reason, machine, date: as in `Point`"""
+
+    cpu_seconds: float | None
+    values: Values | None = None  # what it says of each quantity; None without an answer
+    lacks: tuple[Quantity, ...] = ()  # quantities that the method does not have
+    model: Converged | None = None  # the method's own, where it is not the rigid model or a rival
+    status: PointStatus = PointStatus.OK
+    reason: str = ""
+    machine: str = field(default_factory=machine)
+    date: str = field(default_factory=today)
+
+
+# What a point has of its answer.
+TAKEN = set(Answer.__dataclass_fields__) & set(Point.__dataclass_fields__) - {"status", "reason"}
+ERRORS = ("numerical_error", "numerical_bar", "model_error", "model_bar")
+Errors = tuple[float | None, float | None, float | None, float | None]
 
 
 class Judge:
@@ -425,26 +403,19 @@ class Judge:
         bounds = window.bounds(rigid.bound)
         self.bar = {q: bounds[q] / float(np.sqrt((v**2).mean())) for q, v in self.exact.items()}
 
-    def points(self, answer: Answer, converged: Converged | None = None) -> Iterator[Point]:
+    def points(self, answer: Answer) -> Iterator[Point]:
         """Yield a point per quantity. Without a converged model of its own, the error of an answer
         is numerical where the method is the rigid model, and the model's where it is another."""
         for quantity, exact in self.exact.items():
-            given = answer.values
-            if quantity in answer.lacks or (given is not None and quantity not in given):
+            given = None if answer.values is None else answer.values.get(quantity)
+            if quantity in answer.lacks or (answer.values is not None and given is None):
                 continue
-            total = None if given is None else relative_error(given[quantity], exact, exact)
-            bar, status, reason = self.bar[quantity], answer.status, answer.reason
-            if converged is not None:
-                errors = self._errors(quantity, given, converged)
-                if status == PointStatus.OK:
-                    status, reason = _judged(errors.numerical_error, reason, converged)
-            elif answer.method == "rigid":
-                errors = _Errors(total, bar, 0.0, 0.0)
-            else:
-                errors = _Errors(None, None, total, bar)
+            total = None if given is None else relative_error(given, exact, exact)
+            errors = self._errors(quantity, answer, total)
+            status, reason = _judged(answer, errors[0])
+            taken: dict[str, Any] = {name: getattr(answer, name) for name in TAKEN}
             yield Point(
-                **{name: getattr(answer, name) for name in KNOWN},
-                **errors._asdict(),
+                **taken | dict(zip(ERRORS, errors, strict=True)),
                 scene=self.name,
                 disks=len(self.window.scene.snapshot),
                 quantity=quantity.name,
@@ -454,19 +425,26 @@ class Judge:
                 reason=reason,
             )
 
-    def _errors(self, quantity: Quantity, given: Values | None, model: Converged) -> _Errors:
-        exact = self.exact[quantity]
+    def _errors(self, quantity: Quantity, answer: Answer, total: float | None) -> Errors:
+        exact, known, model = self.exact[quantity], self.bar[quantity], answer.model
+        if model is None:
+            return (
+                (total, known, 0.0, 0.0) if answer.method == "rigid" else (None, None, total, known)
+            )
         if model.own is None or model.looser is None:
-            return _Errors()
-        own = model.own[quantity]
+            return None, None, None, None
+        own, given = model.own[quantity], (answer.values or {}).get(quantity)
         bar = relative_error(model.looser[quantity], own, exact)
-        numerical = None if given is None else relative_error(given[quantity], own, exact)
-        off = relative_error(own, exact, exact)
-        return _Errors(numerical, bar, off, bar + self.bar[quantity])
+        numerical = None if given is None else relative_error(given, own, exact)
+        return numerical, bar, relative_error(own, exact, exact), bar + known
 
 
-def _judged(numerical: float | None, reason: str, model: Converged) -> tuple[PointStatus, str]:
-    """Status and reason of an answer that the method itself calls well."""
+def _judged(answer: Answer, numerical: float | None) -> tuple[PointStatus, str]:
+    """Status and reason of a point: those of an answer that the method itself calls well depend on
+    its model."""
+    model = answer.model
+    if answer.status != PointStatus.OK or model is None:
+        return answer.status, answer.reason
     if numerical is not None and not numerical <= WRONG:
         return PointStatus.INACCURATE, f"{model.wrong} by {numerical:.2g} times the whole"
-    return PointStatus.OK, f"no numerical error: {model.why}" if model.own is None else reason
+    return PointStatus.OK, answer.reason if model.own else f"no numerical error: {model.why}"

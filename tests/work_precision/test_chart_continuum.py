@@ -11,9 +11,9 @@ from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
 from analysis.work_precision import continuum as ladders
 from analysis.work_precision.continuum import (
-    ContinuumLadder,
     ContinuumModel,
     continuum_ladder,
+    converged,
     crowd_room,
     solve_continuum,
 )
@@ -119,7 +119,7 @@ def test_deformable_crowd_is_that_of_a_room_drawn_by_hand():
 
 def test_scenes_without_a_continuum_say_why():
     def reason(window):
-        return continuum_ladder(window, (4.0,), None).reason
+        return continuum_ladder(window, (4.0,), None)[1]
 
     assert "an impact" in reason(impact_window(make("chain", 5)))
     assert "in 2 pieces" in reason(dead_end(gap=2.5 * RADIUS))
@@ -152,7 +152,7 @@ def pressed(tmp_path_factory):
     rigid = rigid_reference(window.scene.snapshot, window.contacts, window.left_velocity)
     return (
         window,
-        continuum_ladder(window, (4.0, 2.0, 1.0), path),
+        continuum_ladder(window, (4.0, 2.0, 1.0), path)[0],
         Judge(window=window, name="end", rigid=rigid),
         path,
     )
@@ -160,7 +160,7 @@ def pressed(tmp_path_factory):
 
 def forces(judge, ladder):
     """Points of forces: rigid disks that are blocked have no displacement to compare with."""
-    points = [p for answer in ladder.judged() for p in judge.points(*answer)]
+    points = [p for answer in ladder for p in judge.points(answer)]
     assert {p.quantity for p in points} == {"disk_force", "wall_force", "displacement"}
     return [p for p in points if p.unit == "N"]
 
@@ -187,25 +187,23 @@ def test_numerical_error_of_the_continuum_falls_with_the_mesh_and_the_model_erro
 def test_references_of_the_continuum_are_kept(pressed, monkeypatch):
     window, ladder, _, path = pressed
     monkeypatch.setattr(ladders, "solve_both", None)
-    again = continuum_ladder(window, (1.0,), path)
-    for kept, made in zip(again.references, ladder.references, strict=True):
-        for quantity, values in made[1].values.items():
-            assert np.array_equal(kept[1].values[quantity], values)
+    again, _ = continuum_ladder(window, (1.0,), path)
+    made = {answer.law: answer.model for answer in ladder}
+    for kept in again:
+        for quantity, values in made[kept.law].own.items():
+            assert np.array_equal(kept.model.own[quantity], values)
 
 
 def test_a_continuum_that_is_not_solved_is_visible(pressed):
     _, ladder, judge, _ = pressed
-    coarse, fine = ladder.references[0]
-    unsure = dataclasses.replace(fine, status=PointStatus.INACCURATE, reason="residual 1 above 0")
-    lost = dataclasses.replace(
-        ladder.answers[0],
-        values=None,
-        status=PointStatus.FAILED,
-        reason="no mesh",
+    unsure = dataclasses.replace(
+        ladder[0], status=PointStatus.INACCURATE, reason="residual 1 above 0"
     )
-    points = forces(
-        judge, ContinuumLadder(answers=(lost, ladder.answers[1]), references=((coarse, unsure),))
+    lost, rest = (
+        dataclasses.replace(answer, model=converged(answer, unsure)) for answer in ladder[:2]
     )
+    lost = dataclasses.replace(lost, values=None, status=PointStatus.FAILED, reason="no mesh")
+    points = forces(judge, [lost, rest])
     assert len(points) == 4
     failed, rest = points[:2], points[2:]
     assert [(p.status, p.reason, p.error_sum) for p in failed] == [
@@ -215,8 +213,7 @@ def test_a_continuum_that_is_not_solved_is_visible(pressed):
         assert "residual 1 above 0" in p.reason
         assert p.numerical_error is None
         assert p.total_error is not None
-    large = {quantity: 9.0 * value for quantity, value in ladder.answers[1].values.items()}
-    off = dataclasses.replace(ladder.answers[1], values=large)
-    wrong = forces(judge, ContinuumLadder(answers=(off,), references=ladder.references))[0]
+    large = {quantity: 9.0 * value for quantity, value in ladder[1].values.items()}
+    wrong = forces(judge, [dataclasses.replace(ladder[1], values=large)])[0]
     assert wrong.status == PointStatus.INACCURATE
     assert "too coarse" in wrong.reason
