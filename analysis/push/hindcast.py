@@ -2,9 +2,9 @@
 scores of models and baselines. The row is straight, so a contact is one gap."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import pairwise, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp, ndtri
@@ -24,8 +24,7 @@ STOPPED_M = 0.001
 DRAWS = 500
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Inputs:
+class Inputs(NamedTuple):
     """Hold what is not known of a row, in s cases.
 
     arms: (s,) share of the room between chests that is bridged from the start: 0 where chests
@@ -39,8 +38,7 @@ class Inputs:
     batch: Indices  # (s,) number of the batch, drawn on its own
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Moved:
+class Moved(NamedTuple):
     """Hold what a model makes of the cases.
 
     largest, impulse: (s,) N and N·s of the contact with the first; largest is NaN for rigid people
@@ -210,23 +208,22 @@ TILTS = (0.0, -2.0, 2.0)
 NEAREST = 0.01
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scored:
+class Scored(NamedTuple):
     """Hold what a model or a baseline scores in s cases."""
 
     onset: Floats  # (s, n) s after the push reached the first
     scores: Mapping[str, Floats]  # (s,) each of SCORES, root mean squares over all but the first
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cases(Scored):
-    """Hold what a model scores in s cases, and the contact with the first.
+class Cases(NamedTuple):
+    """Hold what a model scores in s cases (see `Scored`), and the contact with the first (see
+    `Moved`)."""
 
-    largest, impulse: (s,) N and N·s; largest is NaN for rigid people"""
-
+    onset: Floats
+    scores: Mapping[str, Floats]
     largest: Floats
     impulse: Floats
-    possible: Flags  # (s,) whether the case can be
+    possible: Flags
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,7 +298,7 @@ def baselines(trial: Trial, inputs: Inputs) -> dict[str, Floats]:
     }
 
 
-def better(model: Scored, others: Sequence[Scored], score: str) -> Floats:
+def better(model: Scored | Cases, others: Sequence[Scored], score: str) -> Floats:
     """Tell in which cases (s,) a model scores better than all baselines, by a tenth."""
     best = np.min([other.scores[score] for other in others], axis=0)
     return np.asarray(model.scores[score] < (1 - MARGIN) * best)
@@ -415,8 +412,8 @@ class Hindcast:
     def heads(self, name: str) -> Floats:
         """Compute the heads (f, n) m of a model's nearest case."""
         case = [self.nearest(name)]
-        drawn = {each.name: getattr(self.inputs, each.name)[case] for each in fields(Inputs)}
-        return _moved(self.trial, Inputs(**drawn), name).along[..., 0]
+        drawn = Inputs._make(each[case] for each in self.inputs)
+        return _moved(self.trial, drawn, name).along[..., 0]
 
 
 def hindcast(
@@ -435,18 +432,20 @@ def hindcast(
     drawn = [inputs_of(trial, arms, batch) for batch in range(batches)]
     for batch, inputs in enumerate(drawn):
         for place, name in enumerate(names, start=1):
-            models.setdefault(name, []).append(_cases(trial, _moved(trial, inputs, name)))
+            moved = _moved(trial, inputs, name)
+            scores = scored(trial, moved.along)
+            models.setdefault(name, []).append(Cases._make((*scores, *moved[1:])))
             if progress:
                 progress("rows", (batch + place / len(names)) / batches)
         for name, along in baselines(trial, inputs).items():
             base.setdefault(name, []).append(scored(trial, along))
-    inputs = Inputs(**_joined(drawn))
-    found = {name: Cases(**_joined(parts)) for name, parts in models.items()}
+    inputs = _joined(drawn)
+    found = {name: _joined(parts) for name, parts in models.items()}
     return Hindcast(
         trial=trial,
         inputs=inputs,
         models=found,
-        base={name: Scored(**_joined(parts)) for name, parts in base.items()},
+        base={name: _joined(parts) for name, parts in base.items()},
         odds=odds(trial, inputs, found),
     )
 
@@ -464,25 +463,10 @@ def _moved(trial: Trial, inputs: Inputs, name: str) -> Moved:
     return rigid(trial, inputs) if name == RIGID else soft(trial, inputs, float(name))
 
 
-def _cases(trial: Trial, moved: Moved) -> Cases:
-    one = scored(trial, moved.along)
-    return Cases(
-        onset=one.onset,
-        scores=one.scores,
-        largest=moved.largest,
-        impulse=moved.impulse,
-        possible=moved.possible,
-    )
-
-
-def _joined(parts: Sequence[Any]) -> dict[str, Any]:
-    """The fields of batches, one batch after the other."""
-    found: dict[str, Any] = {}
-    for each in fields(parts[0]):
-        values = [getattr(part, each.name) for part in parts]
-        found[each.name] = (
-            {name: np.concatenate([value[name] for value in values]) for name in values[0]}
-            if isinstance(values[0], dict)
-            else np.concatenate(values)
-        )
-    return found
+def _joined(parts: Sequence[Any]) -> Any:
+    """The arrays of batches, one batch after the other, in records and mappings too."""
+    if isinstance(parts[0], tuple):
+        return type(parts[0])(*map(_joined, zip(*parts, strict=True)))
+    if isinstance(parts[0], dict):
+        return {name: _joined([part[name] for part in parts]) for name in parts[0]}
+    return np.concatenate(parts)

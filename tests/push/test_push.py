@@ -2,7 +2,6 @@
 in closed form, other engines, and trials with a known truth."""
 
 import csv
-import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -359,7 +358,7 @@ def test_baselines_know_no_mechanics():
 def _as_moved(row, gap):
     still = rigid(row, case_of(gap, 0.5))
     return {
-        name: dataclasses.replace(still, along=along)
+        name: still._replace(along=along)
         for name, along in baselines(row, case_of(gap, 0.5)).items()
     }
 
@@ -368,8 +367,7 @@ def test_odds_are_given_only_where_all_draws_agree():
     """Against closed form; where batches disagree no order is settled; impossible cases are not
     ranked."""
     row = going()
-    inputs = dataclasses.replace(
-        inputs_of(row, (0, 1), 0),
+    inputs = inputs_of(row, (0, 1), 0)._replace(
         arms=np.array([0, 1, 0, 1.0]),
         wall=np.zeros(4),
         batch=np.array([0, 0, 1, 1]),
