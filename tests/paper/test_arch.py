@@ -12,7 +12,6 @@ from analysis.engines import run as engine_runs
 from analysis.pages.section import Verdict
 from analysis.pages.words import Words
 from analysis.paper.discrete import fig4_arch, fig5_masses, pressed_crowd
-from analysis.paper.discrete.fig5_masses import Uniformity
 from analysis.paper.discrete.pressed_crowd import Arch, grown
 from analysis.scene.scene import Wall
 from analysis.scene.shipped_scenes import make
@@ -204,7 +203,7 @@ def test_uniformity():
         (4.0 - 3.0 * distance / distance.max(), Verdict.HOLDS),
         (1.0 - 0.2 * distance / distance.max(), Verdict.PARTLY),
     ):
-        assert Uniformity.of(rings, values).verdict == verdict
+        assert fig5_masses.uniformity(rings, values).verdict == verdict
 
 
 def test_unsolved_and_unproven_arches_are_named():

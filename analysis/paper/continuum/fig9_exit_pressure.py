@@ -128,30 +128,25 @@ def solve_room(mesh: float) -> tuple[Field, dict[PlaceEquation, Field]]:
 
 class RawMaxima(NamedTuple):
     """Largest pressures, in any triangle and over a body, on ever finer meshes, of one side and
-    graded to the jambs."""
+    graded to the jambs.
+
+    growth: mean factor of the raw maximum per halving of uniform meshes
+    unsettled: relative change of the mean over a body at the last halving of graded meshes"""
 
     uniform: Sequence[LargestPressure]
     graded: Sequence[LargestPressure]
-
-    @property
-    def growth(self) -> float:
-        """Mean factor of the raw maximum per halving of uniform meshes."""
-        return float((self.uniform[-1].raw / self.uniform[0].raw) ** (1 / HALVINGS))
-
-    @property
-    def unsettled(self) -> float:
-        """Relative change of the mean over a body at the last halving of graded meshes."""
-        return self.graded[-1].body / self.graded[-2].body - 1
+    growth: float
+    unsettled: float
 
 
 def raw_maxima(size: float) -> RawMaxima:
     """Take largest pressures on meshes of the sides 2·size, size, … (m)."""
     sizes = [2 * size / 2**k for k in range(HALVINGS + 1)]
-    left = toward_exit(exit_room.ROOM, SPEED)
-    return RawMaxima(
-        largest_pressures(exit_room.ROOM, CROWD, left, exit_room.BODY, sizes, grading=1.0),
-        largest_pressures(exit_room.ROOM, CROWD, left, exit_room.BODY, sizes[:-1], grading=0.4),
-    )
+    given = exit_room.ROOM, CROWD, toward_exit(exit_room.ROOM, SPEED), exit_room.BODY
+    uniform = largest_pressures(*given, sizes, grading=1.0)
+    graded = largest_pressures(*given, sizes[:-1], grading=0.4)
+    growth = float((uniform[-1].raw / uniform[0].raw) ** (1 / HALVINGS))
+    return RawMaxima(uniform, graded, growth, graded[-1].body / graded[-2].body - 1)
 
 
 def maps(proposed: Floats, other: Floats, printed: Floats) -> Figure:

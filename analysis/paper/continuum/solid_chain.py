@@ -2,8 +2,6 @@
 ((12)–(14), corrected). Percussions are in N·s per kg of a person."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +13,6 @@ from analysis.pages.words import Words
 from analysis.paper.answers import unsolved
 from analysis.paper.continuum.exit_room import MESH
 from analysis.support.parallel import Progress
-from nscd.arrays import Floats
 from nscd.continuum.closed_forms import Chain, chain_mesh
 from nscd.continuum.collision import CollisionAnswer, collide
 from nscd.continuum.medium import DENSITY, TABLE_1, table_1_medium
@@ -43,84 +40,59 @@ ROUNDING = 1e-9  # of the speed, or N·s per kg
 STILL = 1e-6  # 1/s: people who do not close up
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Rod:
-    """A chain by elements."""
+    """A chain by elements.
 
-    name: str
-    answer: CollisionAnswer
+    x, right: (n,) m and m/s, the nodes and u⁺
+    at_wall: m/s, u⁺ at the wall, 0 where the chain stays
+    inner: −σ = −k_v ∂w/∂x at FROM_WALL_M from the wall
+    closing: 1/s, how fast people still close up at most"""
 
-    @property
-    def x(self) -> Floats:
-        """(n,) m, the nodes."""
-        return np.sort(self.answer.space.nodes[:, 0])
-
-    @cached_property
-    def right(self) -> Floats:
-        """(n,) m/s, u⁺."""
-        order = np.argsort(self.answer.space.nodes[:, 0])
-        return np.asarray(self.answer.right_velocity[order, 0])
-
-    @property
-    def at_wall(self) -> float:
-        """m/s, u⁺ at the wall, 0 where the chain stays."""
-        return 0.0 if abs(self.right[-1]) < 1e-9 * SPEED else float(self.right[-1])
-
-    @property
-    def inner(self) -> list[float]:
-        """−σ = −k_v ∂w/∂x at FROM_WALL_M from the wall."""
+    def __init__(self, name: str, answer: CollisionAnswer) -> None:
+        self.name, self.answer = name, answer
+        order = np.argsort(answer.space.nodes[:, 0])
+        self.x, self.right = answer.space.nodes[order, 0], answer.right_velocity[order, 0]
+        last = float(self.right[-1])
+        self.at_wall = 0.0 if abs(last) < 1e-9 * SPEED else last
         slope = np.gradient(self.right + SPEED, self.x, edge_order=2)
-        return [float(np.interp(LENGTH - at, self.x, -VOLUME * slope)) for at in FROM_WALL_M]
-
-    @property
-    def closing(self) -> float:
-        """1/s, how fast people still close up at most."""
-        return float(-np.gradient(self.right, self.x, edge_order=2).min())
+        self.inner = [float(np.interp(LENGTH - at, self.x, -VOLUME * slope)) for at in FROM_WALL_M]
+        self.closing = float(-np.gradient(self.right, self.x, edge_order=2).min())
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Trial(Rod):
-    """A chain of uniform density, also in closed form."""
+    """A chain of uniform density, also in closed form.
 
-    chain: Chain
+    error: largest |u⁺ − closed form| over U
+    printed_length: m, the h that is printed beside the solution, √((k_s/k_v)/ρ)
+    printed: (13) as it stands: k_s/k_v ≥ (e^(−2l/h) − 1)/(e^(−2l/h) + 1)"""
 
-    @property
-    def error(self) -> float:
-        """Largest |u⁺ − closed form| over U."""
-        return float(np.abs(self.right - self.chain.right_velocity(self.x)).max() / SPEED)
+    def __init__(self, name: str, answer: CollisionAnswer, chain: Chain) -> None:
+        super().__init__(name, answer)
+        self.chain, medium = chain, chain.medium
+        exact = chain.right_velocity(self.x)
+        self.error = float(np.abs(self.right - exact).max() / SPEED)
+        share = medium.k_s / medium.k_v
+        self.printed_length = float(np.sqrt(share / np.mean(medium.rho)))
+        decay = float(np.exp(-2 * chain.length / medium.length))
+        self.printed = share >= (decay - 1) / (decay + 1)
 
     def formula_error(self, h: float) -> float:
         """Largest |u⁺ − U(1 − cosh(x/h)/cosh(l/h))| over U, for a length h (m)."""
         formula = SPEED * (1 - np.cosh(self.x / h) / np.cosh(LENGTH / h))
         return float(np.abs(self.right - formula).max() / SPEED)
 
-    @property
-    def printed_length(self) -> float:
-        """m, the h that is printed beside the solution, √((k_s/k_v)/ρ)."""
-        medium = self.chain.medium
-        return float(np.sqrt(medium.k_s / medium.k_v / np.mean(medium.rho)))
 
-    @property
-    def printed(self) -> bool:
-        """(13) as it stands: k_s/k_v ≥ (e^(−2l/h) − 1)/(e^(−2l/h) + 1)."""
-        medium = self.chain.medium
-        decay = float(np.exp(-2 * self.chain.length / medium.length))
-        return medium.k_s / medium.k_v >= (decay - 1) / (decay + 1)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Varied(Rod):
-    """A chain whose density changes linearly between its ends (people/m): free end, wall."""
+    """A chain whose density changes linearly between its ends (people/m): free end, wall.
 
-    ends: tuple[float, float]
+    rigid: at FROM_WALL_M from the wall for rigid disks of the same masses: the momentum of all who
+        stand behind"""
 
-    @property
-    def rigid(self) -> list[float]:
-        """At FROM_WALL_M from the wall for rigid disks of the same masses: the momentum of all who stand
-        behind."""
-        first, last = self.ends
-        behind = [LENGTH - at for at in FROM_WALL_M]
-        return [SPEED * (first * x + 0.5 * (last - first) * x**2 / LENGTH) for x in behind]
+    def __init__(self, answer: CollisionAnswer, first: float, last: float) -> None:
+        super().__init__(f"{first:g}" if first == last else f"{first:g} to {last:g}", answer)
+        self.ends, behind = (first, last), [LENGTH - at for at in FROM_WALL_M]
+        rise = 0.5 * (last - first) / LENGTH
+        self.rigid = [SPEED * (first * x + rise * x**2) for x in behind]
 
 
 class FreeChain(NamedTuple):
@@ -145,16 +117,14 @@ def trial(name: str, surface: float, density: float, mesh: float) -> Trial:
     """Solve a chain with k_s and ρ (people/m)."""
     medium = table_1_medium(density, surface=surface, person=1.0)
     chain = Chain(medium=medium, length=LENGTH, left_velocity=SPEED)
-    return Trial(name=name, chain=chain, answer=collide(space_of(mesh), medium, [SPEED]))
+    return Trial(name, collide(space_of(mesh), medium, [SPEED]), chain)
 
 
 def varied(first: float, last: float, mesh: float) -> Varied:
     """Solve a chain with k_s of Table 1 whose density goes from `first` to `last` (people/m)."""
     space = space_of(mesh)
     density = first + (last - first) * space.mesh.p[0] / LENGTH
-    answer = collide(space, table_1_medium(density, person=1.0), [SPEED])
-    name = f"{first:g}" if first == last else f"{first:g} to {last:g}"
-    return Varied(name=name, answer=answer, ends=(first, last))
+    return Varied(collide(space, table_1_medium(density, person=1.0), [SPEED]), first, last)
 
 
 def free_chain(name: str, ends: tuple[float, float], volume: float, mesh: float) -> FreeChain:

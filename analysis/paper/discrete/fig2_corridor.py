@@ -1,7 +1,5 @@
 """Fig. 2: a push in a corridor, by percussions, which act at a distance at once, and by soft contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,10 +1,9 @@
 """Figure 5: a crowd of unequal masses pressed to an exit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -26,42 +25,33 @@ LEAST_PEOPLE = 5  # in a ring that counts
 CHANCE, RATIO = 1e-3, 1.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Uniformity:
-    """How a quantity differs between rings of 1 m about the exit."""
+class Uniformity(NamedTuple):
+    """How a quantity differs between rings of 1 m about the exit.
+
+    verdict: “not uniform” holds where the rings differ beyond chance (p < 10⁻³) and their means by
+        half or more; in part if only the first is so"""
 
     least: float  # of the rings' means
     most: float  # of the rings' means
+    ratio: float  # the largest mean over the least
     chance: float  # p of the hypothesis that the rings are alike (Kruskal–Wallis)
     scatter: float  # standard deviation over mean of people in one ring
+    verdict: Verdict
 
-    @classmethod
-    def of(cls, arch: pressed_crowd.Arch, values: Floats) -> Uniformity:
-        """Compare the rings of an arch by values (n,) of its people."""
-        ring = arch.rings()
-        groups = [values[ring == r] for r in range(int(ring.max()) + 1)]
-        groups = [group for group in groups if len(group) >= LEAST_PEOPLE]
-        means = [group.mean() for group in groups]
-        varies = np.ptp(np.concatenate(groups)) > 0
-        return cls(
-            least=float(min(means)),
-            most=float(max(means)),
-            chance=float(kruskal(*groups).pvalue) if varies else 1.0,
-            scatter=float(np.mean([g.std() / g.mean() for g in groups if g.mean() > 0])),
-        )
 
-    @property
-    def ratio(self) -> float:
-        """The largest mean over the least."""
-        return self.most / max(self.least, np.finfo(float).tiny) if self.most > 0 else 1.0
-
-    @property
-    def verdict(self) -> Verdict:
-        """“Not uniform” holds where the rings differ beyond chance (p < 10⁻³) and their means by
-        half or more; in part if only the first is so."""
-        if self.chance >= CHANCE:
-            return Verdict.FAILS
-        return Verdict.of(True, self.ratio >= RATIO)
+def uniformity(arch: pressed_crowd.Arch, values: Floats) -> Uniformity:
+    """Compare the rings of an arch by values (n,) of its people."""
+    ring = arch.rings()
+    groups = [values[ring == r] for r in range(int(ring.max()) + 1)]
+    groups = [group for group in groups if len(group) >= LEAST_PEOPLE]
+    means = [float(group.mean()) for group in groups]
+    varies = np.ptp(np.concatenate(groups)) > 0
+    chance = float(kruskal(*groups).pvalue) if varies else 1.0
+    least, most = min(means), max(means)
+    ratio = most / max(least, np.finfo(float).tiny) if most > 0 else 1.0
+    scatter = float(np.mean([g.std() / g.mean() for g in groups if g.mean() > 0]))
+    verdict = Verdict.of(True, ratio >= RATIO) if chance < CHANCE else Verdict.FAILS
+    return Uniformity(least, most, ratio, chance, scatter, verdict)
 
 
 STYLES = {"unequal masses": ("s-", ORANGE, "."), "equal masses": ("o--", BLUE, "x")}
@@ -109,8 +99,8 @@ def build(runs: Path, progress: Progress | None = None) -> Section:
     crowd = pressed_crowd.crowd_parts(arch, unequal, "fig_5_", "arch_masses")
     speed = np.hypot(*arch.answer.right_velocity.T)
     judged = [
-        ("the speed on the right", "m/s", Uniformity.of(arch, speed)),
-        ("the pressure", "N", Uniformity.of(arch, arch.carried())),
+        ("the speed on the right", "m/s", uniformity(arch, speed)),
+        ("the pressure", "N", uniformity(arch, arch.carried())),
     ]
     section = words.section(
         "5",

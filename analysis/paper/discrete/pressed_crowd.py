@@ -227,30 +227,15 @@ AT_REST_M_PER_S, AT_REST_SHARE = 0.01, 1e-3
 MEAN_RADIUS_M = 0.17  # of the scene `arch`
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Blocked:
-    """A crowd at rest behind an exit that an arch blocks: its percussions, and beside the engine's
-    forces."""
+class Blocked(NamedTuple):
+    """A crowd behind an exit that an arch blocks: its percussions, and beside the engine's forces."""
 
     seed: int
+    stiffness: float  # N/m, k of the engine's contacts
     arch: Arch
     comparison: Comparison
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether an arch stopped it, and it has come to rest."""
-        fastest = np.hypot(*self.arch.answer.right_velocity[self.arch.inside()].T).max()
-        return bool(fastest < AT_REST_M_PER_S and self.still)
-
-    @property
-    def still(self) -> bool:
-        """Whether it has come to rest in the engine, whatever the percussions say."""
-        return self.comparison.balance.unbalanced < AT_REST_SHARE
-
-    @property
-    def stiffness(self) -> float:
-        """k of the engine's contacts (N/m)."""
-        return self.comparison.scene.contact.stiffness_N_per_m
+    still: bool  # whether it has come to rest in the engine, whatever the percussions say
+    at_rest: bool  # whether an arch stopped it, and it has come to rest
 
 
 def gathered(run: EngineRun) -> Arch:
@@ -286,7 +271,12 @@ def blocked(runs: Path, warnings: list[str], progress: Progress | None = None) -
     """Solve the crowds of BLOCKED_SEEDS, at rest or not; one whose run fails is a warning."""
 
     def read(run: SeededRun) -> Blocked:
-        return Blocked(seed=run.seed, arch=gathered(run), comparison=compare_run(run.folder))
+        arch, comparison = gathered(run), compare_run(run.folder)
+        still = comparison.balance.unbalanced < AT_REST_SHARE
+        fastest = np.hypot(*arch.answer.right_velocity[arch.inside()].T).max()
+        stiffness = comparison.scene.contact.stiffness_N_per_m
+        at_rest = still and bool(fastest < AT_REST_M_PER_S)
+        return Blocked(run.seed, stiffness, arch, comparison, still, at_rest)
 
     return each(told(blocked_runs(runs), "blocked exits", progress), read, warnings)
 
